@@ -12,14 +12,13 @@ import numpy as np
 from benchmarks.duel import Disagreement, Row, agree, duel, no_worse
 from benchmarks.problems import Example, example
 from benchmarks.solvers import OnGrid, by_ipopt, by_slsqp, by_trust_constr
+from pipeline.published.algorithm1 import AS_PUBLISHED, algorithm1, tail
+from pipeline.published.scalar import growth_rates
 from trackably.arrays import Array
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.gp.joint import JointPosterior
 from trackably.learning.methods import all_phases
 from trackably.learning.problem import ConstrainedProblem, Solution
-from trackably.learning.published.algorithm1 import AS_PUBLISHED, algorithm1
-from trackably.learning.published.scalar import growth_rates
-from trackably.learning.published.tail import tail
 from trackably.learning.screening import screened
 from trackably.learning.search import best_solution
 from trackably.systems.sets.interval import Interval

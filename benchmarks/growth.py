@@ -15,12 +15,12 @@ import numpy as np
 from benchmarks.duel import Row, agree, duel
 from benchmarks.loops.windows import integrator
 from benchmarks.problems import PRIOR, example, irregular, likelihood, regular
+from pipeline.published.scalar import scalar
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.samples import Samples
 from trackably.learn import learn_reference
 from trackably.learning.problem import Solution
-from trackably.learning.published.scalar import scalar
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
 from trackably.systems.sets.interval import Interval

@@ -8,6 +8,7 @@ import numpy as np
 from benchmarks.machine import ROOT
 from pipeline.experiments import load_experiment
 from pipeline.generate import sampled_by
+from pipeline.published.scalar import state_and_input
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -16,7 +17,6 @@ from trackably.gp.samples import Samples
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import Steps
 from trackably.learning.problem import ConstrainedProblem
-from trackably.learning.published.scalar import state_and_input
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 

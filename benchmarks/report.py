@@ -9,7 +9,8 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from benchmarks.duel import Row
-from trackably.plots.style import BLUE, FAINT, INK, ORANGE, PAGE, PALE, save, styled
+from pipeline.drawings.style import save
+from trackably.exports.figures import BLUE, FAINT, INK, ORANGE, PAGE, PALE, styled
 
 FOLDER = Path(__file__).parent
 RESULTS, TABLE, FIGURE = FOLDER / "results.json", FOLDER / "README.md", FOLDER / "figures" / "ratios.svg"

@@ -13,10 +13,10 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.optimize import NonlinearConstraint, minimize
 
 from benchmarks.problems import Example
+from pipeline.published.scalar import coefficients, interval_sets
 from trackably.arrays import Array
 from trackably.gp.kernels.periodic import Periodic
 from trackably.learning.constraint import ROUNDING_BACKOFF
-from trackably.learning.published.scalar import coefficients, interval_sets
 
 _FEASIBLE = -1e-7
 

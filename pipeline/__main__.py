@@ -13,8 +13,8 @@ from pathlib import Path
 import click
 
 from pipeline.compare.command import compare
-from pipeline.experiments import PARAMS, Experiment, load_experiment
-from pipeline.reproduce.command import reproduce
+from pipeline.experiments import PARAMS, Experiment, load_experiment, parameters_of
+from pipeline.reproduce import reproduce
 from pipeline.site.command import report
 from pipeline.storage.logs import LogError
 from pipeline.storage.results import Results
@@ -45,7 +45,7 @@ def _stage(name: str, summary: str) -> None:
     def command(experiment: str, params: Path, results: Path) -> None:
         # Imported late: `--help` and a wrong parameter should not wait for SciPy and matplotlib.
         stage: Callable[[Experiment, Results], None] = getattr(import_module(f"pipeline.{name}"), name)
-        stage(load_experiment(experiment, params), Results(experiment, results))
+        stage(load_experiment(experiment, params), Results(experiment, results, parameters_of(experiment, params)))
 
 
 _stage("generate", "Stage 1: read or draw the noisy samples.")
@@ -71,7 +71,7 @@ def _notebook(name: str, params: Path) -> None:
 @main.command("record", short_help="Write the simulated recordings.")
 def _record() -> None:
     """Write the simulated recordings in data/recordings, from which further experiments learn."""
-    from pipeline.published.record import record  # noqa: PLC0415  as for the stages
+    from pipeline.record import record  # noqa: PLC0415  as for the stages
 
     record()
 

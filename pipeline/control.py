@@ -7,10 +7,9 @@ from dataclasses import replace
 
 from tqdm import tqdm
 
-from pipeline.disturbed.sizes import prices
-from pipeline.disturbed.stage import disturbed_loops
+from pipeline.disturbed.loops import disturbed_loops, prices
 from pipeline.experiments import Experiment
-from pipeline.experiments.fitted import read_fit_of
+from pipeline.experiments.load import read_fit_of
 from pipeline.loops.feasible_set import feasible_over_time
 from pipeline.loops.initial_states import ON, initial_states
 from pipeline.loops.metrics import first_untrackable_step, loop_metrics

@@ -2,11 +2,10 @@
 
 from tqdm import tqdm
 
-from pipeline.drawings import drawings
+from pipeline.drawings import drawings, style
 from pipeline.experiments import Experiment
-from pipeline.layouts.write import write_scene
 from pipeline.storage.results import Results
-from trackably import plots
+from pipeline.viewer.layout import write_scene
 
 
 def figures(experiment: Experiment, results: Results) -> None:
@@ -16,7 +15,7 @@ def figures(experiment: Experiment, results: Results) -> None:
     """
     drawn = drawings(experiment, results)
     for name, draw in tqdm(drawn.items(), desc=f"{experiment.name}: figures", disable=None):
-        plots.save(draw(), results.figure(name))
+        style.save(draw(), results.figure(name))
     for old in {*results.figures.glob("*.svg")} - {results.figure(name) for name in drawn}:
         old.unlink()
     write_scene(experiment, results)

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pipeline.environment.record import environment
+from pipeline.environment import environment
 from pipeline.experiments import Experiment
-from pipeline.experiments.means import with_learned_means
-from pipeline.methods import JOINT, UNCONSTRAINED, Fit, Method, Task
+from pipeline.experiments.model import with_learned_means
+from pipeline.methods import JOINT, UNCONSTRAINED, Fit, LearnedReference, Method, Task
 from pipeline.storage.archive import Fitted, read_samples, write_fit
 from pipeline.storage.results import Results
 from pipeline.storage.tables import to_csv
@@ -19,7 +19,6 @@ from trackably.errors import DoubtfulInputWarning, NoReferenceError
 from trackably.explanation import IgnoresSamplesWarning, ignored, outlying
 from trackably.files import write_json, write_text
 from trackably.fit.fit import Fit as TrackableFit
-from trackably.learning.learned import LearnedReference
 from trackably.progress.bar import progress_bar
 from trackably.systems.reference import Reference
 

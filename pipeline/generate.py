@@ -8,9 +8,8 @@ import numpy as np
 from pipeline.experiments import Experiment
 from pipeline.experiments.sources import STEPS, CsvColumn, Drawn, Excerpt, McapField
 from pipeline.published.ground_truth import GROUND_TRUTHS, draw
-from pipeline.storage.archive import write_samples
+from pipeline.storage.archive import Sampled, write_samples
 from pipeline.storage.results import Results
-from pipeline.storage.sampled import Sampled
 from trackably.condensed.asked import MANY, condensed_by_name
 from trackably.doubts import doubts
 from trackably.errors import DoubtfulInputWarning, InputError

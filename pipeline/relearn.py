@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.experiments import Experiment
-from pipeline.experiments.control import Relearning
-from pipeline.experiments.means import with_learned_means
+from pipeline.experiments.fields import Relearning
+from pipeline.experiments.model import with_learned_means
 from pipeline.published.ground_truth import draw
-from pipeline.storage.sampled import Sampled
+from pipeline.storage.archive import Sampled
 from trackably.arrays import Array
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.control.controller import Controller

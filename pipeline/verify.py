@@ -7,12 +7,11 @@ from tqdm import tqdm
 
 from pipeline.experiments import Experiment
 from pipeline.experiments.fields import Verification
-from pipeline.experiments.fitted import read_fit_of
+from pipeline.experiments.load import read_fit_of
 from pipeline.methods import HYPERPARAMETERS, JOINT, METHODS, UNCONSTRAINED
 from pipeline.metrics import margins_over_time, metrics_of, summary_of
-from pipeline.storage.archive import write_margins
+from pipeline.storage.archive import Sampled, write_margins
 from pipeline.storage.results import Results
-from pipeline.storage.sampled import Sampled
 from pipeline.storage.tables import to_csv
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import accepted_file, judged

@@ -11,7 +11,7 @@ from typing import Any
 import grimp
 import pytest
 
-from pipeline.storage.yaml_file import read_yaml
+from pipeline.yaml_file import read_yaml
 from tests.imports import names_in
 from tests.project import ROOT
 
@@ -19,9 +19,9 @@ DVC: dict[str, Any] = read_yaml(ROOT / "dvc.yaml")  # type: ignore[assignment]
 STAGES: dict[str, dict[str, Any]] = {name: stage.get("do", stage) for name, stage in DVC["stages"].items()}
 MODULES = {
     **{name: f"pipeline.{name}" for name in ("generate", "fit", "verify", "control", "figures")},
-    "record": "pipeline.published.record",
+    "record": "pipeline.record",
 }
-PIN = "pipeline.environment.pin"  # imported before any stage
+PIN = "pipeline.environment"  # imported before any stage
 GUIDES = {"guide", "trajectories"}  # notebooks of no experiment
 IN_ALL = {"trackably", "pipeline", "pipeline.__main__"}  # public names and command line: no result depends on them
 

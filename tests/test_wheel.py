@@ -59,7 +59,7 @@ def test_the_wheel_holds_the_library_and_nothing_else(wheel: ZipFile) -> None:
     tracked = {path.relative_to(ROOT).as_posix() for path in (ROOT / "trackably").rglob("*.py")}
     assert {name for name in shipped if name.endswith(".py")} == tracked
     assert all(Path(name).parts[0] == "trackably" for name in shipped)
-    assert "trackably/plots/trackably.mplstyle" in shipped
+    assert "trackably/exports/trackably.mplstyle" in shipped
 
 
 def test_without_an_extra_it_requires_what_the_library_imports(metadata: Message) -> None:

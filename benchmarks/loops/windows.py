@@ -6,6 +6,7 @@ from time import process_time
 import numpy as np
 
 from benchmarks.duel import Row
+from pipeline.published.scalar import scalar
 from trackably.arrays import Array
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.control.online import WindowLearner
@@ -14,7 +15,6 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.learner import JOINT
-from trackably.learning.published.scalar import scalar
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from benchmarks.rivals.study.draws import LEVELS
 from benchmarks.rivals.study.summary import TIGHTNESS, Entry
 from benchmarks.rivals.table import Row
-from trackably.plots.style import INK, PAGE, styled
+from trackably.exports.figures import INK, PAGE, styled
 
 _MARKERS = "osD^vP*X<>"
 _NOTHING = 1e-13  # where "none" is drawn, on a logarithmic axis

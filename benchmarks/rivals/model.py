@@ -7,9 +7,9 @@ from functools import cached_property
 
 from pipeline.experiments import Experiment
 from pipeline.generate import sampled_by
-from pipeline.methods.model import Task
+from pipeline.methods import Task
 from pipeline.published.ground_truth import GroundTruth
-from pipeline.storage.sampled import Sampled
+from pipeline.storage.archive import Sampled
 from trackably.arrays import Array
 from trackably.gp.joint import JointPrior
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution

@@ -8,7 +8,7 @@ from benchmarks.rivals.entries import RIVALS
 from benchmarks.rivals.model import Rival
 from benchmarks.rivals.pendulum import table as pendulum
 from benchmarks.rivals.study import summary as study
-from trackably.plots.style import save
+from pipeline.drawings.style import save
 
 FOLDER = Path(__file__).parent
 RESULTS, PENDULUM, SWEEP = FOLDER / "results.json", FOLDER / "pendulum.json", FOLDER / "sweep.json"

@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.rivals.model import Problem
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import load_experiment
-from pipeline.storage.yaml_file import validated
+from pipeline.yaml_file import validated
 
 ROOT = Path(__file__).resolve().parents[2]
 PARAMS = ROOT / "params.yaml"

@@ -15,7 +15,6 @@ FILE = click.Path(dir_okay=False, path_type=Path)
     "--tolerances", type=FILE, default=Path("tolerances.yaml"), show_default=True, help="How far values may move."
 )
 @click.option("--claims", type=FILE, default=Path("claims.yaml"), show_default=True, help="What the paper claims.")
-@click.option("--json", "json_file", type=FILE, help="Also write everything as JSON.")
 @click.option("--markdown", "markdown_file", type=FILE, help="Also write a report for a pull request.")
 @click.option(
     "--pictures",
@@ -30,7 +29,6 @@ def compare(
     new: str,
     tolerances: Path,
     claims: Path,
-    json_file: Path | None,
     markdown_file: Path | None,
     pictures: Path | None,
     list_all: bool,
@@ -44,14 +42,16 @@ def compare(
     # Imported late, like the stages: `--help` should wait for nothing.
     from pipeline.compare.claims import load_claims  # noqa: PLC0415
     from pipeline.compare.comparison import compare as compare_folders  # noqa: PLC0415
-    from pipeline.compare.reports.markdown import to_markdown  # noqa: PLC0415
-    from pipeline.compare.reports.pictures import write_pictures  # noqa: PLC0415
-    from pipeline.compare.reports.record import to_record  # noqa: PLC0415
-    from pipeline.compare.reports.text import to_text  # noqa: PLC0415
-    from pipeline.compare.reports.wording import everything, remarkable  # noqa: PLC0415
-    from pipeline.compare.sources import laid_out  # noqa: PLC0415
-    from pipeline.compare.tolerances import load_tolerances  # noqa: PLC0415
-    from trackably.files import write_atomically, write_text  # noqa: PLC0415
+    from pipeline.compare.comparison import laid_out  # noqa: PLC0415
+    from pipeline.compare.model import load_tolerances  # noqa: PLC0415
+    from pipeline.compare.reports import (  # noqa: PLC0415
+        everything,
+        remarkable,
+        to_markdown,
+        to_text,
+        write_pictures,
+    )
+    from trackably.files import write_text  # noqa: PLC0415
 
     rules, claimed = load_tolerances(tolerances), load_claims(claims)
     with ExitStack() as stack:
@@ -59,8 +59,6 @@ def compare(
         comparison = compare_folders(folders[0], folders[1], rules, claimed, base, new)
         if pictures:
             write_pictures(comparison, folders[0], folders[1], pictures)
-    if json_file:
-        write_atomically(json_file, to_record(comparison))
     if markdown_file:
         write_text(markdown_file, to_markdown(comparison))
     click.echo(to_text(comparison, everything if list_all else remarkable), nl=False)

@@ -4,13 +4,12 @@ from pathlib import Path
 
 import click
 
-from pipeline.disturbed.cases import experiments, random_systems
-from pipeline.disturbed.counts import Counts, disturbed_runs
+from pipeline.disturbed.counts import Counts, disturbed_runs, experiments, random_systems
 
 _RANDOM = 16
 
 
-def main(steps: int, results: Path) -> list[Counts]:
+def count_all(steps: int, results: Path) -> list[Counts]:
     """Divide the steps equally among the experiments and some random systems, and print the counts of each."""
     cases, found = [*experiments(results), *random_systems(_RANDOM)], []
     for case in cases:
@@ -43,7 +42,7 @@ def total(found: list[Counts]) -> Counts:
 @click.argument("results", type=click.Path(exists=True, file_okay=False, path_type=Path), default=Path("data/results"))
 def command(steps: int, results: Path) -> None:
     """Count what becomes of STEPS disturbed steps: of the experiments in RESULTS, and of random systems."""
-    main(steps, results)
+    count_all(steps, results)
 
 
 if __name__ == "__main__":

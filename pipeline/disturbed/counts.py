@@ -1,18 +1,131 @@
-"""Disturbed runs of the tube controller and of the nominal one, and what is counted of them."""
+"""Counts of disturbed runs of the tube controller and of the nominal one: of experiments and of random systems."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
 from itertools import count
+from pathlib import Path
 
 import numpy as np
 
-from pipeline.disturbed import runs
-from pipeline.disturbed.cases import Case
+from pipeline.disturbed.loops import disturbances, noise, start
+from pipeline.experiments import load_experiments
+from pipeline.methods import JOINT, ROBUST
+from pipeline.storage.archive import read_fit
+from pipeline.storage.results import Results
 from trackably.arrays import Array
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.prove import prove_on_window
+from trackably.control.controller import Controller, scaled_controller, shortest_horizon
 from trackably.control.simulation import ClosedLoop, simulate
 from trackably.control.stepping import Disturbances, Plan
+from trackably.control.tube import TubeController
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbance.tightening import Tightening, tightening
+from trackably.systems.disturbance.zonotope import Zonotope
+from trackably.systems.linear import LinearSystem
 from trackably.systems.reference import Reference
+from trackably.systems.sets.polytope import Polytope
+
+_HORIZON, _PART = 15, 0.95
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A plant whose bounds are drawn in, the reference proved for it, and the one that is proved without disturbance.
+
+    Both are proved for the first `steps` steps at least.
+    """
+
+    name: str
+    tightening: Tightening
+    robust: Reference
+    nominal: Reference
+    horizon: int
+    steps: int
+
+    @cached_property
+    def tube(self) -> TubeController:
+        """The controller that knows of disturbances, with the weights of the other one."""
+        return TubeController(self.tightening, self.horizon, self.controller.Q, self.controller.R)
+
+    @cached_property
+    def controller(self) -> Controller:
+        """The controller that does not."""
+        return scaled_controller(self.tightening.given, self.horizon)
+
+
+def experiments(results: Path) -> Iterator[Case]:
+    """Yield the experiments with a disturbance, and their references from the fits below `results`."""
+    for experiment in load_experiments().values():
+        drawn_in = experiment.tightening
+        if drawn_in is None:
+            continue
+        learned = read_fit(Results(experiment.name, results)).learned
+        robust, nominal = (learned[name].reference for name in (ROBUST.name, JOINT.name))
+        yield Case(experiment.name, drawn_in, robust, nominal, experiment.control.horizon, 300)
+
+
+def random_systems(count: int) -> Iterator[Case]:
+    """Yield random systems of one to three states whose references come near to their bounds, and are proved.
+
+    Systems whose disturbances leave nothing, and references without a proof, are passed over.
+    """
+    seed = 0
+    while count:
+        found = random_case(seed)
+        seed += 1
+        if found is not None:
+            count -= 1
+            yield found
+
+
+def random_case(seed: int, steps: int = 150) -> Case | None:
+    """Return one of the random systems; None where its disturbances leave nothing, or its reference has no proof.
+
+    Every other one is measured with noise.
+    """
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 4))
+    m = int(rng.integers(1, min(n, 2) + 1))
+    A = rng.standard_normal((n, n))
+    A *= rng.uniform(0.5, 1.1) / max(abs(np.linalg.eigvals(A)))
+    X, U = rng.uniform(0.5, 2.0, n), rng.uniform(2.0, 6.0, m)
+    try:
+        system = LinearSystem(A, rng.standard_normal((n, m)), sampling_time=0.1)
+        plant = ConstrainedSystem(system, Polytope.box(-X, X), Polytope.box(-U, U))
+        shape = Zonotope(np.zeros(n), 1e-3 * rng.standard_normal((max(1, n - int(rng.integers(2))), n)))
+        noise = Zonotope(np.zeros(n), 2e-4 * rng.standard_normal((n, n))) if seed % 2 else None
+        small = tightening(plant, shape, noise=noise)
+        size = Fraction(rng.uniform(0.2, 0.7) * small.largest_fraction)
+        K = small.invariant.feedback if small.invariant else None
+        drawn_in = tightening(plant, shape.scaled(size), K, noise=noise.scaled(size) if noise else None)
+    except ValueError:  # not controllable, or nothing is left
+        return None
+    horizon = max(_HORIZON, shortest_horizon(plant))
+    robust, nominal = (_near_bounds(of, rng.spawn(1)[0], steps + horizon) for of in (drawn_in.plant, plant))
+    end = (steps + horizon) * 0.1
+    proofs = (prove_on_window(reference, 0.0, end) for reference in (robust, nominal))
+    if not all(isinstance(proof, Certificate) for proof in proofs):
+        return None
+    return Case(f"random {seed}", drawn_in, robust, nominal, horizon, steps)
+
+
+def _near_bounds(plant: ConstrainedSystem, rng: np.random.Generator, steps: int) -> Reference:
+    """Return a reference that takes 0.95 of the way from zero to the first bound, at the steps."""
+    kernel, centres = SquaredExponential(1.0, 1.5), np.arange(0.0, 0.1 * steps + 1.0, 1.2)
+    weights = [rng.standard_normal(centres.size) for _ in range(plant.signal_count)]
+    wild = Reference(tuple(KernelSum(kernel, 0.0, centres, w) for w in weights), plant)
+    k = np.arange(steps + 1.0)
+    used = max(
+        float(np.max(np.maximum(values @ bounded.rows.T / bounded.upper, values @ bounded.rows.T / bounded.lower)))
+        for values, bounded in ((wild.state(k), plant.state_set), (wild.input(k), plant.input_set))
+    )
+    return Reference(tuple(KernelSum(kernel, 0.0, centres, _PART / used * w) for w in weights), plant)
+
 
 _NOMINAL_EVERY = 20
 _OFF_EVERY = 20
@@ -48,18 +161,18 @@ def disturbed_runs(case: Case, steps: int) -> Counts:
     Most runs start in x_r ⊕ Z, every twentieth one off the tube.
     """
     found = Counts(case.name)
-    for i, disturbances in _kinds(case):
+    for i, pushed in _kinds(case):
         if found.steps >= steps:
             return found
-        noise = _noise(case, i)
-        first = _start(case, i) - (0.0 if noise is None else noise(0, case.robust.state(0)))
+        measured = _noise_of(case, i)
+        first = _start_of(case, i) - (0.0 if measured is None else measured(0, case.robust.state(0)))
         loop = simulate(
             case.tube,
             case.robust,
             case.robust.state(0) + first,
             case.steps,
-            disturbances=disturbances,
-            noise=_noise(case, i),
+            disturbances=pushed,
+            noise=_noise_of(case, i),
         )
         found.runs += 1
         found.steps += len(loop.inputs)
@@ -81,17 +194,17 @@ def _kinds(case: Case) -> Iterator[tuple[int, Disturbances]]:
 
 def _kind(case: Case, i: int) -> Disturbances:
     """Return the disturbances of run i, the same each time."""
-    return runs.disturbances(("greedy", "drawn", "constant")[i % 3], case.tightening, i)
+    return disturbances(("greedy", "drawn", "constant")[i % 3], case.tightening, i)
 
 
-def _noise(case: Case, i: int) -> Disturbances | None:
+def _noise_of(case: Case, i: int) -> Disturbances | None:
     """Return the measurement noise of run i, if there is some, the same each time."""
-    return runs.noise(case.tightening, i)
+    return noise(case.tightening, i)
 
 
-def _start(case: Case, i: int) -> Array:
+def _start_of(case: Case, i: int) -> Array:
     """Return an error of the measured state, in Z; for every twentieth run any from which there is a plan."""
-    e = runs.start(case.tube.invariant, i)
+    e = start(case.tube.invariant, i)
     if i % _OFF_EVERY:
         return e
     rng = np.random.default_rng(i)
@@ -103,8 +216,8 @@ def _start(case: Case, i: int) -> Array:
 
 def _nominal_fails(case: Case, reference: Reference, i: int) -> int | None:
     """Return the first step at which the nominal controller has no plan or a bound is broken, from the reference on."""
-    disturbances, noise = _kind(case, i), _noise(case, i)
-    loop = simulate(case.controller, reference, reference.state(0), case.steps, disturbances=disturbances, noise=noise)
+    pushed, measured = _kind(case, i), _noise_of(case, i)
+    loop = simulate(case.controller, reference, reference.state(0), case.steps, disturbances=pushed, noise=measured)
     outside = np.flatnonzero(case.tightening.given.state_set.margin(loop.states) < 0).tolist()
     steps = [*outside[:1], *(result.k for result in loop.without_plan[:1])]
     return min(steps, default=None)

@@ -1,116 +1,396 @@
-"""Figures of what Algorithm 1 learned."""
+"""Figures of Algorithm 1: its iterations, the likelihood's landscape, and illustrations of its ideas."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from itertools import cycle
+from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import FancyArrowPatch, Patch
+from matplotlib.path import Path
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
-from pipeline.experiments import Experiment
-from pipeline.methods import AS_PUBLISHED, HYPERPARAMETERS, JOINT, SOUND, methods_in_figures
-from pipeline.storage.archive import Fitted
-from pipeline.storage.tables import read_columns
-from trackably import plots
-from trackably.gp.joint import JointPrior
-from trackably.learning.landscape import Landscape, landscape
-from trackably.learning.problem import ConstrainedProblem
-from trackably.learning.published.algorithm1 import SOUND as SOUND_READING
-from trackably.learning.published.scalar import interval_sets
-from trackably.learning.space import SearchSpace
+from pipeline.drawings.style import (
+    PUBLISHED,
+    SYMBOLS,
+    direct_label,
+    input_at_steps,
+    input_interval,
+    state_at_steps,
+    state_bounds,
+    state_interval,
+    step_label,
+    tube_after_steps,
+)
+from pipeline.published.algorithm1 import Trace, tail
+from trackably.arrays import Array
+from trackably.exports.figures import (
+    BLUE,
+    COLUMN,
+    FAINT,
+    GREY,
+    INK,
+    ORANGE,
+    PAGE,
+    PALE,
+    SAMPLE,
+    reference_styles,
+    styled,
+)
+from trackably.gp.samples import Samples
+from trackably.learning.landscape import Landscape
 from trackably.systems.reference import Reference
+from trackably.systems.sets.interval import Interval
 
-_STEPS_OF_TUBE = 12
-_GRID_POINTS = 56
-_SCHEME, _POINTS_OF_SCHEME = 2.0, 301  # until this multiple of the last sample's time
-# The landscape spans these factors around the learned hyperparameters: an overview, and a closer view.
-_OVERVIEW, _CLOSER = 8.0, 1.25
-
-
-def applies_to(fitted: Fitted) -> bool:
-    """Return whether there is a trace of Algorithm 1 in the reading that its proof supports."""
-    return SOUND.name in fitted.traces
+_STEP: Final = r"iteration $\bar{k}$ [steps]"
+_LIMIT: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.9, "linestyle": (0, (4, 1.5))}
+_ZOOMED: Final = 11
+_EVERY: Final = 5  # so many iterations from one marker of a published curve to the next
 
 
-def drawings(experiment: Experiment, fitted: Fitted) -> dict[str, Callable[[], Figure]]:
-    """Return the figures by name; none without a trace."""
-    if not applies_to(fitted):
-        return {}
-    sound = fitted.learned[SOUND.name]
-    final_step, plant = sound.final_step or 0, experiment.plant
-    references = _references(fitted)
-    (prior,) = sound.prior.parts
-    last_sample = round(float(fitted.sampled.only.times[-1]) / plant.sampling_time)
-    by_name: dict[str, Callable[[], Figure]] = {
-        "scheme": lambda: _scheme(experiment, fitted),
-        "tube": lambda: plots.tube(sound.reference, np.arange(_STEPS_OF_TUBE, dtype=float)),
-        "asymptotic": lambda: plots.asymptotic(
-            sound.reference, fitted.sampled.only, last_sample, final_step, round(1.5 * final_step)
-        ),
-        "prediction": lambda: _prediction(experiment, fitted, final_step),
+@styled
+def convergence(
+    trace: Trace, state_set: Interval, prior_mean: float, published: Mapping[str, Array] | None = None
+) -> Figure:
+    """Draw hyperparameters and bounds at each iteration of Algorithm 1; mark where each of its tests first holds.
+
+    `published` curves have the names of the trace, with `k_bar`; of NaN nothing is drawn.
+    """
+    count = len(trace.hyperparameters)
+    figure = Figure(figsize=(PAGE, max(3.8, 1.3 * count)))
+    grid = figure.add_gridspec(2 * count, 2)
+    of_parameters = [figure.add_subplot(grid[2 * i : 2 * i + 2, 0]) for i in range(count)]
+    mean, rate = figure.add_subplot(grid[:count, 1]), figure.add_subplot(grid[count:, 1])
+    for axes, (name, values) in zip(of_parameters, trace.hyperparameters.items(), strict=True):
+        axes.plot(trace.k_bar, values, color=BLUE, marker="o", markersize=1.8, linewidth=0.8)
+        axes.set_ylabel(SYMBOLS.get(name, name))
+    _mean_bound(mean, trace, float(state_set.margin(np.array(prior_mean))))
+    _derivative_bound(rate, trace)
+    for axes, name in (
+        *zip(of_parameters, trace.hyperparameters, strict=True),
+        (mean, "mean_bound"),
+        *((rate, name) for name in ("growth_lower", "growth_upper", "derivative_bound")),
+    ):
+        if published and name in published:
+            _published(axes, published["k_bar"], published[name])
+    for axes in (*of_parameters, mean, rate):
+        axes.set_xlim(trace.k_bar[0] - 0.5, trace.k_bar[-1] + 0.5)
+        axes.set_xlabel(_STEP) if axes in (of_parameters[-1], rate) else axes.tick_params(labelbottom=False)
+    figure.align_ylabels()
+    return figure
+
+
+def _published(axes: Axes, k: Array, values: Array) -> None:
+    axes.plot(k[::_EVERY], values[::_EVERY], "s", markersize=2.5, **PUBLISHED)
+
+
+def _mean_bound(axes: Axes, trace: Trace, margin: float) -> None:
+    """Draw m̄ and the `margin` of the prior mean in X: the state test holds where m̄ is smaller."""
+    axes.plot(trace.k_bar, trace.mean_bound, color=BLUE)
+    axes.set_ylabel(r"bound $\bar{m}$ on $|m^+ - m|$ [–]")
+    axes.set_ylim(bottom=0)
+    _mark(axes, trace, np.isfinite(trace.mean_bound), r"$\zeta$-test", "right", (0, 1))
+    _mark(axes, trace, trace.keeps_states > 0, "state test", "right", (0, 0.3))
+    zoom = axes.inset_axes((0.56, 0.42, 0.44, 0.58))
+    last = trace.k_bar[-_ZOOMED:]
+    zoom.plot(last, trace.mean_bound[-_ZOOMED:], color=BLUE, marker="o", markersize=2)
+    zoom.axhline(margin, **_LIMIT)
+    zoom.tick_params(labelsize=6)
+    zoom.xaxis.set_major_locator(MaxNLocator(3, integer=True))
+    zoom.set_xlim(last[0] - 0.5, last[-1] + 0.5)
+    zoom.set_ylim(bottom=0)
+    direct_label(zoom, last[0], 0.95 * margin, r"room in $\mathcal{X}$", va="top")
+
+
+def _derivative_bound(axes: Axes, trace: Trace) -> None:
+    """Draw ±ṁ̄, and the growth rates between which it has to lie."""
+    k, low, high, bound = trace.k_bar, trace.growth_lower, trace.growth_upper, trace.derivative_bound
+    is_possible = (low < 0) & (high > 0)
+    axes.fill_between(k, low, high, where=is_possible, facecolor=FAINT, edgecolor="none")
+    for rate, name, va in ((low, r"$\underline{\tau}$", "top"), (high, r"$\overline{\tau}$", "bottom")):
+        axes.plot(k, rate, **_LIMIT)
+        _name_last(axes, k, rate, name, va)
+    for sign in (1, -1):
+        axes.plot(k, sign * bound, color=BLUE)
+    _name_first(axes, k, bound, r"$\pm\bar{\dot{m}}$ ")
+    axes.set_ylabel("rates [1/s]")
+    _mark(axes, trace, is_possible, r"$\underline{\tau} < 0 < \overline{\tau}$", "left", (0.5, 1))
+    _mark(axes, trace, trace.keeps_rates > 0, "rate test", "left", (0, 0.5))
+
+
+def _name_last(axes: Axes, k: Array, values: Array, name: str, va: str) -> None:
+    if np.isfinite(values[-1]):
+        direct_label(axes, k[-1], values[-1], name, ha="right", va=va)
+
+
+def _name_first(axes: Axes, k: Array, values: Array, name: str) -> None:
+    if np.any(known := np.isfinite(values)):
+        first = np.argmax(known)
+        direct_label(axes, k[first], values[first], name, ha="right", va="center", color=BLUE)
+
+
+def _mark(
+    axes: Axes, trace: Trace, holds: npt.NDArray[np.bool_], test: str, side: str, span: tuple[float, float]
+) -> None:
+    """Draw a line at the first iteration at which a test holds, with the name of the test at its outer end."""
+    if np.any(holds):
+        first = trace.k_bar[np.argmax(holds)]
+        axes.axvline(first, *span, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
+        height, va = (1.0, "top") if span[0] > 0 else (0.04, "bottom")
+        where = axes.get_xaxis_transform()
+        label = f" {test} \n $\\bar{{k}}$ = {first:g} "
+        direct_label(axes, first, height, label, ha=side, va=va, transform=where, linespacing=1.5)
+
+
+# Contours of l − min l, each about three times the one before.
+_LEVELS: Final = (0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30, 100, 300, 1000, 3000)
+_LABEL: Final = 0.07
+"""Room that the label of a contour needs to all sides, as a part of the panel."""
+_NAME: Final = np.array([[0.05, 0.0], [0.1, 0.0], [0.15, 0.0], [0.2, 0.0]])
+"""How far the name of an iteration reaches to the left, as parts of the panel."""
+_KEYS: Final = (
+    Line2D([], [], color=INK, marker=".", markersize=4, linewidth=0.8, label="iterations of Algorithm 1"),
+    Patch(facecolor=FAINT, edgecolor=INK, linewidth=1.6, label="all constraints hold"),
+    Line2D([], [], color=GREY, linewidth=0.6, label=r"$l(\theta) - \min l$"),
+)
+# One marker for each position, nested, so that optima that coincide are all visible.
+_OPTIMUM_MARKERS: Final[tuple[dict[str, Any], ...]] = (
+    {"marker": "D", "markersize": 4.5},
+    {"marker": "s", "markersize": 4.5},
+    {"marker": "o", "markersize": 8.5, "markerfacecolor": "none", "markeredgewidth": 1.4},
+    {"marker": "^", "markersize": 12.5, "markerfacecolor": "none", "markeredgewidth": 1.2},
+)
+
+
+@styled
+def landscape(panels: Sequence[Landscape], trace: Trace, references: Mapping[str, Reference]) -> Figure:
+    """Draw objective and feasible set on each grid, the iterations of Algorithm 1, and the optimum of each reference.
+
+    The grids span the first two hyperparameters of the trace. Others, if learned too, are not shown.
+    """
+    figure = Figure(figsize=(PAGE, 4.0))
+    lowest = min(float(np.nanmin(panel.objective)) for panel in panels)
+    names = list(trace.hyperparameters)[:2]
+    path = np.array([trace.hyperparameters[name] for name in names])
+    for axes, panel in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
+        axes.set(xscale="log", yscale="log", xlim=panel.theta1[[0, -1]], ylim=panel.theta2[[0, -1]])
+        axes.plot(*path, color=INK, marker=".", markersize=4, linewidth=0.8, zorder=4)
+        optima = _optima(axes, references, names)
+        _label_contours(axes, _contours(axes, panel, lowest), np.vstack([path.T, optima]))
+        axes.set(xlabel=SYMBOLS.get(names[0], names[0]), ylabel=SYMBOLS.get(names[1], names[1]))
+        for axis, values in ((axes.xaxis, panel.theta1), (axes.yaxis, panel.theta2)):
+            axis.set_major_locator(LogLocator(subs=(1, 2, 5)) if values[-1] > 5 * values[0] else MaxNLocator(5))
+            axis.set_minor_locator(NullLocator())
+            axis.set_major_formatter("{x:g}")
+    _name_ends(axes, path, trace.k_bar)
+    figure.legend(handles=[*axes.get_legend_handles_labels()[0], *_KEYS], loc="outside upper center", ncols=3)
+    return figure
+
+
+def _contours(axes: Axes, panel: Landscape, lowest: float) -> QuadContourSet:
+    """Draw contours of l above its lowest value, which are returned, and the feasible set shaded with its boundary."""
+    grid = panel.theta1, panel.theta2
+    axes.contourf(*grid, panel.margin, levels=[0, np.inf], colors=[FAINT], zorder=1)
+    axes.contour(*grid, panel.margin, levels=[0], colors=[INK], linewidths=1.6, zorder=3)
+    return axes.contour(*grid, panel.objective - lowest, levels=_LEVELS, colors=[GREY], linewidths=0.6, zorder=2)
+
+
+def _label_contours(axes: Axes, lines: QuadContourSet, points: Array) -> None:
+    """Label each contour where it is farthest from the frame, from the `points` (m, 2), and from other labels.
+
+    The first of the points has its name on its left.
+    """
+    to_panel = axes.transData - axes.transAxes
+    on_panel = np.asarray(to_panel.transform(points))
+    taken, places = np.vstack([on_panel, on_panel[0] - _NAME]), []
+    for level in lines.get_paths():
+        vertices = np.asarray(level.vertices)
+        if vertices.size:
+            along = np.asarray(to_panel.transform(vertices))
+            to_frame = np.min(np.minimum(along, 1 - along), axis=1)
+            room = np.minimum(to_frame, np.min(np.linalg.norm(along[:, None] - taken, axis=2), axis=1))
+            roomiest = int(np.argmax(room))
+            if room[roomiest] > _LABEL:
+                places.append(vertices[roomiest])
+                taken = np.vstack([taken, along[roomiest]])
+    axes.clabel(lines, fontsize=6, fmt="%g", manual=places)
+
+
+def _optima(axes: Axes, references: Mapping[str, Reference], names: Sequence[str]) -> Array:
+    """Mark the optimum of each reference, and return all of them, (r, 2)."""
+    optima = []
+    for (name, style), marker in zip(reference_styles(references).items(), cycle(_OPTIMUM_MARKERS)):
+        theta = references[name].kernel_sums[0].kernel.hyperparameters
+        label = f"optimum, {style['label']}"
+        optima.append([float(theta[n]) for n in names])
+        axes.plot(*optima[-1], linestyle="none", color=style["color"], zorder=5, label=label, **marker)
+    return np.array(optima)
+
+
+def _name_ends(axes: Axes, path: Array, k_bar: Array) -> None:
+    """Write k̄ beside the first and the last iteration."""
+    style: dict[str, Any] = {
+        "fontsize": 7,
+        "zorder": 6,
+        "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.5},
     }
-    if AS_PUBLISHED.name in fitted.traces:
-        trace = fitted.traces[AS_PUBLISHED.name]
-        curves = read_columns(experiment.published.iterations) if experiment.published.iterations else None
-        by_name["convergence"] = lambda: plots.convergence(trace, interval_sets(plant)[0], prior.mean, curves)
-    if len(prior.kernel.hyperparameters.keys() & sound.prior.learned) == 2:
-        by_name["landscape"] = lambda: plots.landscape(
-            landscapes(experiment, fitted), fitted.traces[SOUND.name], references
+    for i, offset, ha, va in ((0, (-7, 0), "right", "center"), (-1, (0, 9), "center", "bottom")):
+        name = rf"$\bar{{k}}$ = {k_bar[i]:g}"
+        axes.annotate(name, (path[0, i], path[1, i]), offset, textcoords="offset points", ha=ha, va=va, **style)
+
+
+@styled
+def tube(reference: Reference, steps: Array) -> Figure:
+    """Draw a scalar reference at consecutive `steps` k: the states, the tube in reach from each, and the inputs."""
+    figure = Figure(figsize=(COLUMN, 3.5))
+    states, inputs = figure.subplots(2, 1, sharex=True, height_ratios=[2.2, 1])
+    _fans(states, reference, steps)
+    _inputs(inputs, reference, steps)
+    states.set_ylabel(r"state $x$ [–]")
+    inputs.set_ylabel(r"input $u$ [–]")
+    inputs.set_xlabel(step_label(reference.plant.sampling_time))
+    inputs.set_xlim(steps[0] - 0.4, steps[-1] + 1.4)
+    inputs.xaxis.get_major_locator().set_params(integer=True)
+    handles = [handle for axes in (states, inputs) for handle in axes.get_legend_handles_labels()[0]]
+    figure.legend(handles=handles, loc="outside upper center", ncols=2)
+    figure.align_ylabels()
+    return figure
+
+
+def _fans(axes: Axes, reference: Reference, steps: Array) -> None:
+    x, (low, high) = state_at_steps(reference, steps), tube_after_steps(reference, steps)
+    fans = [[(k, y), (k + 1, bottom), (k + 1, top)] for k, y, bottom, top in zip(steps, x, low, high, strict=True)]
+    ends = [[(k + 1, bottom), (k + 1, top)] for k, bottom, top in zip(steps, low, high, strict=True)]
+    axes.add_collection(PolyCollection(fans, facecolors=FAINT, edgecolors="none"))
+    label = r"$\mathcal{T}_{k+1}$, in reach from $x_\mathrm{r}(k)$"
+    axes.add_collection(LineCollection(ends, colors=GREY, linewidths=1.6, label=label))
+    with_next = np.append(steps, steps[-1] + 1)
+    x = state_at_steps(reference, with_next)
+    axes.plot(with_next, x, color=BLUE, marker="o", linewidth=0.9, label=r"reference $x_\mathrm{r}(k)$")
+    axes.autoscale_view()
+    state_bounds(axes, state_interval(reference), side="left")
+
+
+def _inputs(axes: Axes, reference: Reference, steps: Array) -> None:
+    bounds, u = input_interval(reference), input_at_steps(reference, steps)
+    axes.axhspan(bounds.lower, bounds.upper, facecolor=FAINT, edgecolor="none", label=r"input set $\mathcal{U}$")
+    axes.hlines([bounds.lower, bounds.upper], steps[0] - 0.4, steps[-1] + 1.4, colors=INK, linewidths=0.8)
+    edges, label = np.append(steps, steps[-1] + 1), r"its input $u_\mathrm{r}(k)$"
+    axes.stairs(u, edges, baseline=None, color=BLUE, linewidth=1.2, label=label)
+    pad = 0.12 * bounds.width
+    axes.set_ylim(bounds.lower - pad, bounds.upper + pad)
+    axes.set_yticks([bounds.lower, (bounds.lower + bounds.upper) / 2, bounds.upper])
+
+
+@styled
+def asymptotic(reference: Reference, samples: Samples, transient_step: int, final_step: int, last_step: int) -> Figure:
+    """Draw an asymptotically constant scalar reference up to `last_step`, and the bound m ± m̄ where it is decreasing.
+
+    The signal that is sampled varies until `transient_step`; from `final_step` k̄ on the bound lies inside X.
+    """
+    figure = Figure(figsize=(COLUMN, 2.5))
+    axes = figure.subplots()
+    plant = reference.plant
+    k = np.linspace(0, last_step, 10 * last_step + 1)
+    x = state_at_steps(reference, k)
+    low, high = float(min(x.min(), samples.values.min())), float(max(x.max(), samples.values.max()))
+    bottom, top = low - 0.1 * (high - low), high + 0.4 * (high - low)
+    axes.set(xlim=(-1, last_step), ylim=(bottom, top))
+    axes.axvspan(0, transient_step, facecolor=PALE, edgecolor="none", zorder=0)
+    _envelope(axes, reference, k)
+    axes.plot(k, x, color=BLUE, zorder=4, label=r"reference $x_\mathrm{r}$")
+    axes.plot(samples.times / plant.sampling_time, samples.values, **SAMPLE)
+    axes.axvline(final_step, color=GREY, linewidth=0.8, linestyle=":")
+    axes.set(xlabel=step_label(plant.sampling_time), ylabel=r"state $x$ [–]")
+    state_bounds(axes, state_interval(reference))
+    figure.legend(loc="outside upper center", ncols=3)
+    side = "right" if transient_step > last_step / 4 else "left"  # within the grey band if it is wide enough
+    direct_label(axes, transient_step, bottom, " transient ", ha=side, va="bottom")
+    direct_label(axes, final_step, bottom, rf" $\bar{{k}}$ = {final_step}", va="bottom")
+    return figure
+
+
+def _envelope(axes: Axes, reference: Reference, k: Array) -> None:
+    """Draw m ± m̄(t) from where all samples lie further back than ζ, within the limits of the axes."""
+    (signal,) = reference.kernel_sums
+    tails = [(step, found) for step, t in zip(k, reference.instants(k), strict=True) if (found := tail(signal, t))]
+    if not tails:
+        return
+    steps, reach = np.array([(step, bounds.mean_bound) for step, bounds in tails]).T
+    style: dict[str, Any] = {"facecolor": FAINT, "edgecolor": ORANGE, "linestyle": (0, (4, 1.5)), "linewidth": 1.0}
+    ends = signal.mean - reach, signal.mean + reach
+    axes.fill_between(steps, *ends, zorder=1, label=r"bound $m \pm \bar{m}(t)$", **style)
+
+
+_HEIGHT = 1.7  # in
+_PANELS, _BOXES = (0.01, 0.44), (0.325, 0.735, 0.925)  # left ends, and middles, as parts of the width
+_WIDTH, _BOTTOM, _TOP = 0.2, 0.2, 0.86
+_MIDDLE = (_BOTTOM + _TOP) / 2
+_ARROWS = (0.214, 0.277), (0.373, 0.436), (0.644, 0.688), (0.781, 0.893)
+_HALF, _BELOW = 0.075, 0.12  # of the height: half a box of one line, and where the state goes back
+_ROOM = 0.25  # beyond the bound, of the height of what is drawn
+
+
+@styled
+def scheme(reference: Reference, samples: Samples, times: Array, truth: Array | None) -> Figure:
+    """Draw samples (and the `truth`, if known) → reference generator → learned `reference` → controller → plant.
+
+    `times` [s] of shape (n,) are those of both panels; the scheme is about scalar systems.
+    """
+    figure = Figure(figsize=(PAGE, _HEIGHT))
+    figure.set_layout_engine("none")
+    learned = reference.state_at(times)[:, 0]
+    given, made = (figure.add_axes((left, _BOTTOM, _WIDTH, _TOP - _BOTTOM)) for left in _PANELS)
+    given.plot(samples.times, samples.values, **{**SAMPLE, "markersize": 3.5})
+    if truth is not None:
+        given.plot(times, truth, color=GREY, linestyle=(0, (4, 2)), linewidth=0.9)
+    made.plot(times, learned, color=BLUE, linewidth=1.2)
+    lowest, bound = float(min(learned.min(), samples.values.min())), state_interval(reference).upper
+    for axes, title in ((given, r"data ($\times$)"), (made, r"learned reference $x_\mathrm{r}$")):
+        _panel(axes, title, float(times[-1]), lowest, bound)
+    for middle, words in zip(_BOXES, ("reference\ngenerator\n(GP)", "controller\n(MPC)", "plant"), strict=True):
+        _box(figure, middle, words)
+    for start, end in _ARROWS:
+        _arrow(figure, (start, _MIDDLE), (end, _MIDDLE))
+    controller, plant = _BOXES[1:]
+    _arrow(figure, (plant, _MIDDLE - _HALF), (plant, _BELOW), (controller, _BELOW), (controller, _MIDDLE - 1.7 * _HALF))
+    figure.text(sum(_ARROWS[3]) / 2, _MIDDLE + 0.04, r"$u(k)$", ha="center", fontsize=8)
+    figure.text((plant + controller) / 2, _BELOW + 0.03, r"$x(k)$", ha="center", fontsize=8)
+    return figure
+
+
+def _panel(axes: Axes, title: str, last: float, lowest: float, bound: float) -> None:
+    """Shade what lies beyond the bound, and leave of the axes two arrows' worth of lines."""
+    room = _ROOM * (bound - lowest)
+    axes.axhspan(bound, bound + room, facecolor=FAINT, edgecolor="none")
+    axes.axhline(bound, color=INK, linewidth=0.8)
+    axes.set_xlim(0, last)
+    axes.set_ylim(lowest - 0.4 * room, bound + room)
+    axes.set_xticks([])
+    axes.set_yticks([])
+    axes.set_title(title, fontsize=8)
+    axes.set_xlabel(r"time $t$", fontsize=7, labelpad=2)
+
+
+def _box(figure: Figure, middle: float, words: str) -> None:
+    frame = {"boxstyle": "round,pad=0.45", "facecolor": "white", "edgecolor": INK, "linewidth": 0.9}
+    figure.text(middle, _MIDDLE, words, ha="center", va="center", fontsize=8, bbox=frame)
+
+
+def _arrow(figure: Figure, *corners: tuple[float, float]) -> None:
+    """Draw a line through corners, in parts of the figure, with a head at its end."""
+    figure.add_artist(
+        FancyArrowPatch(
+            path=Path(corners),
+            transform=figure.transFigure,
+            arrowstyle="-|>,head_width=2,head_length=4",
+            color=INK,
+            linewidth=0.9,
+            joinstyle="miter",
         )
-    return by_name
-
-
-def _scheme(experiment: Experiment, fitted: Fitted) -> Figure:
-    (name,) = fitted.sampled.names
-    times = np.linspace(0, _SCHEME * float(fitted.sampled.only.times[-1]), _POINTS_OF_SCHEME)
-    truth = experiment.truths[name](times) if name in experiment.truths else None
-    return plots.scheme(fitted.learned[JOINT.name].reference, fitted.sampled.only, times, truth)
-
-
-def landscapes(experiment: Experiment, fitted: Fitted) -> Sequence[Landscape]:
-    """Return the likelihood and the constraints of the sound reading's last iteration, around what was learned."""
-    learned = fitted.learned[SOUND.name]
-    (own,) = learned.prior.parts
-    kernel = [name for name in own.kernel.hyperparameters if name in own.learned]
-    # Where the noise is learned too, the landscape is cut at its learned value.
-    prior = replace(own, noise_std=float(own.noise_std))
-    space = experiment.search_space(fitted.sampled.samples)
-    problem = ConstrainedProblem(
-        fitted.sampled.samples,
-        JointPrior((prior,)),
-        SearchSpace({name: bounds for name, bounds in space.bounds.items() if name in kernel}),
-        SOUND_READING.constraints(experiment.plant, learned.final_step or 0),
     )
-    first, second = (prior.hyperparameters[name] for name in kernel)
-    grids = []
-    for factor in (_OVERVIEW, _CLOSER):
-        spread = np.geomspace(1 / factor, factor, _GRID_POINTS)
-        grids.append(landscape(problem, first * spread, second * spread))
-    return grids
-
-
-def _references(fitted: Fitted) -> dict[str, Reference]:
-    shown = methods_in_figures(fitted.learned)
-    return {method.name: fitted.learned[method.name].reference for method in shown}
-
-
-def _prediction(experiment: Experiment, fitted: Fitted, final_step: int) -> Figure:
-    steps = np.arange(round(1.5 * final_step) + 1, dtype=float)
-    times = steps * experiment.plant.sampling_time
-    truth = next((truth(times) for truth in experiment.truths.values()), None)
-    return plots.prediction(
-        fitted.sampled.only,
-        _references(fitted),
-        HYPERPARAMETERS.name,
-        steps,
-        true_reference=truth,
-        published=_published(experiment),
-        final_step=final_step,
-    )
-
-
-def _published(experiment: Experiment) -> plots.Published | None:
-    if experiment.published.prediction is None:
-        return None
-    columns = read_columns(experiment.published.prediction)
-    means = {name: columns[f"mean_{name}"] for name in ("unconstrained", "constrained")}
-    return plots.Published(columns["k"], means, columns["successor_lower"], columns["successor_upper"])

@@ -1,40 +1,451 @@
-"""Figures of closed loops."""
+"""Figures of closed loops: over time, in the plane, with their feasible sets, where no plan was found, disturbed."""
 
-from collections.abc import Callable
+from collections.abc import Mapping, Sequence
+from itertools import cycle
+from typing import Any, Final
 
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pipeline.experiments import Experiment
-from pipeline.loops.initial_states import ON
-from pipeline.methods import JOINT, UNCONSTRAINED
-from pipeline.storage.loops import read_loops
-from pipeline.storage.results import Results
-from trackably import plots
+from pipeline.drawings.references import label_plane
+from pipeline.drawings.style import (
+    CLOSED_LOOP,
+    INITIAL_STATE_STYLES,
+    coordinate_values,
+    direct_label,
+    draw_coordinate,
+    fit_limits,
+    shade_no_plan,
+    stacked_panels,
+    step_label,
+)
+from trackably.arrays import Array
+from trackably.control.loop_trajectory import LoopTrajectory, Runs
+from trackably.exports.figures import (
+    BLUE,
+    COLUMN,
+    FAINT,
+    GREEN,
+    GREY,
+    INK,
+    NAVY,
+    ORANGE,
+    PAGE,
+    PURPLE,
+    UNKNOWN_UNITS,
+    Units,
+    axis_label,
+    bounds_of,
+    coordinates,
+    legend_above,
+    pad_limits,
+    shade_outside,
+    styled,
+)
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.reference import Window
+from trackably.systems.sets.interval import Interval
+from trackably.systems.sets.polytope import Polytope
+
+ByInitialState = Mapping[str, LoopTrajectory]
+_ROUNDING: Final = 1e-16
 
 
-def drawings(experiment: Experiment, results: Results) -> dict[str, Callable[[], Figure]]:
-    """Return the figures by name, each drawn when it is called. Raises as `read_loops`."""
-    plant, wanted, units = experiment.plant, experiment.control, experiment.units
-    closed = read_loops(results, plant)
-    courses, steps = closed.courses, experiment.loop_steps
-    shown = steps.start + min(wanted.shown, wanted.logged, len(steps))
-    by_name: dict[str, Callable[[], Figure]] = {
-        "closed-loop": lambda: plots.closed_loop(courses, plant, shown, units),
-        "cost": lambda: plots.costs(courses, plant, shown),
-    }
-    if (plane := experiment.plane) is not None:
-        by_name["loops-in-plane"] = lambda: plots.loops_in_plane(courses[JOINT.name], plant, plane, shown, units)
-    lost = courses[UNCONSTRAINED.name][ON]
-    if lost.infeasible.size:
-        by_name["infeasibility"] = lambda: plots.infeasibility(lost, plant, wanted.horizon, units)
-    online, offered = closed.online, closed.offered
-    if online is not None and offered is not None:
-        by_name["relearning"] = lambda: plots.relearned(online, offered, plant, units)
-    if not closed.feasible:
-        return by_name
-    if len(plant.system.states) == 1:
-        followed = courses[JOINT.name][ON]
-        by_name["feasible-set"] = lambda: plots.feasible_intervals(closed.feasible, followed, plant, units)
-    else:
-        by_name["feasible-set"] = lambda: plots.feasible_polygons(closed.feasible, courses[JOINT.name], plant, units)
-    return by_name
+@styled
+def closed_loop(
+    loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_step: int, units: Units = UNKNOWN_UNITS
+) -> Figure:
+    """Draw states and inputs up to `last_step`, one column for each reference by its label.
+
+    Steps are shaded where no initial state leaves the controller with a plan.
+    """
+    names = coordinates(plant)
+    figure = Figure(figsize=(PAGE, 0.9 + 1.25 * len(names)))
+    panels = figure.subplots(len(names), len(loops), sharex=True, sharey="row", squeeze=False)
+    for column, (label, by_state) in zip(panels.T, loops.items(), strict=True):
+        column[0].set_title(f"{label} reference")
+        column[-1].set_xlabel(step_label(plant.sampling_time))
+        for i, axes in enumerate(column):
+            for initial_state, trajectory in by_state.items():
+                draw_coordinate(axes, trajectory.until(last_step), i, INITIAL_STATE_STYLES[initial_state])
+            _shade_where_none_has_a_plan(axes, by_state, last_step, named=axes is column[0])
+    for i, (name, row) in enumerate(zip(names, panels, strict=True)):
+        row[0].set_ylabel(axis_label(name, units))
+        values = [coordinate_values(t.until(last_step), i)[0] for by_state in loops.values() for t in by_state.values()]
+        fit_limits(row[0], bounds_of(plant).get(name), np.concatenate(values))
+        for axes in row[1:]:
+            shade_outside(axes, bounds_of(plant).get(name))
+    panels[0, 0].set_xlim(0, last_step)
+    figure.align_ylabels(panels[:, 0])
+    legend_above(figure)
+    return figure
+
+
+@styled
+def costs(loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_step: int) -> Figure:
+    """Draw V_N(k) up to `last_step`, one panel for each reference by its label.
+
+    Values below 1e-16 are rounding, and are drawn at 1e-16.
+    """
+    figure = Figure(figsize=(PAGE, 2.5))
+    panels = figure.subplots(1, len(loops), sharey=True, squeeze=False)[0]
+    for axes, (label, by_state) in zip(panels, loops.items(), strict=True):
+        for initial_state, trajectory in by_state.items():
+            part = trajectory.until(last_step)
+            axes.plot(part.steps, np.maximum(part.costs, _ROUNDING), **INITIAL_STATE_STYLES[initial_state])
+        _shade_where_none_has_a_plan(axes, by_state, last_step)
+        axes.set(title=f"{label} reference", xlabel=step_label(plant.sampling_time), xlim=(0, last_step))
+    panels[0].set(ylabel=r"optimal cost $V_N(k)$ [–]", yscale="log")
+    legend_above(figure)
+    return figure
+
+
+def _shade_where_none_has_a_plan(axes: Axes, by_state: ByInitialState, last_step: int, named: bool = True) -> None:
+    """Shade steps at which no loop that still runs has a plan, and mark the step at which the last loop ended."""
+    ends = {name: float(trajectory.steps[-1]) for name, trajectory in by_state.items()}
+    ended = max(ends.values())
+    infeasible = {name: set(trajectory.infeasible.tolist()) for name, trajectory in by_state.items()}
+    steps = np.arange(min(ended, last_step + 1.0))
+    shade_no_plan(axes, np.array([k for k in steps if all(k in infeasible[name] or k >= ends[name] for name in ends)]))
+    if ended < last_step:
+        axes.axvline(ended, color=GREY, linewidth=0.8, linestyle=":")
+        if named:
+            side = "right" if ended > last_step / 2 else "left"
+            where = axes.get_xaxis_transform()
+            direct_label(axes, ended, 0.5, " given up ", transform=where, va="center", ha=side, color=GREY)
+
+
+_UPDATE: Final[dict[str, Any]] = {"linestyle": "none", "clip_on": False, "zorder": 5}
+_UPDATES: Final[dict[float, dict[str, Any]]] = {
+    1.0: {**_UPDATE, "marker": "v", "color": BLUE, "markersize": 5, "label": "new reference taken"},
+    0.0: {**_UPDATE, "marker": "x", "color": ORANGE, "markersize": 5, "label": "not taken"},
+}
+
+
+@styled
+def infeasibility(
+    trajectory: LoopTrajectory, plant: ConstrainedSystem, horizon: int, units: Units = UNKNOWN_UNITS
+) -> Figure:
+    """Draw the loop around its first infeasible step, and mark the `horizon` steps over which a plan would reach.
+
+    Steps at which there is no plan are shaded.
+    """
+    names, first = coordinates(plant), float(trajectory.infeasible[0])
+    begin, end = max(0.0, first - horizon), first + 3 * horizon
+    figure, panels = stacked_panels(names, 0.8, units)
+    part = trajectory.until(int(end))
+    for i, (axes, name) in enumerate(zip(panels, names, strict=True)):
+        draw_coordinate(axes, part, i, CLOSED_LOOP)
+        shade_no_plan(axes, part.infeasible)
+        shown = np.concatenate([values[part.steps >= begin] for values in coordinate_values(part, i)])
+        pad_limits(axes, Interval(float(np.nanmin(shown)), float(np.nanmax(shown))))
+        shade_outside(axes, bounds_of(plant).get(name))
+        axes.axvline(first, color=INK, linewidth=0.8, linestyle=":", zorder=2.8)
+        axes.axvline(first + horizon, color=INK, linewidth=0.8, linestyle=":", zorder=2.8)
+    panels[0].annotate(
+        "", (first, 1.04), (first + horizon, 1.04), xycoords=panels[0].get_xaxis_transform(),
+        arrowprops={"arrowstyle": "<->", "linewidth": 0.7, "shrinkA": 0, "shrinkB": 0}, annotation_clip=False,
+    )  # fmt: skip
+    label = f" from step {first:.0f} no plan reaches step {first + horizon:.0f}"
+    where = panels[0].get_xaxis_transform()
+    direct_label(panels[0], first + horizon, 1.04, label, transform=where, va="center", clip_on=False)
+    panels[-1].set(xlabel=step_label(plant.sampling_time), xlim=(begin, min(end, part.steps[-1])))
+    figure.align_ylabels(panels)
+    legend_above(figure)
+    return figure
+
+
+@styled
+def relearned(
+    trajectory: LoopTrajectory,
+    updates: Mapping[str, Array],
+    plant: ConstrainedSystem,
+    units: Units = UNKNOWN_UNITS,
+) -> Figure:
+    """Draw a loop whose reference is learned again, and mark each update as taken or not.
+
+    `updates` has the columns `step` and `taken` (1 or 0).
+    """
+    names = coordinates(plant)
+    figure, panels = stacked_panels(names, 0.8, units)
+    for i, (axes, name) in enumerate(zip(panels, names, strict=True)):
+        draw_coordinate(axes, trajectory, i, CLOSED_LOOP)
+        fit_limits(axes, bounds_of(plant).get(name), coordinate_values(trajectory, i)[0])
+        for taken, style in _UPDATES.items():
+            steps = updates["step"][updates["taken"] == taken]
+            if steps.size:
+                axes.plot(steps, np.full(steps.size, 1.0), transform=axes.get_xaxis_transform(), **style)
+                axes.vlines(steps, 0, 1, transform=axes.get_xaxis_transform(), colors=GREY, linewidths=0.6, zorder=2)
+    panels[-1].set(xlabel=step_label(plant.sampling_time), xlim=(0, trajectory.steps[-1]))
+    figure.align_ylabels(panels)
+    legend_above(figure)
+    return figure
+
+
+Columns = Mapping[str, Array]
+
+# From the shortest horizon to the longest. Wider bands lie below, and their edges differ in dashes too.
+_EDGE_STYLES: Final[tuple[dict[str, Any], ...]] = (
+    {"color": NAVY, "linestyle": "-"},
+    {"color": ORANGE, "linestyle": (0, (5, 1.4))},
+    {"color": GREEN, "linestyle": (0, (5, 1.4, 1.2, 1.4))},
+    {"color": PURPLE, "linestyle": (0, (1.4, 1))},
+    {"color": BLUE, "linestyle": (0, (3, 1, 1, 1, 1, 1))},
+)
+_FILL: Final = 0.12
+
+
+@styled
+def feasible_intervals(
+    feasible: Mapping[int, Columns], trajectory: LoopTrajectory, plant: ConstrainedSystem, units: Units = UNKNOWN_UNITS
+) -> Figure:
+    """Draw the feasible interval of each horizon over the steps, for systems of one state, and the reference."""
+    figure = Figure(figsize=(PAGE, 2.9))
+    axes = figure.subplots()
+    for (horizon, columns), style in _widest_first(feasible):
+        k, low, high = columns["step"], columns["lower"], columns["upper"]
+        axes.fill_between(k, low, high, facecolor=style["color"], alpha=_FILL, edgecolor="none", zorder=1)
+        axes.plot(k, low, **style, label=rf"$N$ = {horizon}", zorder=3)
+        axes.plot(k, high, **style, zorder=3)
+    last = max(columns["step"][-1] for columns in feasible.values())
+    part = trajectory.until(int(last))
+    axes.plot(part.steps, part.reference_states[:, 0], color=INK, linewidth=0.7, zorder=4, label="reference")
+    for bound in (plant.state_set.lower[0], plant.state_set.upper[0]):
+        axes.axhline(bound / plant.state_set.rows[0, 0], color=INK, linewidth=0.8, zorder=2.5)
+    name = axis_label(plant.system.states[0], units)
+    axes.set(xlabel=step_label(plant.sampling_time), ylabel=name, xlim=(0, last))
+    _legend(figure, axes)
+    return figure
+
+
+@styled
+def feasible_polygons(
+    feasible: Mapping[int, Columns],
+    by_initial_state: Mapping[str, LoopTrajectory],
+    plant: ConstrainedSystem,
+    units: Units = UNKNOWN_UNITS,
+) -> Figure:
+    """Draw the feasible polygon of each horizon at step 0, for systems of two states, and the loops' first steps."""
+    first, second = plant.system.states
+    figure = Figure(figsize=(1.4 * COLUMN, 3.6))
+    axes = figure.subplots()
+    for (horizon, columns), style in _widest_first(feasible):
+        corners = np.column_stack([columns[first], columns[second]])
+        axes.fill(*corners.T, facecolor=style["color"], alpha=_FILL, edgecolor="none", zorder=1)
+        axes.plot(*np.vstack([corners, corners[:1]]).T, **style, label=rf"$N$ = {horizon}", zorder=3)
+    everything = np.vstack([np.column_stack([c[first], c[second]]) for c in feasible.values()])
+    for initial_state, trajectory in by_initial_state.items():
+        x = trajectory.until(max(feasible)).states
+        axes.plot(x[:, 0], x[:, 1], **INITIAL_STATE_STYLES[initial_state] | {"color": INK, "linewidth": 1.0})
+        axes.plot(*x[0], "o", color=INK, zorder=5)
+    padding = 0.06 * np.ptp(everything, axis=0)
+    (left, bottom), (right, top) = everything.min(axis=0) - padding, everything.max(axis=0) + padding
+    axes.set(xlabel=axis_label(first, units), ylabel=axis_label(second, units))
+    axes.set(xlim=(left, right), ylim=(bottom, top))
+    _legend(figure, axes, 3)
+    return figure
+
+
+def _widest_first(feasible: Mapping[int, Columns]) -> list[tuple[tuple[int, Columns], dict[str, Any]]]:
+    ordered = sorted(feasible.items())
+    return list(zip(ordered, (_EDGE_STYLES * len(ordered))[: len(ordered)], strict=True))[::-1]
+
+
+def _legend(figure: Figure, axes: Axes, columns: int = 6) -> None:
+    """Write a legend of the horizons, the shortest first, and then of the rest."""
+    handles, labels = axes.get_legend_handles_labels()
+    horizons = sum(label.startswith("$N$") for label in labels)
+    order = [*range(horizons)[::-1], *range(horizons, len(labels))]
+    found = {labels[i]: handles[i] for i in order}
+    figure.legend(found.values(), found, loc="outside upper center", ncols=min(columns, len(found)))
+
+
+_EVERY: Final = 5
+_CLOSE: Final = 0.01
+"""Lines to the reference are left out once they are shorter than this part of the picture."""
+
+
+@styled
+def loops_in_plane(
+    loops: Mapping[str, LoopTrajectory],
+    plant: ConstrainedSystem,
+    plane: tuple[str, str],
+    last_step: int,
+    units: Units = UNKNOWN_UNITS,
+) -> Figure:
+    """Draw loops by their initial states up to `last_step`, and the reference that they follow.
+
+    Thin lines lead from the state at every fifth step to the reference at the same step.
+    """
+    columns = [plant.system.states.index(name) for name in plane]
+    figure = Figure(figsize=(PAGE, 4.2))
+    axes = figure.subplots()
+    for initial_state, trajectory in loops.items():
+        part = trajectory.until(last_step)
+        states, reference = part.states[:, columns], part.reference_states[:, columns]
+        axes.plot(*states.T, **INITIAL_STATE_STYLES[initial_state])
+        axes.plot(*states[0], "o", color=INK, markersize=4, zorder=5)
+        for here, there in zip(states[::_EVERY], reference[::_EVERY], strict=True):
+            if np.linalg.norm(here - there) > _CLOSE * np.max(np.ptp(reference, axis=0)):
+                axes.plot(*np.array([here, there]).T, color=GREY, linewidth=0.5, zorder=2.0)
+    reference = max(loops.values(), key=lambda loop: len(loop.steps)).until(last_step).reference_states[:, columns]
+    axes.plot(*reference.T, color=INK, linewidth=0.7, zorder=3.6, label="reference")
+    label_plane(axes, plane, units)
+    legend_above(figure)
+    return figure
+
+
+_KINDS: Final[dict[str, dict[str, Any]]] = {
+    "drawn": {"color": GREEN, "linestyle": "-", "linewidth": 2.0, "zorder": 3.0, "label": "drawn disturbances"},
+    "greedy": {"color": ORANGE, "linestyle": (0, (5, 1.4)), "linewidth": 1.2, "zorder": 3.2, "label": "greedy ones"},
+    "constant": {"color": BLUE, "linestyle": (0, (1.4, 1)), "linewidth": 1.4, "zorder": 3.3, "label": "constant ones"},
+}
+_TUBE: Final[dict[str, Any]] = {"facecolor": BLUE, "alpha": 0.16, "edgecolor": "none", "zorder": 1.5, "label": "tube"}
+_RANGE: Final[dict[str, Any]] = {"facecolor": BLUE, "alpha": 0.34, "edgecolor": "none", "zorder": 1.6}
+_REFERENCE: Final[dict[str, Any]] = {"color": ORANGE, "linewidth": 1.3, "zorder": 3.4, "label": "reference"}
+_SINGLE: Final[dict[str, Any]] = {"color": NAVY, "linewidth": 0.4, "zorder": 3}
+_NAMED: Final[tuple[dict[str, Any], ...]] = (
+    {"color": ORANGE, "marker": "D", "markersize": 6, "linestyle": "none", "zorder": 4},
+    {"color": NAVY, "marker": "s", "markersize": 6, "linestyle": "none", "zorder": 4},
+)
+_SHOWN: Final = (-0.03, 0.12)
+"""Margins between these parts of a width are shown, and larger ones where no loop comes so near."""
+
+
+@styled
+def tube_runs(
+    runs: Runs,
+    count: int,
+    window: Window,
+    room: tuple[Array, Array],
+    plant: ConstrainedSystem,
+    units: Units = UNKNOWN_UNITS,
+) -> Figure:
+    """Draw the tube around a reference, and runs of the disturbed system inside of it.
+
+    On the left over time, on the right as differences from the reference, between the distances of the bounds. `room`
+    is how far states and inputs may be below and above the reference, each (n + m,). The range of all `count` runs is
+    shaded, and single ones are drawn.
+    """
+    names, bounds = coordinates(plant), bounds_of(plant)
+    figure = Figure(figsize=(PAGE, 0.9 + 1.25 * len(names)))
+    panels = figure.subplots(len(names), 2, sharex=True, squeeze=False)
+    K, n, (below, above) = len(runs.steps), len(plant.system.states), room
+    for i, (name, (left, right)) in enumerate(zip(names, panels, strict=True)):
+        reference = window.states[:K, i] if i < n else window.inputs[:K, i - n]
+        step: dict[str, Any] = {"step": "post"} if i >= n else {}
+        style: dict[str, Any] = {"drawstyle": "steps-post"} if i >= n else {}
+        for axes, off in ((left, np.zeros(K)), (right, reference)):
+            around = reference - off
+            axes.fill_between(runs.steps, around - below[i], around + above[i], **_TUBE, **step)
+            ends = runs.lowest[:, i] - off, runs.highest[:, i] - off
+            axes.fill_between(runs.steps, *ends, label=f"range of {count} runs", **_RANGE, **step)
+            axes.plot(runs.steps, around, **_REFERENCE, **style)
+        for r, values in enumerate(runs.single):
+            right.plot(runs.steps, values[:, i] - reference, **_SINGLE, **style, label="" if r else "single runs")
+        _limit(left, np.concatenate([reference - below[i], reference + above[i]]), 0.06)
+        shade_outside(left, bounds.get(name))
+        _limit(right, np.array([-below[i], above[i]]), 0.25)
+        _shade_beyond(right, runs.steps, reference, bounds.get(name))
+        left.set_ylabel(axis_label(name, units))
+    panels[0, 1].set_title("minus the reference")
+    for axes in panels[-1]:
+        axes.set(xlabel=step_label(plant.sampling_time), xlim=(runs.steps[0], runs.steps[-1]))
+    figure.align_ylabels(panels[:, 0])
+    legend_above(figure)
+    return figure
+
+
+@styled
+def disturbed_loops(
+    loops: Mapping[str, Mapping[str, LoopTrajectory]], failures: Mapping[str, float | None], plant: ConstrainedSystem
+) -> Figure:
+    """Draw the smallest margins of states and inputs, one column for each pair of controller and reference by label.
+
+    Loops are by kind of disturbance. Margins are parts of a width, and negative where a bound is broken; large ones are
+    cut off. `failures` are the first steps without a plan or outside of the bounds, by the same labels. Steps are
+    shaded where no loop of a column has a plan.
+    """
+    figure = Figure(figsize=(PAGE, 3.4))
+    panels = figure.subplots(2, len(loops), sharex=True, sharey="row", squeeze=False)
+    last = max(course.steps[-1] for by_kind in loops.values() for course in by_kind.values())
+    for column, (label, by_kind) in zip(panels.T, loops.items(), strict=True):
+        column[0].set_title(f"{label}:\n{_verdict(failures[label])}")
+        column[-1].set_xlabel(step_label(plant.sampling_time))
+        lost = set.intersection(*(set(course.infeasible.tolist()) for course in by_kind.values()))
+        for kind, course in by_kind.items():
+            for axes, values in zip(column, _margins(course, plant), strict=True):
+                axes.plot(course.steps, values, **_KINDS[kind])
+        for axes in column:
+            shade_no_plan(axes, np.array(sorted(lost)))
+            axes.axhspan(_SHOWN[0], 0, facecolor=FAINT, edgecolor="none", zorder=0)
+            axes.axhline(0, color=INK, linewidth=0.8, zorder=2.5)
+            if (first := failures[label]) is not None:
+                axes.axvline(first, color=INK, linewidth=0.8, linestyle=":", zorder=2.8)
+    every = [_margins(course, plant) for by_kind in loops.values() for course in by_kind.values()]
+    for axes, name, of_all in zip(panels[:, 0], ("states", "inputs"), zip(*every, strict=True), strict=True):
+        most = max(float(np.nanmin(of)) for of in of_all)
+        axes.set(ylabel=f"smallest margin\nof {name} / width [–]", ylim=(_SHOWN[0], max(_SHOWN[1], 1.25 * most)))
+    panels[0, 0].set_xlim(0, last)
+    legend_above(figure)
+    return figure
+
+
+@styled
+def price_of_room(
+    sizes: Sequence[float],
+    price: Sequence[float],
+    misfit: Sequence[float],
+    named: Mapping[float, str],
+    misfit_unit: str | None = None,
+) -> Figure:
+    """Draw price and misfit of robust references over the size of the disturbance sets; some sizes are `named`.
+
+    Sizes are relative to the sets that are given. A misfit may have a unit, if `misfit_unit` names one.
+    """
+    figure = Figure(figsize=(PAGE, 2.8))
+    unit = f" [{misfit_unit}]" if misfit_unit else ""
+    labels = (r"price $J - \min l$ [–]", f"misfit of the samples{unit}")
+    for axes, values, label in zip(figure.subplots(1, 2), (price, misfit), labels, strict=True):
+        axes.plot(sizes, values, color=GREEN, marker="o", markersize=3.5, linewidth=1.4)
+        for (size, name), style in zip(named.items(), cycle(_NAMED)):
+            axes.plot(size, values[list(sizes).index(size)], **style, label=name)
+        axes.margins(x=0.1, y=0.12)
+        axes.set(xlabel="disturbance sets / those given [–]", ylabel=label)
+        axes.set_ylim(0)
+    legend_above(figure)
+    return figure
+
+
+def _limit(axes: Axes, values: Array, padding: float) -> None:
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    by = padding * (high - low or 1.0)
+    axes.set_ylim(low - by, high + by)
+
+
+def _shade_beyond(axes: Axes, steps: Array, reference: Array, bounds: Interval | None) -> None:
+    """Draw where the bounds are, seen from the reference, as far as the panel shows them."""
+    if bounds is None:
+        return
+    for bound, end in zip((bounds.lower, bounds.upper), axes.get_ylim(), strict=True):
+        beyond = bound - reference
+        axes.plot(steps, beyond, color=INK, linewidth=0.8, zorder=2.5)
+        outside = np.minimum(beyond, end) if bound == bounds.lower else np.maximum(beyond, end)
+        axes.fill_between(steps, beyond, outside, facecolor=FAINT, edgecolor="none", zorder=0)
+
+
+def _margins(course: LoopTrajectory, plant: ConstrainedSystem) -> tuple[Array, Array]:
+    """Return the smallest margins of states and inputs over the steps, as parts of the widths."""
+    return _margin(plant.state_set, course.states), _margin(plant.input_set, course.inputs)
+
+
+def _margin(bounded: Polytope, points: Array) -> Array:
+    """Return the smallest distance to a bound at each point (K, n), as a part of the width: shape (K,)."""
+    values, widths = points @ bounded.rows.T, bounded.widths
+    return np.asarray(np.min(np.minimum(values - bounded.lower, bounded.upper - values) / widths, axis=1))
+
+
+def _verdict(first_failure: float | None) -> str:
+    """Return what becomes of loops, for a title: inside the panel it would hide curves."""
+    return "never fails" if first_failure is None else f"fails at step {first_failure:.0f}"

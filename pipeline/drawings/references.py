@@ -1,67 +1,198 @@
-"""Figures of references whatever they were learned by."""
+"""Figures of references: margins over time, paths in the plane, the price of tighter bounds."""
 
-from collections.abc import Callable
+from collections.abc import Mapping, Sequence
+from itertools import cycle
+from math import floor, log10
+from typing import Any, Final
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
-from pipeline.drawings import algorithm1, periodic
-from pipeline.experiments import Experiment
-from pipeline.methods import JOINT, UNCONSTRAINED, methods_in_figures
-from pipeline.storage.archive import Fitted, read_margins
-from pipeline.storage.results import Results
-from trackably import plots
-from trackably.certificates.prove import reference_period
+from pipeline.drawings.style import direct_label
+from pipeline.storage.archive import Tightness
+from trackably.arrays import Array
+from trackably.exports.figures import (
+    BLUE,
+    FAINT,
+    GREY,
+    INK,
+    NAVY,
+    PAGE,
+    PALE,
+    PURPLE,
+    SAMPLE,
+    UNKNOWN_UNITS,
+    Units,
+    axis_label,
+    legend_above,
+    reference_styles,
+    styled,
+)
+from trackably.gp.samples import Samples
+from trackably.systems.margins import MarginProfile
+from trackably.systems.reference import Reference
 
-_POINTS = 1501
-
-
-def drawings(experiment: Experiment, results: Results, fitted: Fitted) -> dict[str, Callable[[], Figure]]:
-    """Return the figures by name: margins, and states and inputs over time where no figure of the paper shows them."""
-    by_name: dict[str, Callable[[], Figure]] = {"margins": lambda: _margins(experiment, results, fitted)}
-    if not (algorithm1.applies_to(fitted) or periodic.applies_to(fitted)):
-        by_name["tracking"] = lambda: _tracking(experiment, fitted)
-    if experiment.plane is not None:
-        by_name["path"] = lambda: _path(experiment, fitted)
-    if fitted.study and fitted.study.tightness:
-        by_name["tightness"] = lambda: _tightness(fitted)
-    return by_name
-
-
-def _margins(experiment: Experiment, results: Results, fitted: Fitted) -> Figure:
-    by_method = read_margins(results, fitted.learned)
-    shown = {method.name: by_method[method.name] for method in methods_in_figures(by_method)}
-    return plots.margins(shown, experiment.units)
-
-
-def _tightness(fitted: Fitted) -> Figure:
-    assert fitted.study, "drawn only where there is one"
-    baseline = fitted.learned[UNCONSTRAINED.name]
-    (part,) = baseline.prior.parts
-    return plots.tightness(fitted.study.tightness, baseline.method, baseline.nlml, float(part.noise_std))
+# Parts of the width between bounds: margins below the first get a logarithmic axis, which is linear below the second.
+_NARROW: Final = 0.05
+_LINEAR_BELOW: Final = 1e-4
 
 
-def _path(experiment: Experiment, fitted: Fitted) -> Figure:
-    assert experiment.plane is not None, "drawn only where there is one"
-    shown = {method.name: fitted.learned[method.name].reference for method in methods_in_figures(fitted.learned)}
-    last = experiment.verified(fitted.sampled.samples).last_step * experiment.plant.sampling_time
-    period = reference_period(fitted.learned[JOINT.name].reference)
-    times = np.linspace(0, last if period is None else min(period, last), _POINTS)
-    truths, samples = experiment.truths, fitted.sampled.by_name
-    first, second = experiment.plane
-    known = (truths[first](times), truths[second](times)) if {first, second} <= truths.keys() else None
-    sampled = [samples[name] for name in experiment.plane if name in samples]
-    return plots.path(shown, experiment.plane, times, sampled, known, experiment.units)
+@styled
+def margins(profiles: Mapping[str, Sequence[MarginProfile]], units: Units = UNKNOWN_UNITS) -> Figure:
+    """Draw the margins of each reference by its label, one panel for each bounded quantity, and mark the worst ones."""
+    styles = reference_styles(profiles)
+    quantities = [profile.quantity for profile in next(iter(profiles.values()))]
+    figure = Figure(figsize=(PAGE, 0.5 + 1.7 * len(quantities)))
+    panels = figure.subplots(len(quantities), 1, sharex=True, squeeze=False)[:, 0]
+    for i, (axes, quantity) in enumerate(zip(panels, quantities, strict=True)):
+        of_quantity = {name: of_reference[i] for name, of_reference in profiles.items()}
+        for name, profile in of_quantity.items():
+            _profile(axes, profile, styles[name])
+        axes.margins(x=0.01)
+        shown_below = 0.02 * quantity.bounds.width
+        closest = min(abs(profile.worst[0]) for profile in of_quantity.values())
+        if closest < _NARROW * quantity.bounds.width:
+            shown_below = 10 ** floor(log10(max(closest, _LINEAR_BELOW * quantity.bounds.width)))
+            axes.set_yscale("symlog", linthresh=shown_below)
+        _shade_violations(axes, shown_below)
+        axes.set_ylabel(f"margin of {axis_label(quantity.name, units)}")
+        axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1), borderaxespad=0, labelspacing=1)
+    panels[-1].set_xlabel("time $t$ [s]")
+    figure.align_ylabels()
+    return figure
 
 
-def _tracking(experiment: Experiment, fitted: Fitted) -> Figure:
-    times = np.linspace(
-        0, experiment.verified(fitted.sampled.samples).last_step * experiment.plant.sampling_time, _POINTS
-    )
-    held_out, truths = fitted.sampled.held_out_by_name, experiment.truths
-    observed = {
-        name: plots.Observed(samples, held_out.get(name), truths[name](times) if name in truths else None)
-        for name, samples in fitted.sampled.by_name.items()
-    }
-    shown = {method.name: fitted.learned[method.name].reference for method in methods_in_figures(fitted.learned)}
-    return plots.tracking(shown, observed, times, experiment.units)
+def _profile(axes: Axes, profile: MarginProfile, style: dict[str, Any]) -> None:
+    margin, time = profile.worst
+    worst = f"{margin:.3g}".replace("-", "−")
+    axes.plot(profile.times, profile.margins, **style | {"label": f"{style['label']}:\nworst {worst} at {time:.4g} s"})
+    axes.plot(time, margin, "o", color=style["color"], markeredgecolor=INK, markeredgewidth=0.7, zorder=5)
+
+
+def _shade_violations(axes: Axes, shown_below: float) -> None:
+    """Shade negative margins, where bounds are violated, and show at least `shown_below` of them."""
+    bottom = min(axes.get_ylim()[0], -shown_below)
+    axes.set_ylim(bottom)
+    axes.axhspan(bottom, 0, facecolor=FAINT, edgecolor="none", zorder=0)
+    axes.axhline(0, color=INK, linewidth=1.4, zorder=2)
+
+
+_ARROWS: Final = 8
+_ARROW: Final = 0.012
+"""How long an arrow is, as a part of the course."""
+
+_BROKEN: Final[tuple[dict[str, Any], ...]] = (
+    {"color": PURPLE, "linewidth": 7.0, "alpha": 0.45},
+    {"color": BLUE, "linewidth": 7.0, "alpha": 0.45},
+    {"color": PALE, "linewidth": 7.0, "alpha": 0.9},
+    {"color": NAVY, "linewidth": 7.0, "alpha": 0.35},
+)
+"""Styles of what is broken, in the order of the quantities."""
+
+
+@styled
+def path(
+    references: Mapping[str, Reference],
+    plane: tuple[str, str],
+    times: Array,
+    samples: Sequence[Samples] = (),
+    truth: tuple[Array, Array] | None = None,
+    units: Units = UNKNOWN_UNITS,
+) -> Figure:
+    """Draw references at `times` [s] in the `plane` of two states, with arrows that show where they lead.
+
+    The first reference is marked wherever it breaks a bound. `samples` of both states are drawn where they were taken
+    at the same times, and the `truth` where it is known.
+    """
+    figure = Figure(figsize=(PAGE, 4.2))
+    axes = figure.subplots()
+    if truth is not None:
+        axes.plot(*truth, color=INK, linewidth=0.8, zorder=2.9, label="true signal")
+    courses = {label: _in_plane(reference, plane, times) for label, reference in references.items()}
+    for (label, style), course in zip(reference_styles(references).items(), courses.values(), strict=True):
+        axes.plot(*course.T, **style)
+        if label == next(iter(references)):
+            _mark_broken(axes, label, references[label], course, times)
+    _draw_direction(axes, list(courses.values())[-1])
+    if len(samples) == 2 and np.array_equal(samples[0].times, samples[1].times):
+        axes.plot(samples[0].values, samples[1].values, **SAMPLE | {"markersize": 4})
+    label_plane(axes, plane, units)
+    legend_above(figure, columns=3)
+    return figure
+
+
+def label_plane(axes: Axes, plane: tuple[str, str], units: Units) -> None:
+    """Name both axes, and give them one scale."""
+    first, second = (axis_label(name, units) for name in plane)
+    axes.set(xlabel=first, ylabel=second)
+    axes.set_aspect("equal", adjustable="datalim")
+
+
+def _in_plane(reference: Reference, plane: tuple[str, str], times: Array) -> Array:
+    """Return the two states at `times`, shape (…, 2)."""
+    columns = [reference.plant.system.states.index(name) for name in plane]
+    return reference.state_at(times)[..., columns]
+
+
+def _mark_broken(axes: Axes, label: str, reference: Reference, course: Array, times: Array) -> None:
+    """Mark the parts of a course at which a quantity is outside of its bounds, one style for each quantity."""
+    styles = iter(_BROKEN * len(reference.quantities))
+    for quantity in reference.quantities:
+        values = quantity([signal.summed for signal in reference.signals], times)
+        for outside, what in ((values < quantity.bounds.lower, "low"), (values > quantity.bounds.upper, "high")):
+            if np.any(outside):
+                marked = np.where(outside[:, None], course, np.nan)
+                style = next(styles)
+                named = f"{quantity.name.replace('_', ' ')} too {what} ({label})"
+                axes.plot(*marked.T, **style, solid_capstyle="butt", zorder=2.0, label=named)
+
+
+def _draw_direction(axes: Axes, course: Array) -> None:
+    """Draw arrows along a course, at equal distances."""
+    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(course, axis=0), axis=1))])
+    style = {"arrowstyle": "-|>", "color": INK, "mutation_scale": 20, "linewidth": 0, "shrinkA": 0, "shrinkB": 0}
+    for at in (np.arange(_ARROWS) + 0.5) / _ARROWS * lengths[-1]:
+        tail, head = (_point(course, lengths, at + side * _ARROW * lengths[-1]) for side in (-0.5, 0.5))
+        axes.annotate("", head, tail, arrowprops=style, zorder=6)
+
+
+def _point(course: Array, lengths: Array, at: float) -> tuple[float, float]:
+    """Return the point of a course at a distance along it."""
+    return float(np.interp(at, lengths, course[:, 0])), float(np.interp(at, lengths, course[:, 1]))
+
+
+_MARKS: Final = "so^"
+
+
+@styled
+def tightness(found: Mapping[str, Tightness], baseline: str, least: float, noise_std: float) -> Figure:
+    """Draw price, misfit and error of references by their labels over the upper bound of the state, tightest last.
+
+    The price is J minus `least`, the l of the reference `baseline`, which is named first in other figures and keeps its
+    style there. `noise_std` is drawn beside the misfit.
+    """
+    figure = Figure(figsize=(PAGE, 2.7))
+    panels = figure.subplots(1, 3)
+    uppers = sorted({upper for of in found.values() for upper in of.uppers.tolist()}, reverse=True)
+    _, *styles = reference_styles((baseline, *found)).values()
+    for of, style, marker in zip(found.values(), styles, cycle(_MARKS), strict=False):
+        curves = (of.objectives - least, of.misfits, of.errors)
+        for axes, values in zip(panels, curves, strict=True):
+            axes.plot(of.uppers, values, **style, marker=marker, markersize=3.5)
+    labels = (r"price $J - \min l$ [–]", "misfit of the samples [–]", "error to the truth [–]")
+    for axes, label in zip(panels, labels, strict=True):
+        axes.set(xscale="log", yscale="log", xlabel="upper bound of the state [–]", ylabel=label)
+        axes.invert_xaxis()
+        axes.set_xticks(uppers[::2], [f"{upper:g}" for upper in uppers[::2]])
+        axes.xaxis.set_minor_locator(NullLocator())
+    _noise(panels[1], noise_std)
+    legend_above(figure)
+    return figure
+
+
+def _noise(axes: Axes, noise_std: float) -> None:
+    axes.axhline(noise_std, color=GREY, linewidth=0.8, linestyle=":", zorder=2)
+    where = axes.get_yaxis_transform()
+    direct_label(axes, 0.02, noise_std, r"noise $\sigma_\mathrm{n}$", transform=where, va="bottom", color=INK)

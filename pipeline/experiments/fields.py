@@ -1,5 +1,6 @@
-"""Small parts of an experiment as written in params.yaml."""
+"""The parts of an experiment as written in params.yaml, but for its system and its samples."""
 
+import dataclasses
 import math
 import re
 from pathlib import Path
@@ -17,17 +18,77 @@ from pydantic import (
     model_validator,
 )
 
-from pipeline.experiments.kernel_choice import parse_hyperparameter, parse_kernel
 from pipeline.published.ground_truth import GROUND_TRUTHS
-from pipeline.storage.yaml_file import Fields
+from pipeline.yaml_file import Fields
 from trackably.arguments import is_number
 from trackably.arrays import Array
+from trackably.certificates.goal import Claim
 from trackably.condensed.asked import Centres
 from trackably.condensed.bins import NODES
 from trackably.gp.hyperparameter import hyperparameter
 from trackably.gp.kernels.base import Kernel
+from trackably.gp.kernels.elementary import Elementary
+from trackably.gp.kernels.registry import KERNELS
 from trackably.gp.prior import Prior
 from trackably.learning.space import MOST_STARTS
+
+
+def parse_kernel(written: object) -> Kernel:
+    """Return the kernel that a mapping with a `type` describes: hyperparameters are known, learned, or left out.
+
+    Raises ValueError, naming the field, for an unknown type, field or value.
+    """
+    if not isinstance(written, dict) or not isinstance(written.get("type"), str):
+        raise ValueError(f"expected a mapping with a `type`, got {written!r}")
+    if written["type"] not in KERNELS:
+        raise ValueError(f"type: expected one of {', '.join(KERNELS)}, got {written['type']!r}")
+    kernel = KERNELS[written["type"]]
+    names = [field.name for field in dataclasses.fields(kernel)]
+    if unknown := [name for name in written if name not in {"type", *names}]:
+        raise ValueError(f"{unknown[0]}: not a field of this kernel; it has {', '.join(names)}")
+    if issubclass(kernel, Elementary):
+        return kernel(**{name: _named(name, value) for name, value in written.items() if name != "type"})
+    return kernel(**{name: _part(name, written.get(name)) for name in names})
+
+
+def parse_hyperparameter(written: object) -> float:
+    """Return a positive number (known) or what is learned in [lower, upper]. ValueError for anything else."""
+    try:
+        return hyperparameter("nothing" if written is None else written)
+    except ValueError as error:
+        raise ValueError(f"expected {error}, got {written!r}") from None
+
+
+def _named(name: str, written: object) -> float:
+    try:
+        return parse_hyperparameter(written)
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None
+
+
+def _part(name: str, written: object) -> Kernel:
+    try:
+        return parse_kernel(written)
+    except ValueError as error:
+        of_field = str(error).partition(":")[0].replace(".", "").isidentifier()
+        raise ValueError(f"{name}{'.' if of_field else ': '}{error}") from None
+
+
+def parse_claim(written: object) -> Claim:
+    """Read `all_times`, `all_phases` or `{window: [start, end]}` [s]. Raises ValueError for anything else."""
+    match written:
+        case "all_times" | "all_phases":
+            return written
+        case {"window": [int() | float() as start, int() | float() as end], **rest} if not rest:
+            if not (
+                is_number(start) and is_number(end) and math.isfinite(start) and math.isfinite(end) and start < end
+            ):
+                raise ValueError(f"window: expected start < end, got {start} and {end}")
+            return float(start), float(end)
+    raise ValueError("expected all_times, all_phases or {window: [start, end]}")
+
+
+ClaimField = Annotated[Claim, BeforeValidator(parse_claim)]
 
 
 def as_tuple(written: object) -> object:
@@ -169,3 +230,43 @@ class Published(Fields):
     iterations: ProjectPath | None = None
     derivative: ProjectPath | None = None
     growth_rates: ProjectPath | None = None
+
+
+class Stream(Fields):
+    """Later samples of the ground truth, drawn as those of `Drawn`."""
+
+    steps: Steps
+    noise_std: PositiveFloat
+    seed: NonNegativeInt
+
+
+class Relearning(Fields):
+    """Samples arrive while the loop runs, and the reference is learned again from the last `window` of each signal.
+
+    The first reference is learned from the samples up to step `first`, or from all samples where `first` is left out.
+    Later ones are learned `every` so many steps while samples arrive. These are those of `stream`, or the held-out
+    samples where `stream` is left out.
+    """
+
+    first: PositiveInt | None = None
+    window: PositiveInt
+    every: PositiveInt
+    stream: Stream | None = None
+
+
+class Control(Fields):
+    """Tracking MPC over `horizon` steps, for `steps` steps from each initial state.
+
+    The cost is the squared error relative to the widths of the sets, with the weight `input_weight` for inputs. A loop
+    ends after more than `patience` infeasible steps. Figures show the first `shown` steps, and logs hold the first
+    `logged` ones. Feasible sets are computed for each of the `horizons`.
+    """
+
+    horizon: PositiveInt = 20
+    steps: StepCount = 2000
+    input_weight: PositiveFloat = 1.0
+    patience: NonNegativeInt = 100
+    shown: PositiveInt = 150
+    logged: PositiveInt = 600
+    horizons: Annotated[tuple[PositiveInt, ...], BeforeValidator(as_tuple)] = (2, 5, 10, 20)
+    online: Relearning | None = None

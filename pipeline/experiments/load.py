@@ -1,11 +1,15 @@
-"""Reading params.yaml, and one sentence for whatever is wrong with it."""
+"""params.yaml as validated experiments, and the references of an earlier run of one."""
 
+import json
+import math
 from pathlib import Path
 from typing import Any
 
-from pipeline.experiments.model import Experiment
-from pipeline.experiments.names import refused_names
-from pipeline.storage.yaml_file import read_yaml, validated
+from pipeline.experiments.model import Experiment, refused_names
+from pipeline.storage.archive import Fitted, read_fit
+from pipeline.storage.results import Results
+from pipeline.yaml_file import read_yaml, validated
+from trackably.codec import encode
 from trackably.errors import InputError
 
 PARAMS = Path("params.yaml")
@@ -25,6 +29,11 @@ def load_experiment(name: str, path: Path = PARAMS) -> Experiment:
     return _experiment(path, name, entries[name])
 
 
+def parameters_of(name: str, path: Path = PARAMS) -> str:
+    """Return the entry of an experiment as JSON, for the logs that are made with it. Raises InputError."""
+    return json.dumps(_entries(path).get(name), ensure_ascii=False, default=str)
+
+
 def _entries(path: Path) -> dict[str, Any]:
     match read_yaml(path):
         case {"experiments": dict() as entries} if entries:
@@ -38,3 +47,34 @@ def _experiment(path: Path, name: str, fields: object) -> Experiment:
     if not isinstance(fields, dict):
         raise InputError(f"{path}: experiments.{name}: expected a mapping, got {fields!r}")
     return validated(Experiment, {**fields, "name": name}, path, "experiments", name)
+
+
+_NEAR = 1e-6  # relative: sampled systems and drawn-in bounds are rounded in other ways on other machines
+
+
+def read_fit_of(experiment: Experiment, results: Results) -> Fitted:
+    """Read references that were learned for this system, within these bounds.
+
+    Raises InputError where the fit stage has not run, or not since the experiment has another system or other sets, and
+    LogError for a damaged log.
+    """
+    fitted = read_fit(results)
+    for method, learned in fitted.learned.items():
+        if not _is_near(encode(learned.reference.plant), encode(experiment.plant_of(method))):
+            raise InputError(
+                f"{results.log('fit')}: {method} was learned for another system, or within other bounds, than those of "
+                f"experiment {experiment.name}; run `python -m pipeline fit {experiment.name}`, or `dvc repro`"
+            )
+    return fitted
+
+
+def _is_near(one: object, other: object) -> bool:
+    """Whether two JSON values differ by the rounding of numbers at most."""
+    match one, other:
+        case dict(), dict():
+            return one.keys() == other.keys() and all(_is_near(one[key], other[key]) for key in one)
+        case list(), list():
+            return len(one) == len(other) and all(map(_is_near, one, other))
+        case ((int() | float()), (int() | float())):
+            return math.isclose(one, other, rel_tol=_NEAR, abs_tol=_NEAR**2)
+    return one == other

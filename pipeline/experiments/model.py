@@ -1,7 +1,10 @@
 """The one form of an experiment, and what its fields mean to mathematics."""
 
 import math
-from collections.abc import Iterator, Mapping, Set
+import re
+import warnings
+from collections.abc import Iterable, Iterator, Mapping, Set
+from pathlib import Path
 from typing import Annotated, Any, Self
 
 from pydantic import (
@@ -13,13 +16,12 @@ from pydantic import (
     model_validator,
 )
 
-from pipeline.experiments.agreement import mistakes_of_origin, mistakes_of_priors
-from pipeline.experiments.claim import ClaimField
-from pipeline.experiments.control import Control
-from pipeline.experiments.disturbances import Disturbance, tightened
 from pipeline.experiments.fields import (
     MOST_STEPS,
     CentresField,
+    ClaimField,
+    Control,
+    NoiseFields,
     PriorField,
     PriorFields,
     ProjectPath,
@@ -32,12 +34,15 @@ from pipeline.experiments.fields import (
     as_tuple,
     by_name,
 )
-from pipeline.experiments.plants import ModelField, SetField
-from pipeline.experiments.sources import Drawn, Source, SourceField
+from pipeline.experiments.plants import Disturbance, ModelField, SetField, tightened
+from pipeline.experiments.sources import GROUND_TRUTHS_FILE, Drawn, Source, SourceField
 from pipeline.methods import METHODS, REQUIRED, ROBUST, Algorithm1, Method, Parameters, Periodic, Task
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
-from pipeline.storage.yaml_file import Fields, raise_all
+from pipeline.yaml_file import Fields, raise_all
+from trackably.beforehand import Beforehand, learned_beforehand, levels
 from trackably.certificates.goal import Goal, goal_for, refusal
+from trackably.errors import DoubtfulInputWarning, NoReferenceError
+from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.prior import prior_for
@@ -45,6 +50,65 @@ from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbance.tightening import Tightening
 from trackably.systems.sampling import kinds_by_name, relative_to_first
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
+_RESERVED = {
+    "guide": "notebooks/guide.ipynb is the guide",
+    "recordings": "data/recordings holds the recordings",
+    "trajectories": "notebooks/trajectories.ipynb is about trajectories from elsewhere",
+    "template": "notebooks/template.ipynb is the template",
+}
+
+
+def refused_names(names: Iterable[object]) -> list[str]:
+    """Return one sentence for each name that cannot be an experiment's; an empty list where all can."""
+    names = list(names)
+    return [*(reason for name in names if (reason := _refusal(name))), *_same_but_for_case(names)]
+
+
+def _refusal(name: object) -> str | None:
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        return (
+            f"the name {name!r} is not allowed: a name consists of letters from a to z, digits, hyphens and "
+            "underscores, and begins with a letter or a digit (quote a name that is a number)"
+        )
+    if reason := _RESERVED.get(name.lower()):
+        return f"the name {name!r} is reserved: {reason}"
+    return None
+
+
+def _same_but_for_case(names: list[object]) -> list[str]:
+    """Return a sentence for each pair that differs only by case: some file systems hold only one of the two."""
+    first: dict[str, str] = {}
+    found = []
+    for name in names:
+        if isinstance(name, str) and (other := first.setdefault(name.lower(), name)) != name:
+            found.append(f"the names {other!r} and {name!r} differ only by case: choose names that differ otherwise")
+    return found
+
+
+def mistakes_of_priors(plant: ConstrainedSystem, prior: Mapping[str, PriorFields | NoiseFields]) -> Iterator[str]:
+    """Yield one sentence for each prior that does not fit what its name shows. Raises ValueError for unknown names."""
+    for first, *others in kinds_by_name(plant, prior):
+        of_first = prior[first]
+        if isinstance(of_first, NoiseFields):
+            yield f"prior.{first}: mean and kernel are missing"
+        elif others and isinstance(of_first.noise_std, Learned):
+            yield f"prior.{first}.noise_std: must be a number, as {' and '.join(others)} show the same flat output"
+        for name in others:
+            if isinstance(prior[name], PriorFields):
+                yield f"prior.{name}: expected noise_std alone, as {first} shows the same flat output"
+
+
+def mistakes_of_origin(samples: Mapping[str, Source], samples_from: Path) -> Iterator[str]:
+    """Yield one sentence for each source that is not in `samples_from`, where DVC looks for changes."""
+    files = {name: file for name, source in samples.items() if (file := source.file) is not None}
+    for name, file in files.items():
+        if not file.is_relative_to(samples_from):
+            yield f"samples_from: expected {file}, as for {name}, or a folder above it, got {samples_from}"
+    if not files and samples_from != GROUND_TRUTHS_FILE:
+        yield f"samples_from: all samples are drawn; expected {GROUND_TRUTHS_FILE}, got {samples_from}"
+
 
 _ROUNDING = 1e-9  # steps: the ends of a window are rounded
 
@@ -316,3 +380,30 @@ def _right_fields(model: type[Experiment], written: Any, wrong: Set[Any]) -> Exp
     for name in wrong & right.__dict__.keys():
         del right.__dict__[name]
     return right
+
+
+def with_learned_means(experiment: Experiment, samples: tuple[Samples, ...]) -> Experiment:
+    """Return the experiment with known prior means: those that were intervals are learned from the samples.
+
+    Raises NoReferenceError where the likelihood of the samples cannot be evaluated.
+    """
+    between = {
+        name: fields.mean
+        for name, fields in experiment.prior.items()
+        if isinstance(fields, PriorFields) and isinstance(fields.mean, tuple)
+    }
+    if not between:
+        return experiment
+    prior = experiment.learned_prior
+    ends = levels(between, prior.names, samples)
+    found = learned_beforehand(samples, prior, ends, experiment.search.starts, keep=False)
+    if not isinstance(found, Beforehand):
+        raise NoReferenceError(f"experiment {experiment.name}: prior.mean: {found.explanation}")
+    for question in found.questions:
+        warnings.warn(f"experiment {experiment.name}: {question}", DoubtfulInputWarning, stacklevel=2)
+    named = zip(prior.names, found.prior.parts, samples, strict=True)
+    learned = {name: float(of.of_level.stencil.at_rest(part.mean)) for name, part, of in named if name in between}
+    known = {name: {"mean": learned[name]} if name in learned else {} for name in experiment.prior}
+    return experiment.model_copy(
+        update={"prior": {name: of.model_copy(update=known[name]) for name, of in experiment.prior.items()}}
+    )

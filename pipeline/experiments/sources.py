@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
 
 from pipeline.experiments.fields import GroundTruthName, ProjectPath, Steps, as_tuple
-from pipeline.storage.yaml_file import Fields
+from pipeline.yaml_file import Fields
 from trackably.errors import InputError
 from trackably.recordings import CLOCKS, LOG_TIME, PUBLISH_TIME, REPAIRS, DateTimes, MessageTime, Stamp
 from trackably.recordings.csv_file import MISSING

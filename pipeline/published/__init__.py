@@ -1,1 +1,1 @@
-"""What the paper published, and what is simulated in its place: ground truths, named models and recordings."""
+"""The paper: its algorithms for scalar systems, its printed numbers and curves, and the signals behind its samples."""

@@ -5,10 +5,10 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import linprog
 
+from pipeline.published.scalar import scalar
 from trackably.arrays import Array
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.signal import KernelSum
-from trackably.learning.published.scalar import scalar
 from trackably.systems.reference import Reference
 from trackably.systems.sets.interval import Interval
 

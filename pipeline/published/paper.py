@@ -8,8 +8,8 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import minimize_scalar
 
+from pipeline.published.scalar import coefficients, interval_sets
 from trackably.arrays import Array
-from trackably.learning.published.scalar import coefficients, interval_sets
 from trackably.systems.constrained import ConstrainedSystem
 
 _PRINTED = Path("data/paper/printed_numbers.csv")

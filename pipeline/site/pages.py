@@ -7,9 +7,9 @@ from typing import Any
 
 from pipeline.experiments import Experiment
 from pipeline.storage.loops import table_of_loops
-from pipeline.storage.methods import table_of_methods
 from pipeline.storage.results import Results
 from pipeline.storage.story import told_of_loops, told_of_price, told_of_proofs, told_of_system
+from pipeline.storage.tables import table_of_methods
 from trackably.files import read_json
 
 _LOGS = {

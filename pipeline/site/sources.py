@@ -7,10 +7,9 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from pipeline.compare.claims import load_claims
+from pipeline.compare.claims import judge_claim, load_claims
 from pipeline.compare.model import JudgedClaim
-from pipeline.compare.reports.wording import shown
-from pipeline.compare.verdicts import judge_claim
+from pipeline.compare.reports import shown
 from pipeline.experiments import load_experiments
 from pipeline.site.notebooks import errata, folded
 from pipeline.site.pages import Page, page_of

@@ -1,14 +1,16 @@
-"""Write and read the logs of an experiment's stages: their topics and attachments."""
+"""What the generate stage writes: samples to learn from, and samples held out to compare with."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import chain
 
 import numpy as np
 
+from pipeline.methods import LearnedReference
+from pipeline.published.algorithm1 import Trace
+from pipeline.published.scalar import is_scalar, reachable_tube
 from pipeline.storage.logs import Documents, Log, LogError, Series, read_log, write_log
 from pipeline.storage.results import Results
-from pipeline.storage.sampled import Sampled
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
@@ -16,11 +18,111 @@ from trackably.codec import dumps, loads
 from trackably.errors import InputError
 from trackably.files import to_json
 from trackably.gp.joint import JointPosterior
-from trackably.learning.learned import LearnedReference, Trace
-from trackably.learning.published.scalar import is_scalar, reachable_tube
-from trackably.learning.published.study import Study
+from trackably.gp.samples import Samples
 from trackably.systems.flat.functional import Functional
 from trackably.systems.margins import MarginProfile
+from trackably.systems.signals.signal import Signal
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """`samples` of the states `names`, in the order of the flat outputs, and later samples `held_out` of some of them.
+
+    Samples of several names that show one flat output are together, under the first of them. `held_out` has one entry
+    for each of `held_out_names`.
+    """
+
+    names: tuple[str, ...]
+    samples: tuple[Samples, ...]
+    held_out_names: tuple[str, ...] = ()
+    held_out: tuple[Samples, ...] = ()
+
+    @property
+    def only(self) -> Samples:
+        """Return the samples where there is one flat output, those that show where it is; ValueError: several are."""
+        (samples,) = self.samples
+        return samples.of_level
+
+    @property
+    def by_name(self) -> dict[str, Samples]:
+        """The samples of each name; several names may show one flat output."""
+        flat = zip(self.names, self.samples, strict=True)
+        return {name: of for first, together in flat for name, of in together.by_name(first).items()}
+
+    def mean_squares(self, signals: Sequence[Signal]) -> dict[str, float]:
+        """Return the mean of squares of samples minus what these flat outputs give in their place, by name."""
+        return {
+            name: of.mean_square(of.values - self.measured(name, signals, of.times))
+            for name, of in self.by_name.items()
+        }
+
+    def measured(self, name: str, signals: Sequence[Signal], t: Array) -> Array:
+        """Return what samples of this name would be at times t [s] if the flat outputs were these, without noise."""
+        for first, together, signal in zip(self.names, self.samples, signals, strict=True):
+            if of := together.by_name(first).get(name):
+                return of.stencil.measured(signal, t)
+        raise ValueError(f"there are no samples of {name}")
+
+    @property
+    def held_out_by_name(self) -> dict[str, Samples]:
+        return dict(zip(self.held_out_names, self.held_out, strict=True))
+
+
+@dataclass(frozen=True)
+class Conservatism:
+    """For program (8) with η = `counts` intervals: l at the optimum, and the smallest margins over all phases.
+
+    All shapes are (n,). An η for which (8) has no solution is left out.
+    """
+
+    counts: Array
+    objectives: Array
+    state_margins: Array
+    input_margins: Array
+
+
+@dataclass(frozen=True)
+class Draws:
+    """The same experiment with samples drawn from other `seeds`: arrays with one entry for each seed.
+
+    `free_…` describes the unconstrained optimum, `exact_…` the optimum with all phases constrained; both are the same
+    if the unconstrained optimum keeps all bounds. Each has l, the learned period [s] and the root mean square distance
+    to the true reference. The margins are the smallest margins of the unconstrained optimum over all phases.
+    """
+
+    seeds: Array
+    free_objectives: Array
+    free_periods: Array
+    free_errors: Array
+    state_margins: Array
+    input_margins: Array
+    exact_objectives: Array
+    exact_periods: Array
+    exact_errors: Array
+
+
+@dataclass(frozen=True)
+class Tightness:
+    """References of one method, proved for other upper bounds of the state: arrays with one entry for each of `uppers`.
+
+    Each has its objective J, and the root mean square distances to its samples and to the true reference. A bound for
+    which no reference was proved is left out.
+    """
+
+    uppers: Array
+    objectives: Array
+    misfits: Array
+    errors: Array
+
+
+@dataclass(frozen=True)
+class Study:
+    """The studies of one experiment; `tightness` is by method."""
+
+    conservatism: Conservatism
+    draws: Draws
+    tightness: dict[str, Tightness] = field(default_factory=dict)
+
 
 _SAMPLES = "samples.json"
 _STUDY = "study.json"
@@ -98,7 +200,7 @@ def write_margins(
     A row is the smallest of as many sampling intervals as it takes to have at most 1001 rows.
     """
     series = [
-        _margins(f"/margins/{method}/{profile.quantity.name}", profile)
+        _margin_rows(f"/margins/{method}/{profile.quantity.name}", profile)
         for method, profiles in margins.items()
         for profile in profiles
     ]
@@ -126,7 +228,7 @@ def read_margins(results: Results, learned: Mapping[str, LearnedReference]) -> d
     return found
 
 
-def _margins(topic: str, profile: MarginProfile) -> Series:
+def _margin_rows(topic: str, profile: MarginProfile) -> Series:
     count = len(profile.margins)
     together = -(-count // _ROWS)
     first = np.arange(0, count, together)
@@ -180,7 +282,8 @@ def write_stage(
     documents: Sequence[Documents] = (),
 ) -> None:
     """Write the log of a stage: one series for each topic, attachments of JSON, and topics of other messages."""
-    about = {"experiment": {"name": results.experiment, "written_by": stage}}
+    parameters = {"parameters": results.parameters} if results.parameters else {}
+    about = {"experiment": {"name": results.experiment, "written_by": stage, **parameters}}
     log = Log(tuple(series), about, attachments, tuple(documents))
     write_log(results.log(stage), log)
 

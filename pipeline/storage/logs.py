@@ -1,15 +1,305 @@
-"""Logs of time series as files. Damage is found by writing again what was read: equal logs are equal files."""
+"""Logs of an experiment as MCAP files, the only module that writes them: series of numbers, and other messages.
 
+Damage is found by writing again what was read: equal logs are equal files. Messages of a series are flat JSON
+objects of numbers with a JSON schema, so that any MCAP viewer can plot them."""
+
+import json
+import math
 import struct
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from io import BytesIO
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 from mcap.exceptions import EndOfFile, McapError
-from zstandard import ZstdError
+from mcap.reader import make_reader
+from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, Message, Metadata, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.writer import CompressionType, Writer
+from zstandard import ZstdError, frame_content_size
 
-from pipeline.storage.documents import Documents
-from pipeline.storage.mcap_format import compression_of, decode, encode
-from pipeline.storage.series import TIME, Log, Series
-from trackably.files import write_atomically
+from pipeline.storage.results import Results
+from trackably.arrays import Array
+from trackably.errors import InputError
+from trackably.files import from_json, to_json, write_atomically
+
+KNOWN = "foxglove."
+"""What the names of such schemas begin with."""
+
+
+@dataclass(frozen=True)
+class Documents:
+    """A topic: `messages` as (time [ns], object) in the order of time, all of the JSON schema `schema` called `name`.
+
+    ValueError: the topic or the name is not one of such a topic, times decrease, or a message is no JSON.
+    """
+
+    topic: str
+    name: str
+    schema: Mapping[str, Any]
+    messages: tuple[tuple[int, Mapping[str, Any]], ...]
+
+    def __post_init__(self) -> None:
+        if not (self.topic.startswith("/") and len(self.topic) > 1):
+            raise ValueError(f"documents: a topic is /… with a name, got {self.topic!r}")
+        if not self.name.startswith(KNOWN):
+            raise ValueError(f"{self.topic}: the name of its schema begins with {KNOWN!r}, got {self.name!r}")
+        times = [time for time, _ in self.messages]
+        if times != sorted(times) or not all(0 <= time < 2**63 for time in times):
+            raise ValueError(f"{self.topic}: times must not be negative, and must not decrease")
+        for _, message in self.messages:
+            to_json(message)
+
+
+LIBRARY = "trackably"
+TIME = "t"
+LATEST = 2**63 / 1e9
+"""The first time [s] whose nanoseconds do not fit into 64 signed bits, which is what most viewers have for them."""
+
+
+@dataclass(frozen=True)
+class Series:
+    """A topic: `fields` over `times` [s], each of shape (n,), float64; NaN where a field has no value.
+
+    Times are finite, not negative and never decrease. The name of a field is an identifier other than `t`, or several
+    identifiers with dots between them. `units` gives the units of some or all fields. Raises ValueError that names
+    topic, field and row.
+    """
+
+    topic: str
+    times: Array
+    fields: Mapping[str, Array]
+    units: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not (self.topic.startswith("/") and len(self.topic) > 1):
+            raise ValueError(f"series: a topic is /… with a name, got {self.topic!r}")
+        for name in self.fields:
+            if name == TIME or not all(part.isidentifier() for part in name.split(".")):
+                raise ValueError(f"{self.topic}: a field is named by identifiers, and not {TIME!r}, got {name!r}")
+        if unknown := self.units.keys() - self.fields.keys():
+            raise ValueError(f"{self.topic}: units of no field: {', '.join(sorted(unknown))}")
+        times = _frozen(self.times)
+        fields = {name: _frozen(values) for name, values in self.fields.items()}
+        for name, array in {TIME: times, **fields}.items():
+            if array.ndim != 1 or array.shape != times.shape:
+                raise ValueError(
+                    f"{self.topic}: {name} must be one-dimensional, as long as the times, "
+                    f"got shape {array.shape} beside {times.shape}"
+                )
+            if bad := np.flatnonzero(np.isinf(array)).tolist():
+                raise ValueError(f"{self.topic}: {name}[{bad[0]}] must be finite or NaN, got {array[bad[0]]}")
+        if bad := np.flatnonzero(~((times >= 0) & (times < LATEST))).tolist():
+            raise ValueError(f"{self.topic}: {TIME}[{bad[0]}] must be in [0, {LATEST:g}) s, got {times[bad[0]]}")
+        if bad := np.flatnonzero(np.diff(times) < 0).tolist():
+            raise ValueError(f"{self.topic}: {TIME}[{bad[0] + 1}] lies before {TIME}[{bad[0]}]")
+        object.__setattr__(self, "times", times)
+        object.__setattr__(self, "fields", fields)
+
+
+@dataclass(frozen=True)
+class Log:
+    """Series of different topics, `metadata` (record → key → text) and `attachments` (name → JSON, at least one).
+
+    `documents` are topics of other messages; their channels follow those of the series.
+
+    The writer adds a metadata record of its own, with the name of the library. Raises ValueError that names what breaks
+    a rule.
+    """
+
+    series: tuple[Series, ...]
+    metadata: Mapping[str, Mapping[str, str]]
+    attachments: Mapping[str, bytes]
+    documents: tuple[Documents, ...] = ()
+
+    def __post_init__(self) -> None:
+        topics = [*(series.topic for series in self.series), *(documents.topic for documents in self.documents)]
+        if repeated := sorted({topic for topic in topics if topics.count(topic) > 1}):
+            raise ValueError(f"log: one series a topic, got several of {', '.join(repeated)}")
+        if LIBRARY in self.metadata:
+            raise ValueError(f"log: the metadata record {LIBRARY!r} is written by the log itself")
+        if not self.attachments:
+            raise ValueError("log: at least one attachment is needed, got none")
+        for name, data in self.attachments.items():
+            try:
+                from_json(data)
+            except ValueError as error:
+                raise ValueError(f"log: attachment {name!r} must be JSON: {error}") from error
+
+
+def _frozen(values: Array) -> Array:
+    array = np.array(values, dtype=float)
+    array.flags.writeable = False
+    return array
+
+
+_FORMAT = "1"
+_JSON = "application/json"
+_COMPRESSIONS = {"": CompressionType.NONE, "zstd": CompressionType.ZSTD}
+_COMPACT = json.JSONEncoder(allow_nan=False, separators=(",", ":"))
+
+
+def encode(log: Log, compression: CompressionType = CompressionType.ZSTD) -> bytes:
+    """Return the bytes of an MCAP file; equal logs give equal bytes with the same version of the compressor.
+
+    Names of fields and digits of times fill most of a message: compressed, a log has less than half of its size.
+    """
+    buffer = BytesIO()
+    writer = Writer(buffer, compression=compression, enable_data_crcs=True)
+    writer.start(library=LIBRARY)
+    for record, content in {LIBRARY: {"format": _FORMAT}, **log.metadata}.items():
+        writer.add_metadata(record, dict(content))
+    for name, data in log.attachments.items():
+        writer.add_attachment(create_time=0, log_time=0, name=name, media_type=_JSON, data=data)
+    channels = [_register(writer, series) for series in log.series]
+    messages = [
+        (nanoseconds, channel, row, data)
+        for channel, series in zip(channels, log.series, strict=True)
+        for row, (nanoseconds, data) in enumerate(_messages(series))
+    ]
+    for documents in log.documents:
+        channel = _register_schema(writer, documents.topic, documents.name, documents.schema)
+        messages += [
+            (time, channel, row, _COMPACT.encode(message).encode())
+            for row, (time, message) in enumerate(documents.messages)
+        ]
+    for nanoseconds, channel, row, data in sorted(messages):
+        writer.add_message(channel, nanoseconds, data, publish_time=nanoseconds, sequence=row)
+    writer.finish()  # type: ignore[no-untyped-call]
+    return buffer.getvalue()
+
+
+def _register(writer: Writer, series: Series) -> int:
+    """Register the channel of a series and its schema, and return the channel's number."""
+    properties = {TIME: {"type": "number", "description": "s"}}
+    for name in series.fields:
+        unit = {"description": series.units[name]} if name in series.units else {}
+        properties[name] = {"type": "number", **unit}
+    schema = {"type": "object", "properties": properties, "required": [TIME], "additionalProperties": False}
+    return _register_schema(writer, series.topic, series.topic[1:], schema)
+
+
+def _register_schema(writer: Writer, topic: str, name: str, schema: Mapping[str, Any]) -> int:
+    data = json.dumps(schema, ensure_ascii=False).encode()
+    number = writer.register_schema(name=name, encoding="jsonschema", data=data)
+    return writer.register_channel(topic=topic, message_encoding="json", schema_id=number)
+
+
+def _messages(series: Series) -> Iterator[tuple[int, bytes]]:
+    """Yield the time [ns] and the content of each row."""
+    names = (TIME, *series.fields)
+    columns = (series.times, *series.fields.values())
+    for row in zip(*(column.tolist() for column in columns), strict=True):
+        content = {name: value for name, value in zip(names, row, strict=True) if not math.isnan(value)}
+        yield round(row[0] * 1e9), _COMPACT.encode(content).encode()
+
+
+def decode(data: bytes) -> Log:
+    """Return the log in the bytes of a file. Raises what the MCAP library raises, and ValueError for other mistakes."""
+    schemas: dict[int, Schema] = {}
+    channels: dict[int, Channel] = {}
+    messages: dict[int, list[Message]] = {}
+    metadata: dict[str, dict[str, str]] = {}
+    attachments: dict[str, bytes] = {}
+    for record in _records(data):
+        match record:
+            case Header() if record.library != LIBRARY:
+                raise ValueError(f"its writer calls itself {record.library!r}, not {LIBRARY!r}")
+            case Schema():
+                schemas[record.id] = record
+            case Channel():
+                channels[record.id] = record
+            case Message():
+                messages.setdefault(record.channel_id, []).append(record)
+            case Metadata():
+                metadata[record.name] = record.metadata
+            case Attachment():
+                attachments[record.name] = record.data
+    if (version := metadata.pop(LIBRARY, {}).get("format")) != _FORMAT:
+        raise ValueError(f"its format is {version!r}, and this program reads format {_FORMAT!r}")
+    if unknown := messages.keys() - channels.keys():
+        raise ValueError(f"it has messages of channel {min(unknown)}, which it does not describe")
+    series, documents = [], []
+    for id_, channel in sorted(channels.items()):
+        schema = _schema(channel, schemas)
+        if schema.name.startswith(KNOWN):
+            documents.append(_documents(channel.topic, schema, messages.get(id_, [])))
+        else:
+            series.append(_series(channel.topic, schema, messages.get(id_, [])))
+    return Log(tuple(series), metadata, attachments, tuple(documents))
+
+
+def _records(data: bytes) -> Iterator[McapRecord]:
+    """Yield all records in the order of the file, and check the library's checksums."""
+    for record in StreamReader(BytesIO(data), emit_chunks=True, validate_crcs=True).records:
+        if not isinstance(record, Chunk):
+            yield record
+            continue
+        if record.compression not in _COMPRESSIONS:
+            raise ValueError(f"a chunk is compressed with {record.compression!r}, and this project uses zstd")
+        if record.compression and frame_content_size(record.data) != record.uncompressed_size:
+            raise ValueError("a chunk has another size than it says")  # before memory is taken for it
+        yield from breakup_chunk(record, validate_crc=True)
+
+
+def compression_of(data: bytes) -> CompressionType:
+    """Return how the chunks of a file are compressed. Raises as `decode`."""
+    chunks = (record for record in StreamReader(BytesIO(data), emit_chunks=True).records if isinstance(record, Chunk))
+    return next((_COMPRESSIONS[chunk.compression] for chunk in chunks), CompressionType.ZSTD)
+
+
+def _schema(channel: Channel, schemas: Mapping[int, Schema]) -> Schema:
+    if channel.schema_id not in schemas:
+        raise ValueError(f"{channel.topic}: there is no schema {channel.schema_id}")
+    schema = schemas[channel.schema_id]
+    if (encodings := (channel.message_encoding, schema.encoding)) != ("json", "jsonschema"):
+        raise ValueError(f"{channel.topic}: encodings must be json and jsonschema, got {' and '.join(encodings)}")
+    return schema
+
+
+def _documents(topic: str, schema: Schema, messages: list[Message]) -> Documents:
+    described = from_json(schema.data)
+    if not isinstance(described, dict):
+        raise ValueError(f"{topic}: the schema describes no object")
+    return Documents(topic, schema.name, described, tuple((m.log_time, _object(topic, m)) for m in messages))
+
+
+def _object(topic: str, message: Message) -> dict[str, Any]:
+    content = from_json(message.data)
+    if not isinstance(content, dict):
+        raise ValueError(f"{topic}: a message must be an object, got {content!r}")
+    return content
+
+
+def _series(topic: str, schema: Schema, messages: list[Message]) -> Series:
+    properties = _properties(topic, from_json(schema.data))
+    rows = [_row(f"{topic}[{i}]", message.data, properties) for i, message in enumerate(messages)]
+    columns = {name: np.array([row.get(name, np.nan) for row in rows], dtype=float) for name in properties}
+    units = {name: unit for name, unit in properties.items() if name != TIME and unit is not None}
+    return Series(topic, columns.pop(TIME), columns, units)
+
+
+def _properties(topic: str, schema: object) -> dict[str, str | None]:
+    """Return the unit of each field that a schema allows."""
+    match schema:
+        case {"properties": {"t": _, **_rest} as properties}:
+            return {name: about.get("description") for name, about in properties.items() if isinstance(about, dict)}
+    raise ValueError(f"{topic}: the schema describes no object with a time {TIME!r}")
+
+
+def _row(where: str, data: bytes, properties: Mapping[str, str | None]) -> dict[str, float]:
+    row = from_json(data)
+    if not isinstance(row, dict) or TIME not in row:
+        raise ValueError(f"{where}: a message must be an object with a time {TIME!r}, got {row!r}")
+    if unknown := row.keys() - properties.keys():
+        raise ValueError(f"{where}: the schema knows no field {', '.join(sorted(unknown))}")
+    for name, value in row.items():
+        if not isinstance(value, float):
+            raise ValueError(f"{where}: {name} must be a number with a point or exponent, got {value!r}")
+    return row
+
 
 __all__ = ["DAMAGES", "TIME", "Documents", "Log", "LogError", "Series", "read_log", "write_log"]
 
@@ -51,3 +341,44 @@ def _reason(error: Exception) -> str:
     if isinstance(error, EndOfFile | struct.error):
         return "it ends in the middle of a record"
     return str(error) or type(error).__name__
+
+
+@dataclass(frozen=True)
+class Topic:
+    """A topic: the name of its schema, its fields but the time, and the number of its messages."""
+
+    name: str
+    schema: str
+    fields: tuple[str, ...]
+    rows: int
+
+
+def logs_of(results: Results) -> tuple[Path, ...]:
+    """Return the logs of an experiment. Raises InputError where there are none."""
+    found = tuple(sorted(results.folder.glob("*.mcap")))
+    if not found:
+        raise InputError(f"{results.folder}: there are no logs; run the stages first, or `dvc repro`")
+    return found
+
+
+def topics_of(results: Results) -> dict[str, Topic]:
+    """Return the topics of all logs of an experiment by name. Raises InputError and LogError."""
+    return {topic.name: topic for path in logs_of(results) for topic in _topics(path)}
+
+
+def _topics(path: Path) -> Iterator[Topic]:
+    try:
+        with path.open("rb") as file:
+            summary = make_reader(file).get_summary()
+    except DAMAGES as error:
+        raise LogError(f"{path}: not a log of this project, or damaged: {error}") from error
+    if summary is None or summary.statistics is None:
+        raise LogError(f"{path}: has no summary")
+    for number, channel in sorted(summary.channels.items()):
+        schema = summary.schemas[channel.schema_id]
+        match from_json(schema.data):
+            case {"properties": {**properties}}:
+                fields = tuple(str(name) for name in properties if name != TIME)
+            case _:
+                fields = ()
+        yield Topic(channel.topic, schema.name, fields, summary.statistics.channel_message_counts.get(number, 0))

@@ -8,10 +8,14 @@ TIMINGS, ENVIRONMENT = "timings.json", "environment.json"
 
 @dataclass(frozen=True)
 class Results:
-    """Paths of what the stages of an experiment write, below `root`."""
+    """Paths of what the stages of an experiment write, below `root`, and the `parameters` that its logs name.
+
+    Each log names them, so that all that is made from it is made again where they change.
+    """
 
     experiment: str
     root: Path = Path("data/results")
+    parameters: str = ""
 
     @property
     def folder(self) -> Path:

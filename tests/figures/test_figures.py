@@ -7,8 +7,7 @@ from matplotlib.figure import Figure
 
 from tests.figures.texts import collisions, texts
 from tests.project import ROOT
-from trackably.plots import svg
-from trackably.plots.style import styled
+from trackably.exports.figures import styled, svg
 
 FIGURES = sorted(
     path

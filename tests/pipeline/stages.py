@@ -10,15 +10,15 @@ from unittest import mock
 
 from pipeline.compare.claims import Claims
 from pipeline.compare.comparison import compare
-from pipeline.compare.model import Row, Status
-from pipeline.compare.tolerances import load_tolerances
-from pipeline.drawings import algorithm1, drawings
+from pipeline.compare.model import Row, Status, load_tolerances
+from pipeline.drawings import drawings, experiment
 from pipeline.experiments import load_experiment
 from pipeline.storage.results import Results
 from tests.pipeline.command import Done, call, few_periods, studies_here
 from tests.pipeline.params import written_to
 from tests.project import ROOT
-from trackably.plots import style, svg
+from trackably.exports import figures as style
+from trackably.exports.figures import svg
 
 STAGES = ("generate", "fit", "verify", "control", "figures")
 _AGREE = {Status.IDENTICAL, Status.WITHIN}
@@ -52,7 +52,7 @@ def refusal_of_fit(folder: Path, experiment: str, text: str) -> str:
 @contextlib.contextmanager
 def sketched() -> Iterator[None]:
     """Figures with a coarse landscape and panels at matplotlib's own places: tests of plots examine their layout."""
-    with mock.patch.object(algorithm1, "_GRID_POINTS", 8), mock.patch.object(style, "_LAYOUTS", 0):
+    with mock.patch.object(experiment, "_GRID_POINTS", 8), mock.patch.object(style, "_LAYOUTS", 0):
         yield
 
 

@@ -6,20 +6,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.drawings.loops import drawings
+from pipeline.drawings.experiment import drawings
 from pipeline.experiments import load_experiment
 from pipeline.loops.initial_states import initial_states
-from pipeline.storage.archive import Fitted, write_fit
+from pipeline.methods import LearnedReference
+from pipeline.storage.archive import Fitted, Sampled, write_fit
 from pipeline.storage.loops import ClosedLoops, read_loops, table_of_loops, table_of_offers
 from pipeline.storage.results import Results
-from pipeline.storage.sampled import Sampled
 from tests.pipeline.params import undisturbed
 from tests.pipeline.stages import call, sketched, written
 from trackably.control.controller import scaled_controller
-from trackably.learning.learned import LearnedReference
+from trackably.exports.figures import svg
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.search import best_solution
-from trackably.plots import svg
 
 SHORT = (
     undisturbed("example1")

@@ -3,8 +3,17 @@
 import pytest
 
 from pipeline.experiments import Experiment, load_experiments
-from pipeline.methods import HYPERPARAMETERS, JOINT, METHODS, UNCONSTRAINED, Claims, Failed, Fit, methods_in_figures
-from pipeline.methods.parameters import Parameters
+from pipeline.methods import (
+    HYPERPARAMETERS,
+    JOINT,
+    METHODS,
+    UNCONSTRAINED,
+    Claims,
+    Failed,
+    Fit,
+    Parameters,
+    methods_in_figures,
+)
 from tests.project import ROOT
 from trackably.certificates.certificate import Certificate
 from trackably.gp.samples import Samples

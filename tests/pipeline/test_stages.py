@@ -12,9 +12,8 @@ from pathlib import Path
 import pytest
 
 from pipeline.storage.archive import read_fit, read_stage
-from pipeline.storage.methods import table_of_methods
 from pipeline.storage.results import Results
-from pipeline.storage.tables import read_columns
+from pipeline.storage.tables import read_columns, table_of_methods
 from tests.pipeline.params import EXAMPLE1, PARAMS, changed, undisturbed, written_to
 from tests.pipeline.stages import STAGES, drawn_here, is_shown, moved, run, run_all, run_all_here, run_here, written
 from tests.project import ROOT
@@ -130,7 +129,7 @@ def test_running_again_writes_the_same_bytes(finished: Path, tmp_path: Path) -> 
     """Also with other numbers of BLAS threads and another hash seed, and with a process for each stage and each core of
     its study: nothing that is in memory before a stage may reach its results.
 
-    Of the figures those of loops, and one more: tests/trackably/plots/test_plots.py draws the others twice.
+    Of the figures those of loops, and one more: tests/pipeline/drawings/test_plots.py draws the others twice.
     """
     written_to(tmp_path, SHORT)
     for stage in STAGES[:-1]:

@@ -8,7 +8,7 @@ from unittest import mock
 
 import pytest
 
-from pipeline.studies.pool import mapped
+from pipeline.studies import mapped
 from tests.pipeline.command import call
 from tests.pipeline.params import EXAMPLE1 as SHORT
 from tests.pipeline.params import changed

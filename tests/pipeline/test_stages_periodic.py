@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.drawings import references
+from pipeline.drawings import experiment as chooser
 from pipeline.experiments import load_experiment
 from pipeline.storage.archive import read_fit
 from pipeline.storage.results import Results
@@ -165,6 +165,6 @@ def test_a_period_of_whole_steps_allows_the_sampled_problem(tmp_path: Path) -> N
     assert metrics["sound_intervals"]["proof"].startswith("proved for all real t")
     assert metrics["sampled"]["nlml"] <= metrics["exact"]["nlml"] + 1e-6
     experiment = load_experiment("example2", tmp_path / "params.yaml")
-    drawn = references.drawings(experiment, results, read_fit(results))
+    drawn = chooser._of_references(experiment, results, read_fit(results))
     for axes in drawn["margins"]().axes:
         assert any("sampled" in text.get_text() for text in axes.get_legend().get_texts())

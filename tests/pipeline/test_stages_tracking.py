@@ -8,11 +8,10 @@ import pytest
 
 from pipeline.compare.claims import Claims
 from pipeline.compare.comparison import compare
-from pipeline.compare.model import Status
-from pipeline.compare.tolerances import load_tolerances
+from pipeline.compare.model import Status, load_tolerances
 from pipeline.experiments import Experiment, load_experiment
 from pipeline.generate import sampled_by
-from pipeline.published.record import record
+from pipeline.record import record
 from pipeline.storage.archive import Fitted, read_fit
 from pipeline.storage.results import Results
 from tests.pipeline.params import PARAMS, changed, undisturbed
@@ -20,7 +19,7 @@ from tests.pipeline.stages import run_all_here
 from tests.project import ROOT
 from trackably.checker import Proved, check
 from trackably.errors import InputError
-from trackably.plots import svg, tracking
+from trackably.exports.figures import svg, tracking
 from trackably.systems.margins import margin_profile
 from trackably.systems.reference import Reference
 

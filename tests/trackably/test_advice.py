@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from tests.trackably.learning.published import example1
+from tests.pipeline.published import example1
 from tests.trackably.plants import AXIS, SAMPLES
 from trackably import (
     ConstrainedSystem,

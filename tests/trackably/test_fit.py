@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.trackably.learning.published import example1
+from tests.pipeline.published import example1
 from tests.trackably.plants import AXIS, KERNEL, SAMPLES
 from trackably import (
     ConstrainedSystem,

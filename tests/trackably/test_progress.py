@@ -10,7 +10,7 @@ import sys
 import numpy as np
 import pytest
 
-from tests.trackably.learning.published import example1
+from tests.pipeline.published import example1
 from trackably import (
     ConstrainedSystem,
     Polytope,

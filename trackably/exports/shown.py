@@ -5,8 +5,8 @@ from html import escape
 import numpy as np
 from matplotlib.figure import Figure
 
+from trackably.exports.figures import Observed, tracking
 from trackably.exports.proved import Proved, Reached, ends, proved_times, reached, shown_times
-from trackably.plots.tracking import Observed, tracking
 
 _WIDTH, _HEIGHT, _EDGE = 160.0, 34.0, 4.0
 _POINTS = 160

@@ -4,8 +4,7 @@ from functools import partial
 
 from benchmarks.rivals.judge.kernels import KernelCurve
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
-from pipeline.methods import AS_PUBLISHED
-from pipeline.methods.model import Failed
+from pipeline.methods import AS_PUBLISHED, Failed
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.prove import Failure

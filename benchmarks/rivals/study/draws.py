@@ -11,7 +11,7 @@ from benchmarks.rivals.model import Problem
 from benchmarks.rivals.problems import DOUBLE_INTEGRATOR
 from benchmarks.rivals.study.learners import from_starts
 from pipeline.experiments import Experiment
-from pipeline.storage.yaml_file import validated
+from pipeline.yaml_file import validated
 
 _ENTROPY = 20201104
 _RELATIVE_NOISE = (0.005, 0.02, 0.05)  # of the signal's spread

@@ -10,8 +10,7 @@ import numpy as np
 
 from pipeline.compare.claims import Claims
 from pipeline.compare.comparison import compare
-from pipeline.compare.model import Comparison, Row
-from pipeline.compare.tolerances import load_tolerances
+from pipeline.compare.model import Comparison, Row, load_tolerances
 from pipeline.storage.logs import Log, Series, read_log, write_log
 from tests.project import ROOT
 

@@ -4,10 +4,9 @@ from functools import cache
 
 import pytest
 
-from pipeline.compare.claims import load_claims
-from pipeline.compare.content import recordings
-from pipeline.compare.content.outlines import distance
-from pipeline.compare.verdicts import judge_claim
+from pipeline.compare import content as recordings
+from pipeline.compare.claims import judge_claim, load_claims
+from pipeline.compare.figures import distance
 from tests.pipeline.compare.project import TOLERANCES
 from tests.project import ROOT
 

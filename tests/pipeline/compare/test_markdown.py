@@ -1,8 +1,7 @@
 """The report for a pull request is never too long for a comment."""
 
-from pipeline.compare.model import Comparison, Difference, JudgedClaim, Row, Status, Verdict
-from pipeline.compare.reports.markdown import to_markdown
-from pipeline.compare.tolerances import Rule
+from pipeline.compare.model import Comparison, Difference, JudgedClaim, Row, Rule, Status, Verdict
+from pipeline.compare.reports import to_markdown
 
 ACCEPTED = 65_536  # characters of a comment on the best-known host
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.compare.versions import locked, recorded, versions
-from pipeline.environment.record import NAMES, environment
+from pipeline.compare.comparison import locked, recorded, versions
+from pipeline.environment import NAMES, environment
 from tests.project import ROOT
 from trackably.errors import InputError
 

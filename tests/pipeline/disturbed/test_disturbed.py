@@ -7,8 +7,7 @@ import pytest
 
 from pipeline.disturbed import counts
 from pipeline.disturbed.__main__ import total
-from pipeline.disturbed.cases import Case, random_case
-from pipeline.disturbed.counts import Counts, disturbed_runs
+from pipeline.disturbed.counts import Case, Counts, disturbed_runs, random_case
 from pipeline.loops.disturbances import Constant
 
 SEEDS = (0, 3, 11, 12)

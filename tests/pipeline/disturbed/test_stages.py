@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.disturbed import runs
-from pipeline.disturbed.sizes import prices
+from pipeline.disturbed import loops as runs
+from pipeline.disturbed.loops import prices
 from pipeline.experiments import load_experiment
 from pipeline.storage.archive import read_fit
 from pipeline.storage.loops import read_loops

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.environment.pin import has_avx2, kernels, pin
+from pipeline.environment import has_avx2, kernels, pin
 from tests.project import ROOT
 
 LOOK = """
 import json, os
 import pipeline
-from pipeline.environment.record import environment
+from pipeline.environment import environment
 from threadpoolctl import threadpool_info
 import scipy.linalg
 libraries = [library for library in threadpool_info() if library["user_api"] == "blas"]

@@ -3,7 +3,7 @@
 import subprocess
 import sys
 
-from pipeline.environment.record import BLAS, NAMES, PYTHON, environment
+from pipeline.environment import BLAS, NAMES, PYTHON, environment
 from tests.project import ROOT
 
 
@@ -16,7 +16,7 @@ def test_it_names_versions_and_kernels_and_no_machine() -> None:
 
 def test_it_does_not_depend_on_what_else_is_loaded() -> None:
     """Solvers that nothing here uses bring a BLAS of their own."""
-    load = "import pipeline; from pipeline.environment.record import environment; "
+    load = "import pipeline; from pipeline.environment import environment; "
     told = [
         subprocess.run(
             [sys.executable, "-c", f"{load}{more}; print(environment())"],

@@ -8,13 +8,13 @@ import pytest
 
 from pipeline.experiments import Experiment, load_experiment
 from pipeline.generate import generate, sampled_by
+from pipeline.methods import LearnedReference
 from pipeline.metrics import metrics_of
 from pipeline.storage.archive import read_samples
 from pipeline.storage.results import Results
 from tests.pipeline.params import changed, written_to
 from trackably import DoubtfulInputWarning, Samples
 from trackably.condensed.condense import condensed, condensed_enough
-from trackably.learning.learned import LearnedReference
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
 

@@ -9,10 +9,10 @@ import pytest
 from pipeline.control import control
 from pipeline.drawings import drawings
 from pipeline.experiments import Experiment, load_experiment
-from pipeline.experiments.fitted import read_fit_of
+from pipeline.experiments.load import read_fit_of
 from pipeline.storage.archive import read_margins
-from pipeline.storage.methods import table_of_methods
 from pipeline.storage.results import Results
+from pipeline.storage.tables import table_of_methods
 from pipeline.verify import verify
 from tests.pipeline.params import changed, written_to
 from tests.project import ROOT

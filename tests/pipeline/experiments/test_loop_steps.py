@@ -6,13 +6,12 @@ import pytest
 
 from pipeline.control import control
 from pipeline.experiments import Experiment, load_experiment
-from pipeline.storage.archive import Fitted, write_fit
+from pipeline.methods import LearnedReference
+from pipeline.storage.archive import Fitted, Sampled, write_fit
 from pipeline.storage.loops import read_loops
 from pipeline.storage.results import Results
-from pipeline.storage.sampled import Sampled
 from tests.pipeline.params import changed, undisturbed, written_to
 from trackably.errors import InputError
-from trackably.learning.learned import LearnedReference
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
 

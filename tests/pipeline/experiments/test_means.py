@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.experiments import load_experiment
-from pipeline.experiments.means import with_learned_means
+from pipeline.experiments.model import with_learned_means
 from pipeline.generate import sampled_by
 from tests.pipeline.params import changed, written_to
 from trackably import DoubtfulInputWarning

@@ -8,11 +8,10 @@ import jsonschema
 import pytest
 
 from pipeline.experiments import load_experiment
-from pipeline.layouts.experiment import layout_of
-from pipeline.scene.geometry import plane_of
-from pipeline.storage.logs import LogError
+from pipeline.storage.logs import LogError, Topic, topics_of
 from pipeline.storage.results import Results
-from pipeline.storage.topics import Topic, topics_of
+from pipeline.viewer.layout import layout_of
+from pipeline.viewer.scene import plane_of
 from tests.pipeline.layouts.paths import leaves, levels, panels, paths, topics
 from tests.pipeline.layouts.schema import LAYOUT
 from tests.project import ROOT

@@ -6,10 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.reproduce import prepared
-from pipeline.reproduce.prepared import Prepared, arguments_of
-from pipeline.reproduce.run import run
-from pipeline.reproduce.stages import Plan, Stage
+from pipeline import prepared
+from pipeline.prepared import Prepared, arguments_of
+from pipeline.reproduce import Plan, Stage, run
 from tests.project import ROOT
 from trackably.errors import NoReferenceError
 
@@ -33,9 +32,9 @@ def run():
 def project(tmp_path: Path) -> Path:
     """A project whose pipeline has stages that only tell about themselves."""
     modules = {f"pipeline/{name}.py": "" for name in ("__init__", *prepared._LOADED)}
-    server = (ROOT / "pipeline/reproduce/prepared.py").read_text()
+    server = (ROOT / "pipeline/prepared.py").read_text()
     modules |= {"pipeline/__main__.py": PIPELINE, "pipeline/reproduce/__init__.py": "", "flag.py": "changed = False"}
-    for name, text in (modules | {"pipeline/reproduce/prepared.py": server}).items():
+    for name, text in (modules | {"pipeline/prepared.py": server}).items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text)
     return tmp_path

@@ -5,9 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.reproduce.copy import copy_without_results
-from pipeline.reproduce.run import run
-from pipeline.reproduce.stages import Plan, Stage, plan_of
+from pipeline.reproduce import Plan, Stage, copy_without_results, plan_of, run
 from tests.project import ROOT
 from trackably.errors import InputError, NoReferenceError
 

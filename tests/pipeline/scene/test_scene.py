@@ -8,16 +8,19 @@ import numpy as np
 import pytest
 
 from pipeline.experiments import load_experiments
-from pipeline.layouts.experiment import layout_of
-from pipeline.layouts.write import write_scene
-from pipeline.scene.events import event_topic, losses, offers, proof_topic
-from pipeline.scene.geometry import allowed_region, plane_of
-from pipeline.scene.scene import scene_topics
-from pipeline.scene.schemas import SCHEMAS
-from pipeline.storage.documents import Documents
-from pipeline.storage.logs import Log, read_log, write_log
+from pipeline.storage.logs import Documents, Log, read_log, topics_of, write_log
 from pipeline.storage.results import Results
-from pipeline.storage.topics import topics_of
+from pipeline.viewer.layout import layout_of, write_scene
+from pipeline.viewer.scene import (
+    SCHEMAS,
+    allowed_region,
+    event_topic,
+    losses,
+    offers,
+    plane_of,
+    proof_topic,
+    scene_topics,
+)
 from tests.project import ROOT
 from trackably.control.loop_trajectory import LoopTrajectory
 from trackably.files import from_json

@@ -16,8 +16,7 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 from mcap.writer import CompressionType
 
-from pipeline.storage.logs import Log, Series, read_log, write_log
-from pipeline.storage.mcap_format import encode
+from pipeline.storage.logs import Log, Series, encode, read_log, write_log
 from tests.pipeline.storage.logs import LOG, NAN, same
 
 

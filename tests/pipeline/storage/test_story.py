@@ -10,7 +10,6 @@ import pytest
 from pipeline.experiments import load_experiments
 from pipeline.storage.archive import read_fit, read_margins
 from pipeline.storage.loops import table_of_loops
-from pipeline.storage.methods import table_of_hyperparameters
 from pipeline.storage.results import Results
 from pipeline.storage.story import (
     told_of_disturbances,
@@ -22,6 +21,7 @@ from pipeline.storage.story import (
     told_of_system,
     told_of_unconstrained,
 )
+from pipeline.storage.tables import table_of_hyperparameters
 from tests.project import ROOT
 from trackably.gp.hyperparameter import Learned
 from trackably.systems.margins import MarginProfile

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pipeline.viewer.install import fetched
+from pipeline.viewer.view import fetched
 from tests.project import ROOT
 from trackably.errors import InputError
 

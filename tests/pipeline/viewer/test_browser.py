@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from pipeline.experiments import load_experiment
+from pipeline.storage.logs import topics_of
 from pipeline.storage.results import Results
-from pipeline.storage.topics import topics_of
 from pipeline.viewer.view import shown
 from tests.pipeline.viewer import browser
 from tests.pipeline.viewer.background import serving

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.viewer.install import FETCHED, LOCKED
+from pipeline.viewer.view import FETCHED, LOCKED
 from tests.project import ROOT
 
 ASSETS = Path("node_modules/@foxglove/studio-base/assets")

@@ -10,8 +10,8 @@ import pytest
 from mcap.reader import make_reader
 
 from pipeline.storage.logs import Log, LogError, Series, write_log
-from pipeline.viewer import install
-from pipeline.viewer.merged import merged
+from pipeline.viewer import view as install
+from pipeline.viewer.view import merged
 from tests.project import ROOT
 from trackably.errors import InputError
 

@@ -5,6 +5,7 @@ from fractions import Fraction
 import numpy as np
 from mpmath import mp
 
+from pipeline.published.scalar import is_scalar
 from tests.trackably.gp.instances import formula
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.matern import Matern32, Matern52
@@ -13,7 +14,6 @@ from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, Piec
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
-from trackably.learning.published.scalar import is_scalar
 from trackably.systems.flat.functional import Functional
 from trackably.systems.reference import Reference
 

@@ -4,14 +4,14 @@ from functools import cache
 
 import numpy as np
 
-from tests.trackably.learning.published import example1
+from pipeline.published.scalar import scalar
+from tests.pipeline.published import example1
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ConstrainedProblem
-from trackably.learning.published.scalar import scalar
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
 from trackably.systems.reference import Reference

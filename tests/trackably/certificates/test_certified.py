@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
+from tests.pipeline.published import example1
 from tests.trackably.certificates.references import PROBLEMS, certified
-from tests.trackably.learning.published import example1
 from tests.trackably.systems.instances import bounded
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.outcome import Counterexample, Unproved

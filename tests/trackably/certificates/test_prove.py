@@ -6,9 +6,10 @@ from time import perf_counter
 import numpy as np
 import pytest
 
+from pipeline.published.scalar import scalar
+from tests.pipeline.published import example1
 from tests.trackably.certificates import naive
 from tests.trackably.certificates.references import certified, unconstrained
-from tests.trackably.learning.published import example1
 from tests.trackably.systems.instances import bounded
 from tests.trackably.systems.instances import unbounded as without_bounds
 from trackably.certificates.certificate import Certificate
@@ -24,7 +25,6 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import Steps
-from trackably.learning.published.scalar import scalar
 from trackably.learning.search import best_solution
 from trackably.systems.linear import LinearSystem
 from trackably.systems.reference import Reference

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from pipeline.published.scalar import scalar
 from trackably.codec import encode
 from trackably.gp.kernels.base import Product, Sum
 from trackably.gp.kernels.matern import Matern32
@@ -11,7 +12,6 @@ from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
-from trackably.learning.published.scalar import scalar
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.reference import Reference

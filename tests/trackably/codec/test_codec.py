@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pipeline.published.scalar import scalar
 from tests.trackably.codec.instances import GENERAL, KERNEL, PLANT, REFERENCE, SIGNAL
 from trackably.arrays import Array
 from trackably.codec import decode, dumps, encode, loads
@@ -24,7 +25,6 @@ from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
 from trackably.gp.stencil import Stencil
-from trackably.learning.published.scalar import scalar
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
 from trackably.systems.sets.interval import Interval

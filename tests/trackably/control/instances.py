@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.published.ground_truth import two_harmonics
+from pipeline.published.scalar import scalar
 from tests.project import ROOT
 from trackably.control.controller import Controller
 from trackably.gp.joint import JointPrior
@@ -13,7 +14,6 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
-from trackably.learning.published.scalar import scalar
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem

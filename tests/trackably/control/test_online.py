@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pipeline.published.scalar import scalar
 from tests.trackably.control import instances
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.claim import OnWindow
@@ -17,7 +18,6 @@ from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.learner import JOINT
 from trackably.learning.problem import NoSolution
-from trackably.learning.published.scalar import scalar
 from trackably.learning.space import SearchSpace
 from trackably.systems.sets.interval import Interval
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from tests.trackably.learning.published import example1
+from pipeline.published.algorithm1 import AS_PUBLISHED, SOUND, Run, algorithm1
+from tests.pipeline.published import example1
 from trackably.learning.problem import Solution
-from trackably.learning.published.algorithm1 import AS_PUBLISHED, SOUND, Run, algorithm1
 from trackably.learning.search import best_solution
 
 

@@ -1,10 +1,10 @@
 """Problems without a solution: the prior mean is no admissible equilibrium, and the samples are no help."""
 
+from pipeline.published.scalar import scalar
 from tests.trackably.learning.instances import Instance
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
-from trackably.learning.published.scalar import scalar
 from trackably.systems.sets.interval import Interval
 
 OPPOSITE = Samples([0.0, 0.2, 0.4, 0.6, 0.8], [-9.0, -11.0, -10.0, -10.5, -9.5])

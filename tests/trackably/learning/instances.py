@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pipeline.published.scalar import scalar, state_and_input
 from tests.trackably.systems.instances import bounded
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
@@ -16,7 +17,6 @@ from trackably.gp.samples import Samples
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import Steps
 from trackably.learning.problem import ConstrainedProblem
-from trackably.learning.published.scalar import scalar, state_and_input
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.sets.interval import Interval

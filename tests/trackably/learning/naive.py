@@ -6,10 +6,10 @@ import warnings
 import numpy as np
 from scipy.optimize import minimize
 
+from pipeline.published.scalar import coefficients, interval_sets
 from tests.trackably.learning.instances import Instance
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
-from trackably.learning.published.scalar import coefficients, interval_sets
 
 NOWHERE = 1e12
 

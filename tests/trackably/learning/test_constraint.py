@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.trackably.learning.published.test_periodic import PRIOR, SAMPLES, SPACE, SYSTEM
+from pipeline.published.periodic import GrowthRates
+from tests.pipeline.published.test_periodic import PRIOR, SAMPLES, SPACE, SYSTEM
 from trackably.learning.constraint import closest
 from trackably.learning.index_set import AllPhases, Steps, Window
 from trackably.learning.methods import all_phases
 from trackably.learning.problem import ConstrainedProblem
-from trackably.learning.published.growth import GrowthRates
 
 AT = np.log([0.7, 0.3, 3.2])
 

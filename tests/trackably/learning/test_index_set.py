@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pipeline.published.scalar import scalar
 from trackably.gp.kernels.matern import Matern32
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import AllPhases, Steps, Window
-from trackably.learning.published.scalar import scalar
 from trackably.systems.sets.interval import Interval
 
 KERNEL = SquaredExponential(1.0, 0.5)

@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from pipeline.published.scalar import interval_sets
 from tests.trackably.learning import naive
 from tests.trackably.learning.infeasible import INFEASIBLE
 from tests.trackably.learning.instances import instance
@@ -15,7 +16,6 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ConstrainedProblem, NothingFeasible, Solution
-from trackably.learning.published.scalar import interval_sets
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
 from trackably.systems.sets.interval import Interval

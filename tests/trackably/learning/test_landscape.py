@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from pipeline.published.scalar import scalar, state_and_input
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -12,7 +13,6 @@ from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import Steps
 from trackably.learning.landscape import landscape
 from trackably.learning.problem import ConstrainedProblem
-from trackably.learning.published.scalar import scalar, state_and_input
 from trackably.learning.space import SearchSpace
 from trackably.systems.sets.interval import Interval
 

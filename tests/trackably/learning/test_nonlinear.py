@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from pipeline.published.scalar import interval_sets, state_and_input
 from tests.trackably.gp.instances import KERNELS, over
 from tests.trackably.learning.instances import SEEDS, instance
 from tests.trackably.systems.instances import PLANTS
@@ -15,7 +16,6 @@ from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import Steps
 from trackably.learning.nonlinear import Program
 from trackably.learning.problem import ConstrainedProblem
-from trackably.learning.published.scalar import interval_sets, state_and_input
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import strategies as st
 
+from pipeline.published.scalar import scalar
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
-from trackably.learning.published.scalar import scalar
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from pipeline.published.scalar import coefficients, interval_sets
 from tests.trackably.gp.instances import over
 from tests.trackably.systems.instances import PLANTS, SIGNAL, bounded
-from trackably.learning.published.scalar import coefficients, interval_sets
 from trackably.systems.defect import smallest_defect
 from trackably.systems.margins import margin_profile
 from trackably.systems.reference import Reference

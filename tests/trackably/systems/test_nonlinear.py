@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
+from pipeline.published.scalar import growth_rates
 from tests.trackably.systems.nonlinear_instances import INSTANCES, LINEAR, T_S, as_formulas, exactly, moving
 from trackably.checker.formulas.affine import inputs_of
 from trackably.checker.formulas.formula import text
@@ -19,7 +20,6 @@ from trackably.gp.samples import Samples
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import Window
 from trackably.learning.problem import ConstrainedProblem
-from trackably.learning.published.scalar import growth_rates
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.defect import smallest_defect

@@ -8,6 +8,13 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from pipeline.published.scalar import (
+    coefficients,
+    equilibrium_input,
+    interval_sets,
+    reachable_tube,
+    state_and_input,
+)
 from tests.trackably.gp.instances import over
 from tests.trackably.systems.instances import (
     PLANTS,
@@ -20,13 +27,6 @@ from tests.trackably.systems.instances import (
 )
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.signal import KernelSum
-from trackably.learning.published.scalar import (
-    coefficients,
-    equilibrium_input,
-    interval_sets,
-    reachable_tube,
-    state_and_input,
-)
 from trackably.systems.reference import Reference
 
 TIMES = np.linspace(-0.2, 2.0, 45)

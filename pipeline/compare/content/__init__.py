@@ -1,1 +1,0 @@
-"""Artifacts as values at places, one module for each kind of file."""

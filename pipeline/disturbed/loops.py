@@ -1,0 +1,212 @@
+"""Loops under an experiment's disturbances: by two controllers, hundreds of runs at once, and what room costs."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from fractions import Fraction
+from functools import partial
+
+import numpy as np
+
+from pipeline.experiments import Experiment
+from pipeline.loops.disturbances import Constant, Drawn, Greedy
+from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
+from pipeline.storage.archive import Fitted, Sampled
+from pipeline.storage.loops import Disturbed
+from trackably.arrays import Array
+from trackably.certificates.certified import Certified, learn_certified
+from trackably.control.controller import Controller, scaled_controller
+from trackably.control.loop_trajectory import LoopTrajectory, Runs
+from trackably.control.references import TrackedReference
+from trackably.control.simulation import ClosedLoop, apply_fallback_for, simulate
+from trackably.control.stepping import Disturbances, SteppedController
+from trackably.control.tube import TubeController
+from trackably.learning import learner
+from trackably.learning.joint.learn import learn_from
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbance.invariant import InvariantSet
+from trackably.systems.disturbance.tightening import Tightening, tightening
+from trackably.systems.reference import Reference, Window
+
+COUNT, KEPT = 300, 9
+_WARM_UP = 60
+
+
+def disturbances(kind: str, drawn_in: Tightening, seed: int) -> Disturbances:
+    """Return disturbances of W of this kind: drawn, greedy or constant."""
+    W, rng = drawn_in.disturbance, np.random.default_rng(seed)
+    assert W is not None, "loops are disturbed where there is a set"
+    if kind == "greedy":
+        return Greedy(W, drawn_in.given.state_set)
+    return Drawn(W, seed) if kind == "drawn" else Constant(W, rng.standard_normal(W.dimension))
+
+
+def noise(drawn_in: Tightening, seed: int) -> Disturbances | None:
+    """Return noise drawn from V, if the state is measured with noise; it has nothing to do with disturbances drawn."""
+    return None if drawn_in.noise is None else Drawn(drawn_in.noise, 10**6 + seed)
+
+
+def start(Z: InvariantSet, seed: int) -> Array:
+    """Return an error (n,) in Z that disturbances have caused."""
+    rng, e = np.random.default_rng(seed), np.zeros(Z.disturbance.dimension)
+    for _ in range(_WARM_UP):
+        e = Z.closed_loop @ e + Z.disturbance.farthest(rng.standard_normal(len(e)))
+    return np.asarray(e)
+
+
+def many_runs(drawn_in: Tightening, window: Window, first_step: int) -> tuple[Runs, int]:
+    """Return runs along the window of a robust reference, and how often a bound was broken in them.
+
+    The measured state begins in x_r ⊕ Z. There the tube controller applies u = u_r + K (y − x_r): its plan is the
+    reference, and no program is solved. Every third run has drawn, greedy or constant disturbances; noise is drawn.
+    """
+    runs = np.array([_run(drawn_in, window, first_step, r) for r in range(COUNT)])
+    n, given = window.states.shape[1], drawn_in.given
+    broken = np.sum(given.state_set.margin(runs[:, 1:, :n]) < 0) + np.sum(given.input_set.margin(runs[..., n:]) < 0)
+    steps = first_step + np.arange(runs.shape[1], dtype=float)
+    return Runs(steps, runs.min(axis=0), runs.max(axis=0), runs[:KEPT]), int(broken)
+
+
+def _run(drawn_in: Tightening, window: Window, first_step: int, r: int) -> Array:
+    """Return states and inputs (K, n + m) of one run."""
+    Z, system = drawn_in.invariant, drawn_in.given.linear
+    assert Z is not None, "loops are disturbed where there is a set"
+    pushed, measured = disturbances(("drawn", "greedy", "constant")[r % 3], drawn_in, r), noise(drawn_in, r)
+    y, x, course = window.states[0] + start(Z, r), None, []
+    for k, (x_r, u_r) in enumerate(zip(window.states, window.inputs, strict=False)):
+        v = np.zeros(len(x_r)) if measured is None else measured(first_step + k, x_r)
+        x = y - v if x is None else x
+        u = u_r + Z.feedback @ (x + v - x_r)
+        course.append(np.concatenate([x, u]))
+        successor = system.successor(x, u)
+        x = successor + pushed(first_step + k, successor)
+    return np.array(course)
+
+
+KINDS = ("drawn", "greedy", "constant")
+_MOST_STEPS, _PATIENCE = 300, 30
+Numbers = dict[str, float | int | str | None]
+
+
+def disturbed_loops(
+    experiment: Experiment, references: Mapping[str, TrackedReference]
+) -> tuple[Disturbed, dict[str, object]]:
+    """Return the loops by reference, controller and kind of disturbance, many runs, and the numbers of both.
+
+    All of them begin on the reference, or in the tube around it, and last as long as figures show, 300 steps at most.
+    After 30 steps without a plan a loop ends.
+    """
+    drawn_in = experiment.tightening
+    assert drawn_in, "asked for where there is a disturbance"
+    loops: dict[str, dict[str, dict[str, LoopTrajectory]]] = {}
+    numbers: dict[str, dict[str, dict[str, Numbers]]] = {}
+    for name, reference in references.items():
+        loops[name], numbers[name] = {}, {}
+        for controller, of in _controllers(experiment, drawn_in).items():
+            found = {kind: _loop(experiment, drawn_in, of, reference, kind) for kind in KINDS}
+            loops[name][controller] = {kind: LoopTrajectory.of(loop) for kind, loop in found.items()}
+            numbers[name][controller] = {kind: _numbers(loop, drawn_in.given) for kind, loop in found.items()}
+    steps = _steps(experiment)
+    runs, broken = many_runs(drawn_in, references[ROBUST.name].window(steps.start, len(steps)), steps.start)
+    of_runs = {"runs": COUNT, "steps": COUNT * len(steps), "broken": broken}
+    return Disturbed(loops, runs), {**numbers, "tube": of_runs}
+
+
+def _controllers(experiment: Experiment, drawn_in: Tightening) -> dict[str, SteppedController]:
+    wanted = experiment.control
+    nominal: Controller = scaled_controller(drawn_in.given, wanted.horizon, wanted.input_weight)
+    return {"nominal": nominal, "tube": TubeController(drawn_in, wanted.horizon, nominal.Q, nominal.R)}
+
+
+def _loop(
+    experiment: Experiment, drawn_in: Tightening, controller: SteppedController, reference: TrackedReference, kind: str
+) -> ClosedLoop:
+    """Run one loop from the reference on. Where there is no plan, the fallback is applied."""
+    steps = _steps(experiment)
+    return simulate(
+        controller,
+        reference,
+        reference.window(steps.start, 1).states[0],
+        len(steps),
+        first_step=steps.start,
+        on_infeasible=apply_fallback_for(_PATIENCE),
+        disturbances=disturbances(kind, drawn_in, 0),
+        noise=noise(drawn_in, 0),
+    )
+
+
+def _steps(experiment: Experiment) -> range:
+    return experiment.loop_steps[: min(experiment.control.shown, _MOST_STEPS)]
+
+
+def _numbers(loop: ClosedLoop, given: ConstrainedSystem) -> Numbers:
+    states, inputs = given.state_set.margin(loop.states[1:]), given.input_set.margin(loop.inputs)
+    outside = np.flatnonzero((states < 0) | (inputs < 0))
+    return {
+        "steps": len(loop.inputs),
+        "steps_without_plan": len(loop.without_plan),
+        "first_step_without_plan": loop.without_plan[0].k if loop.without_plan else None,
+        "why": loop.without_plan[0].explanation if loop.without_plan else None,
+        "steps_outside": len(outside),
+        "first_step_outside": loop.first_step + int(outside[0]) if len(outside) else None,
+        "worst_state_margin": float(np.min(states)),
+        "worst_input_margin": float(np.min(inputs)),
+    }
+
+
+Columns = dict[str, list[float] | float]
+
+
+def prices(experiment: Experiment, fitted: Fitted) -> Columns:
+    """Return `sizes` of both sets, as parts of the given ones, and for each the `price` J − min l and the `misfit`.
+
+    Zero is the reference `joint`, one the reference `robust`; those between and beyond are learned here, from the
+    hyperparameters of their neighbours, for the same feedback, and proved. Sizes without a proved reference are left
+    out. `largest` is the size at which nothing is left of the bounds.
+    """
+    drawn_in = experiment.tightening
+    assert drawn_in, "asked for where there is a disturbance"
+    assert experiment.disturbance, "bounds are drawn in for one"
+    least = fitted.learned[UNCONSTRAINED.name].nlml
+    rows = {
+        size: (fitted.learned[name].objective - least, _misfit(fitted.sampled, fitted.learned[name].reference))
+        for size, name in ((0.0, JOINT.name), (1.0, ROBUST.name))
+    }
+    start = fitted.learned[ROBUST.name].prior.log_hyperparameters
+    for size in sorted(experiment.disturbance.sizes):
+        found = _learned_for(experiment, fitted.sampled, drawn_in, size, start)
+        if found is not None:
+            rows[size] = (found.solution.objective - least, _misfit(fitted.sampled, found.reference))
+            start = found.solution.posterior.prior.log_hyperparameters
+    return {
+        "sizes": sorted(rows),
+        "price": [rows[size][0] for size in sorted(rows)],
+        "misfit": [rows[size][1] for size in sorted(rows)],
+        "largest": drawn_in.largest_fraction,
+    }
+
+
+def scaled(drawn_in: Tightening, size: float) -> Tightening:
+    """Return the bounds drawn in for sets of another size. Raises ValueError where nothing is left of them."""
+    W, V, by = drawn_in.disturbance, drawn_in.noise, Fraction(size)
+    assert W is not None, "asked for where there is a disturbance"
+    assert drawn_in.invariant is not None, "it belongs to a disturbance"
+    noise = None if V is None else V.scaled(by)
+    return tightening(drawn_in.given, W.scaled(by), drawn_in.invariant.feedback, drawn_in.margin, noise)
+
+
+def _learned_for(
+    experiment: Experiment, sampled: Sampled, drawn_in: Tightening, size: float, start: Array
+) -> Certified | None:
+    try:
+        plant = scaled(drawn_in, size).plant
+    except ValueError:  # nothing is left
+        return None
+    task = experiment.task(sampled.samples)
+    nearby = replace(learner.JOINT, solve=partial(learn_from, (start,)), second_choice=None)
+    found = learn_certified(task.samples, task.prior, plant, task.space, task.goal, learner=nearby)
+    return found if isinstance(found, Certified) else None
+
+
+def _misfit(sampled: Sampled, reference: Reference) -> float:
+    """Return the root mean square of samples minus reference, all that is sampled having the same weight."""
+    return float(np.sqrt(np.mean([*sampled.mean_squares(reference.signals).values()])))

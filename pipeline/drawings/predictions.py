@@ -1,0 +1,265 @@
+"""The paper's figures of learned references of scalar systems, asymptotic and periodic."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import cycle
+from math import ceil
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter, NullLocator
+
+from pipeline.drawings.style import (
+    PUBLISHED,
+    direct_label,
+    input_at_steps,
+    input_interval,
+    state_at_steps,
+    state_bounds,
+    state_interval,
+    step_label,
+    tube_after_steps,
+)
+from pipeline.storage.archive import Conservatism
+from trackably.arrays import Array
+from trackably.exports.figures import COLUMN, FAINT, INK, PAGE, PALE, SAMPLE, legend_above, reference_styles, styled
+from trackably.gp.samples import Samples
+from trackably.systems.reference import Reference
+
+_MARKERS: Final = 16
+"""Number of markers of a published curve in a panel, approximately."""
+
+
+@dataclass(frozen=True)
+class Published:
+    """Published curves over steps `k`: posterior means by their labels, and the ends of the reachable tube.
+
+    Index k of the ends holds the tube at step k + 1: the states in reach from step k.
+    """
+
+    k: Array
+    means: Mapping[str, Array]
+    successor_lower: Array
+    successor_upper: Array
+
+
+@styled
+def prediction(
+    samples: Samples,
+    references: Mapping[str, Reference],
+    tube_of: str,
+    steps: Array,
+    *,
+    true_reference: Array | None = None,
+    published: Published | None = None,
+    final_step: int | None = None,
+) -> Figure:
+    """Draw scalar references by their labels at consecutive `steps`, and the reachable tube of the one `tube_of` names.
+
+    A second panel shows where a reference leaves X, if one does for a short time. `true_reference` is the signal that
+    is sampled, at `steps`; `final_step` k̄ is the last constrained step.
+    """
+    figure = Figure(figsize=(PAGE, 3.3))
+    windows = [(float(steps[0] - 0.01 * np.ptp(steps)), float(steps[-1])), *_excursion(references.values(), steps)]
+    panels = figure.subplots(1, len(windows), squeeze=False, width_ratios=[1.8, 1][: len(windows)])[0]
+    plant = references[tube_of].plant
+    for axes, (first, last) in zip(panels, windows, strict=True):
+        _curves(axes, references, steps, true_reference)
+        draw_tube(axes, references[tube_of], steps)
+        axes.plot(samples.times / plant.sampling_time, samples.values, **SAMPLE)
+        if published:
+            _published(axes, published, max(1, round((last - first) / _MARKERS)))
+        if final_step is not None:
+            axes.axvline(final_step, color=INK, linewidth=0.8, linestyle=":", zorder=2)
+        axes.set(xlabel=step_label(plant.sampling_time), xlim=(first, last))
+        if axes is not panels[0]:
+            axes.set_ylim(_state_range(references.values(), steps[(steps >= first) & (steps <= last)]))
+            axes.set_title(r"where a reference leaves $\mathcal{X}$")
+            bottom, top = axes.get_ylim()
+            panels[0].indicate_inset((first, bottom, last - first, top - bottom), edgecolor=INK, linewidth=0.6, alpha=1)
+        state_bounds(axes, state_interval(references[tube_of]), side="right" if axes is panels[0] else None)
+    panels[0].set_ylabel(r"state $x$ [–]")
+    if final_step is not None:
+        label = rf" $\bar{{k}}$ = {final_step}"
+        direct_label(panels[0], final_step, panels[0].get_ylim()[0], label, va="bottom")
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=min(4, ceil(len(labels) / 2)))
+    return figure
+
+
+def _excursion(references: Iterable[Reference], steps: Array) -> list[tuple[float, float]]:
+    """Return the steps between which a reference is outside X, and a few around; none where that is never or often."""
+    outside = [state_interval(r).margin(state_at_steps(r, steps)) < 0 for r in references]
+    leaving = steps[np.any(outside, axis=0)]
+    if leaving.size == 0 or np.ptp(leaving) > np.ptp(steps) / 3:
+        return []
+    around = 2 + np.ptp(leaving) / 4
+    return [(float(max(steps[0], leaving[0] - around)), float(min(steps[-1], leaving[-1] + around)))]
+
+
+def draw_tube(axes: Axes, reference: Reference, steps: Array) -> None:
+    """Draw the reachable tube one step after each of the `steps`: pale, and the part inside X darker."""
+    (low, high), states = tube_after_steps(reference, steps), state_interval(reference)
+    inside = np.maximum(low, states.lower), np.minimum(high, states.upper)
+    axes.fill_between(steps + 1, low, high, facecolor=FAINT, edgecolor="none", label=r"tube $\mathcal{T}_k$")
+    label = r"$\mathcal{T}_k \cap \mathcal{X}$"
+    axes.fill_between(steps + 1, *inside, where=inside[0] < inside[1], facecolor=PALE, edgecolor="none", label=label)
+
+
+def _curves(axes: Axes, references: Mapping[str, Reference], steps: Array, true_reference: Array | None) -> None:
+    for style, reference in zip(reference_styles(references).values(), references.values(), strict=True):
+        axes.plot(steps, state_at_steps(reference, steps), **style)
+    if true_reference is not None:
+        axes.plot(steps, true_reference, color=INK, linewidth=0.8, zorder=2.9, label="true reference")
+
+
+def _published(axes: Axes, published: Published, every: int) -> None:
+    some = slice(every // 2, None, every)
+    for (label, mean), marker in zip(published.means.items(), cycle("so")):
+        axes.plot(published.k[some], mean[some], marker, **PUBLISHED, label=f"published, {label}")
+    style: dict[str, Any] = {"color": INK, "markersize": 4, "markeredgewidth": 0.7}
+    axes.plot(published.k[some] + 1, published.successor_lower[some], "_", **style, label="published, tube")
+    axes.plot(published.k[some] + 1, published.successor_upper[some], "_", **style)
+
+
+def _state_range(references: Iterable[Reference], steps: Array) -> tuple[float, float]:
+    x = np.array([state_at_steps(r, steps) for r in references])
+    around = 0.15 * float(np.ptp(x))
+    return float(x.min()) - around, float(x.max()) + around
+
+
+_SHADE: Final[dict[str, Any]] = {"facecolor": FAINT, "edgecolor": "none", "zorder": 0}
+_EDGE: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.7, "zorder": 1}
+
+
+@dataclass(frozen=True)
+class GrowthIntervals:
+    """Derivatives [1/s] over `times` [s] by their labels; growth rates [1/s] on the η intervals between `edges` [s].
+
+    `lower` and `upper` have shape (η,), `edges` (η + 1,).
+    """
+
+    times: Array
+    derivatives: Mapping[str, Array]
+    edges: Array
+    lower: Array
+    upper: Array
+
+
+@styled
+def periodic_prediction(
+    samples: Samples,
+    references: Mapping[str, Reference],
+    tube_of: str,
+    steps: Array,
+    first_steps: int,
+    true_reference: Array | None = None,
+) -> Figure:
+    """Draw scalar references by their labels at `steps`, and the reachable tube of the one `tube_of` names.
+
+    Dots mark steps that need an inadmissible input. A second panel shows the first `first_steps` steps.
+    `true_reference` is the signal that is sampled, at `steps`.
+    """
+    figure = Figure(figsize=(PAGE, 3.3))
+    panels = figure.subplots(1, 2, width_ratios=[1.8, 1])
+    plant = references[tube_of].plant
+    styles, state_set = reference_styles(references), state_interval(references[tube_of])
+    for axes, last in zip(panels, (steps[-1], first_steps), strict=True):
+        shown = steps[steps <= last]
+        draw_tube(axes, references[tube_of], shown)
+        if true_reference is not None:
+            axes.plot(shown, true_reference[: len(shown)], color=INK, linewidth=0.8, zorder=2.9, label="true reference")
+        for name, reference in references.items():
+            axes.plot(shown, state_at_steps(reference, shown), **styles[name])
+        for name, reference in references.items():
+            _mark_inadmissible(axes, reference, shown, styles[name]["color"])
+        inside = samples.times <= last * plant.sampling_time * (1 + 1e-9)
+        axes.plot(samples.times[inside] / plant.sampling_time, samples.values[inside], **SAMPLE)
+        axes.set(xlabel=step_label(plant.sampling_time), xlim=(-0.01 * last, last))
+    whole, beginning = panels
+    reach = 1.12 * max(abs(state_set.lower), abs(state_set.upper))
+    whole.set_ylim(min(-reach, whole.get_ylim()[0]), max(reach, whole.get_ylim()[1]))
+    state_bounds(whole, state_set)
+    whole.set_ylabel(r"state $x$ [–]")
+    beginning.set_title(f"the first {first_steps} steps")
+    bottom, top = beginning.get_ylim()
+    window = (0, bottom, first_steps, top - bottom)
+    whole.indicate_inset(window, edgecolor=INK, linewidth=0.6, alpha=1, zorder=4)
+    handles, labels = whole.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=4)
+    return figure
+
+
+def _mark_inadmissible(axes: Axes, reference: Reference, steps: Array, color: str) -> None:
+    """Draw a dot at each state from which no admissible input leads to the next."""
+    inadmissible = input_interval(reference).margin(input_at_steps(reference, steps)) < 0
+    if np.any(inadmissible):
+        x = state_at_steps(reference, steps[inadmissible])
+        label = "steps that no input makes"
+        axes.plot(steps[inadmissible], x, ".", color=color, markersize=4, zorder=3.6, label=label)
+
+
+@styled
+def growth_intervals(panels: Mapping[str, GrowthIntervals]) -> Figure:
+    """Draw derivatives and the growth rates that bound them, constant on intervals, in one panel for each title."""
+    figure = Figure(figsize=(PAGE, 4.0))
+    for axes, (title, shown) in zip(
+        figure.subplots(1, len(panels), sharey=True, squeeze=False)[0], panels.items(), strict=True
+    ):
+        styles = reference_styles(shown.derivatives)
+        axes.fill_between(
+            np.repeat(shown.edges, 2)[1:-1],
+            np.repeat(shown.lower, 2),
+            np.repeat(shown.upper, 2),
+            label=r"growth rates $[\underline{\tau}_i, \overline{\tau}_i]$",
+            **_SHADE,
+        )
+        for rate in (shown.lower, shown.upper):
+            axes.stairs(rate, shown.edges, baseline=None, **_EDGE)
+        for name, values in shown.derivatives.items():
+            axes.plot(shown.times, values, **styles[name])
+        axes.set(title=title, xlabel="time $t$ [s]", xlim=(shown.edges[0], shown.edges[-1]))
+        if axes.get_subplotspec().is_first_col():
+            axes.set_ylabel(r"derivative $\dot{m}^+$ [1/s]")
+    legend_above(figure, columns=3)
+    return figure
+
+
+@styled
+def conservatism(found: Conservatism, levels: Mapping[str, float]) -> Figure:
+    """Draw the optimum of the paper's program (8) over its number of intervals, and the optima of other methods.
+
+    `levels` are these optima by their labels, in the order of the figures that show the methods' references, before
+    program (8).
+    """
+    figure = Figure(figsize=(COLUMN, 2.6))
+    axes = figure.subplots()
+    counts = found.counts
+    *styles, program = reference_styles((*levels, "program (8)")).values()
+    axes.plot(counts, found.objectives, color=program["color"], marker="o", linewidth=1.6, zorder=3)
+    top = 1.12 * float(np.max(found.objectives))
+    axes.set_xscale("log", base=2)
+    axes.set_xlim(counts[0] / 1.3, counts[-1] * 1.3)
+    for (label, level), style in reversed([*zip(levels.items(), styles, strict=True)]):
+        axes.axhline(level, **style | {"label": None})
+        crowded = any(0 < other - level < 0.1 * top for other in levels.values())
+        axes.annotate(
+            f"{label}: {level:.2f}",
+            (0, level),
+            (4, -9 if crowded else 3),
+            xycoords=axes.get_yaxis_transform(),
+            textcoords="offset points",
+            fontsize=7,
+        )
+    for count, value in zip(counts, found.objectives, strict=True):
+        axes.annotate(f"{value:.1f}", (count, value), (2, 4), textcoords="offset points", fontsize=6.5)
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.set_xticks(counts)
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set(xlabel=r"number of intervals $\eta$ [–]", ylabel=r"optimum of $l$ or $J$ [–]")
+    axes.set_ylim(bottom=0, top=top)
+    axes.annotate("program (8)", (counts[0], found.objectives[0]), (-2, -15), textcoords="offset points", fontsize=7)
+    return figure

@@ -1,0 +1,160 @@
+"""What figures have in common: markers and labels, panels over time, steps without a plan, scalar systems."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from pipeline.published.scalar import interval_sets, reachable_tube
+from trackably.arrays import Array
+from trackably.control.loop_trajectory import LoopTrajectory
+from trackably.exports.figures import (
+    BLUE,
+    GREEN,
+    INK,
+    ORANGE,
+    PAGE,
+    PALE,
+    Units,
+    axis_label,
+    pad_limits,
+    shade_outside,
+    svg,
+)
+from trackably.files import write_atomically
+from trackably.systems.reference import Reference
+from trackably.systems.sets.interval import Interval
+
+PUBLISHED: Final[dict[str, Any]] = {
+    "linestyle": "none",
+    "color": INK,
+    "markerfacecolor": "white",
+    "markeredgewidth": 0.7,
+    "zorder": 4,
+}
+"""Markers of a published curve, some of its points: the line below them stays visible."""
+SYMBOLS: Final = {
+    "signal_std": r"$\theta_1$ [–]",
+    "lengthscale": r"$\theta_2$ [s]",
+    "period": r"$\theta_3$ [s]",
+    "noise_std": r"$\sigma_\mathrm{n}$ [–]",
+}
+INITIAL_STATE_STYLES: Final[dict[str, dict[str, Any]]] = {
+    "on": {"color": GREEN, "linestyle": "-", "linewidth": 2.2, "zorder": 3.0, "label": "from the reference"},
+    "above": {"color": ORANGE, "linestyle": (0, (5, 1.4)), "linewidth": 1.2, "zorder": 3.2, "label": "from above it"},
+    "below": {"color": BLUE, "linestyle": (0, (1.4, 1)), "linewidth": 1.4, "zorder": 3.3, "label": "from below it"},
+}
+"""By the names that `pipeline.loops.initial_states` gives."""
+CLOSED_LOOP: Final = INITIAL_STATE_STYLES["on"] | {"label": "closed loop"}
+_REFERENCE: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.7, "zorder": 3.6, "label": "reference"}
+_NO_PLAN: Final[dict[str, Any]] = {
+    "facecolor": PALE,
+    "edgecolor": "none",
+    "alpha": 0.6,
+    "zorder": 1,
+    "label": "no plan",
+}
+
+
+def step_label(sampling_time: float) -> str:
+    """Return the label of an axis of steps, with the length of a step."""
+    return rf"step $k$   ($T_\mathrm{{s}}$ = {sampling_time:g} s)"
+
+
+def direct_label(axes: Axes, x: float, y: float, text: str, **style: Any) -> None:
+    """Write a word beside what it names."""
+    axes.text(x, y, text, **{"fontsize": 7, "zorder": 6, **style})
+
+
+def state_bounds(axes: Axes, states: Interval, side: str | None = "right") -> None:
+    """Draw the bounds of X that lie within the present limits; name them at the given side, if any."""
+    bottom, top = axes.get_ylim()
+    for bound in (states.lower, states.upper):
+        if bottom < bound < top:
+            axes.axhline(bound, color=INK, linewidth=0.8, zorder=2.5)
+            if side:
+                _name_bound(axes, bound, side, r"bound of $\mathcal{X}$")
+
+
+def _name_bound(axes: Axes, y: float, side: str, name: str) -> None:
+    style: dict[str, Any] = {"fontsize": 7, "ha": side, "zorder": 6}
+    where = axes.get_yaxis_transform()
+    x, indent = (1, -2) if side == "right" else (0, 3)
+    axes.annotate(name, (x, y), (indent, 1.5), xycoords=where, textcoords="offset points", **style)
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write the figure as an SVG file. Raises OSError."""
+    write_atomically(path, svg(figure))
+
+
+def stacked_panels(names: Sequence[str], base_height: float, units: Units) -> tuple[Figure, NDArray[Any]]:
+    """Return a figure with one labelled panel below the other for each name."""
+    figure = Figure(figsize=(PAGE, base_height + 1.35 * len(names)))
+    panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, name in zip(panels, names, strict=True):
+        axes.set_ylabel(axis_label(name, units))
+    return figure, panels
+
+
+def coordinate_values(trajectory: LoopTrajectory, i: int) -> tuple[Array, Array]:
+    """Return the values of the i-th coordinate (states, then inputs), and those of the reference."""
+    n = trajectory.states.shape[1]
+    if i < n:
+        return trajectory.states[:, i], trajectory.reference_states[:, i]
+    return trajectory.inputs[:, i - n], trajectory.reference_inputs[:, i - n]
+
+
+def draw_coordinate(axes: Axes, trajectory: LoopTrajectory, i: int, style: dict[str, Any]) -> None:
+    """Draw the i-th coordinate of a loop and of its reference; inputs are constant between steps."""
+    values, reference = coordinate_values(trajectory, i)
+    held: dict[str, Any] = {"drawstyle": "steps-post"} if i >= trajectory.states.shape[1] else {}
+    axes.plot(trajectory.steps, values, **style, **held)
+    axes.plot(trajectory.steps, reference, **_REFERENCE, **held)
+
+
+def shade_no_plan(axes: Axes, steps: Array) -> None:
+    """Shade each run of consecutive steps, up to the step after it."""
+    if not steps.size:
+        return
+    breaks = np.flatnonzero(np.diff(steps) > 1) + 1
+    for first, end in pairwise([0, *breaks.tolist(), len(steps)]):
+        axes.axvspan(steps[first], steps[end - 1] + 1, **_NO_PLAN)
+
+
+def fit_limits(axes: Axes, bounds: Interval | None, values: Array) -> None:
+    """Let the panel show the bounds, or all `values` where there are none; shade what is outside the bounds."""
+    pad_limits(axes, bounds or Interval(float(np.nanmin(values)), float(np.nanmax(values))))
+    shade_outside(axes, bounds)
+
+
+def state_at_steps(reference: Reference, steps: Array) -> Array:
+    """Return x_r(k) in the shape of `steps`."""
+    return reference.state(steps)[..., 0]
+
+
+def input_at_steps(reference: Reference, steps: Array) -> Array:
+    """Return u_r(k) in the shape of `steps`."""
+    return reference.input(steps)[..., 0]
+
+
+def tube_after_steps(reference: Reference, steps: Array) -> tuple[Array, Array]:
+    """Return the ends of the reachable tube at step k + 1: the states in reach from x_r(k)."""
+    return reachable_tube(reference, reference.instants(steps))
+
+
+def state_interval(reference: Reference) -> Interval:
+    """Return the state set X. Raises ValueError for a system that is not scalar."""
+    state_set, _ = interval_sets(reference.plant)
+    return state_set
+
+
+def input_interval(reference: Reference) -> Interval:
+    """Return the input set U. Raises ValueError for a system that is not scalar."""
+    _, input_set = interval_sets(reference.plant)
+    return input_set

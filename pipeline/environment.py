@@ -1,0 +1,94 @@
+"""What results depend on beside code and parameters: the processor's instructions, and versions of packages.
+
+OpenBLAS and NumPy choose their code by processor, and that for AVX-512 rounds otherwise than that for AVX2. The
+instructions that all x86-64 processors with AVX2 share are a common ground: results are then the same to the last bit.
+Both libraries read the environment once, when they are loaded; worker processes and the kernels of notebooks inherit
+it.
+"""
+
+import os
+import platform
+import sys
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
+_KERNELS = {"OPENBLAS_CORETYPE": "Haswell"}
+_BEYOND_AVX2 = {"NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR"}
+_NAMED_SO_SINCE = (2, 4)
+"""The first NumPy that calls its groups of instructions by these names; an older one would complain about them."""
+
+
+def pin() -> None:
+    """Set the environment for numerical libraries, unless NumPy is loaded: then it is too late for this process.
+
+    One thread: faster for small matrices, and sums do not depend on the number of cores. Kernels that are named in the
+    environment already stay as they are.
+    """
+    if "numpy" in sys.modules:
+        return
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    if has_avx2():
+        for name, value in kernels().items():
+            os.environ.setdefault(name, value)
+
+
+def kernels() -> dict[str, str]:
+    """Return the variables that choose kernels for AVX2."""
+    return _KERNELS | (_BEYOND_AVX2 if _numpy_version() >= _NAMED_SO_SINCE else {})
+
+
+def has_avx2(processor: Path = Path("/proc/cpuinfo")) -> bool:
+    """Return whether this is an x86-64 processor known to have AVX2 and fused multiply-add."""
+    if platform.machine() not in {"x86_64", "AMD64"} or not processor.exists():
+        return False
+    flags = next((line for line in processor.read_text().splitlines() if line.startswith("flags")), "").split()
+    return {"avx2", "fma"} <= {*flags}
+
+
+def _numpy_version() -> tuple[int, ...]:
+    try:
+        return tuple(int(number) for number in version("numpy").split(".")[:2])
+    except PackageNotFoundError:
+        return ()
+
+
+PACKAGES = ("numpy", "scipy", "cvxpy", "clarabel", "python-flint", "mpmath", "matplotlib", "mcap", "zstandard")
+PYTHON, BLAS, SIMD = "python", "BLAS", "NumPy's instructions"
+NAMES = (PYTHON, *PACKAGES, BLAS, SIMD)
+
+
+def environment() -> dict[str, str]:
+    """Return what the numbers of this process depend on, by name.
+
+    Nothing in it differs between machines that write the same bytes: no processor's name, no operating system, no
+    time, and of Python only the minor version.
+    """
+    # Imported late: whoever pins kernels must not load NumPy.
+    import scipy.linalg  # noqa: F401, PLC0415  its BLAS is one of those that are asked about
+    from threadpoolctl import threadpool_info  # noqa: PLC0415
+
+    blas = {_told(library) for library in threadpool_info() if library["user_api"] == "blas" and _is_used(library)}
+    return {
+        PYTHON: f"{sys.version_info.major}.{sys.version_info.minor}",
+        **{name: version(name) for name in PACKAGES},
+        BLAS: ", ".join(sorted(blas)),
+        SIMD: " ".join(_instructions()) or "baseline",
+    }
+
+
+def _is_used(library: dict[str, str]) -> bool:
+    """Return whether a library is NumPy's or SciPy's, or shared: solvers that are loaded but not used bring others."""
+    owners = {part for part in Path(library["filepath"]).parts if part.endswith(".libs")}
+    return owners <= {"numpy.libs", "scipy.libs"}
+
+
+def _told(library: dict[str, str]) -> str:
+    return f"{library['internal_api']} {library['version']} ({library.get('architecture', 'unknown kernels')})"
+
+
+def _instructions() -> list[str]:
+    """Return the groups of instructions that NumPy uses beyond those that it was built for."""
+    import numpy as np  # noqa: PLC0415
+
+    return list(np.show_config(mode="dicts")["SIMD Extensions"].get("found", []))

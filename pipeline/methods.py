@@ -1,0 +1,400 @@
+"""How references are learned: one table of methods, each with what it claims of its reference."""
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from functools import partial
+from typing import Annotated, Self
+
+import numpy as np
+from pydantic import Field, PositiveInt, model_validator
+
+from pipeline.published import periodic
+from pipeline.published.algorithm1 import AS_PUBLISHED as PUBLISHED_READING
+from pipeline.published.algorithm1 import SOUND as SOUND_READING
+from pipeline.published.algorithm1 import Reading, Trace, algorithm1
+from pipeline.published.periodic import steps_of_period
+from pipeline.published.scalar import state_and_input
+from pipeline.yaml_file import Fields
+from trackably.arrays import Array
+from trackably.certificates.certified import Attempt, Certified, learn_certified
+from trackably.certificates.goal import Goal
+from trackably.certificates.prove import Outcome, prove_at_instants
+from trackably.gp.joint import JointPrior
+from trackably.gp.period import period_of
+from trackably.gp.samples import Samples
+from trackably.learning import learner, methods
+from trackably.learning.learner import Learner
+from trackably.learning.problem import ActiveBound, NoSolution, Solution
+from trackably.learning.space import SearchSpace
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbance.tightening import Tightening
+from trackably.systems.reference import Reference
+
+
+class Algorithm1(Fields):
+    """Run Algorithm 1 from k̄ = `first_step`, and give up after k̄ = `last_step`."""
+
+    first_step: PositiveInt
+    last_step: PositiveInt
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "Algorithm1":
+        if self.last_step < self.first_step:
+            raise ValueError(f"expected first_step ≤ last_step, got {self.first_step} and {self.last_step}")
+        return self
+
+
+class Periodic(Fields):
+    """Constrain the steps 0 … `last_step` or the time that they last, in η = `intervals` intervals.
+
+    `backoff` is the part of each bound's width that the optimiser keeps free.
+    """
+
+    last_step: PositiveInt
+    intervals: PositiveInt
+    backoff: Annotated[float, Field(gt=0, le=0.01)]
+
+
+class Parameters(Fields):
+    """The blocks that an experiment gives; the names of the fields are those of the blocks."""
+
+    algorithm1: Algorithm1 | None = None
+    periodic: Periodic | None = None
+
+
+@dataclass(frozen=True)
+class LearnedReference:
+    """The result of a method: the reference, the `prior` with the learned hyperparameters, and its `objective` J.
+
+    J = l + D, where D is what the `active_bounds` cost. Without them the reference is the posterior mean, and J = l.
+    `method` is the method's name. `final_step` is k̄ at the end of Algorithm 1, `fits` is the number of nonlinear
+    programs that were solved; each is None for methods without it.
+    """
+
+    method: str
+    prior: JointPrior
+    reference: Reference
+    objective: float
+    active_bounds: tuple[ActiveBound, ...] = ()
+    final_step: int | None = None
+    fits: int | None = None
+
+    @classmethod
+    def of(
+        cls,
+        method: str,
+        solution: Solution,
+        plant: ConstrainedSystem,
+        *,
+        final_step: int | None = None,
+        fits: int | None = None,
+    ) -> Self:
+        prior, reference = solution.posterior.prior, Reference(solution.signals, plant)
+        return cls(method, prior, reference, solution.objective, solution.active_bounds, final_step, fits)
+
+    @property
+    def price_of_bounds(self) -> float:
+        """D, what the bounds cost for the learned hyperparameters."""
+        return sum((bound.price for bound in self.active_bounds), start=0.0)
+
+    @property
+    def nlml(self) -> float:
+        """l, the negative log marginal likelihood of the learned hyperparameters."""
+        return self.objective - self.price_of_bounds
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a method learns from; the `tightening` of the plant's bounds is None where nothing disturbs it."""
+
+    samples: tuple[Samples, ...]
+    prior: JointPrior
+    plant: ConstrainedSystem
+    space: SearchSpace
+    goal: Goal
+    parameters: Parameters
+    tightening: Tightening | None = None
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What a method found, and how: `fits` programs were solved; `iterations` are columns of a table.
+
+    `final_step` and `trace` are those of Algorithm 1, None for other methods.
+    """
+
+    solution: Solution
+    fits: int | None = None
+    final_step: int | None = None
+    trace: Trace | None = None
+    iterations: Mapping[str, Array] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Failed:
+    """Why there is no reference."""
+
+    explanation: str
+
+
+class Claims(Enum):
+    """For which times a method claims that its reference keeps the bounds.
+
+    Of a reference that claims nothing the experiment's claim is examined all the same: a counterexample then says by
+    how much a bound is broken.
+    """
+
+    NOTHING = "nothing"
+    SAMPLED_INSTANTS = "sampled instants"
+    CLAIM = "the experiment's claim"
+
+
+def _nothing_more(plant: ConstrainedSystem, prior: JointPrior) -> None:
+    """Accept every system and prior."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """An entry of the table of methods.
+
+    Where `must_be_proved` holds, a reference without a proof is an error; otherwise the metrics say what the proof
+    lacks. `needs` are the blocks of params.yaml that the method reads, and `check` raises ValueError or TypeError for a
+    system or prior that the method is not for. Where the method `is_robust`, it learns within bounds that are drawn in
+    for disturbances, and figures of disturbed loops show it. Other figures leave out a reference if one learned by
+    `looks_like` is there, and draw its curve only if `has_own_curve` holds.
+    """
+
+    name: str
+    learn: Callable[[Task], Fit | Failed]
+    claims: Claims
+    must_be_proved: bool = False
+    needs: tuple[str, ...] = ()
+    check: Callable[[ConstrainedSystem, JointPrior], None] = _nothing_more
+    looks_like: str | None = None
+    has_own_curve: bool = True
+    is_robust: bool = False
+
+    def prove(self, goal: Goal, reference: Reference) -> Outcome:
+        """Prove what the method claims, or find out what a proof lacks."""
+        return prove_at_instants(reference) if self.claims is Claims.SAMPLED_INSTANTS else goal.prove(reference)
+
+
+def unconstrained(task: Task) -> Fit | Failed:
+    """Maximise the likelihood, and constrain nothing."""
+    found = methods.unconstrained(task.samples, task.prior, task.plant, task.space)
+    if not isinstance(found, Solution):
+        return Failed(found.explanation)
+    return Fit(found, found.fits)
+
+
+def certified_by(learner: Learner) -> Callable[[Task], Fit | Failed]:
+    """Return the method that learns in this way, with a proof of the experiment's claim."""
+    return partial(_certified, learner)
+
+
+def _certified(learner: Learner, task: Task) -> Fit | Failed:
+    attempts: list[Attempt] = []
+    found = learn_certified(task.samples, task.prior, task.plant, task.space, task.goal, attempts.append, learner)
+    if not isinstance(found, Certified):
+        return Failed(found.explanation)
+    return Fit(found.solution, found.solution.fits, iterations=_attempts(attempts))
+
+
+def _attempts(attempts: list[Attempt]) -> Mapping[str, Array]:
+    return {
+        "round": np.arange(1.0, len(attempts) + 1),
+        "backoff": np.array([attempt.backoff for attempt in attempts]),
+        "objective": np.array([attempt.objective for attempt in attempts]),
+        "proved": np.array([float(attempt.proved) for attempt in attempts]),
+    }
+
+
+_TABLE = ("k_bar", "mean_bound", "growth_lower", "growth_upper", "derivative_bound")
+
+
+def learn_by(reading: Reading) -> Callable[[Task], Fit | Failed]:
+    """Return the method that runs Algorithm 1 in this reading."""
+    return partial(_by_algorithm1, reading)
+
+
+def check_scalar(plant: ConstrainedSystem, prior: JointPrior) -> None:
+    """Raise ValueError for a system that is not scalar."""
+    state_and_input(plant)
+
+
+def _by_algorithm1(reading: Reading, task: Task) -> Fit | Failed:
+    steps = task.parameters.algorithm1
+    assert steps, "the experiment was checked for what its methods need"
+    run = algorithm1(
+        task.samples,
+        task.prior,
+        task.plant,
+        task.space,
+        reading,
+        steps.first_step,
+        steps.last_step,
+    )
+    if not isinstance(run.outcome, Solution):
+        return Failed(run.explanation)
+    trace = Trace.of(run.iterations)
+    table = {name: values for name, values in trace.columns().items() if name in {*trace.hyperparameters, *_TABLE}}
+    return Fit(run.outcome, final_step=run.final_step, trace=trace, iterations=table)
+
+
+def check_periodic(plant: ConstrainedSystem, prior: JointPrior) -> None:
+    """Raise ValueError for a system that is not scalar, and TypeError for a kernel that is not periodic."""
+    state_and_input(plant)
+    period_of([part.kernel for part in prior.parts])
+
+
+def check_whole_steps(plant: ConstrainedSystem, prior: JointPrior) -> None:
+    """Raise ValueError also where the period is learned, or is not a whole multiple of the sampling time."""
+    check_periodic(plant, prior)
+    steps_of_period(prior, plant)
+
+
+def exact(task: Task) -> Fit | Failed:
+    """Constrain all phases. The iterations are the rounds of the exchange that led to the best solution."""
+    found = at_all_phases(task)
+    return _fit(task, found, _rounds(task, found) if isinstance(found, Solution) else {})
+
+
+def intervals(task: Task) -> Fit | Failed:
+    """Solve program (8) as published."""
+    return _fit(task, on_intervals(task, _wanted(task).intervals))
+
+
+def sound_intervals(task: Task) -> Fit | Failed:
+    """Solve program (8) with growth rates that also cover the steps from one interval into the next."""
+    wanted = _wanted(task)
+    found = periodic.sound_intervals(
+        task.samples, task.prior, task.plant, task.space, wanted.last_step, wanted.intervals, wanted.backoff
+    )
+    return _fit(task, found)
+
+
+def grid(task: Task) -> Fit | Failed:
+    """Solve problem (4)."""
+    found = periodic.grid(task.samples, task.prior, task.plant, task.space, _wanted(task).last_step)
+    return _fit(task, found)
+
+
+def sampled(task: Task) -> Fit | Failed:
+    """Constrain all instants that occur, for a known period of a whole number of steps."""
+    return _fit(task, periodic.sampled(task.samples, task.prior, task.plant, task.space))
+
+
+def at_all_phases(task: Task) -> Solution | NoSolution:
+    """Find the best reference that keeps its bounds at all phases."""
+    return methods.exact(task.samples, task.prior, task.plant, task.space, _wanted(task).backoff)
+
+
+def on_intervals(task: Task, count: int) -> Solution | NoSolution:
+    """Solve program (8) with η = `count`."""
+    wanted = _wanted(task)
+    return periodic.intervals(task.samples, task.prior, task.plant, task.space, wanted.last_step, count, wanted.backoff)
+
+
+def _fit(task: Task, found: Solution | NoSolution, iterations: Mapping[str, Array] | None = None) -> Fit | Failed:
+    if not isinstance(found, Solution):
+        return Failed(found.explanation)
+    return Fit(found, found.fits, iterations=iterations or {})
+
+
+def _rounds(task: Task, found: Solution) -> Mapping[str, Array]:
+    log_theta = np.array([r.log_theta for r in found.rounds]).reshape(len(found.rounds), -1)
+    return {
+        "round": np.arange(1.0, len(found.rounds) + 1),
+        **dict(zip(task.prior.learned, np.exp(log_theta).T, strict=False)),
+        "objective": np.array([r.objective for r in found.rounds]),
+        "relative_margin": np.array([r.margin for r in found.rounds]),
+        "places": np.array([float(r.places) for r in found.rounds]),
+    }
+
+
+def _wanted(task: Task) -> Periodic:
+    assert task.parameters.periodic, "the experiment was checked for what its methods need"
+    return task.parameters.periodic
+
+
+def robustly(method: Method, name: str) -> Method:
+    """Return the method that learns in the same way, with room for every error that disturbances may cause."""
+    return replace(
+        method,
+        name=name,
+        learn=partial(_within_tightened_bounds, method.learn),
+        needs=(*method.needs, "disturbance"),
+        looks_like=None,
+        is_robust=True,
+    )
+
+
+def _within_tightened_bounds(learn: Callable[[Task], Fit | Failed], task: Task) -> Fit | Failed:
+    assert task.tightening, "the experiment was checked for what its methods need"
+    return learn(replace(task, plant=task.tightening.plant))
+
+
+UNCONSTRAINED = Method("unconstrained", unconstrained, Claims.NOTHING)
+HYPERPARAMETERS = Method("hyperparameters", certified_by(learner.HYPERPARAMETERS), Claims.CLAIM, must_be_proved=True)
+JOINT = Method("joint", certified_by(learner.JOINT), Claims.CLAIM, must_be_proved=True)
+AS_PUBLISHED = Method(
+    PUBLISHED_READING.name,
+    learn_by(PUBLISHED_READING),
+    Claims.SAMPLED_INSTANTS,
+    needs=("algorithm1",),
+    check=check_scalar,
+)
+SOUND = Method(
+    SOUND_READING.name,
+    learn_by(SOUND_READING),
+    Claims.SAMPLED_INSTANTS,
+    needs=("algorithm1",),
+    check=check_scalar,
+    looks_like=HYPERPARAMETERS.name,
+)
+EXACT = Method(
+    "exact",
+    exact,
+    Claims.CLAIM,
+    must_be_proved=True,
+    needs=("periodic",),
+    check=check_periodic,
+    looks_like=HYPERPARAMETERS.name,
+)
+INTERVALS = Method("intervals", intervals, Claims.CLAIM, needs=("periodic",), check=check_periodic)
+SOUND_INTERVALS = Method(
+    "sound_intervals",
+    sound_intervals,
+    Claims.CLAIM,
+    must_be_proved=True,
+    needs=("periodic",),
+    check=check_periodic,
+    looks_like=INTERVALS.name,
+)
+# The instants of the grid are those of the first steps only: later ones fall on other phases.
+GRID = Method("grid", grid, Claims.NOTHING, needs=("periodic",), check=check_periodic, has_own_curve=False)
+# All instants that ever occur; of the times between them nothing is claimed.
+SAMPLED = Method("sampled", sampled, Claims.NOTHING, check=check_whole_steps, has_own_curve=False)
+
+ROBUST = robustly(JOINT, "robust")
+_CONSTRAINED = (HYPERPARAMETERS, AS_PUBLISHED, SOUND, EXACT, INTERVALS, SOUND_INTERVALS, GRID, SAMPLED)
+
+REQUIRED = (UNCONSTRAINED, HYPERPARAMETERS, JOINT)
+"""Every experiment compares these, and the loop is closed on the first and the last."""
+
+METHODS = {
+    method.name: method
+    for method in (
+        *(UNCONSTRAINED, HYPERPARAMETERS, JOINT),
+        *_CONSTRAINED[1:],
+        ROBUST,
+        *(robustly(method, f"robust_{method.name}") for method in _CONSTRAINED),
+    )
+}
+
+
+def methods_in_figures(learned: Collection[str]) -> list[Method]:
+    """Return those of the `learned` references that figures without disturbances show, in the order of the table."""
+    shown = [method for name, method in METHODS.items() if name in learned and not method.is_robust]
+    return [method for method in shown if method.looks_like not in learned]

@@ -1,0 +1,253 @@
+"""Algorithm 1 of the paper: constrained learning of asymptotically constant references.
+
+Constrain the first k̄ steps, learn, and test whether the bounds from t̄ = k̄ T_s on hold for ever; otherwise add a step.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from typing import Self
+
+import numpy as np
+
+from pipeline.published.scalar import coefficients, equilibrium_input, growth_rates, interval_sets, state_and_input
+from trackably.arrays import Array
+from trackably.gp.joint import JointPosterior, JointPrior
+from trackably.gp.samples import Samples
+from trackably.gp.signal import KernelSum
+from trackably.learning.constraint import Constraint
+from trackably.learning.index_set import Steps
+from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
+from trackably.learning.search import best_solution, tightened
+from trackably.learning.space import SearchSpace
+from trackably.progress.work import done
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.sets.interval import Interval
+
+
+@dataclass(frozen=True)
+class Tail:
+    """Bounds of a learned signal for all t ≥ `start` [s], where every sample is more than ζ before `start`.
+
+    `mean_bound` m̄ ≥ |m⁺(t) − m| and `derivative_bound` (unit per second) ≥ |ṁ⁺(t)|: over-estimates, by the triangle
+    inequality and monotone decay.
+    """
+
+    start: float
+    mean: float
+    mean_bound: float
+    derivative_bound: float
+
+    @property
+    def states(self) -> Interval:
+        """The interval that contains the signal, around the *prior* mean (line 7 of the paper: the posterior's)."""
+        return Interval(self.mean - self.mean_bound, self.mean + self.mean_bound)
+
+    def keeps_states(self, plant: ConstrainedSystem) -> bool:
+        """Test line 7: every later state lies in X."""
+        state_set, _ = interval_sets(plant)
+        return state_set.contains(self.states)
+
+    def keeps_rates(self, rates: tuple[float, float]) -> bool:
+        """Test line 9 (both signs): every later step lies in [τ_low, τ_high] T_s, which is inside the tube."""
+        low, high = rates
+        return low <= -self.derivative_bound and self.derivative_bound <= high
+
+    def inputs(self, plant: ConstrainedSystem) -> Interval:
+        """Return an interval that contains u_r(t) for all later t (an over-estimate).
+
+        With e = m⁺ − m, u_r(t) = u_m + ((1 − a) e(t) + (e(t + T_s) − e(t)))/b, where u_m holds the prior mean.
+        """
+        a, b, _ = coefficients(plant)
+        centre = equilibrium_input(plant, self.mean)
+        reach = (abs(1 - a) * self.mean_bound + self.derivative_bound * plant.sampling_time) / abs(b)
+        return Interval(centre - reach, centre + reach)
+
+
+def tail(signal: KernelSum, start: float) -> Tail | None:
+    """Return the bounds from `start` [s] on; None if a sample is within ζ of it: the bounds need monotone decay."""
+    if not start - np.max(signal.centres) > signal.kernel.decay_distance:
+        return None
+    kappa, rate = np.abs(signal.kernel.jet(start - signal.centres, 1)) @ np.abs(signal.weights)
+    return Tail(start, signal.mean, float(kappa), float(rate))
+
+
+@dataclass(frozen=True)
+class Reading:
+    """The choices that the paper leaves open: the steps that iteration k̄ constrains, and the states of growth rates.
+
+    `last_state(k̄)` and `last_input(k̄)` are the last constrained steps; the input at k leads to the state at k + 1.
+    `growth_states` returns the interval of states for which the growth rates have to hold.
+    """
+
+    name: str
+    last_state: Callable[[int], int]
+    last_input: Callable[[int], int]
+    growth_states: Callable[[Tail, JointPosterior], Interval]
+
+    def constraints(self, plant: ConstrainedSystem, k_bar: int) -> tuple[Constraint, ...]:
+        """Return the constraints of iteration k̄. Raises ValueError for systems that are not scalar."""
+        state, input_ = state_and_input(plant)
+        return (
+            Constraint(state, Steps(0, self.last_state(k_bar), plant.sampling_time)),
+            Constraint(input_, Steps(0, self.last_input(k_bar), plant.sampling_time)),
+        )
+
+
+def _around_posterior_mean(bounds: Tail, posterior: JointPosterior) -> Interval:
+    centre = posterior.signals[0](np.array(bounds.start)).item()
+    return Interval(centre - bounds.mean_bound, centre + bounds.mean_bound)
+
+
+AS_PUBLISHED = Reading("as_published", lambda k: k - 1, lambda k: k - 2, _around_posterior_mean)
+"""The reading that reproduces the published trace. The step from k̄ − 1 to k̄ is not constrained."""
+
+SOUND = Reading("sound", lambda k: k, lambda k: k - 1, lambda bounds, _: bounds.states)
+"""The reading that the paper's proof supports: states up to k̄, inputs up to k̄ − 1, rates for all later states."""
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """One iteration at k̄ = `k_bar`: the solution, and the two tests of its bounds from t̄ on.
+
+    `tail` holds the bounds and `growth_rates` are [τ_low, τ_high] per second; both are None while the ζ-test fails.
+    `keeps_states`: later states stay in X. `keeps_rates`: later steps stay within the growth rates.
+    """
+
+    k_bar: int
+    solution: Solution
+    tail: Tail | None
+    growth_rates: tuple[float, float] | None
+    keeps_states: bool
+    keeps_rates: bool
+
+    @property
+    def terminates(self) -> bool:
+        return self.keeps_states and self.keeps_rates
+
+    @property
+    def explanation(self) -> str:
+        """Say which test fails, and by how much."""
+        if self.tail is None or self.growth_rates is None:
+            zeta = self.solution.posterior.signals[0].kernel.decay_distance
+            return f"at k̄ = {self.k_bar} a sample still lies within ζ = {zeta:.4g} s of t̄, so that no bound is monotone"
+        low, high = self.growth_rates
+        return (
+            f"at k̄ = {self.k_bar} later states may reach {self.tail.states} "
+            f"({'inside' if self.keeps_states else 'not inside'} the state set) and change at up to "
+            f"±{self.tail.derivative_bound:.4g}/s ({'inside' if self.keeps_rates else 'not inside'} the growth rates "
+            f"[{low:.4g}, {high:.4g}]/s)"
+        )
+
+
+@dataclass(frozen=True)
+class Run:
+    """All iterations and their outcome: a Solution, NoSolution, or None if no iteration passed its tests."""
+
+    iterations: tuple[Iteration, ...]
+    outcome: Solution | NoSolution | None
+
+    @property
+    def final_step(self) -> int | None:
+        return self.iterations[-1].k_bar if isinstance(self.outcome, Solution) else None
+
+    @property
+    def explanation(self) -> str:
+        """Say why there is no reference; an empty string if there is one."""
+        if isinstance(self.outcome, NoSolution):
+            done = f" after k̄ = {self.iterations[-1].k_bar}" if self.iterations else ""
+            return f"no solution{done}: {self.outcome.explanation}"
+        if self.outcome is None:
+            return f"Algorithm 1 did not end: {self.iterations[-1].explanation}"
+        return ""
+
+
+def algorithm1(
+    samples: tuple[Samples, ...],
+    prior: JointPrior,
+    plant: ConstrainedSystem,
+    space: SearchSpace,
+    reading: Reading,
+    first_step: int,
+    last_step: int,
+) -> Run:
+    """Run the loop from k̄ = `first_step` to `last_step` at most.
+
+    Raises ValueError for systems that are not scalar.
+    """
+    iterations: list[Iteration] = []
+    solution: Solution | None = None
+    for k_bar in range(first_step, last_step + 1):
+        problem = ConstrainedProblem(samples, prior, space, reading.constraints(plant, k_bar))
+        outcome = tightened(solution, problem) if solution else best_solution(problem)
+        if not isinstance(outcome, Solution):
+            return Run(tuple(iterations), outcome)
+        solution = outcome
+        iterations.append(_test(plant, reading, k_bar, solution))
+        done("fit")
+        if iterations[-1].terminates:
+            return Run(tuple(iterations), solution)
+    return Run(tuple(iterations), None)
+
+
+def _test(plant: ConstrainedSystem, reading: Reading, k_bar: int, solution: Solution) -> Iteration:
+    posterior = solution.posterior
+    bounds = tail(posterior.signals[0], k_bar * plant.sampling_time)
+    if bounds is None:
+        return Iteration(k_bar, solution, None, None, keeps_states=False, keeps_rates=False)
+    rates = growth_rates(plant, reading.growth_states(bounds, posterior))
+    return Iteration(k_bar, solution, bounds, rates, bounds.keeps_states(plant), bounds.keeps_rates(rates))
+
+
+@dataclass(frozen=True)
+class Trace:
+    """The iterations of Algorithm 1, one array entry each. Bounds are NaN while the ζ-test fails; tests are 0 or 1.
+
+    `mean_bound` m̄ is in the unit of the state, `derivative_bound` and the growth rates are per second.
+    """
+
+    k_bar: Array
+    hyperparameters: dict[str, Array]
+    objective: Array
+    mean_bound: Array
+    growth_lower: Array
+    growth_upper: Array
+    derivative_bound: Array
+    keeps_states: Array
+    keeps_rates: Array
+
+    @classmethod
+    def of(cls, iterations: tuple[Iteration, ...]) -> Self:
+        priors = [i.solution.posterior.prior for i in iterations]
+        names = priors[0].learned if priors else ()
+        return cls(
+            k_bar=np.array([i.k_bar for i in iterations], dtype=float),
+            hyperparameters={name: np.array([p.hyperparameters[name] for p in priors]) for name in names},
+            objective=np.array([i.solution.objective for i in iterations]),
+            mean_bound=np.array([i.tail.mean_bound if i.tail else np.nan for i in iterations]),
+            growth_lower=np.array([i.growth_rates[0] if i.growth_rates else np.nan for i in iterations]),
+            growth_upper=np.array([i.growth_rates[1] if i.growth_rates else np.nan for i in iterations]),
+            derivative_bound=np.array([i.tail.derivative_bound if i.tail else np.nan for i in iterations]),
+            keeps_states=np.array([i.keeps_states for i in iterations], dtype=float),
+            keeps_rates=np.array([i.keeps_rates for i in iterations], dtype=float),
+        )
+
+    @classmethod
+    def from_columns(cls, columns: Mapping[str, Array]) -> Self:
+        """Invert `columns`: a column that is not a field of a trace is a hyperparameter."""
+        own = {field.name for field in fields(cls)}
+        hyperparameters = {name: values for name, values in columns.items() if name not in own}
+        return cls(hyperparameters=hyperparameters, **{name: v for name, v in columns.items() if name in own})
+
+    def columns(self) -> dict[str, Array]:
+        """Return all arrays by name, in the order of a table."""
+        return {
+            "k_bar": self.k_bar,
+            **self.hyperparameters,
+            "mean_bound": self.mean_bound,
+            "growth_lower": self.growth_lower,
+            "growth_upper": self.growth_upper,
+            "derivative_bound": self.derivative_bound,
+            "objective": self.objective,
+            "keeps_states": self.keeps_states,
+            "keeps_rates": self.keeps_rates,
+        }

@@ -1,0 +1,207 @@
+"""Periodic references as the paper learns them: on the grid of problem (4), and by program (8)."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pipeline.published.scalar import coefficients, growth_rates, state_and_input
+from trackably.arrays import Array
+from trackably.gp.joint import JointPosterior, JointPrior
+from trackably.gp.period import period_of
+from trackably.gp.samples import Samples
+from trackably.gp.signal import KernelSum
+from trackably.learning.constraint import ROUNDING_BACKOFF, Bounded, Constraint, Signalled
+from trackably.learning.index_set import Steps, Window
+from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
+from trackably.learning.search import best_solution
+from trackably.learning.space import SearchSpace
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.quantity import Quantity
+from trackably.systems.sets.interval import Interval
+
+_WHOLE = 1e-9
+
+
+@dataclass(frozen=True)
+class GrowthRates(Bounded):
+    """On each interval between `edges` [s], min ṁ⁺ and max ṁ⁺ lie within the growth rates of all states there.
+
+    The rate τ is a growth rate of the state x if x + τ T_s = a x + b u + c for some u ∈ U. So ṁ⁺(t) is a growth rate of
+    all states x = m⁺(s) of the interval, for all t of the interval, if and only if
+
+        (T_s ṁ⁺(t) + (1 − a) m⁺(s) − c)/b ∈ U   for all t and s of the interval.
+
+    This is a semi-infinite constraint, smooth in θ, whose places are pairs (t, s): minima and maxima need not be
+    differentiated. It is stricter than the exact input constraint, which has t = s.
+
+    A step that begins in one interval and ends in a later one is covered by neither: a gap of the paper's Lemma 2. With
+    an `overlap` of T_s [s] the rates of an interval hold that much longer, so that they cover each step that begins in
+    it: u_r(s) is the mean of the expression above over t ∈ [s, s + T_s].
+    """
+
+    plant: ConstrainedSystem
+    edges: tuple[float, ...]
+    backoff: float = ROUNDING_BACKOFF
+    overlap: float = 0.0
+
+    @cached_property
+    def quantity(self) -> Quantity:  # type: ignore[override]
+        _, input_ = state_and_input(self.plant)
+        return input_
+
+    @property
+    def none(self) -> Array:
+        return np.empty((0, 2))
+
+    def closest(self, posterior: Signalled) -> tuple[Array, Array]:
+        """Return the two worst pairs of each interval, one for each bound of U."""
+        (signal,), (a, b, _) = posterior.signals, self._coefficients
+        slowest, fastest = _extremes(signal, self.edges, order=1, sign=1 / b, overlap=self.overlap)
+        lowest, highest = _extremes(signal, self.edges, order=0, sign=(1 - a) / b)
+        pairs = np.concatenate([np.column_stack([slowest, lowest]), np.column_stack([fastest, highest])])
+        bounds = self.quantity.bounds
+        return pairs, bounds.margin(self.value(posterior, pairs)) / bounds.width
+
+    def value(self, posterior: Signalled, places: Array) -> Array:
+        """Return the quantity at n pairs (t, s): shape (n,)."""
+        t, s = places.T
+        return self._combined(posterior.signals[0].derivative(t), posterior.signals[0](s)) - self._offset
+
+    def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
+        jet, gradient = posterior.jet_and_gradient(0, places.T, 1)
+        value = self._combined(jet[1, 0], jet[0, 1]) - self._offset
+        return value, self._combined(gradient[:, 1, 0], gradient[:, 0, 1])
+
+    def _combined(self, rate: Array, state: Array) -> Array:
+        a, b, _ = self._coefficients
+        return np.asarray((self.plant.sampling_time * rate + (1 - a) * state) / b)
+
+    @property
+    def _offset(self) -> float:
+        _, b, c = self._coefficients
+        return c / b
+
+    @cached_property
+    def _coefficients(self) -> tuple[float, float, float]:
+        return coefficients(self.plant)
+
+
+def interval_growth_rates(signal: KernelSum, plant: ConstrainedSystem, edges: tuple[float, ...]) -> tuple[Array, Array]:
+    """Return [τ_low, τ_high] per second on each of the η intervals between `edges` [s], for all states there.
+
+    Shapes (η,). Raises ValueError for systems that are not scalar.
+    """
+    lowest, highest = _extremes(signal, edges, order=0, sign=1.0)
+    states = zip(signal(lowest).tolist(), signal(highest).tolist(), strict=True)
+    rates = np.array([growth_rates(plant, Interval(low, high)) for low, high in states])
+    return rates[:, 0], rates[:, 1]
+
+
+def _extremes(
+    signal: KernelSum, edges: tuple[float, ...], order: int, sign: float, overlap: float = 0.0
+) -> tuple[Array, Array]:
+    """Return the times at which sign · m⁺⁽ᵒʳᵈᵉʳ⁾ is smallest and largest in each interval, and `overlap` [s] beyond."""
+
+    def derivative(t: Array) -> Array:
+        return np.asarray(sign * signal.jet(t, order)[order])
+
+    starts, ends = np.array(edges[:-1]), np.array(edges[1:]) + overlap
+    window = Window(starts[0], ends[-1])
+    turns = [window.local_minima(f, [signal.kernel]) for f in (derivative, lambda t: -derivative(t))]
+    times = np.unique(np.concatenate([*turns, starts, ends]))
+    values = derivative(times)
+    inside = [slice(first, last + 1) for first, last in np.searchsorted(times, np.column_stack([starts, ends]))]
+    smallest = [times[i][np.argmin(values[i])] for i in inside]
+    return np.array(smallest), np.array([times[i][np.argmax(values[i])] for i in inside])
+
+
+def grid(
+    samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem, space: SearchSpace, last_step: int
+) -> Solution | NoSolution:
+    """Solve problem (4) of the paper with k̄ = `last_step` ≥ T_p/T_s: constraints at sampled instants only.
+
+    The paper's closing remark prefers this to (8). If the period is no multiple of T_s, nothing is proved for k > k̄.
+    Raises TypeError for kernels without a period and ValueError for systems that are not scalar.
+    """
+    return _learned(samples, prior, space, on_grid(plant, last_step))
+
+
+def intervals(
+    samples: tuple[Samples, ...],
+    prior: JointPrior,
+    plant: ConstrainedSystem,
+    space: SearchSpace,
+    last_step: int,
+    count: int,
+    backoff: float = ROUNDING_BACKOFF,
+) -> Solution | NoSolution:
+    """Solve program (8) of the paper on [0, k̄ T_s] with η = `count` intervals and k̄ = `last_step` ≥ T_p/T_s.
+
+    As printed it does not cover steps from one interval into the next. That is harmless for 0 ≤ a ≤ 1 only; see
+    `sound_intervals`. Raises TypeError for kernels without a period and ValueError for systems that are not scalar.
+    """
+    return _learned(samples, prior, space, _on_intervals(plant, last_step, count, backoff, overlap=0.0))
+
+
+def sound_intervals(
+    samples: tuple[Samples, ...],
+    prior: JointPrior,
+    plant: ConstrainedSystem,
+    space: SearchSpace,
+    last_step: int,
+    count: int,
+    backoff: float = ROUNDING_BACKOFF,
+) -> Solution | NoSolution:
+    """Solve program (8) with growth rates that hold one T_s beyond each interval: arguments and errors as `intervals`.
+
+    This closes the gap of the paper's Lemma 2 for every a: each step is within the rates of the interval in which it
+    begins.
+    """
+    return _learned(samples, prior, space, _on_intervals(plant, last_step, count, backoff, plant.sampling_time))
+
+
+def sampled(
+    samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem, space: SearchSpace
+) -> Solution | NoSolution:
+    """Constrain the n instants of one period, for a known period n T_s: the values repeat, so this suffices for all k.
+
+    Raises ValueError if the period is learned or no whole multiple of T_s, and for systems that are not scalar. Raises
+    TypeError for kernels without a period.
+    """
+    once = Steps(0, steps_of_period(prior, plant) - 1, plant.sampling_time)
+    return _learned(samples, prior, space, tuple(Constraint(q, once) for q in state_and_input(plant)))
+
+
+def on_grid(plant: ConstrainedSystem, last_step: int) -> tuple[Constraint, Constraint]:
+    """Return constraints on the state at steps 0 … k̄ and on the input at the steps before k̄ = `last_step`."""
+    state, input_ = state_and_input(plant)
+    states, inputs = Steps(0, last_step, plant.sampling_time), Steps(0, last_step - 1, plant.sampling_time)
+    return Constraint(state, states), Constraint(input_, inputs)
+
+
+def _on_intervals(
+    plant: ConstrainedSystem, last_step: int, count: int, backoff: float, overlap: float
+) -> tuple[Constraint, GrowthRates]:
+    end = last_step * plant.sampling_time
+    edges = tuple(np.linspace(0.0, end, count + 1).tolist())
+    state, _ = state_and_input(plant)
+    return Constraint(state, Window(0.0, end), backoff), GrowthRates(plant, edges, backoff, overlap)
+
+
+def steps_of_period(prior: JointPrior, plant: ConstrainedSystem) -> int:
+    """Return n for a known period n T_s. Raises ValueError and TypeError as `sampled`."""
+    if any(name.endswith("period") for name in prior.learned):
+        raise ValueError("the period is learned, so that no finite set of instants is all that ever occurs")
+    period, sampling_time = period_of([part.kernel for part in prior.parts]), plant.sampling_time
+    steps = round(period / sampling_time)
+    if steps < 1 or abs(period / sampling_time - steps) > _WHOLE * steps:
+        raise ValueError(f"the period {period!r} s is no whole multiple of the sampling time {sampling_time!r} s")
+    return steps
+
+
+def _learned(
+    samples: tuple[Samples, ...], prior: JointPrior, space: SearchSpace, constraints: tuple[Bounded, ...]
+) -> Solution | NoSolution:
+    period_of([part.kernel for part in prior.parts])  # raises for kernels without one
+    return best_solution(ConstrainedProblem(samples, prior, space, constraints))

@@ -1,0 +1,197 @@
+"""Run every stage from nothing, in a copy of the project, and compare with the results that are here."""
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from queue import SimpleQueue
+
+import click
+
+from pipeline.prepared import Prepared, arguments_of
+from trackably.errors import InputError, NoReferenceError
+
+_RESULTS = "data/results"
+
+
+def copy_without_results(project: Path, folder: Path) -> None:
+    """Copy what git knows of a project, or would add to it, into an empty folder; what was there is deleted.
+
+    Files are copied as they are in the working tree, with changes that are not committed. Raises InputError.
+    """
+    listed = subprocess.run(
+        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+        cwd=project,
+        capture_output=True,
+        check=False,
+    )
+    if listed.returncode:
+        raise InputError(f"{project}: git cannot list its files: {listed.stderr.decode().strip()}")
+    shutil.rmtree(folder, ignore_errors=True)
+    for name in dict.fromkeys(listed.stdout.decode().split("\0")):
+        source = project / name
+        if source.is_file() and not name.startswith(f"{_RESULTS}/"):
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(source, folder / name)
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A command, the files and folders that it writes, and the names of the stages whose outputs it reads."""
+
+    name: str
+    command: str
+    outputs: tuple[Path, ...]
+    needs: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Stages by name, in the order of dvc.yaml."""
+
+    stages: dict[str, Stage]
+
+    @cached_property
+    def depths(self) -> dict[str, int]:
+        """How many stages the longest chain has that begins with each of them."""
+        followers = {
+            name: [other for other, stage in self.stages.items() if name in stage.needs] for name in self.stages
+        }
+        found: dict[str, int] = {}
+
+        def depth(name: str) -> int:
+            if name not in found:
+                found[name] = 1 + max((depth(follower) for follower in followers[name]), default=0)
+            return found[name]
+
+        return {name: depth(name) for name in self.stages}
+
+    def ready(self, begun: set[str], done: set[str]) -> list[Stage]:
+        """Return the stages that can begin, those with the longest chains behind them first."""
+        waiting = [stage for name, stage in self.stages.items() if name not in begun and stage.needs <= done]
+        return sorted(waiting, key=lambda stage: -self.depths[stage.name])
+
+
+def plan_of(project: Path) -> Plan:
+    """Return the stages as DVC resolves them for the experiments of params.yaml. Raises InputError."""
+    from dvc.exceptions import DvcException  # noqa: PLC0415  loading DVC takes longer than many a stage
+    from dvc.repo import Repo  # noqa: PLC0415
+
+    try:
+        with Repo(str(project)) as repository:
+            graph = repository.index.graph
+            return Plan(
+                {
+                    stage.addressing: Stage(
+                        stage.addressing,
+                        str(stage.cmd),
+                        tuple(Path(output.fspath).relative_to(project.resolve()) for output in stage.outs),
+                        frozenset(needed.addressing for needed in graph.successors(stage)),
+                    )
+                    for stage in repository.index.stages
+                }
+            )
+    except DvcException as error:
+        raise InputError(f"dvc.yaml: {error}") from error
+
+
+def run(plan: Plan, folder: Path, jobs: int, told: Callable[[str], None]) -> None:
+    """Run every stage in `folder`, at most `jobs` at a time, and tell how long each took.
+
+    Raises NoReferenceError with what a stage said when it failed, or for an output that it did not write; stages that
+    have begun are waited for.
+    """
+    begun: set[str] = set()
+    done: set[str] = set()
+    running: dict[Future[float], Stage] = {}
+    free: SimpleQueue[Prepared] = SimpleQueue()
+    with ExitStack() as stack, ThreadPoolExecutor(jobs) as pool:
+        for _ in range(jobs):
+            free.put(stack.enter_context(Prepared(folder, _environment(folder))))
+        while len(done) < len(plan.stages):
+            for stage in plan.ready(begun, done)[: jobs - len(running)]:
+                begun.add(stage.name)
+                running[pool.submit(_run, stage, folder, free)] = stage
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                stage = running.pop(future)
+                told(f"{future.result():7.1f} s  {stage.name}")
+                done.add(stage.name)
+
+
+def _run(stage: Stage, folder: Path, free: SimpleQueue[Prepared]) -> float:
+    """Return the seconds that a stage took."""
+    begin = time.perf_counter()
+    arguments = arguments_of(stage.command)
+    if arguments is None or sys.platform != "linux":  # elsewhere a fork is not safe, or not there
+        code, said = _in_shell(stage.command, folder)
+    else:
+        prepared = free.get()
+        code, said = prepared.run(arguments)
+        free.put(prepared)
+    if code:
+        raise NoReferenceError(f"stage {stage.name}: {said.strip() or f'exit code {code}'}")
+    if missing := [str(output) for output in stage.outputs if not (folder / output).exists()]:
+        raise NoReferenceError(f"stage {stage.name}: has not written {', '.join(missing)}")
+    return time.perf_counter() - begin
+
+
+def _in_shell(command: str, folder: Path) -> tuple[int, str]:
+    ended = subprocess.run(
+        command,
+        shell=True,
+        cwd=folder,
+        env=_environment(folder),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    return ended.returncode, ended.stdout
+
+
+def _environment(folder: Path) -> dict[str, str]:
+    """Return the environment of a stage: this interpreter, and the modules of the folder."""
+    return {**os.environ, "PATH": _path(), "PYTHONPATH": str(folder.resolve())}
+
+
+def _path() -> str:
+    """Return the search path for commands with this interpreter first."""
+    return os.pathsep.join((str(Path(sys.executable).parent), os.environ.get("PATH", "")))
+
+
+@click.command("reproduce", short_help="Run every stage from nothing, and compare.")
+@click.option(
+    "--into",
+    type=click.Path(file_okay=False, path_type=Path),
+    default=Path(".reproduced"),
+    show_default=True,
+    help="Folder for the copy; what is in it is deleted.",
+)
+@click.option("--jobs", type=click.IntRange(1), default=2, show_default=True, help="Stages that run at a time.")
+@click.pass_context
+def reproduce(context: click.Context, into: Path, jobs: int) -> None:
+    """Run every stage of every experiment in a copy of the project that holds no results, and compare.
+
+    Ends with the paper's claims, what they expect beside our values, and with how many artifacts are identical to those
+    in data/results, or within tolerance of them. The project itself stays as it is. Exit codes are those of `compare`.
+    """
+    # Imported late, like the stages: `--help` should wait for nothing.
+    from pipeline.compare.claims import load_claims  # noqa: PLC0415
+    from pipeline.compare.comparison import compare  # noqa: PLC0415
+    from pipeline.compare.model import load_tolerances  # noqa: PLC0415
+    from pipeline.compare.reports import beyond, to_text  # noqa: PLC0415
+
+    here = Path()
+    plan, tolerances, claims = plan_of(here), load_tolerances(), load_claims()
+    copy_without_results(here, into)
+    run(plan, into, jobs, lambda line: click.echo(line, err=True))
+    comparison = compare(here, into, tolerances, claims, "data/results", "reproduced")
+    click.echo(to_text(comparison, beyond), nl=False)
+    context.exit(0 if comparison.within else 1)

@@ -1,0 +1,459 @@
+"""The layout of an experiment's logs, as Lichtblick and Foxglove import it: topics in panels, with bounds as lines.
+
+A layout is JSON. `configById` holds the settings of each panel by its name, `Kind!number`; `layout` is a binary tree of
+these names, in which each node says in which direction its two children lie beside each other.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain, cycle
+from typing import Any
+
+import numpy as np
+
+from pipeline.experiments import Experiment
+from pipeline.experiments.load import read_fit_of
+from pipeline.loops.initial_states import ON
+from pipeline.methods import JOINT
+from pipeline.storage.archive import Fitted, write_stage
+from pipeline.storage.logs import Documents, Topic, topics_of
+from pipeline.storage.loops import ClosedLoops, read_loops
+from pipeline.storage.results import Results
+from pipeline.viewer.scene import (
+    COLORS,
+    FRAME,
+    GREY,
+    INK,
+    LOG,
+    SCENE,
+    WORLD,
+    Event,
+    Plane,
+    event_topic,
+    losses,
+    offers,
+    plane_of,
+    proof_topic,
+    scene_topics,
+)
+from trackably.arrays import Array
+from trackably.files import read_json, to_json, write_json
+from trackably.systems.constrained import ConstrainedSystem
+
+_PLAIN_TOPIC, _PLAIN_FIELD = re.compile(r"[A-Za-z0-9_/-]+"), re.compile(r"[A-Za-z0-9_-]+")
+_MANY = 3  # panels that still lie below each other
+
+_TITLES = "foxglovePanelTitle", "lichtblickPanelTitle"  # the same setting, as either viewer calls it
+
+_NO_LEGEND = {"showLegend": False, "legendDisplay": "floating"}
+
+Tree = str | dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A panel: its kind, its title if it has one, and the settings that viewers have for this kind."""
+
+    kind: str
+    title: str
+    config: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Line:
+    """What a plot shows: a field of a topic over time, with or without lines between the values."""
+
+    topic: str
+    field: str
+    label: str
+    color: str
+    joined: bool = True
+
+    @property
+    def path(self) -> str:
+        """The field as viewers name it; what is no plain name is quoted."""
+        return f"{_quoted(self.topic, _PLAIN_TOPIC)}.{_quoted(self.field, _PLAIN_FIELD)}"
+
+
+def plot(title: str, lines: Iterable[Line], levels: Mapping[str, float] | None = None, over: str = "") -> Panel:
+    """Return a plot over time, or over another path, with horizontal lines at `levels` by their labels."""
+    paths = [_series(line.path, line.label, line.color, line.joined) for line in lines]
+    paths += [_series(repr(level), label, "#000000") for label, level in (levels or {}).items()]
+    config = {
+        "paths": paths,
+        "xAxisVal": "custom" if over else "timestamp",
+        **({"xAxisPath": {"value": over, "enabled": True}} if over else {}),
+        "showLegend": True,
+        "legendDisplay": "left",
+        "showPlotValuesInLegend": False,
+        "showXAxisLabels": True,
+        "showYAxisLabels": True,
+        "isSynced": not over,
+        "sidebarDimension": 170,
+    }
+    return Panel("Plot", title, config)
+
+
+def layout(tabs: Mapping[str, Sequence[Panel]], below: Sequence[Panel] = ()) -> dict[str, Any]:
+    """Return the layout with one tab for each group of panels, and panels below them that are always there."""
+    configs: dict[str, Any] = {}
+    pages = []
+    for title, panels in tabs.items():
+        names = [_add(configs, panel) for panel in _with_one_legend(panels)]
+        pages.append({"title": title, "layout": _tiled(names)})
+    tree: Tree = _add(configs, Panel("Tab", "", {"activeTabIdx": 0, "tabs": pages}))
+    if below:
+        always = _split([_add(configs, panel) for panel in below], "row")
+        tree = {"direction": "column", "first": tree, "second": always, "splitPercentage": 80}
+    return {
+        "configById": configs,
+        "globalVariables": {},
+        "userNodes": {},
+        "playbackConfig": {"speed": 1},
+        "layout": tree,
+    }
+
+
+def _with_one_legend(panels: Sequence[Panel]) -> Iterable[Panel]:
+    """Leave the legend to the first of many small plots: the others say much the same."""
+    for i, panel in enumerate(panels):
+        hidden = panel.kind == "Plot" and i > 0 and len(panels) > _MANY
+        yield replace(panel, config={**panel.config, **_NO_LEGEND}) if hidden else panel
+
+
+def _series(path: str, label: str, color: str, joined: bool = True) -> dict[str, Any]:
+    return {
+        "value": path,
+        "label": label,
+        "color": color,
+        "enabled": True,
+        "timestampMethod": "receiveTime",
+        "showLine": joined,
+    }
+
+
+def _add(configs: dict[str, Any], panel: Panel) -> str:
+    name = f"{panel.kind}!{len(configs)}"
+    titles = dict.fromkeys(_TITLES, panel.title) if panel.title else {}
+    configs[name] = {**panel.config, **titles}
+    return name
+
+
+def _tiled(names: Sequence[str]) -> Tree:
+    """Return panels below each other where there are few, else in rows of two or three."""
+    if len(names) <= _MANY:
+        return _split(names, "column")
+    wide = 2 if len(names) <= 2 * _MANY else 3
+    rows = [names[i : i + wide] for i in range(0, len(names), wide)]
+    return _split([_split(row, "row") for row in rows], "column")
+
+
+def _split(parts: Sequence[Tree], direction: str) -> Tree:
+    """Return parts of equal size beside each other."""
+    if len(parts) == 1:
+        return parts[0]
+    half = len(parts) // 2
+    first, second = _split(parts[:half], direction), _split(parts[half:], direction)
+    return {"direction": direction, "first": first, "second": second, "splitPercentage": 100 * half / len(parts)}
+
+
+def _quoted(name: str, plain: re.Pattern[str]) -> str:
+    if plain.fullmatch(name):
+        return name
+    escaped = name.replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{escaped}"'
+
+
+OBSERVED = {"samples": (INK, False), "held_out": (GREY, False), "ground_truth": (GREY, True)}
+"""Colour of what was measured or is known, and whether its values are joined by lines."""
+
+
+class Topics:
+    """Topics that have messages, by name. `rest` are those of which nothing has been asked yet."""
+
+    def __init__(self, topics: Mapping[str, Topic]) -> None:
+        self._all = {name: topic for name, topic in topics.items() if topic.rows}
+        self.rest = dict(self._all)
+
+    def below(self, group: str) -> dict[str, Topic]:
+        """Return the topics `/group/…` by what follows; the topic `/group` itself is the one named ''."""
+        found = {
+            topic.name.removeprefix(f"/{group}").removeprefix("/"): topic
+            for topic in self._all.values()
+            if topic.name == f"/{group}" or topic.name.startswith(f"/{group}/")
+        }
+        for topic in found.values():
+            self.rest.pop(topic.name, None)
+        return found
+
+    def of_schema(self, schema: str) -> list[str]:
+        """Return the names of the topics with this schema."""
+        found = [name for name, topic in self._all.items() if topic.schema == schema]
+        for name in found:
+            self.rest.pop(name, None)
+        return found
+
+
+def lines_of(topics: Mapping[str, Topic], field: str) -> list[Line]:
+    """Return one line for each topic that has the field, in colours by the topics' order."""
+    return [
+        Line(topic.name, field, _spoken(name), color)
+        for (name, topic), color in zip(topics.items(), cycle(COLORS), strict=False)
+        if field in topic.fields
+    ]
+
+
+def observed(topics: Topics, name: str) -> Iterator[Line]:
+    """Yield what is known of a coordinate: its samples, held-out samples and the truth."""
+    for group, (color, joined) in OBSERVED.items():
+        if topic := topics.below(group).get(name):
+            yield Line(topic.name, "value", _spoken(group), color, joined)
+
+
+def fields_of(topics: Iterable[Topic]) -> list[str]:
+    """Return all fields of some topics, each once."""
+    return list(dict.fromkeys(field for topic in topics for field in topic.fields))
+
+
+def _spoken(name: str) -> str:
+    return name.replace("_", " ").replace("/", ", ")
+
+
+def scene_panel(topics: Topics, middle: tuple[float, float], size: float) -> Iterator[Panel]:
+    """Yield a 3D panel with all scenes, seen from above and as wide as what is shown, if there are any."""
+    scenes, frames = topics.of_schema(SCENE), topics.of_schema(FRAME)
+    if scenes:
+        yield Panel(
+            "3D",
+            "Scene",
+            {
+                "cameraState": {
+                    "perspective": False,
+                    "distance": round(1.1 * size, 6),
+                    "phi": 0,
+                    "thetaOffset": 0,
+                    "target": [0, 0, 0],
+                    "targetOffset": [round(middle[0], 6), round(middle[1], 6), 0],
+                    "targetOrientation": [0, 0, 0, 1],
+                    "fovy": 45,
+                    "near": 0.01,
+                    "far": 5000,
+                },
+                "followTf": WORLD,
+                "followMode": "follow-none",
+                "scene": {"enableStats": False, "transforms": {"showLabel": False, "axisScale": 0, "lineWidth": 0}},
+                "topics": {name: {"visible": True} for name in (*scenes, *frames)},
+                "layers": {},
+            },
+        )
+
+
+_FLAGS = "keeps_"
+_SIZE = 10.0  # of a scene, where its states are free
+
+
+def layout_of(
+    plant: ConstrainedSystem, topics: Mapping[str, Topic], plane: tuple[str, str] | None = None
+) -> dict[str, Any]:
+    """Return the layout for the topics of an experiment's logs; topics of an unknown kind have a tab of theirs.
+
+    `plane` is that of the scene, if there is one. The result depends on the names, schemas and fields of topics that
+    have messages, and on the system, not on values.
+    """
+    found = Topics(topics)
+    tabs = {
+        "References": list(_references(plant, found)),
+        "Scene": list(scene_panel(found, *_view(plant, plane))),
+        "Margins": list(_margins(found)),
+        "Iterations": list(_iterations(found)),
+        "Closed loops": list(_loops(plant, found, "loops")),
+        "Feasible sets": list(_feasible(plant, found)),
+        "Learned again": [*_loops(plant, found, "online"), *_all_fields(found.below("offers"))],
+        "Uncertainty": list(_uncertainty(plant, found)),
+    }
+    logs = found.of_schema(LOG)
+    tabs["Further"] = list(_all_fields(found.rest))
+    below = [Panel("RosOut", topic, {"topicToRender": topic, "searchTerms": [], "minLogLevel": 1}) for topic in logs]
+    return layout({title: panels for title, panels in tabs.items() if panels}, below)
+
+
+def bounds_of(plant: ConstrainedSystem, name: str) -> dict[str, float]:
+    """Return the bounds of a state or input as levels of a plot; those of sums of several are in the margins."""
+    levels = [
+        level
+        for constraint in plant.given_constraints
+        if constraint.name == name
+        for level in (constraint.bounds.lower, constraint.bounds.upper)
+    ]
+    return {f"bound {level:g}": level for level in levels if abs(level) < float("inf")}
+
+
+def _view(plant: ConstrainedSystem, plane: tuple[str, str] | None) -> tuple[tuple[float, float], float]:
+    """Return the middle of what may be seen in a plane, and how large it is."""
+    columns = [plant.system.states.index(name) for name in plane or ()]
+    extents = [extent for column in columns if (extent := plant.state_set.extent(column)) is not None]
+    if len(extents) < 2:
+        return (0.0, 0.0), _SIZE
+    middle = [extent.lower / 2 + extent.upper / 2 for extent in extents]
+    return (middle[0], middle[1]), max(extent.upper - extent.lower for extent in extents)
+
+
+def _coordinates(plant: ConstrainedSystem) -> tuple[str, ...]:
+    return (*plant.system.states, *plant.system.inputs)
+
+
+def _references(plant: ConstrainedSystem, topics: Topics) -> Iterator[Panel]:
+    references = topics.below("references")
+    for name in _coordinates(plant):
+        lines = [*lines_of(references, name), *observed(topics, name)]
+        if lines:
+            yield plot(name, lines, bounds_of(plant, name))
+    sampled = dict.fromkeys(name for group in OBSERVED for name in topics.below(group))
+    for name in sampled.keys() - set(_coordinates(plant)):
+        yield plot(name, observed(topics, name))
+
+
+def _uncertainty(plant: ConstrainedSystem, topics: Topics) -> Iterator[Panel]:
+    references = topics.below("references")
+    for field in fields_of(references.values()):
+        if field not in _coordinates(plant):
+            yield plot(field.replace("_", " "), lines_of(references, field))
+
+
+def _margins(topics: Topics) -> Iterator[Panel]:
+    margins, active = _by_last(topics.below("margins")), _by_last(topics.below("active_bounds"))
+    for quantity, by_method in margins.items():
+        yield plot(f"margin of {quantity}", lines_of(by_method, "margin"), {"bound": 0.0})
+    prices = {f"{method}, {name}": topic for name, by in active.items() for method, topic in by.items()}
+    if prices:
+        points = [Line(line.topic, line.field, line.label, line.color, False) for line in lines_of(prices, "price")]
+        yield plot("price of the active bounds", points)
+
+
+def _by_last(topics: Mapping[str, Topic]) -> dict[str, dict[str, Topic]]:
+    """Return topics named `a/b` as b → a → topic."""
+    found: dict[str, dict[str, Topic]] = {}
+    for name, topic in topics.items():
+        first, _, last = name.partition("/")
+        found.setdefault(last, {})[first] = topic
+    return found
+
+
+def _iterations(topics: Topics) -> Iterator[Panel]:
+    iterations = topics.below("iterations")
+    fields = fields_of(iterations.values())
+    for field in fields:
+        if field != "k_bar" and not field.startswith(_FLAGS):
+            yield plot(field.replace("_", " "), lines_of(iterations, field))
+    flags = {
+        f"{name}, {field}": Topic(topic.name, topic.schema, (field,), topic.rows)
+        for name, topic in iterations.items()
+        for field in topic.fields
+        if field.startswith(_FLAGS)
+    }
+    if flags:
+        yield plot("bounds kept (1) or not (0)", chain.from_iterable(lines_of(flags, field) for field in fields))
+
+
+def _loops(plant: ConstrainedSystem, topics: Topics, group: str) -> Iterator[Panel]:
+    """Yield a panel for each state and input, with its reference, and one for each other field."""
+    loops = topics.below(group)
+    fields = fields_of(loops.values())
+    colors = dict(zip(dict.fromkeys(name.partition("/")[0] for name in loops), COLORS, strict=False))
+    for field in fields:
+        if field.endswith("_reference"):
+            continue
+        lines = [
+            Line(line.topic, line.field, line.label or group, colors.get(name.partition("/")[0], line.color))
+            for name in loops
+            for line in lines_of({name: loops[name]}, field)
+        ]
+        if f"{field}_reference" in fields:
+            lines += [
+                Line(topic.name, f"{field}_reference", f"reference {name}".strip(), GREY)
+                for name, topic in list(loops.items())[:1]
+            ]
+        yield plot(field.replace("_", " "), lines, bounds_of(plant, field))
+
+
+def _feasible(plant: ConstrainedSystem, topics: Topics) -> Iterator[Panel]:
+    """Yield intervals over time for one state, and polygons for two."""
+    sets = topics.below("feasible")
+    if len(plant.system.states) == 1:
+        ends = [
+            Line(line.topic, line.field, f"{line.label}, {end}", line.color)
+            for end in ("lower", "upper")
+            for line in lines_of(sets, end)
+        ]
+        if ends:
+            (name,) = plant.system.states
+            yield plot("feasible set", ends, bounds_of(plant, name))
+        return
+    for name, topic in sets.items():
+        first, *others = topic.fields
+        lines = [line for field in others for line in lines_of({name: topic}, field)]
+        yield plot(
+            f"feasible {', '.join(others)} over {first}, {name.replace('_', ' ')}",
+            lines,
+            over=Line(topic.name, first, "", "").path,
+        )
+
+
+def _all_fields(topics: Mapping[str, Topic]) -> Iterator[Panel]:
+    for name, topic in topics.items():
+        lines = [Line(topic.name, field, field, color) for field, color in zip(topic.fields, COLORS, strict=False)]
+        if lines:
+            yield plot(name or topic.name.removeprefix("/"), lines)
+
+
+STAGE = "scene"
+_COURSE_POINTS = 401
+
+
+def write_scene(experiment: Experiment, results: Results) -> None:
+    """Write the log with scene and events, and the layout. Raises as `read_fit_of`."""
+    closed = read_loops(results, experiment.plant)
+    plane = plane_of(experiment.plant, experiment.plane)
+    metrics: Any = read_json(results.metrics)
+    topics = [proof_topic(metrics)]
+    if events := [*_events_of(experiment, results, closed)]:
+        topics.append(event_topic(events))
+    if plane is not None:
+        topics += _scene_of(experiment, plane, read_fit_of(experiment, results), closed)
+    write_stage(results, STAGE, (), {"plane.json": to_json(plane)}, topics)
+    write_json(results.layout, layout_of(experiment.plant, topics_of(results), plane))
+
+
+def _events_of(experiment: Experiment, results: Results, closed: ClosedLoops) -> Iterator[Event]:
+    control: Any = read_json(results.control)
+    sampling_time = experiment.plant.sampling_time
+    for reference, by_start in closed.courses.items():
+        for start, course in by_start.items():
+            yield from losses(f"{reference}, {start}", course, sampling_time)
+    yield from offers(control.get("online", {}).get("offers", []), sampling_time)
+
+
+def _scene_of(experiment: Experiment, plane: Plane, fitted: Fitted, closed: ClosedLoops) -> Iterator[Documents]:
+    plant = experiment.plant
+    columns = [plant.system.states.index(name) for name in plane]
+    times = np.linspace(0, experiment.verified(fitted.sampled.samples).last_step * plant.sampling_time, _COURSE_POINTS)
+    paths = {name: found.reference.state_at(times)[:, columns] for name, found in fitted.learned.items()}
+    feasible = {
+        horizon: np.stack([corners[name] for name in plane], axis=-1)
+        for horizon, corners in closed.feasible.items()
+        if {*plane} <= corners.keys()
+    }
+    yield from scene_topics(
+        plant, plane, paths, _sampled_places(fitted, plane), feasible, closed.courses[JOINT.name][ON]
+    )
+
+
+def _sampled_places(fitted: Fitted, plane: Plane) -> Array:
+    """Return the places (n, 2) of samples of both states at the same times, if there are such."""
+    by_name = fitted.sampled.by_name
+    if not {*plane} <= by_name.keys():
+        return np.empty((0, 2))
+    first, second = (by_name[name] for name in plane)
+    _, at, there = np.intersect1d(first.times, second.times, return_indices=True)
+    return np.stack([first.values[at], second.values[there]], axis=-1)

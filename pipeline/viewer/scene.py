@@ -1,0 +1,337 @@
+"""What viewers show of an experiment in space and in words: scene, vehicle, proofs and refusals."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from pipeline.storage.logs import Documents
+from trackably.arrays import Array
+from trackably.control.loop_trajectory import LoopTrajectory
+from trackably.systems.constrained import ConstrainedSystem
+
+INK, GREY = "#000000", "#888888"
+COLORS = ("#ff7f2a", "#2f8fe8", "#2fc46b", "#e06fc0", "#d9b400", "#35c9c9", "#a07be0", "#e05a5a")
+"""Bright ones: viewers draw the values darker than the lines between them."""
+
+
+LOG, SCENE, FRAME = "foxglove.Log", "foxglove.SceneUpdate", "foxglove.FrameTransform"
+WORLD, VEHICLE = "world", "vehicle"
+
+Json = dict[str, Any]
+_NUMBER, _TEXT, _COUNT, _FLAG = {"type": "number"}, {"type": "string"}, {"type": "integer"}, {"type": "boolean"}
+
+
+def _object(title: str, **properties: Json) -> Json:
+    return {"title": title, "type": "object", "properties": properties}
+
+
+def _list(items: Json) -> Json:
+    return {"type": "array", "items": items}
+
+
+_TIME = _object("time", sec=_COUNT, nsec=_COUNT)
+_DURATION = _object("duration", sec=_COUNT, nsec=_COUNT)
+_POINT = _object("foxglove.Point3", x=_NUMBER, y=_NUMBER, z=_NUMBER)
+_VECTOR = _object("foxglove.Vector3", x=_NUMBER, y=_NUMBER, z=_NUMBER)
+_TURN = _object("foxglove.Quaternion", x=_NUMBER, y=_NUMBER, z=_NUMBER, w=_NUMBER)
+_POSE = _object("foxglove.Pose", position=_VECTOR, orientation=_TURN)
+_COLOR = _object("foxglove.Color", r=_NUMBER, g=_NUMBER, b=_NUMBER, a=_NUMBER)
+_LINE = _object(
+    "foxglove.LinePrimitive",
+    type=_COUNT,
+    pose=_POSE,
+    thickness=_NUMBER,
+    scale_invariant=_FLAG,
+    points=_list(_POINT),
+    color=_COLOR,
+    colors=_list(_COLOR),
+    indices=_list(_COUNT),
+)
+_TRIANGLES = _object(
+    "foxglove.TriangleListPrimitive",
+    pose=_POSE,
+    points=_list(_POINT),
+    color=_COLOR,
+    colors=_list(_COLOR),
+    indices=_list(_COUNT),
+)
+_ARROW = _object(
+    "foxglove.ArrowPrimitive",
+    pose=_POSE,
+    shaft_length=_NUMBER,
+    shaft_diameter=_NUMBER,
+    head_length=_NUMBER,
+    head_diameter=_NUMBER,
+    color=_COLOR,
+)
+_ENTITY = _object(
+    "foxglove.SceneEntity",
+    timestamp=_TIME,
+    frame_id=_TEXT,
+    id=_TEXT,
+    lifetime=_DURATION,
+    frame_locked=_FLAG,
+    arrows=_list(_ARROW),
+    lines=_list(_LINE),
+    triangles=_list(_TRIANGLES),
+)
+_DELETION = _object("foxglove.SceneEntityDeletion", timestamp=_TIME, type=_COUNT, id=_TEXT)
+
+SCHEMAS: dict[str, Json] = {
+    SCENE: _object(SCENE, deletions=_list(_DELETION), entities=_list(_ENTITY)),
+    FRAME: _object(
+        FRAME, timestamp=_TIME, parent_frame_id=_TEXT, child_frame_id=_TEXT, translation=_VECTOR, rotation=_TURN
+    ),
+    LOG: _object(LOG, timestamp=_TIME, level=_COUNT, message=_TEXT, name=_TEXT, file=_TEXT, line=_COUNT),
+}
+
+
+def time_of(nanoseconds: int) -> Json:
+    """Return a time as messages have it."""
+    return {"sec": nanoseconds // 10**9, "nsec": nanoseconds % 10**9}
+
+
+Plane = tuple[str, str]
+
+
+def plane_of(plant: ConstrainedSystem, wanted: Plane | None) -> Plane | None:
+    """Return the two states that a scene shows: those wanted, else x and y, else the two that there are."""
+    states = plant.system.states
+    if wanted is not None:
+        return wanted
+    if {"x", "y"} <= {*states}:
+        return "x", "y"
+    return (states[0], states[1]) if len(states) == 2 else None
+
+
+def allowed_region(plant: ConstrainedSystem, plane: Plane, within: Array) -> Array:
+    """Return the corners (n, 2) of the states in the plane that keep all bounds on these two states alone.
+
+    `within` are the lower and the upper corner of what is looked at at least: where a state is free, the region ends at
+    some distance from them.
+    """
+    columns = [plant.system.states.index(name) for name in plane]
+    lower, upper = within
+    far = 0.5 * (upper - lower)
+    (left, bottom), (right, top) = lower - far, upper + far
+    rows, sides = plant.state_set.inequalities
+    corners = np.array([[left, bottom], [right, bottom], [right, top], [left, top]])
+    for row, side in zip(rows, sides, strict=True):
+        if np.any(row[columns]) and not np.delete(row, columns).any():
+            corners = _cut(corners, row[columns], side)
+    return corners
+
+
+def _cut(corners: Array, row: Array, side: float) -> Array:
+    """Return the part of a convex polygon in which row · p ≤ side."""
+    kept = []
+    for p, q in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        over_p, over_q = row @ p - side, row @ q - side
+        if over_p <= 0:
+            kept.append(p)
+        if (over_p < 0 < over_q) or (over_q < 0 < over_p):
+            kept.append(p + (q - p) * over_p / (over_p - over_q))
+    return np.array(kept).reshape(-1, 2)
+
+
+_PLACES = 6
+_STRIP, _LOOP = 0, 1
+_HERE: Json = {"position": {"x": 0.0, "y": 0.0, "z": 0.0}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}
+
+
+def entity(name: str, frame: str = WORLD, **shapes: Sequence[Json]) -> Json:
+    """Return an entity that is there from time 0 on and stays."""
+    empty: dict[str, Sequence[Json]] = {"arrows": [], "lines": [], "triangles": []}
+    return {
+        "timestamp": time_of(0),
+        "frame_id": frame,
+        "id": name,
+        "lifetime": time_of(0),
+        "frame_locked": frame != WORLD,
+        **empty,
+        **shapes,
+    }
+
+
+def line(points: Array, color: str, thickness: float, closed: bool = False, height: float = 0.0) -> Json:
+    """Return a line through points (n, 2), as many pixels thick at any distance."""
+    return {
+        "type": _LOOP if closed else _STRIP,
+        "pose": _HERE,
+        "thickness": thickness,
+        "scale_invariant": True,
+        "points": _points(points, height),
+        "color": color_of(color),
+        "colors": [],
+        "indices": [],
+    }
+
+
+def area(corners: Array, color: str, opacity: float, height: float = 0.0) -> Json:
+    """Return a convex polygon with corners (n, 2)."""
+    fan = [i for second in range(1, len(corners) - 1) for i in (0, second, second + 1)]
+    return {
+        "pose": _HERE,
+        "points": _points(corners, height),
+        "color": color_of(color, opacity),
+        "colors": [],
+        "indices": fan,
+    }
+
+
+def vehicle(size: float, color: str) -> Json:
+    """Return the vehicle: an arrow of its own frame, as long as `size`."""
+    arrow = {
+        "pose": _HERE,
+        "shaft_length": 0.5 * size,
+        "shaft_diameter": 0.3 * size,
+        "head_length": 0.5 * size,
+        "head_diameter": 0.6 * size,
+        "color": color_of(color),
+    }
+    return entity(VEHICLE, VEHICLE, arrows=[arrow])
+
+
+def color_of(code: str, opacity: float = 1.0) -> Json:
+    """Return a colour written as #rrggbb."""
+    red, green, blue = (int(code[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return {"r": round(red, 3), "g": round(green, 3), "b": round(blue, 3), "a": opacity}
+
+
+def _points(points: Array, height: float) -> list[Json]:
+    return [{"x": x, "y": y, "z": height} for x, y in points.round(_PLACES).tolist()]
+
+
+_POINTS = 400  # of a path
+_AT_REST = 1e-9  # of the size of the scene, for a step
+_DIGITS = 6
+
+
+def scene_topics(
+    plant: ConstrainedSystem,
+    plane: Plane,
+    paths: Mapping[str, Array],
+    samples: Array,
+    feasible: Mapping[int, Array],
+    followed: LoopTrajectory,
+) -> Iterator[Documents]:
+    """Yield the scene at time 0, and the vehicle's frame at each step of the loop that is `followed`.
+
+    `paths` (n, 2) are by method, `samples` (n, 2) may be none, and corners (n, 2) of `feasible` sets are by horizon.
+    """
+    columns = [plant.system.states.index(name) for name in plane]
+    moved = followed.states[:, columns]
+    seen = np.vstack([*paths.values(), moved])
+    within = np.stack([seen.min(axis=0), seen.max(axis=0)])
+    region = allowed_region(plant, plane, within)
+    size = float(np.max(within[1] - within[0]))
+    entities = [
+        entity(
+            "bounds", lines=[line(region, INK, 2.0, closed=True)], triangles=[area(region, GREY, 0.15, -0.02 * size)]
+        ),
+        *(
+            entity(f"feasible with horizon {horizon}", lines=[line(corners, color, 1.5, closed=True)])
+            for (horizon, corners), color in zip(feasible.items(), reversed(COLORS), strict=False)
+        ),
+        *(
+            entity(f"path {name}", lines=[line(_thinned(path), color, 2.5)])
+            for (name, path), color in zip(paths.items(), COLORS, strict=False)
+        ),
+        *([entity("samples", lines=[_cross(p, 0.01 * size) for p in samples])] if len(samples) else []),
+        vehicle(0.05 * size, INK),
+    ]
+    update: Json = {"deletions": [], "entities": entities}
+    yield Documents("/scene", SCENE, SCHEMAS[SCENE], ((0, update),))
+    times = np.round(followed.steps * plant.sampling_time * 1e9).astype(int).tolist()
+    headings = _headings(moved, _AT_REST * size)
+    frames = tuple((t, _frame(t, p, angle)) for t, p, angle in zip(times, moved.tolist(), headings, strict=True))
+    yield Documents("/tf", FRAME, SCHEMAS[FRAME], frames)
+
+
+def _frame(nanoseconds: int, place: list[float], angle: float) -> Json:
+    return {
+        "timestamp": time_of(nanoseconds),
+        "parent_frame_id": WORLD,
+        "child_frame_id": VEHICLE,
+        "translation": {"x": round(place[0], _DIGITS), "y": round(place[1], _DIGITS), "z": 0.0},
+        "rotation": {
+            "x": 0.0,
+            "y": 0.0,
+            "z": round(math.sin(angle / 2), _DIGITS),
+            "w": round(math.cos(angle / 2), _DIGITS),
+        },
+    }
+
+
+def _headings(places: Array, at_rest: float) -> list[float]:
+    """Return the direction of each step; what rests keeps the direction in which it came."""
+    found, last = [], 0.0
+    for step in np.diff(places, axis=0, append=places[-1:]):
+        if np.hypot(*step) > at_rest:
+            last = math.atan2(step[1], step[0])
+        found.append(last)
+    return found
+
+
+def _thinned(path: Array) -> Array:
+    return path[:: max(1, len(path) // _POINTS)]
+
+
+def _cross(place: Array, size: float) -> Json:
+    offsets = size * np.array([[-1, -1], [1, 1], [0, 0], [-1, 1], [1, -1]])
+    return line(place + offsets, INK, 1.5)
+
+
+_INFO, _WARNING, _ERROR = 2, 3, 4
+
+Event = tuple[int, int, str, str]
+"""Time [ns], level, what it is about, and a sentence."""
+
+
+def event_topic(events: Sequence[Event]) -> Documents:
+    """Return events as a topic, in the order of time."""
+    messages = tuple((event[0], _entry(*event)) for event in sorted(events, key=lambda event: event[0]))
+    return Documents("/events", LOG, SCHEMAS[LOG], messages)
+
+
+def proof_topic(metrics: Mapping[str, Any]) -> Documents:
+    """Return what is proved of each method's reference, what refutes it, or what a proof lacks.
+
+    It is one entry: viewers show the last one before a time, wherever one looks.
+    """
+    told = "\n".join(f"{method}: {found['proof']}" for method, found in metrics.items())
+    return Documents("/proofs", LOG, SCHEMAS[LOG], ((0, _entry(0, _INFO, "proofs", told)),))
+
+
+def losses(name: str, course: LoopTrajectory, sampling_time: float) -> Iterator[Event]:
+    """Yield the first step of each time in which a loop has no plan, and the step at which there is one again."""
+    for first, last in _runs(course.infeasible):
+        yield _at(first, sampling_time), _ERROR, name, f"no plan from step {first} to {last}"
+        if last < course.steps[-1] - 1:
+            yield _at(last + 1, sampling_time), _INFO, name, f"a plan again at step {last + 1}"
+
+
+def offers(records: Sequence[Mapping[str, Any]], sampling_time: float) -> Iterator[Event]:
+    """Yield which references, learned again on the way, are taken over, and why others are not."""
+    for record in records:
+        taken = "taken" if record["taken"] else "not taken"
+        level = _INFO if record["taken"] else _WARNING
+        yield _at(record["step"], sampling_time), level, "learned again", f"{taken}: {record['reason']}"
+
+
+def _runs(steps: Array) -> list[tuple[int, int]]:
+    """Return the first and the last step of each run of neighbouring steps."""
+    if not steps.size:
+        return []
+    runs = np.split(steps, np.flatnonzero(np.diff(steps) > 1) + 1)
+    return [(int(run[0]), int(run[-1])) for run in runs]
+
+
+def _at(step: int, sampling_time: float) -> int:
+    return round(step * sampling_time * 1e9)
+
+
+def _entry(time: int, level: int, name: str, message: str) -> Json:
+    return {"timestamp": time_of(time), "level": level, "message": message, "name": name, "file": "", "line": 0}

@@ -1,0 +1,220 @@
+"""Periodic references on Example 2: four ways to constrain the same samples, and what each of them is worth."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
+from unittest import mock
+
+import numpy as np
+import pytest
+
+from pipeline.published.ground_truth import two_harmonics
+from pipeline.published.periodic import GrowthRates, grid, interval_growth_rates, intervals, on_grid, sampled
+from pipeline.published.scalar import coefficients, growth_rates, interval_sets, scalar
+from tests.pipeline.published.periodic_instances import instance
+from tests.trackably.learning.searches import followed
+from tests.trackably.systems.instances import bounded
+from trackably.gp.joint import JointPosterior, JointPrior
+from trackably.gp.kernels.base import Product
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.learning import search
+from trackably.learning.methods import all_phases, exact, unconstrained
+from trackably.learning.problem import ConstrainedProblem, NothingFeasible, Solution
+from trackably.learning.space import SearchSpace
+from trackably.systems.sets.interval import Interval
+
+SYSTEM = scalar(0.9, 0.1, state_set=Interval(-2.0, 2.0), input_set=Interval(-3.0, 1.4), sampling_time=0.01)
+STATE_SET, INPUT_SET = interval_sets(SYSTEM)
+TIMES = np.arange(0, 401, 20) * 0.01
+SAMPLES = Samples(TIMES, two_harmonics(TIMES) + 0.3 * np.random.default_rng(4).standard_normal(TIMES.size))
+SINGLE = Prior(Periodic(1.0, 1.0, 3.0).as_learned(), 0.1)
+PRIOR = JointPrior((SINGLE,))
+SPACE = SearchSpace.around((SAMPLES,), PRIOR, starts=6)
+COUNTS = (8, 32)
+
+
+METHODS = {
+    "unconstrained": unconstrained,
+    "grid": partial(grid, last_step=400),
+    "exact": partial(exact, backoff=1e-7),
+    **{f"intervals {n}": partial(intervals, last_step=400, count=n) for n in COUNTS},
+}
+
+
+@pytest.fixture(autouse=True, scope="module")
+def few_periods() -> Iterator[None]:
+    """Begin at the six most promising periods only."""
+    with mock.patch.object(search, "_FEWEST_BASINS", 6):
+        yield
+
+
+def learn(method: str) -> Solution:
+    found = METHODS[method]((SAMPLES,), PRIOR, SYSTEM, SPACE)
+    assert isinstance(found, Solution)
+    return found
+
+
+@pytest.fixture(scope="module")
+def found() -> dict[str, Solution]:
+    return {name: learn(name) for name in METHODS}
+
+
+def margins(outcome: Solution, phases: int = 20_000) -> tuple[float, float]:
+    """The smallest margins of state and input at equally spaced phases."""
+    period = outcome.posterior.prior.hyperparameters["period"]
+    t = np.arange(phases) / phases * period
+    (mean,) = outcome.posterior.signals
+    x, after = mean(t), mean(t + 0.01)
+    u = (after - 0.9 * x) / 0.1
+    return float(np.min(STATE_SET.margin(x))), float(np.min(INPUT_SET.margin(u)))
+
+
+def test_the_exact_form_keeps_every_phase(found):
+    assert min(margins(found["exact"])) >= 0
+
+
+def test_the_exact_form_is_no_worse_than_any_number_of_intervals(found):
+    exact = found["exact"].objective
+    by_count = [found[f"intervals {n}"].objective for n in COUNTS]
+    assert found["unconstrained"].objective < exact < min(by_count)
+    assert by_count == sorted(by_count, reverse=True)
+
+
+def test_the_unconstrained_fit_cannot_be_followed(found):
+    state, inputs = margins(found["unconstrained"])
+    assert state > 0.5
+    assert inputs == pytest.approx(-0.2974, abs=1e-4)
+
+
+def test_the_grid_holds_at_its_instants_and_breaks_between_them(found):
+    posterior = found["grid"].posterior
+    k = np.arange(0, 4000)
+    x = posterior.signals[0](k * 0.01)
+    inputs = INPUT_SET.margin((x[1:] - 0.9 * x[:-1]) / 0.1)
+    assert np.min(inputs[:400]) >= 0
+    assert np.min(inputs) < -1e-5, "a later instant meets a phase that the grid has not"
+    assert margins(found["grid"])[1] == pytest.approx(-4.57e-4, abs=1e-5)
+
+
+def test_numbers_of_the_trial_in_the_notes_are_a_local_minimum():
+    for constraints, objective, period in (
+        (on_grid(SYSTEM, 400), 121.25, 3.07),
+        (all_phases(SYSTEM), 121.28, 3.0654),
+    ):
+        problem = ConstrainedProblem((SAMPLES,), PRIOR, SPACE, constraints)
+        outcome = followed(problem, [np.log([1, 1, 3.07])])
+        assert outcome.objective == pytest.approx(objective, abs=0.005)
+        assert outcome.posterior.prior.hyperparameters["period"] == pytest.approx(period, abs=1e-4)
+
+
+def test_the_exchange_ends_where_nothing_is_broken(found):
+    rounds = found["exact"].rounds
+    assert [r.margin < 0 for r in rounds] == [True] * (len(rounds) - 1) + [False]
+    assert [r.places for r in rounds] == sorted(r.places for r in rounds)
+    assert rounds[-1].objective == found["exact"].objective
+
+
+def test_two_calls_give_the_same_bits(found):
+    again, first = learn("exact"), found["exact"]
+    assert again.posterior.parts[0].weights.tobytes() == first.posterior.parts[0].weights.tobytes()
+    assert [r.log_theta.tobytes() for r in again.rounds] == [r.log_theta.tobytes() for r in found["exact"].rounds]
+
+
+def test_growth_rates_of_every_interval_contain_the_derivative(found):
+    """The pair form against the paper's own: rates from the range of the mean, extremes of the derivative."""
+    for count in COUNTS:
+        (signal,) = found[f"intervals {count}"].posterior.signals
+        edges = np.linspace(0, 4, count + 1)
+        lower, upper = interval_growth_rates(signal, SYSTEM, tuple(edges.tolist()))
+        for i in range(count):
+            t = np.linspace(edges[i], edges[i + 1], 400)
+            x, rate = signal(t), signal.derivative(t)
+            low, high = growth_rates(SYSTEM, Interval(float(np.min(x)), float(np.max(x))))
+            assert (lower[i], upper[i]) == pytest.approx((low, high), abs=1e-3)
+            assert low - 1e-3 <= np.min(rate)
+            assert np.max(rate) <= high + 1e-3
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_worst_pair_is_the_worst_of_a_dense_grid_of_pairs(seed):
+    """Also for systems with a > 1, b < 0 or a < 0."""
+    case = instance(seed)
+    posterior, (_, inputs) = JointPosterior(case.prior, case.samples), interval_sets(case.plant)
+    (signal,) = posterior.signals
+    edges = np.linspace(0, 2, 5)
+    constraint = GrowthRates(case.plant, tuple(edges.tolist()))
+    (a, b, _), t_s = coefficients(case.plant), case.plant.sampling_time
+    dense = []
+    for i in range(4):
+        t = np.linspace(edges[i], edges[i + 1], 500)
+        values = (t_s * signal.derivative(t)[:, None] + (1 - a) * signal(t)) / b
+        dense.append(np.min(inputs.margin(values)) / inputs.width)
+    places, found = constraint.closest(posterior)
+    assert places.shape == (8, 2)
+    assert np.min(found) == pytest.approx(min(dense), abs=1e-3)
+    assert np.min(found) <= min(dense) + 1e-12
+    assert np.all((places >= 0) & (places <= 2))
+
+
+def test_gradients_of_pairs_against_central_differences():
+    case = instance(3)
+    constraint = GrowthRates(case.plant, (0.0, 1.0, 2.0))
+    places = np.array([[0.1, 0.7], [1.2, 1.9], [0.0, 0.0]])
+    theta = case.prior.log_hyperparameters
+
+    def at(log_theta: np.ndarray) -> np.ndarray:
+        return constraint.value(JointPosterior(case.prior.with_log_hyperparameters(log_theta), case.samples), places)
+
+    value, gradient = constraint.value_and_gradient(JointPosterior(case.prior, case.samples), places)
+    np.testing.assert_allclose(value, at(theta), rtol=1e-12)
+    differences = [(at(theta + h) - at(theta - h)) / 2e-5 for h in 1e-5 * np.eye(3)]
+    np.testing.assert_allclose(gradient, differences, rtol=1e-6, atol=1e-7)
+
+
+def test_a_known_period_of_whole_steps_needs_its_instants_only():
+    known = JointPrior((replace(SINGLE, kernel=Periodic(period=3.14)),))
+    space = SearchSpace.around((SAMPLES,), known, starts=4)
+    on_instants, everywhere = (method((SAMPLES,), known, SYSTEM, space) for method in (sampled, exact))
+    assert on_instants.objective <= everywhere.objective + 1e-6
+    x = on_instants.posterior.signals[0](np.arange(3000) * 0.01)
+    assert np.min(INPUT_SET.margin((x[1:] - 0.9 * x[:-1]) / 0.1)) >= -1e-9
+    assert np.min(STATE_SET.margin(x)) >= -1e-9
+
+
+@pytest.mark.parametrize("period", [3.145, 0.001, np.pi])
+def test_a_period_between_steps_is_no_sampled_problem(period):
+    known = JointPrior((replace(SINGLE, kernel=Periodic(period=period)),))
+    with pytest.raises(ValueError, match="no whole multiple of the sampling time"):
+        sampled((SAMPLES,), known, SYSTEM, SearchSpace.around((SAMPLES,), known))
+
+
+def test_a_learned_period_is_no_sampled_problem():
+    with pytest.raises(ValueError, match="the period is learned"):
+        sampled((SAMPLES,), PRIOR, SYSTEM, SPACE)
+
+
+def test_a_kernel_without_a_period_is_refused():
+    quasi = JointPrior((Prior(Product(Periodic(1, 1, 3), SquaredExponential(1, 5)).as_learned(), 0.1),))
+    space = SearchSpace.around((SAMPLES,), quasi)
+    for method in (exact, partial(grid, last_step=400), partial(intervals, last_step=400, count=4)):
+        with pytest.raises(TypeError, match="needs a periodic kernel, got Product"):
+            method((SAMPLES,), quasi, SYSTEM, space)
+
+
+def test_no_admissible_equilibrium_and_nothing_feasible_is_explained():
+    plant = bounded(SYSTEM, state_set=Interval(3.0, 4.0))
+    outcome = exact((SAMPLES,), PRIOR, plant, replace(SPACE, starts=1))
+    assert isinstance(outcome, NothingFeasible)
+    assert "no admissible equilibrium" in outcome.explanation
+
+
+def test_learned_noise_is_allowed():
+    prior = JointPrior((SINGLE.as_learned(),))
+    space = SearchSpace.around((SAMPLES,), prior, starts=8)
+    outcome = exact((SAMPLES,), prior, SYSTEM, space)
+    assert isinstance(outcome, Solution)
+    assert min(margins(outcome)) >= -1e-9
+    assert outcome.objective < 71

@@ -1,0 +1,52 @@
+"""Random instances against brute force (see naive_periodic.py, which wrote the table)."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.pipeline.published.naive_periodic import Brute
+from tests.pipeline.published.periodic_instances import SEEDS, Instance, instance
+from trackably.learning.exchange import Exchange
+from trackably.learning.methods import all_phases, unconstrained
+from trackably.learning.problem import ConstrainedProblem, Solution
+from trackably.learning.screening import screened
+
+with Path(__file__).with_name("periodic_references.csv").open(newline="", encoding="utf-8") as _file:
+    REFERENCES = {int(row["seed"]): float(row["objective"]) for row in csv.DictReader(_file)}
+
+
+def learned(case: Instance, best: float) -> Solution:
+    """Follow the most promising starts, until one ends at something as good as `best`: more never find less."""
+    problem = ConstrainedProblem(case.samples, case.prior, case.space, all_phases(case.plant))
+    exchange = Exchange(problem)
+    for start in screened(problem, case.space.starts):
+        exchange.follow([start])
+        if exchange.best and exchange.best.objective <= best:
+            break
+    assert isinstance(exchange.outcome, Solution)
+    return exchange.outcome
+
+
+@pytest.mark.parametrize("seed", SEEDS[:16])  # every system, with samples at regular and at random times
+def test_as_good_as_brute_force_and_never_outside(seed):
+    """Brute force may find something worse, or nothing (inf): then it is enough to be feasible."""
+    case = instance(seed)
+    outcome = learned(case, REFERENCES[seed] + 1e-4)
+    assert outcome.objective <= REFERENCES[seed] + 1e-4
+    brute, theta = Brute(case), outcome.posterior.prior.log_hyperparameters
+    assert brute.objective(theta) == pytest.approx(outcome.objective, rel=1e-9)
+    assert np.min(brute.touching(theta)[1], initial=1.0) >= -1e-9
+
+
+def test_the_table_means_something():
+    """Brute force finds a feasible point nearly everywhere, and constraints cost something in most instances."""
+    assert set(REFERENCES) == set(SEEDS)
+    assert sum(np.isfinite(value) for value in REFERENCES.values()) >= 45
+    costs = []
+    for seed in SEEDS[:16:2]:
+        case = instance(seed)
+        free = unconstrained(case.samples, case.prior, case.plant, case.space)
+        costs.append(REFERENCES[seed] - free.objective)
+    assert sum(cost > 1e-3 for cost in costs) >= 5

@@ -1,0 +1,154 @@
+"""Bounds from some time on: they hold at every later time, and say nothing where nothing is known."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipeline.published.algorithm1 import Tail, tail
+from pipeline.published.scalar import scalar, state_and_input
+from tests.trackably.gp.instances import DECAYING, OTHER_PAIRS, PERIODIC, decaying_kernels, over, time_scale
+from tests.trackably.systems.instances import PLANTS
+from trackably.gp.signal import KernelSum
+from trackably.systems.sets.interval import Interval
+
+
+def random_signal(kernel, seed: int) -> KernelSum:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 9))
+    centres = np.sort(rng.uniform(-2, 2, n)) * time_scale(kernel)
+    return KernelSum(kernel, float(rng.normal()), centres, rng.normal(size=n) * 10 ** rng.uniform(-2, 2))
+
+
+def starts_of(signal: KernelSum) -> list[float]:
+    """From right behind ζ to far behind it."""
+    zeta = signal.kernel.decay_distance
+    return [float(np.max(signal.centres)) + factor * zeta for factor in (1 + 1e-9, 1.3, 2.5, 6.0)]
+
+
+def later_than(start: float, signal: KernelSum):
+    scale = time_scale(signal.kernel)
+    return start + scale * np.concatenate([np.linspace(0, 3, 1500), np.geomspace(3, 300, 200)])
+
+
+def check(signal: KernelSum, start: float) -> None:
+    bounds, times = tail(signal, start), later_than(start, signal)
+    rounding = 1e-13 * float(np.sum(np.abs(signal.weights))) * float(signal.kernel(np.zeros(())))
+    assert np.all(np.abs(signal(times) - signal.mean) <= bounds.mean_bound + rounding + 1e-15 * abs(signal.mean))
+    per_second = rounding / min(1.0, signal.kernel.decay_distance)
+    assert np.all(np.abs(signal.derivative(times)) <= bounds.derivative_bound + per_second)
+
+
+@over(DECAYING)
+@pytest.mark.parametrize("seed", range(3))
+def test_bounds_hold_at_every_later_time(kernel, seed):
+    signal = random_signal(kernel, seed)
+    for start in starts_of(signal):
+        check(signal, start)
+
+
+@given(decaying_kernels, st.integers(0, 10**6), st.floats(1.001, 10))
+def test_bounds_of_any_signal_hold_at_every_later_time(kernel, seed, factor):
+    signal = random_signal(kernel, seed)
+    check(signal, float(np.max(signal.centres)) + factor * kernel.decay_distance)
+
+
+@over(DECAYING)
+@pytest.mark.parametrize("weight", [2.0, -0.3])
+def test_bounds_of_a_single_kernel_are_met_at_the_start(kernel, weight):
+    signal = KernelSum(kernel, 0.7, np.array([0.4]), np.array([weight]))
+    start = 0.4 + 1.5 * kernel.decay_distance
+    bounds = tail(signal, start)
+    assert (bounds.start, bounds.mean) == (start, 0.7)
+    assert bounds.mean_bound == pytest.approx(abs(float(signal(np.array(start))) - 0.7), rel=1e-11)
+    assert bounds.derivative_bound == pytest.approx(abs(float(signal.derivative(np.array(start)))), rel=1e-12)
+
+
+@over(DECAYING)
+def test_bounds_add_up_over_the_weights_magnitudes(kernel):
+    signal = random_signal(kernel, 4)
+    start = starts_of(signal)[1]
+    parts = [
+        tail(KernelSum(kernel, 0.0, np.array([t]), np.array([c])), start)
+        for t, c in zip(signal.centres, signal.weights, strict=True)
+    ]
+    bounds = tail(signal, start)
+    assert bounds.mean_bound == pytest.approx(sum(p.mean_bound for p in parts), rel=1e-12)
+    assert bounds.derivative_bound == pytest.approx(sum(p.derivative_bound for p in parts), rel=1e-12)
+
+
+@over(DECAYING)
+def test_the_last_sample_decides_whether_anything_is_known(kernel):
+    zeta = kernel.decay_distance
+    signal = KernelSum(kernel, 0.0, np.array([0.0, 10 * zeta]), np.array([1.0, 1.0]))
+    assert tail(signal, 5 * zeta) is None
+    assert tail(signal, 10.999 * zeta) is None
+    assert tail(signal, 11.001 * zeta) is not None
+
+
+def test_exactly_at_the_decay_distance_nothing_is_known():
+    kernel = DECAYING["se"]
+    signal = KernelSum(kernel, 0.0, np.array([1.0]), np.array([1.0]))
+    assert tail(signal, 1.0 + kernel.decay_distance) is None
+    assert tail(signal, np.nextafter(1.0 + kernel.decay_distance, 9.0)) is not None
+
+
+@over(PERIODIC | OTHER_PAIRS)
+def test_of_what_repeats_nothing_is_known(kernel):
+    signal = KernelSum(kernel, 0.0, np.array([0.0]), np.array([1.0]))
+    assert tail(signal, 1e6) is None
+
+
+@over(PLANTS, "plant")
+@over(DECAYING)
+def test_inputs_hold_at_every_later_time(kernel, plant):
+    for seed in (5, 6):
+        signal = random_signal(kernel, seed)
+        for start in starts_of(signal)[::2]:
+            ends = tail(signal, start).inputs(plant)
+            u = state_and_input(plant)[1]((signal,), later_than(start, signal))
+            rounding = 1e-12 * (1 + np.max(np.abs(u)) + float(np.sum(np.abs(signal.weights))))
+            assert np.all((ends.lower - rounding <= u) & (u <= ends.upper + rounding))
+
+
+def test_inputs_in_numbers():
+    """u_r = u_m + ((1 − a) e + Δe)/b: at m = 2 held by 0.4, |e| ≤ 0.5 and |Δe| ≤ 3·0.1 reach (0.1·0.5 + 0.3)/0.5."""
+    wide = Interval(-9, 9)
+    plant = scalar(0.9, -0.5, state_set=wide, input_set=wide, sampling_time=0.1)
+    ends = Tail(start=1.0, mean=2.0, mean_bound=0.5, derivative_bound=3.0).inputs(plant)
+    assert (ends.lower, ends.upper) == pytest.approx((-0.4 - 0.7, -0.4 + 0.7), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("mean", "bound", "state_set", "expected"),
+    [
+        (0.0, 0.5, Interval(-1.0, 1.0), True),
+        (0.0, 0.5, Interval(-0.5, 0.5), True),
+        (0.0, 0.5, Interval(-1.0, 0.4), False),
+        (0.0, 0.5, Interval(-0.4, 1.0), False),
+        (0.7, 0.5, Interval(-1.0, 1.0), False),
+        (-0.7, 0.5, Interval(-1.0, 1.0), False),
+        (0.7, 0.2, Interval(-1.0, 1.0), True),
+    ],
+)
+def test_keeps_states_asks_both_sides(mean, bound, state_set, expected):
+    bounds = Tail(0.0, mean, bound, 1.0)
+    plant = scalar(0.9, 0.5, state_set=state_set, input_set=Interval(-1, 1), sampling_time=0.1)
+    assert (bounds.states.lower, bounds.states.upper) == (mean - bound, mean + bound)
+    assert bounds.keeps_states(plant) is expected
+
+
+@pytest.mark.parametrize(
+    ("rates", "expected"),
+    [
+        ((-3.0, 3.0), True),
+        ((-2.0, 2.0), True),
+        ((-1.9, 3.0), False),
+        ((-3.0, 1.9), False),
+        ((1.0, 3.0), False),
+        ((-3.0, -1.0), False),
+        ((3.0, -3.0), False),
+    ],
+)
+def test_keeps_rates_asks_both_signs(rates, expected):
+    assert Tail(0.0, 0.0, 1.0, derivative_bound=2.0).keeps_rates(rates) is expected

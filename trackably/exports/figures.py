@@ -1,0 +1,209 @@
+"""States and inputs of references over time, between their bounds; and the style of all figures.
+
+Equal figures give equal bytes of SVG.
+"""
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import wraps
+from io import BytesIO
+from itertools import cycle
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Final, ParamSpec
+
+import matplotlib.style
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.mathtext import MathTextParser, VectorParse
+
+from trackably.arrays import Array
+from trackably.control.angles import angles_of
+from trackably.gp.samples import Samples
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.reference import Reference
+from trackably.systems.sets.interval import Interval
+
+P = ParamSpec("P")
+# Start from matplotlib's defaults, so that a user's own matplotlibrc has no effect.
+SHEETS: Final = ["default", str(Path(__file__).with_name("trackably.mplstyle"))]
+# Ticks depend on the size of the axes, and the size on the tick labels: a second layout starts from the first one.
+_LAYOUTS: Final = 2
+COLUMN: Final = 3.5
+PAGE: Final = 7.0
+"""Widths [in]."""
+INK, GREY, PALE, FAINT = "#000000", "#666666", "#b8b8b8", "#e3e3e3"
+BLUE, GREEN, ORANGE, PURPLE, NAVY = "#0072b2", "#009e73", "#d55e00", "#cc79a7", "#002d4a"
+SAMPLE: Final[dict[str, Any]] = {"linestyle": "none", "marker": "x", "color": INK, "zorder": 5, "label": "samples"}
+# The solid line lies below and is wider: with dark dashes on top both stay visible, in grey too, where two agree.
+_REFERENCES: Final[tuple[dict[str, Any], ...]] = (
+    {"color": ORANGE, "linestyle": (0, (5, 1.4, 1.2, 1.4)), "linewidth": 1.3, "zorder": 3.2},
+    {"color": NAVY, "linestyle": (0, (2.6, 1.6)), "linewidth": 1.3, "zorder": 3.3},
+    {"color": GREEN, "linestyle": "-", "linewidth": 2.4, "zorder": 3.0},
+    {"color": PURPLE, "linestyle": ":", "linewidth": 1.6, "zorder": 3.4},
+    {"color": BLUE, "linestyle": (0, (7, 1.6, 1.2, 1.6, 1.2, 1.6)), "linewidth": 1.2, "zorder": 3.1},
+)
+Units = Mapping[str, str]
+"""Units by the names of states and inputs."""
+UNKNOWN_UNITS: Final[Units] = MappingProxyType({})
+_PADDING: Final = 0.12
+_MOST = 2048
+_parsed: dict[object, VectorParse] = {}
+
+
+def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
+    """Draw with the project's style, whatever the style of the session is, and fix the layout."""
+
+    @wraps(draw)
+    def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
+        with matplotlib.style.context(SHEETS), parsed_once():
+            figure = draw(*args, **kwargs)
+            for _ in range(_LAYOUTS):
+                figure.draw_without_rendering()
+            figure.set_layout_engine("none")
+            return figure
+
+    return drawn
+
+
+@dataclass(frozen=True)
+class Observed:
+    """What is known of a state: the `samples` that it is learned from, those `held_out`, and the true signal."""
+
+    samples: Samples | None = None
+    held_out: Samples | None = None
+    truth: Array | None = None
+
+
+@styled
+def tracking(
+    references: Mapping[str, Reference],
+    observed: Mapping[str, Observed],
+    times: Array,
+    units: Units = UNKNOWN_UNITS,
+) -> Figure:
+    """Draw each state and input at `times` [s], what is `observed` of it, and its own bounds.
+
+    Values far outside the bounds are cut off, and angles do not jump by whole turns. Bounds of sums of several states
+    or inputs are not drawn.
+    """
+    plant = next(iter(references.values())).plant
+    names, bounds = coordinates(plant), bounds_of(plant)
+    figure = Figure(figsize=(PAGE, 0.7 + 1.25 * len(names)))
+    panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    for i, (axes, name) in enumerate(zip(panels, names, strict=True)):
+        n = len(plant.system.states)
+        for style, reference in zip(reference_styles(references).values(), references.values(), strict=True):
+            values = reference.state_at(times)[:, i] if i < n else reference.input_at(times)[:, i - n]
+            axes.plot(times, np.unwrap(values) if i in angles_of(plant) else values, **style)
+        _draw_observed(axes, observed.get(name, Observed()), times)
+        if name in bounds:
+            pad_limits(axes, bounds[name])
+            shade_outside(axes, bounds[name])
+        axes.set_ylabel(axis_label(name, units))
+        axes.yaxis.set_label_coords(-0.075, 0.5)  # aligned, whatever the width of the tick labels
+    panels[-1].set(xlabel="time $t$ [s]", xlim=(times[0], times[-1]))
+    legend_above(figure, columns=5)
+    return figure
+
+
+def _draw_observed(axes: Axes, observed: Observed, times: Array) -> None:
+    if observed.truth is not None:
+        axes.plot(times, observed.truth, color=INK, linewidth=0.8, zorder=2.9, label="true signal")
+    if observed.samples is not None:
+        style = SAMPLE | {"markersize": 3} | ({"label": "centres"} if observed.samples.scatters else {})
+        axes.plot(observed.samples.times, observed.samples.values, **style)
+    if observed.held_out is not None:
+        style = SAMPLE | {"marker": ".", "markersize": 2.5, "color": GREY, "label": "held out"}
+        axes.plot(observed.held_out.times, observed.held_out.values, **style)
+        axes.axvline(observed.held_out.times[0], color=GREY, linewidth=0.8, linestyle=":")
+
+
+def coordinates(plant: ConstrainedSystem) -> tuple[str, ...]:
+    """Return the names of the states, then those of the inputs."""
+    return (*plant.system.states, *plant.system.inputs)
+
+
+def axis_label(name: str, units: Units) -> str:
+    """Return the label of an axis: the name of a state, an input or a sum of some, with its unit where it is known.
+
+    A sum has a unit if all of its terms have the same one.
+    """
+    summed = re.sub(r" \(\d+\)$", "", name)  # equal names are numbered
+    terms = [summed] if summed in units else [term for term in re.split("[+*-]", summed) if not term[:1].isdigit()]
+    found = {units.get(term) for term in terms if term}
+    unit = found.pop() if len(found) == 1 else None
+    return name.replace("_", " ") + (f" [{unit}]" if unit else "")
+
+
+def bounds_of(plant: ConstrainedSystem) -> dict[str, Interval]:
+    """Return the bounds of a plant by the name of what they bound."""
+    return {c.name: c.bounds for c in plant.given_constraints}
+
+
+def pad_limits(axes: Axes, shown: Interval) -> None:
+    """Let the panel show an interval and a little more."""
+    padding = _PADDING * shown.width
+    axes.set_ylim(shown.lower - padding, shown.upper + padding)
+
+
+def shade_outside(axes: Axes, bounds: Interval | None) -> None:
+    """Draw each bound within the panel's limits as a line, and shade what is outside."""
+    if bounds is None:
+        return
+    bottom, top = axes.get_ylim()
+    for bound, end in ((bounds.lower, bottom), (bounds.upper, top)):
+        if bottom < bound < top:
+            axes.axhline(bound, color=INK, linewidth=0.8, zorder=2.5)
+            axes.axhspan(*sorted((bound, end)), facecolor=FAINT, edgecolor="none", zorder=0)
+
+
+def reference_styles(labels: Iterable[str]) -> dict[str, dict[str, Any]]:
+    """Return the style of each reference by its label. The style depends on the position only, so that figures which
+    show the same references in the same order draw them alike."""
+    return {label: {**style, "label": label.replace("_", " ")} for label, style in zip(labels, cycle(_REFERENCES))}
+
+
+def legend_above(figure: Figure, columns: int | None = None) -> None:
+    """Write one legend for all panels above them, with each label once."""
+    found = {
+        label: handle for axes in figure.axes for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(found.values(), found, loc="outside upper center", ncols=columns or len(found))
+
+
+def svg(figure: Figure) -> bytes:
+    """Return the figure as SVG, with letters as paths. Equal figures give equal bytes."""
+    buffer = BytesIO()
+    with matplotlib.style.context(SHEETS), parsed_once():
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+    return buffer.getvalue()
+
+
+@contextmanager
+def parsed_once() -> Iterator[None]:
+    """Remember parsed formulas from one renderer to the next.
+
+    For use where matplotlib's parameters are those of the project's style: formulas depend on them too.
+    """
+    parse: Any = MathTextParser.parse
+
+    def remembered(
+        parser: Any, s: str, dpi: float = 72, prop: FontProperties | None = None, **antialiased: bool | None
+    ) -> VectorParse:
+        key = type(parser), *vars(parser).values(), s, dpi, prop and prop.copy(), *antialiased.values()
+        if key not in _parsed:
+            if len(_parsed) >= _MOST:
+                _parsed.clear()
+            _parsed[key] = parse(parser, s, dpi, prop, **antialiased)
+        return _parsed[key]
+
+    setattr(MathTextParser, "parse", remembered)  # noqa: B010  there is no public way to share a cache
+    try:
+        yield
+    finally:
+        setattr(MathTextParser, "parse", parse)  # noqa: B010

@@ -1,1 +1,0 @@
-"""Algorithm 1 and the periodic programs as the paper has them."""

@@ -1,1 +1,0 @@
-"""Figures of two states in their plane: the path of a vehicle, and the loops that return to it."""
