@@ -12,7 +12,7 @@ from time import monotonic
 
 import numpy as np
 
-from trackably.arguments import real
+from trackably.arguments import instance, real
 from trackably.arrays import ArrayLike
 from trackably.beforehand import Beforehand, Mean, learned_beforehand, levels, split_means
 from trackably.certificates.certified import Certified, learn_certified
@@ -32,6 +32,7 @@ from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.samples import Samples
 from trackably.learning.joint.learn import learn_from as learn_from_starts
+from trackably.learning.joint.learn import learn_function, learn_jointly
 from trackably.learning.learner import FUNCTION, HYPERPARAMETERS, JOINT, Learner
 from trackably.learning.prior import prior_for
 from trackably.learning.problem import ConstrainedProblem, Method, NoSolution, OutOfTime, Solution
@@ -75,6 +76,7 @@ def learn_reference(
     measurement_noise: DisturbanceSet | None = None,
     feedback: ArrayLike | None = None,
     margin: float = 0.0,
+    near: TrackableReference | None = None,
     starts: int = 8,
     budget: float | None = None,
     progress: bool = True,
@@ -143,6 +145,11 @@ def learn_reference(
         that leaves the most of the bounds, among some weights.
     margin
         The part of each width that the reference keeps free at either bound, for those who have no W.
+    near
+        A reference that was learned of the same names with the same kernels, for other bounds, samples or times: the
+        function for its hyperparameters and prior means is one more candidate, and the search starts there too. So J is
+        no larger than that of `near` if `near` keeps these bounds and was learned from these samples, up to the gaps
+        that explanations say and what a back-off costs. It needs `method` "joint".
     starts
         The number of points from which the search starts.
     budget
@@ -182,7 +189,7 @@ def learn_reference(
     """
     end = _end_of(budget)
     plant, tightening = drawn_in(plant, disturbance, feedback, margin, measurement_noise)
-    claim, learner = claimed(claim), _learner(method, at, learn_from)
+    claim, learner = claimed(claim), _learner(method, at, learn_from, near)
     measured = Measurements.of(samples, plant, noise_std, centres)
     level, between = split_means(mean, measured.names, measured.given)
     shared = frozenset({"period"}) if claim == "all_phases" and len(measured.names) > 1 else frozenset[str]()
@@ -221,9 +228,11 @@ def learn_reference(
             )
             return _beside(None if limited else first.likeliest, found), cost, limited
 
+        beside = () if near is None else (partial(learn, *_of_neighbour(near, first)),)
+        learner = learner if near is None else _also_from(near, first, learner)
         quick = () if budget is None or not first.prior.learned else _quick(first, measured, starts, learner, learn)
         with _in_time(budget, end):
-            (certified, cost, limited), is_whole = _best_of(chain(quick, [partial(learn, first, learner)]))
+            (certified, cost, limited), is_whole = _best_of(chain(beside, quick, [partial(learn, first, learner)]))
         pinned = tuple(at.found(certified.reference) for at in pinned)
         proofs = found_or_raise(prove_pinned(certified.reference, pinned))
         solution, ended = certified.solution, None if is_whole else budget
@@ -240,7 +249,7 @@ def learn_reference(
     return learned
 
 
-def _learner(method: object, at: object, learn_from: object) -> Learner:
+def _learner(method: object, at: object, learn_from: object, near: object) -> Learner:
     """Return what learns. ValueError: there is no such method, or it does not go with the other options."""
     if not isinstance(method, str) or method not in _LEARNERS:
         raise ValueError(f"method: expected {' or '.join(map(repr, _LEARNERS))}, got {method!r}")
@@ -248,7 +257,30 @@ def _learner(method: object, at: object, learn_from: object) -> Learner:
         raise ValueError('at: values at given times need method="joint": hyperparameters alone cannot meet them')
     if learn_from is not None and method != "joint":
         raise ValueError('learn_from: needs method="joint": with known hyperparameters, they alone cannot be learned')
+    if near is not None:
+        instance("near", near, TrackableReference, "one that learn_reference returns")
+        if method != "joint":
+            raise ValueError('near: needs method="joint": the function for its hyperparameters is a candidate')
     return _LEARNERS[method]
+
+
+def _of_neighbour(near: TrackableReference, first: Beforehand) -> tuple[Beforehand, Learner]:
+    """Return what learns the function for the hyperparameters and means of a neighbour, beginning with its function.
+
+    ValueError: it is of other names or kernels, or of other hyperparameters than those that are known here.
+    """
+    own, theirs = first.prior, near.prior
+    kinds = [[type(part.kernel) for part in prior.parts] for prior in (own, theirs)]
+    if own.names != theirs.names or kinds[0] != kinds[1] or own.shared != theirs.shared:
+        raise ValueError("near: expected a reference of the same names, with kernels of the same kind")
+    held = replace(first, prior=theirs.as_known(), with_noise=None)
+    return held, replace(FUNCTION, solve=partial(learn_function, near=near.fit.solution))
+
+
+def _also_from(near: TrackableReference, first: Beforehand, learner: Learner) -> Learner:
+    """Return a learner whose search starts at the neighbour's hyperparameters too."""
+    theta = np.log([near.prior.hyperparameters[name] for name in first.prior.learned])
+    return replace(learner, solve=partial(learn_jointly, also=(theta,)))
 
 
 def _end_of(budget: object) -> float:

@@ -172,6 +172,11 @@ class _Learning:
             self.last = found
             self.fits += found.fits
             reference = Reference(found.signals, self.plant)
+            is_broken = found.missed > backoff and backoff < _LARGEST_BACKOFF
+            if is_broken or (found.is_rough and 3 * backoff < self._enough(found)):  # a proof fails, or takes long
+                backoff = self._larger(backoff, found)
+                found = learner.continued(found, self._problem(goal, backoff))
+                continue
             outcome = goal.prove(reference)
             self.attempts += 1
             done("fit")
@@ -190,9 +195,25 @@ class _Learning:
                 continue
             if max(backoff, error) >= _LARGEST_BACKOFF:
                 return outcome
-            backoff = min(max(10 * backoff, 4 * error, 3 * found.missed), _LARGEST_BACKOFF)
+            backoff = self._larger(backoff, found, error)
             found = learner.continued(found, self._problem(goal, backoff))
         return _of_given_bounds(found, self.plant) if isinstance(found, NothingFeasible) else found
+
+    def _larger(self, backoff: float, found: Solution, error: float = 0.0) -> float:
+        """Return the next back-off. Rough functions get at once what J allows: their bounds are active for long.
+
+        Where J would rise by more than what is allowed, the back-off grows in smaller steps.
+        """
+        enough = self._enough(found)
+        if enough > backoff and (found.missed or found.is_rough):
+            return min(max(enough, 4 * error), _LARGEST_BACKOFF)
+        return min(max((10 if 10 * backoff <= enough else 2) * backoff, 4 * error), _LARGEST_BACKOFF)
+
+    def _enough(self, found: Solution) -> float:
+        """Return the back-off for which J may rise as much as is allowed: by at most 2 Σ_a λ_a · back-off · width."""
+        widths = {quantity.name: quantity.bounds.width for quantity in self.plant.quantities}
+        rise = 2 * sum(abs(bound.multiplier) * widths.get(bound.name, 0.0) for bound in found.active_bounds)
+        return min(found.allowed_gap / rise, _LARGEST_BACKOFF) if rise else _LARGEST_BACKOFF
 
     def _shortened(self, found: Solution, error: float) -> bool:
         """Leave length scales above half of those found out of the search; False where that does not help."""

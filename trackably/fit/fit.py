@@ -17,6 +17,7 @@ from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.prior import NOISE
 from trackably.gp.samples import Samples
 from trackably.learning.joint.contacts import Contact, contacts
+from trackably.learning.joint.places import places_of
 from trackably.learning.problem import ActiveBound, Method, Solution
 from trackably.systems.flat.functional import Functional
 from trackably.systems.flat.trajectory import Coordinate
@@ -92,6 +93,13 @@ class Fit:
     def price(self) -> float:
         """J minus the least l."""
         return self.objective - self.unconstrained_posterior.negative_log_marginal_likelihood()[0]
+
+    @cached_property
+    def solution(self) -> Solution:
+        """The solution from which a search for another one goes on."""
+        places = places_of(self.active_bounds, [quantity.name for quantity in self.reference.quantities])
+        found = self.posterior, self.reference.kernel_sums, self.objective, places, 0
+        return Solution(*found, active_bounds=self.active_bounds, method=self.method)
 
     @property
     def duality_gap(self) -> float:

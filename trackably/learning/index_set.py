@@ -67,6 +67,11 @@ class IndexSet(ABC):
         """Return the times of the set that are nearest to t [s], which lies between times of the set."""
         return t
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The first and the last time of the set [s]; by default it has none."""
+        return -np.inf, np.inf
+
     def overlooked(self, margin: Margin, kernels: Sequence[Kernel], curvature: Callable[[], float]) -> Array:
         """Return local minima below zero that `local_minima` may have missed; none for sets that are intervals.
 
@@ -135,6 +140,10 @@ class Steps(IndexSet):
         return np.asarray(np.rint(t / self.sampling_time) * self.sampling_time)
 
     @property
+    def ends(self) -> tuple[float, float]:
+        return self.first * self.sampling_time, self.last * self.sampling_time
+
+    @property
     def _all(self) -> Array:
         return np.arange(self.first, self.last + 1, dtype=float)
 
@@ -162,6 +171,10 @@ class Window(IndexSet):
 
     def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
         return _refined_minima(margins, self.start, self.end, kernels)
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        return self.start, self.end
 
     def examined(self, centres: Array) -> Array:
         return centres[(self.start <= centres) & (centres <= self.end)]

@@ -19,6 +19,8 @@ from trackably.systems.flat.trajectory import Trajectory
 from trackably.systems.quantity import Quantity
 
 _ROUNDING = 1e-9  # of a width
+_MANY_CONTACTS = 100  # active bounds of a function that is rough
+LEAST_GAP, RELATIVE_GAP = 0.01, 1e-3  # in the unit of J, and of the price of the bounds: the larger one is allowed
 
 
 @dataclass(frozen=True)
@@ -146,6 +148,18 @@ class Solution:
     def nlml(self) -> float:
         """l, the negative log marginal likelihood of the learned hyperparameters."""
         return self.objective - self.price
+
+    @property
+    def is_rough(self) -> bool:
+        """Whether the function may touch its bounds at so many times that a proof needs room between them."""
+        return len(self.active_bounds) > _MANY_CONTACTS and not all(
+            signal.kernel.is_analytic for signal in self.signals
+        )
+
+    @property
+    def allowed_gap(self) -> float:
+        """By how much J may exceed the least one for these hyperparameters."""
+        return max(LEAST_GAP, RELATIVE_GAP * self.price)
 
 
 class NoSolution(ABC):

@@ -15,8 +15,7 @@ from trackably.certificates.robust import robust_of
 from trackably.control.online import BudgetExceeded, Clock, WindowLearner, holds_for_all_times
 from trackably.control.stepping import Plan, SteppedController, StepResult
 from trackably.fit.fit import Fit
-from trackably.learning.joint.places import places_of
-from trackably.learning.problem import NoSolution, Solution
+from trackably.learning.problem import NoSolution
 from trackably.learning.space import SearchSpace
 from trackably.reference import TrackableReference
 from trackably.request.samples import SamplesLike, names_of_each, same_states
@@ -108,14 +107,9 @@ class Relearner:
 
 def _certified(reference: TrackableReference) -> Certified:
     """Return a reference as a search goes on from it."""
-    fit, plant = reference.fit, reference.reference.plant
-    places = places_of(fit.active_bounds, [quantity.name for quantity in plant.quantities])
-    signals = reference.reference.kernel_sums
-    solution = Solution(
-        fit.posterior, signals, fit.objective, places, 0, active_bounds=fit.active_bounds, method=fit.method
-    )
+    fit = reference.fit
     space = SearchSpace.around(fit.samples, fit.prior)
-    return Certified(solution, reference.reference, reference.certificate, 0.0, 0.0, 0, space)
+    return Certified(fit.solution, reference.reference, reference.certificate, 0.0, 0.0, 0, space)
 
 
 def _with_proof(found: Certified, last: TrackableReference) -> TrackableReference:

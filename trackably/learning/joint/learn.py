@@ -25,12 +25,12 @@ _MANY_SAMPLES = 200  # the search over θ alone takes longer than that for funct
 _TOLD = 4  # bounds that contradict each other
 
 
-def learn_jointly(problem: ConstrainedProblem) -> Solution | NoSolution:
+def learn_jointly(problem: ConstrainedProblem, also: Sequence[Array] = ()) -> Solution | NoSolution:
     """Return the best local minimum of J = l + D that keeps every bound at all times, or why there is none.
 
-    Starts are the likelihood's minima and the minimum over θ alone (the paper's problem, in which D = 0), so that J is
-    never larger than there. Where the function can be found from no start (formulas may lead nowhere), the minimum over
-    θ alone is returned: it has no active bounds. Deterministic.
+    Starts are the likelihood's minima, the minimum over θ alone (the paper's problem, in which D = 0), so that J is
+    never larger than there, and the ln θ in `also`. Where the function can be found from no start (formulas may lead
+    nowhere), the minimum over θ alone is returned: it has no active bounds. Deterministic.
     """
     free = best_solution(ConstrainedProblem(problem.samples, problem.prior, problem.space))
     if not isinstance(free, Solution):
@@ -40,7 +40,7 @@ def learn_jointly(problem: ConstrainedProblem) -> Solution | NoSolution:
     alone = _alone(replace(problem, pins=()), free, search.best)
     if isinstance(alone, Solution):
         search.follow(alone.posterior.prior.log_hyperparameters)
-    for other in free.others[:_OTHER_MINIMA]:
+    for other in (*also, *free.others[:_OTHER_MINIMA]):
         if search.best is None or _nlml(problem, other) < search.best.objective:
             search.follow(other)
     fits = search.fits + sum(found.fits for found in (free, alone) if isinstance(found, Solution))
@@ -77,6 +77,10 @@ def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
     """
     search = JointSearch(problem)
     places = solution.active if solution.active_bounds else None
+    if solution.missed or solution.is_rough:  # hyperparameters hardly move where J does not
+        search.settle(solution.posterior.prior.log_hyperparameters, places, solution.signals)
+        if search.best and search.best.objective - solution.objective <= 2 * solution.allowed_gap:
+            return replace(_solution(search.best, search.fits, solution.unconstrained), alone=solution.alone)
     search.follow(solution.posterior.prior.log_hyperparameters, places, solution.signals)
     if search.best:
         return replace(_solution(search.best, search.fits, solution.unconstrained), alone=solution.alone)
@@ -108,7 +112,8 @@ def learn_function(problem: ConstrainedProblem, near: Solution | None = None) ->
     if problem.prior.learned:
         raise ValueError(f"function: hyperparameters have to be known, but {', '.join(problem.prior.learned)}")
     search = JointSearch(problem)
-    search.settle(near.active if near and near.active_bounds else None, near.signals if near else None)
+    known, places = problem.prior.log_hyperparameters, near.active if near and near.active_bounds else None
+    search.settle(known, places, near.signals if near else None)
     if search.best is not None:
         return _solution(search.best, search.fits, None)
     return NoFunction(problem.pins) if search.closest is None else _no_solution(problem, search.closest)

@@ -164,10 +164,12 @@ class JointSearch:
         if not self._is_no_better(found.objective):
             self.best = found
 
-    def settle(self, places: Places | None, near: tuple[KernelSum, ...] | None) -> None:
-        """Find the function for hyperparameters that are all known: there are no steps in θ to prepare."""
-        known = self.problem.prior.log_hyperparameters
-        point = self._at(known, no_places(self.problem) if places is None else places, near, 0.0)
+    def settle(self, log_theta: Array, places: Places | None, near: tuple[KernelSum, ...] | None) -> None:
+        """Find the function for these hyperparameters alone: there are no steps in θ to prepare."""
+        begun = no_places(self.problem) if places is None else places
+        point = self._at(log_theta, begun, near, 0.0)
+        if point is not None and not (point.is_solution or point.function.bent.contradicts):  # too many places
+            point = self._at(log_theta, begun, near, _ALMOST / 10)
         if point is not None and point.is_solution:
             self.best = point
 

@@ -9,9 +9,10 @@ from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.row_kernel import row_kernel
 from trackably.gp.signal import KernelSum
+from trackably.learning.constraint import Bounded, Constraint
 from trackably.learning.joint.bent import BentMean, bent_mean, is_linear
 from trackably.learning.joint.minima import Minima, Seen
-from trackably.learning.joint.places import LOWER, UPPER, Places, chosen, demands
+from trackably.learning.joint.places import LOWER, UPPER, Places, chosen, demands, flags
 from trackably.learning.problem import ConstrainedProblem
 
 _MAX_ROUNDS = 40
@@ -78,10 +79,11 @@ def settled(
         crowded = sum(np.count_nonzero(margins < 0) for _, margins in minima) > _CROWDED
         if is_linear(problem) and crowded and (tolerance or _count(kept) > CROWD):
             apart = apart or spacings(problem, posterior)
-            minima = seen.thinned(minima, places, apart, max(tolerance / 2, _MATTERS))
-        met = merged(kept, seen.places(minima), same)
+            kept_free = min(constraint.backoff for constraint in problem.constraints)
+            minima = seen.thinned(minima, places, apart, max(tolerance / 2, _MATTERS - kept_free, 0.0))
+        met = merged(kept, at_steps(problem, seen.places(minima), places), same)
         if _count(met) > _MANY_PLACES:
-            met = merged(kept, seen.places(_broken(minima)), same)
+            met = merged(kept, at_steps(problem, seen.places(_broken(minima)), places), same)
         best = Settled(bent, met, kept, margin, constraint, time, count)
         gain, price = bent.price - price, bent.price
         if margin >= -tolerance or bent.contradicts or price > ceiling or is_same(met, places):
@@ -91,6 +93,32 @@ def settled(
         places = met
         near = bent.signals
     return best
+
+
+def at_steps(problem: ConstrainedProblem, places: Places, known: Places) -> Places:
+    """Return places of rough functions moved by up to half a step, so that samples lie whole steps away from them.
+
+    A sample pulls at one time; a bound of g(t + T_s) − g(t) that holds the function for longer passes this pull on from
+    step to step. At such places multipliers are as large as the pull, and the weights that they give to one time
+    cancel. At others, many places share it, with weights that cancel only in what is evaluated: rounding errors of it
+    can be a thousand times larger. A place that is moved to one that is known stays where it was. Functions with
+    analytic kernels are smooth, and touch a bound at single times.
+    """
+    if all(part.kernel.is_analytic for part in problem.prior.parts):
+        return places
+    return tuple(_at_steps(problem, *of_one) for of_one in zip(problem.constraints, places, known, strict=True))
+
+
+def _at_steps(problem: ConstrainedProblem, constraint: Bounded, places: Array, known: Array) -> Array:
+    steps = [functional.sampling_time for _, functional in constraint.quantity.trajectory.arguments]
+    if not isinstance(constraint, Constraint) or not steps or not len(places):
+        return places
+    step, origin, moved = steps[0], float(problem.samples[0].times[0]), places.copy()
+    moved[:, 0] = constraint.index_set.nearest(origin + step * np.rint((places[:, 0] - origin) / step))
+    first, last = constraint.index_set.ends
+    stay = flags((moved,), (known,)) | (moved[:, 0] < first) | (moved[:, 0] > last)
+    moved[stay] = places[stay]
+    return moved
 
 
 def same_time(signals: tuple[KernelSum, ...]) -> float:

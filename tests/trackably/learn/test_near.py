@@ -1,0 +1,60 @@
+"""A search never ends worse than a neighbour that is offered to it, and J is monotone in the bounds."""
+
+import numpy as np
+import pytest
+
+from tests.trackably.plants import AXIS, SAMPLES
+from trackably import ConstrainedSystem, Matern52, Polytope, Samples, SquaredExponential, learn_reference
+from trackably.gp.kernels.base import Kernel
+from trackably.systems.library import tank
+
+WINDOW = (0.0, 3.0)
+pytestmark = pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning")
+
+
+def _slowed(speed: float) -> ConstrainedSystem:
+    return ConstrainedSystem(AXIS.system, Polytope.box([-1.1, -speed], [0.2, speed]), AXIS.input_set)
+
+
+def _learned(plant: ConstrainedSystem, kernel: Kernel | None = None, **options):
+    return learn_reference(
+        SAMPLES, plant, kernel or SquaredExponential(), WINDOW, noise_std=0.02, starts=2, progress=False, **options
+    )
+
+
+@pytest.mark.parametrize("kernel", [SquaredExponential(), Matern52()], ids=lambda kernel: type(kernel).__name__)
+def test_looser_bounds_cost_no_more_than_tighter_ones_that_are_offered(kernel: Kernel) -> None:
+    tight = _learned(_slowed(0.8), kernel)
+    loose = _learned(_slowed(0.9), kernel, near=tight)
+    assert loose.objective <= tight.objective + loose.duality_gap + 1e-6
+
+
+def test_a_neighbour_from_elsewhere_in_the_search_space_is_followed() -> None:
+    """The neighbour's hyperparameters were given; the search that starts there ends at least as well as the other."""
+    elsewhere = _learned(_slowed(0.8), SquaredExponential(signal_std=0.5, lengthscale=0.4))
+    alone, offered = _learned(_slowed(0.8)), _learned(_slowed(0.8), near=elsewhere)
+    assert offered.objective <= min(alone.objective, elsewhere.objective) + offered.duality_gap + 1e-6
+
+
+def test_a_formula_is_linearised_at_the_neighbour() -> None:
+    times = np.linspace(0, 16, 40)
+    filled = Samples(times, 1.2 + 0.25 * np.sin(times) + 0.02 * np.random.default_rng(0).normal(size=40))
+
+    def learned(highest: float, **options):
+        plant = ConstrainedSystem(tank(0.1, 1.0, 0.1), Polytope.box([0.5], [highest]), Polytope.box([0.0], [1.0]))
+        kernel, prior = SquaredExponential(), {"noise_std": 0.02, "mean": 1.0}
+        return learn_reference(filled, plant, kernel, (0.0, 16.0), starts=2, progress=False, **prior, **options)
+
+    tight = learned(1.35)
+    assert learned(1.4, near=tight).objective <= tight.objective + tight.duality_gap
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [({"near": 1.0}, "near"), ({"near": "tight", "method": "hyperparameters"}, "joint"), ({"near": "rough"}, "same")],
+)
+def test_what_is_no_neighbour_is_refused(options, says) -> None:
+    given = {"tight": {}, "rough": {"kernel": Matern52()}}
+    near = _learned(_slowed(0.8), **given[options["near"]]) if options["near"] in given else options["near"]
+    with pytest.raises((TypeError, ValueError), match=says):
+        _learned(_slowed(0.9), **options | {"near": near})
