@@ -103,6 +103,14 @@ class Inequalities:
         """Write a polytope lower ≤ rows y ≤ upper as inequalities."""
         return cls(*polytope.inequalities, np.tile(polytope.widths, 2))
 
+    def slack(self, points: Array) -> Array:
+        """Return what points (…, n) leave to the bounds, in parts of the widths: shape (…, 2r)."""
+        return np.asarray((self.bounds - points @ self.rows.T) / self.widths)
+
+    def in_widths(self, scales: Array) -> Array:
+        """Return the rows (2r, n) of a point divided by `scales` (n,), in parts of the widths."""
+        return np.asarray(self.rows * scales / self.widths[:, None])
+
 
 @dataclass(frozen=True, eq=False)
 class PlantInequalities:
@@ -130,9 +138,7 @@ class Slack:
     @classmethod
     def along(cls, inequalities: PlantInequalities, window: Window) -> "Slack":
         """Return (h − H x_r) / w and (g − G u_r) / w along the window of a reference."""
-        X, U = inequalities.states, inequalities.inputs
-        states, inputs = X.bounds - window.states[1:] @ X.rows.T, U.bounds - window.inputs @ U.rows.T
-        return cls(states / X.widths, inputs / U.widths)
+        return cls(inequalities.states.slack(window.states[1:]), inequalities.inputs.slack(window.inputs))
 
     def widened(self, by: float) -> "Slack":
         """Move every bound outwards, `by` a part of its width."""
@@ -201,7 +207,7 @@ class AdmissiblePoints:
         scale = unit_scales(self.bounded)
         program = scipy.optimize.linprog(  # in scales, because its tolerances are absolute
             np.append(np.zeros(m), -1.0),
-            A_ub=np.column_stack([given.rows * scale / given.widths[:, None], np.ones(len(given.rows))]),
+            A_ub=np.column_stack([given.in_widths(scale), np.ones(len(given.rows))]),
             b_ub=(given.bounds - given.rows @ near) / given.widths,
             bounds=[(None, None)] * (m + 1),
             method="highs",

@@ -14,9 +14,9 @@ from trackably.arrays import Array, ArrayLike
 from trackably.control.angles import turned_near
 from trackably.control.bounds import weight_in_widths
 from trackably.control.problem import TOLERANCE, Formulation, StepProblem
-from trackably.control.references import TrackedReference, check_window
+from trackably.control.references import TrackedReference
 from trackably.control.search import solve_by_linearisation
-from trackably.control.stepping import Infeasible, Plan, StepArguments, StepResult, Unsolved
+from trackably.control.stepping import Infeasible, Plan, StepResult, answer_step
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Window
 from trackably.systems.sets.polytope import Polytope
@@ -81,29 +81,13 @@ class Controller:
         - ValueError: the state is not n finite numbers, the reference is one of another system, or what
           `reference.window` raises outside of its steps.
         """
-        k, x, guess = StepArguments.checked(k, state, reference, initial_guess, self.plant, self.horizon)
-        safe = () if guess is None else (guess[0],)
-        try:
-            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what is not finite is found later
-                window = reference.window(k, self.horizon)
-                check_window(window, self.shape)
-                safe = (*safe, window.inputs[0])
-                return self._solved(k, x, window, guess)
-        except (ArithmeticError, np.linalg.LinAlgError) as error:
-            return Unsolved(k, str(error), self.formulation.admissible.first_finite(safe))
+        return answer_step(self, self._solved, self.formulation.admissible, (k, state, reference, initial_guess))
 
     def _solved(self, k: int, state: Array, window: Window, initial_guess: Array | None) -> Plan | Infeasible:
-        if not all(np.all(np.isfinite(values)) for values in window):
-            raise ArithmeticError("the reference is not defined")
         if self.formulation.is_linear:
             problem = StepProblem(self.formulation, k, state, window, self.formulation.local_model(window, window))
             return problem.optimum or problem.infeasible
         return solve_by_linearisation(self.formulation, k, state, turned_near(self.plant, window, state), initial_guess)
-
-    @property
-    def shape(self) -> tuple[int, int, int]:
-        """N, n, m: the horizon, and the numbers of states and inputs."""
-        return self.horizon, len(self.Q), len(self.R)
 
     @cached_property
     def formulation(self) -> Formulation:

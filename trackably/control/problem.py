@@ -8,13 +8,7 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.control.bounds import AdmissiblePoints, PlantInequalities, Scales, Slack
 from trackably.control.error_model import ErrorModel, LinearQuadratic, linearisation_defects, reference_defects
-from trackably.control.programs import (
-    ElasticProgram,
-    Program,
-    terminal_error_program,
-    tracking_program,
-    widening_program,
-)
+from trackably.control.programs import CompiledProgram, ElasticProgram, MeasuredStart, StepPrograms
 from trackably.control.stepping import ROUNDING, Infeasible, Plan, Status
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
@@ -67,16 +61,8 @@ class Formulation:
         return PlantInequalities.of(self.plant)
 
     @cached_property
-    def tracking(self) -> Program:
-        return tracking_program(self.plant, self.horizon, self.scales, self.Q, self.R)
-
-    @cached_property
-    def widening(self) -> Program:
-        return widening_program(self.plant, self.horizon, self.scales)
-
-    @cached_property
-    def terminal_error(self) -> Program:
-        return terminal_error_program(self.plant, self.horizon, self.scales)
+    def programs(self) -> StepPrograms:
+        return StepPrograms(self.plant, self.horizon, self.scales, self.scaled_weights, MeasuredStart(self.scales))
 
     @cached_property
     def elastic(self) -> ElasticProgram:
@@ -106,7 +92,7 @@ class Formulation:
         return self._without_bounds(self._model)
 
     def _without_bounds(self, model: ErrorModel) -> LinearQuadratic:
-        return LinearQuadratic(model.scaled(self.scales), *self.scales.weights(self.Q, self.R))
+        return LinearQuadratic(model.scaled(self.scales), *self.scaled_weights)
 
 
 TOLERANCE = 1e-7
@@ -173,7 +159,7 @@ class StepProblem:
 
         This program always has a solution. Raises ArithmeticError where the solver does not find it.
         """
-        v = self._solve(self.formulation.widening, self.slack)
+        v = self._solve(self.formulation.programs.widening, self.slack)
         plan = None if v is None else self.plan(v, Status.WIDENED)
         if plan is None or not self.ends_on_reference(plan):
             raise ArithmeticError("the numbers are beyond the solver")
@@ -182,10 +168,15 @@ class StepProblem:
     @cached_property
     def infeasible(self) -> Infeasible:
         """How much widening a plan needs, and how close one comes to the reference without it."""
-        f, widest = self.formulation, self.widest
+        fallback = self.closest or self._tracking(self.slack.widened(TOLERANCE - self.widest.slack)) or self.widest
+        return self.explain(self.widest, self.closest, fallback)
+
+    def explain(self, widest: Plan, closest: Plan | None, fallback: Plan) -> Infeasible:
+        """Return why there is no plan, where `widest` is the one that needs the least widening of the sets."""
+        f = self.formulation
         errors, v = widest.states[1:] - self.window.states[1:], widest.inputs - self.window.inputs
         quantity, steps_ahead = self.slack.remaining(f.inequalities, errors, v).tightest
-        constraint, closest = f.plant.given_constraints[quantity], self.closest
+        constraint = f.plant.given_constraints[quantity]
         return Infeasible(
             k=self.k,
             widening=-widest.slack,
@@ -193,7 +184,7 @@ class StepProblem:
             at_step=self.k + steps_ahead,
             excess=-widest.slack * constraint.bounds.width,
             terminal_error=None if closest is None else closest.states[-1] - self.window.states[-1],
-            fallback=(closest or self._tracking(self.slack.widened(TOLERANCE - widest.slack)) or widest).input,
+            fallback=fallback.input,
             is_local=not f.is_linear,
         )
 
@@ -205,7 +196,7 @@ class StepProblem:
         The end comes first: without the second minimum, any plan with that end would do, however far it leads from the
         reference on the way.
         """
-        v = self._solve(self.formulation.terminal_error, self.slack.widened(TOLERANCE))
+        v = self._solve(self.formulation.programs.terminal_error, self.slack.widened(TOLERANCE))
         if v is None:
             return None
         nearest = self.plan(v, Status.WIDENED)
@@ -251,14 +242,14 @@ class StepProblem:
         plan = self._tracking(slack, status=status)
         return plan if plan is not None and self.is_feasible(plan) else None
 
-    def _tracking(self, slack: Slack, end: Array | None = None, status: Status = Status.WIDENED) -> Plan | None:
+    def _tracking(self, slack: Slack, end: Array | float = 0.0, status: Status = Status.WIDENED) -> Plan | None:
         """Return the plan of least cost with e(N) = `end` (n,), by default zero; None where none is found."""
-        v = self._solve(self.formulation.tracking, slack, end)
+        v = self._solve(self.formulation.programs.tracking, slack, end)
         return None if v is None else self.plan(v, status)
 
-    def _solve(self, program: Program, slack: Slack, end: Array | None = None) -> Array | None:
-        """Return the v (N, m) that a program finds in scales."""
-        states = self.formulation.scales.states
-        model, end = self.model, np.zeros_like(states) if end is None else end
-        v = program.solve(model.scaled, self.initial_error / states, model.defects / states, slack, end / states)
-        return None if v is None else np.asarray(v * self.formulation.scales.inputs)
+    def _solve(self, program: CompiledProgram, slack: Slack, end: Array | float = 0.0) -> Array | None:
+        """Return the v (N, m) that a program finds."""
+        f, model = self.formulation, self.model
+        start_slack = f.inequalities.states.slack(self.window.states[0])
+        found = f.programs.solve(program, model.scaled, self.initial_error, model.defects, slack, start_slack, end)
+        return None if found is None else found[1]

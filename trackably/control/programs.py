@@ -1,8 +1,10 @@
 """The convex programs of a controller, translated for the solver once, and filled with numbers in each step."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import clarabel
 import cvxpy as cp
@@ -63,7 +65,7 @@ class CompiledProgram:
         return values
 
     @cached_property
-    def _form(self) -> "_Form":
+    def _form(self) -> _Form:
         return _Form.of(self.problem)
 
 
@@ -86,7 +88,7 @@ class _Form:
     variables: dict[int, tuple[int, tuple[int, ...]]]
 
     @classmethod
-    def of(cls, problem: cp.Problem) -> "_Form":
+    def of(cls, problem: cp.Problem) -> _Form:
         data, _, _ = problem.get_problem_data(cp.CLARABEL, solver_opts={})
         program, dims, q = data[cp.settings.PARAM_PROB], data["dims"], data["c"]
         height, size = dims.zero + dims.nonneg, len(q)
@@ -134,134 +136,142 @@ def _settings(tolerance: float) -> clarabel.DefaultSettings:
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_iter = _MAX_ITERATIONS
+    settings.max_threads = 1
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
     return settings
 
 
-@dataclass(frozen=True, eq=False)
-class StepVariables:
-    """Variables e (N + 1, n) and v (N, m), and parameters for everything that changes from step to step.
+class Start(Protocol):
+    """What a program says of e(0) = (x(0) − x_r) / scales."""
 
-    All are in the scales of the plant, and slack in parts of the widths, so that a solver meets numbers near one in
-    whatever units the plant is given. The matrices A_i and B_i of all steps are stacked: (N n, n) and (N n, m).
-    """
+    def constraints(self, start: cp.Expression, widening: cp.Expression | float) -> list[cp.Constraint]:
+        """Return the constraints on the scaled e(0) (n,), bounds moved out by `widening` of their widths."""
+        ...
+
+    def assign(self, off: Array, slack: Array) -> None:
+        """Give the parameters their values, for x − x_r = `off` (n,) and the slack of x_r itself (2r,)."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredStart:
+    """e(0) is what is measured. It is not bounded, because no input changes it any more."""
+
+    scales: Scales
+
+    @cached_property
+    def parameter(self) -> cp.Parameter:
+        return cp.Parameter(len(self.scales.states))
+
+    def constraints(self, start: cp.Expression, _: cp.Expression | float) -> list[cp.Constraint]:
+        return [start == self.parameter]
+
+    def assign(self, off: Array, _: Array) -> None:
+        self.parameter.value = off / self.scales.states
+
+
+class _Symbols(NamedTuple):
+    """Variables, and parameters in the order of their definition."""
 
     e: cp.Variable
     v: cp.Variable
-    initial_error: cp.Parameter
-    terminal_error: cp.Parameter
     A: cp.Parameter
     B: cp.Parameter
     defects: cp.Parameter
+    end: cp.Parameter
     state_slack: cp.Parameter
     input_slack: cp.Parameter
 
-    @classmethod
-    def of(cls, plant: ConstrainedSystem, horizon: int) -> "StepVariables":
-        n, m = len(plant.system.states), len(plant.system.inputs)
-        return cls(
-            e=cp.Variable((horizon + 1, n)),
-            v=cp.Variable((horizon, m)),
-            initial_error=cp.Parameter(n),
-            terminal_error=cp.Parameter(n),
-            A=cp.Parameter((horizon * n, n)),
-            B=cp.Parameter((horizon * n, m)),
-            defects=cp.Parameter((horizon, n)),
-            state_slack=cp.Parameter((horizon, 2 * len(plant.state_set.rows))),
-            input_slack=cp.Parameter((horizon, 2 * len(plant.input_set.rows))),
-        )
-
-    def assign(
-        self, model: ErrorModel, initial_error: Array, defects: Array, slack: Slack, terminal_error: Array
-    ) -> None:
-        """Give the parameters their values, all scaled."""
-        n, m = model.B.shape[1:]
-        self.A.value, self.B.value = model.A.reshape(-1, n), model.B.reshape(-1, m)
-        self.initial_error.value, self.defects.value = initial_error, defects
-        self.state_slack.value, self.input_slack.value = slack.states, slack.inputs
-        self.terminal_error.value = terminal_error
-
-    def dynamics(self) -> list[cp.Constraint]:
-        """Return the constraints e(0) = `initial_error` and e(i+1) = A_i e(i) + B_i v(i) + d_i."""
-        n = self.initial_error.size
-        steps = [slice(i * n, (i + 1) * n) for i in range(self.v.shape[0])]
-        return [
-            self.e[0] == self.initial_error,
-            *(
-                self.e[i + 1] == self.A[at] @ self.e[i] + self.B[at] @ self.v[i] + self.defects[i]
-                for i, at in enumerate(steps)
-            ),
-        ]
-
-    def ends(self) -> cp.Constraint:
-        """Return the constraint e(N) = `terminal_error`."""
-        return self.e[self.v.shape[0]] == self.terminal_error
-
-    def bounds(
-        self, plant: ConstrainedSystem, scales: Scales, widening: cp.Expression | float = 0.0
-    ) -> list[cp.Constraint]:
-        """Return the constraints that keep e and v within their slack, with each bound moved out by `widening` of its
-        width."""
-        constraints = []
-        for values, polytope, scale, slack in (
-            (self.e[1:], plant.state_set, scales.states, self.state_slack),
-            (self.v, plant.input_set, scales.inputs, self.input_slack),
-        ):
-            if len(polytope.rows):
-                given = Inequalities.of(polytope)
-                rows = given.rows * scale / given.widths[:, None]
-                constraints.append(values @ rows.T <= slack + widening * np.ones(slack.shape))
-        return constraints
-
 
 @dataclass(frozen=True, eq=False)
-class Program:
-    """A convex program in the variables of a step."""
+class StepPrograms:
+    """The programs in e(0), …, e(N) and v(0), …, v(N − 1), with parameters for all that changes from step to step.
 
-    variables: StepVariables
-    compiled: CompiledProgram
+    All are in the scales of the plant, and slack in parts of the widths, so that a solver meets numbers near one in
+    whatever units the plant is given. `weights` Q and R are scaled, too. The matrices A_i and B_i of all steps are
+    stacked: (N n, n) and (N n, m).
+    """
+
+    plant: ConstrainedSystem
+    horizon: int
+    scales: Scales
+    weights: tuple[Array, Array]
+    start: Start
+
+    @cached_property
+    def tracking(self) -> CompiledProgram:
+        """min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R with e(N) as given (0: on the reference), e and v within their slack."""
+        (Q, R), s = self.weights, self._symbols
+        return self._compiled(_squared(s.e[:-1], Q) + _squared(s.v, R))
+
+    @cached_property
+    def widening(self) -> CompiledProgram:
+        """The least part of their widths by which all sets must grow, or the most they may shrink, for an e(N)."""
+        by = cp.Variable()
+        return self._compiled(by, by)
+
+    @cached_property
+    def terminal_error(self) -> CompiledProgram:
+        """min ‖e(N)‖ (Euclidean, in scales) with e, v within their slack: e(N) is unique then, the plan is not."""
+        return self._compiled(cp.sum_squares(self._symbols.e[self.horizon]), ends=False)
 
     def solve(
-        self, model: ErrorModel, initial_error: Array, defects: Array, slack: Slack, terminal_error: Array
-    ) -> Array | None:
-        """Return the optimal input errors v (N, m); None where the solver finds no solution, for whatever reason.
+        self,
+        program: CompiledProgram,
+        model: ErrorModel,
+        off: Array,
+        defects: Array,
+        slack: Slack,
+        start_slack: Array,
+        end: Array | float = 0.0,
+    ) -> tuple[Array, Array] | None:
+        """Return the optimal e(0) (n,) and v (N, m) of one of the programs; None where the solver finds no solution.
 
-        All numbers are scaled. Raises ArithmeticError where one is not finite.
+        `model` is scaled; `off` = x − x_r (n,), `defects` (N, n), `end` = e(N) and what is returned are in their units.
+        `start_slack` (2r,) is that of x_r. Raises ArithmeticError where a number is not finite.
         """
-        self.variables.assign(model, initial_error, defects, slack, terminal_error)
-        found = self.compiled.solve()
-        return None if found is None else np.asarray(found[self.variables.v.id])
+        states, inputs, s = self.scales.states, self.scales.inputs, self._symbols
+        self.start.assign(off, start_slack)
+        s.A.value, s.B.value = np.concatenate([*model.A]), np.concatenate([*model.B])
+        s.defects.value, s.end.value = defects / states, np.broadcast_to(end, off.shape) / states
+        s.state_slack.value, s.input_slack.value = slack.states, slack.inputs
+        found = program.solve()
+        return None if found is None else (found[s.e.id][0] * states, found[s.v.id] * inputs)
+
+    def _compiled(
+        self, cost: cp.Expression, widening: cp.Expression | float = 0.0, ends: bool = True
+    ) -> CompiledProgram:
+        """Return a program with the dynamics, and with each bound moved out by `widening` of its width."""
+        s, n = self._symbols, len(self.plant.system.states)
+        constraints = self.start.constraints(s.e[0], widening)
+        for i in range(self.horizon):
+            at = slice(i * n, (i + 1) * n)
+            constraints.append(s.e[i + 1] == s.A[at] @ s.e[i] + s.B[at] @ s.v[i] + s.defects[i])
+        for values, polytope, scale, slack in (
+            (s.e[1:], self.plant.state_set, self.scales.states, s.state_slack),
+            (s.v, self.plant.input_set, self.scales.inputs, s.input_slack),
+        ):
+            if len(polytope.rows):
+                rows = Inequalities.of(polytope).in_widths(scale)
+                constraints.append(values @ rows.T <= slack + widening * np.ones(slack.shape))
+        if ends:
+            constraints.append(s.e[self.horizon] == s.end)
+        return CompiledProgram(cp.Problem(cp.Minimize(cost), constraints))
+
+    @cached_property
+    def _symbols(self) -> _Symbols:
+        N, n, m = self.horizon, len(self.plant.system.states), len(self.plant.system.inputs)
+        return _Symbols(
+            cp.Variable((N + 1, n)),
+            cp.Variable((N, m)),
+            *(cp.Parameter(shape) for shape in ((N * n, n), (N * n, m), (N, n), (n,))),
+            *(cp.Parameter((N, 2 * len(of.rows))) for of in (self.plant.state_set, self.plant.input_set)),
+        )
 
 
-def tracking_program(plant: ConstrainedSystem, horizon: int, scales: Scales, Q: Array, R: Array) -> Program:
-    """Return min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R with e(N) as given (0: on the reference), e and v within their slack."""
-    s = StepVariables.of(plant, horizon)
-    scaled_Q, scaled_R = scales.weights(Q, R)
-    cost = squared(s.e[:-1], scaled_Q) + squared(s.v, scaled_R)
-    return _compiled(s, cost, [*s.dynamics(), *s.bounds(plant, scales), s.ends()])
-
-
-def widening_program(plant: ConstrainedSystem, horizon: int, scales: Scales) -> Program:
-    """Return the least part of their widths by which all sets must grow, or the most they may shrink, for an e(N)."""
-    s = StepVariables.of(plant, horizon)
-    widening = cp.Variable()
-    return _compiled(s, widening, [*s.dynamics(), *s.bounds(plant, scales, widening), s.ends()])
-
-
-def terminal_error_program(plant: ConstrainedSystem, horizon: int, scales: Scales) -> Program:
-    """Return min ‖e(N)‖ (Euclidean, in scales) with e, v within their slack: e(N) is unique then, the plan is not."""
-    s = StepVariables.of(plant, horizon)
-    missed = cp.sum_squares(s.e[horizon])
-    return _compiled(s, missed, [*s.dynamics(), *s.bounds(plant, scales)])
-
-
-def squared(rows: cp.Expression, weight: Array) -> cp.Expression:
+def _squared(rows: cp.Expression, weight: Array) -> cp.Expression:
     """Return Σ_i ‖row_i‖² in the norm of `weight`."""
     return cp.quad_form(cp.vec(rows, order="C"), np.kron(np.eye(rows.shape[0]), weight), assume_PSD=True)
-
-
-def _compiled(variables: StepVariables, cost: cp.Expression, constraints: list[cp.Constraint]) -> Program:
-    return Program(variables, CompiledProgram(cp.Problem(cp.Minimize(cost), constraints)))
 
 
 _ELASTIC_TOLERANCE = 1e-10
@@ -292,12 +302,12 @@ class Linearised(NamedTuple):
         return sparse.csc_array(sparse.hstack([inner, sparse.block_diag(list(self.B))]))
 
     @property
-    def least_change(self) -> "Change":
+    def least_change(self) -> Change:
         """The least change, in the Euclidean norm, after which no dynamics are missed, to first order; bounds are not
         kept."""
         return self.change(-np.linalg.lstsq(self.dynamics.toarray(), self.defects.ravel())[0])
 
-    def change(self, x: Array) -> "Change":
+    def change(self, x: Array) -> Change:
         """Return changes of states and inputs, given as one vector x."""
         N, n, m = self.B.shape
         states, inputs = np.split(x, [(N - 1) * n])
@@ -359,7 +369,9 @@ class ElasticProgram:
         half = sparse.block_diag([weight * self._weights + _PROXIMAL * each, sparse.csc_array((equations, equations))])
         linear = np.concatenate([2 * weight * (self._weights @ _joined(at.e[1:-1], at.v)), np.ones(equations)])
         cone = [clarabel.NonnegativeConeT(len(limits))]
-        found = clarabel.DefaultSolver(2 * half.tocsc(), linear, rows, limits, cone, _elastic_settings()).solve()
+        found = clarabel.DefaultSolver(
+            2 * half.tocsc(), linear, rows, limits, cone, _settings(_ELASTIC_TOLERANCE)
+        ).solve()
         x = np.asarray(found.x)[:count]
         if str(found.status) not in _SOLVED or not np.all(np.isfinite(x)):
             return None
@@ -372,8 +384,8 @@ class ElasticProgram:
         return sparse.csc_array(
             sparse.block_diag(
                 [
-                    sparse.kron(sparse.eye_array(self.horizon - 1), _scaled(X, self.scales.states)),
-                    sparse.kron(sparse.eye_array(self.horizon), _scaled(U, self.scales.inputs)),
+                    sparse.kron(sparse.eye_array(self.horizon - 1), X.in_widths(self.scales.states)),
+                    sparse.kron(sparse.eye_array(self.horizon), U.in_widths(self.scales.inputs)),
                 ]
             )
         )
@@ -385,18 +397,5 @@ class ElasticProgram:
         return sparse.csc_array(sparse.block_diag([sparse.kron(inner, self.Q), sparse.kron(inputs, self.R)]))
 
 
-def _scaled(inequalities: Inequalities, scales: Array) -> sparse.csc_array:
-    return sparse.csc_array(inequalities.rows * scales / inequalities.widths[:, None])
-
-
 def _joined(states: Array, inputs: Array) -> Array:
     return np.concatenate([states.ravel(), inputs.ravel()])
-
-
-def _elastic_settings() -> clarabel.DefaultSettings:
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = _ELASTIC_TOLERANCE
-    settings.max_iter = 50
-    settings.max_threads = 1
-    return settings

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from trackably.arguments import numbers, whole
 from trackably.arrays import Array, ArrayLike
-from trackably.control.references import TrackedReference, check_reference
+from trackably.control.bounds import AdmissiblePoints
+from trackably.control.references import TrackedReference, check_reference, check_window
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.reference import Window
 
 ROUNDING = 1e-12
 """A plan that violates a bound by no more than this part of a width counts as on it, as at rest on a bound."""
@@ -173,38 +176,39 @@ class SteppedController(Protocol):
         ...
 
 
-class StepArguments(NamedTuple):
-    """The step `k`, the `state` (n,), and the inputs `guess` (N, m) that a search begins with, if there is one."""
+def answer_step(
+    controller: SteppedController,
+    solve: Callable[[int, Array, Window, Array | None], StepResult],
+    admissible: AdmissiblePoints,
+    given: tuple[int, ArrayLike, TrackedReference, ArrayLike | None],
+) -> StepResult:
+    """Return what `solve` says of a step, `given` by k, state, reference and initial guess, once these are checked.
 
-    k: int
-    state: Array
-    guess: Array | None
-
-    @classmethod
-    def checked(
-        cls,
-        k: int,
-        state: ArrayLike,
-        reference: TrackedReference,
-        guess: ArrayLike | None,
-        plant: ConstrainedSystem,
-        horizon: int,
-    ) -> StepArguments:
-        """Return the arguments of a step of a controller of a `plant`.
-
-        Raises ValueError where the state is not n finite numbers, the guess has another shape, or the reference is of
-        another system; TypeError where an argument is of another type.
-        """
-        n, m = len(plant.system.states), len(plant.system.inputs)
-        k, state = whole("controller: k", k), numbers("controller: state", state)
-        check_reference("controller", reference, plant)
-        if state.shape != (n,) or not np.all(np.isfinite(state)):
-            raise ValueError(f"controller: a state is {n} finite numbers, got {state.tolist()} at step {k}")
-        if guess is not None:
-            guess = numbers("controller: initial_guess", guess)
-            if guess.shape != (horizon, m):
-                raise ValueError(f"controller: initial_guess must have shape {(horizon, m)}, got {guess.shape}")
-        return cls(k, state, guess)
+    Arguments of `solve` are k, the state (n,), the window of the reference ahead, and the guess (N, m). Where it raises
+    ArithmeticError or LinAlgError, the step is `Unsolved`. ValueError: the state is not n finite numbers, the guess has
+    another shape, or the reference is of another system; TypeError: an argument is of another type.
+    """
+    plant, N = controller.plant, controller.horizon
+    n, m = len(plant.system.states), len(plant.system.inputs)
+    k, x, reference, guess = whole("controller: k", given[0]), numbers("controller: state", given[1]), given[2], None
+    check_reference("controller", reference, plant)
+    if x.shape != (n,) or not np.all(np.isfinite(x)):
+        raise ValueError(f"controller: a state is {n} finite numbers, got {x.tolist()} at step {k}")
+    if given[3] is not None:
+        guess = numbers("controller: initial_guess", given[3])
+        if guess.shape != (N, m):
+            raise ValueError(f"controller: initial_guess must have shape {(N, m)}, got {guess.shape}")
+    safe = () if guess is None else (guess[0],)
+    try:
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what is not finite is found later
+            window = reference.window(k, N)
+            check_window(window, (N, n, m))
+            safe = (*safe, window.inputs[0])
+            if not all(np.all(np.isfinite(values)) for values in window):
+                raise ArithmeticError("the reference is not defined")
+            return solve(k, x, window, guess)
+    except (ArithmeticError, np.linalg.LinAlgError) as error:
+        return Unsolved(k, str(error), admissible.first_finite(safe))
 
 
 class Disturbances(Protocol):

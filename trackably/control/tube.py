@@ -13,14 +13,14 @@ import scipy
 
 from trackably.arguments import instance
 from trackably.arrays import Array, ArrayLike
-from trackably.control.bounds import AdmissiblePoints, Inequalities, Scales, Slack
+from trackably.control.bounds import AdmissiblePoints, Inequalities, Scales
 from trackably.control.controller import Controller
-from trackably.control.error_model import ErrorModel, LinearQuadratic
-from trackably.control.error_set import ErrorSet, Nearest, nearest_in
+from trackably.control.error_model import LinearQuadratic
+from trackably.control.error_set import ErrorSet, Nearest
 from trackably.control.problem import TOLERANCE, Formulation, StepProblem
-from trackably.control.programs import CompiledProgram, StepVariables, squared
-from trackably.control.references import TrackedReference, check_window
-from trackably.control.stepping import ROUNDING, Infeasible, Plan, Status, StepArguments, StepResult, Unsolved
+from trackably.control.programs import CompiledProgram, StepPrograms
+from trackably.control.references import TrackedReference
+from trackably.control.stepping import ROUNDING, Infeasible, Plan, Status, StepResult, answer_step
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbance.invariant import InvariantSet
 from trackably.systems.disturbance.tightening import Tightening
@@ -34,15 +34,29 @@ _SMALLEST = 1e-6
 class StartCost:
     """V(e(0)) = ‖root (e(0) − e*)‖² + const: the optimal cost without bounds, as a function of the start, all scaled.
 
-    The cheapest start e* is linear in the defects; it is the reference itself where there are none.
+    `root` (n, n) is upper triangular. The cheapest start e* = `of_defects` d is linear in the defects d (N n,); it is
+    the reference itself where there are none.
     """
 
-    optimum: LinearQuadratic
+    root: Array
+    of_defects: Array
 
-    @property
-    def root(self) -> Array:
-        """An upper triangular matrix (n, n)."""
-        return self._factors[1]
+    @classmethod
+    def of(cls, optimum: LinearQuadratic) -> StartCost:
+        """Return the cost of the starts of plans that are optimal without bounds."""
+        model, (N, n, _) = optimum.model, optimum.model.A.shape
+        Q, R = (np.kron(np.eye(N), _square_root(weight)) for weight in (optimum.Q, optimum.R))
+
+        def weighted(starts: Array, unforced: Array) -> Array:
+            """Return weighted errors e(0), …, e(N − 1) and inputs, for starts and the errors without inputs."""
+            v = optimum.gain @ unforced
+            return np.vstack([Q @ np.vstack([starts, unforced + model.forced @ v])[:-n], R @ v])
+
+        orthogonal, root = np.linalg.qr(weighted(np.eye(n), model.free))
+        of_defects = weighted(np.zeros((n, N * n)), model.drift)
+        if not abs(np.diag(root)).min() > 0:
+            return cls(root, np.zeros((n, N * n)))
+        return cls(root, np.asarray(-scipy.linalg.solve_triangular(root, orthogonal.T @ of_defects)))
 
     @cached_property
     def is_strict(self) -> bool:
@@ -50,297 +64,47 @@ class StartCost:
         sizes = np.linalg.svd(self.root, compute_uv=False)
         return bool(np.all(np.isfinite(sizes)) and sizes[-1] > _SMALLEST * sizes[0])
 
-    def cheapest(self, defects: Array) -> Array:
-        """Return e* (n,) for defects (N, n)."""
-        return np.asarray(self._of_defects @ defects.ravel())
 
-    @cached_property
-    def _of_defects(self) -> Array:
-        orthogonal, root = self._factors
-        return np.asarray(-scipy.linalg.solve_triangular(root, orthogonal.T @ self._weighted(self.optimum.model.drift)))
-
-    @cached_property
-    def _factors(self) -> tuple[Array, Array]:
-        n = len(self.optimum.Q)
-        stacked = np.vstack([square_root(self.optimum.Q), self._weighted(self.optimum.model.free)])
-        orthogonal, root = np.linalg.qr(stacked)
-        return np.asarray(orthogonal[n:]), np.asarray(root)
-
-    def _weighted(self, unforced: Array) -> Array:
-        """Return weighted errors e(1), …, e(N − 1) and inputs for columns of unforced errors (N n, …)."""
-        n, gain = len(self.optimum.Q), self.optimum.gain
-        v = gain @ unforced
-        e = (unforced + self.optimum.model.forced @ v)[:-n]
-        Q, R = square_root(self.optimum.Q), square_root(self.optimum.R)
-        by_step = [
-            np.einsum("ab,ibc->iac", root, of.reshape(-1, len(root), of.shape[1])) for root, of in ((Q, e), (R, v))
-        ]
-        return np.vstack([of.reshape(-1, unforced.shape[1]) for of in by_step])
-
-
-def square_root(weight: Array) -> Array:
+def _square_root(weight: Array) -> Array:
     """Return S (n, n) with Sᵀ S = `weight`, which is positive semidefinite."""
     values, vectors = np.linalg.eigh(weight)
     return np.asarray(np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T)
 
 
-_ACCURACY = 1e-9
-"""Bounds may be broken by this part of their widths, and Z be left by this part of its own."""
-
-_MOST_CUTS = 40
-_WORST_CONDITION = 1e8
-_FLAT = 1e-3
-"""Of the scales: Z counts as wider by this much, so that `_ACCURACY` means something where it is flat."""
-
-
 @dataclass(frozen=True, eq=False)
-class BoundedOptimum:
-    """min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R with x − z(0) ∈ Z, e(N) = 0, and e, v within their slack.
-
-    Plans p = (e(0), v(0), …, v(N − 1), d) with defects d (N n,) that end on the reference are p = `_basis` q + `_drift`
-    d, in such coordinates q that the cost is ‖q − q_d‖² + const, with q_d linear in d. So the optimum is the point of a
-    polyhedron that is nearest to q_d. Its rows are the bounds that some q on the way breaks, and half-spaces that hold
-    Z.
-    """
-
-    formulation: Formulation
-    nearest: Nearest
-
-    def solve(self, off: Array, defects: Array, start_slack: Array, slack: Slack) -> tuple[Array, Array] | None:
-        """Return the optimal e(0) (n,) and v (N, m), scaled; None where there are none. LinAlgError: not found.
-
-        `off` (n,) is x − x_r in its unit, all else is scaled. It is the optimum of a relaxation that keeps every bound
-        up to `_ACCURACY`, with multipliers that are not negative (`nearest_in`).
-        """
-        if not self._is_solvable:
-            raise np.linalg.LinAlgError("the cost does not tell plans apart")
-        (N, m), n, scales = (self.formulation.horizon, len(self.formulation.R)), len(off), self.formulation.scales
-        drift = self._drift @ defects.ravel()
-        rows, limits = self._rows, np.concatenate([start_slack, slack.states[:-1].ravel(), slack.inputs.ravel()])
-        limits, q_d = limits - self._bounds @ drift, -self._basis_of_cost.T @ (self._cost @ drift)
-        q, active, cuts, cut_limits = q_d, np.zeros(len(limits), bool), np.zeros((0, len(q_d))), np.zeros(0)
-        for _ in range(_MOST_CUTS):
-            plan = drift + self._basis @ q
-            broken, cut = rows @ q > limits + _ACCURACY, self._cut(off - plan[:n] * scales.states)
-            if cut is None and not np.any(broken):
-                return plan[:n], plan[n : n + N * m].reshape(N, m)
-            active |= broken
-            if cut is not None:  # row · (off − e(0)) ≤ limit
-                row, limit = cut[0] * scales.states, cut[1] - cut[0] @ off
-                cuts = np.vstack([cuts, -row @ self._basis[:n]])
-                cut_limits = np.append(cut_limits, limit + row @ drift[:n])
-            found = nearest_in(np.vstack([rows[active], cuts]), np.append(limits[active], cut_limits), q_d)
-            if found is None:
-                return None
-            q = found
-        raise np.linalg.LinAlgError("too many half-spaces are needed")
-
-    def _cut(self, error: Array) -> tuple[Array, float] | None:
-        """Return a row (n,) and its support h_Z, 1 wide, that an error breaks by more than `_ACCURACY`; None in Z."""
-        errors = self.nearest.errors
-        if errors.halfspaces is not None:
-            rows, limits = errors.halfspaces
-            beyond = (rows @ error - limits) / self._widths
-            at = int(np.argmax(beyond))
-            row, limit, width = rows[at], limits[at], self._widths[at]
-        else:
-            inside = self.nearest(error)
-            if inside is None:
-                raise np.linalg.LinAlgError("the nearest error in Z is not found")
-            row = self.nearest.normal(error, inside)
-            limit, low = errors.support(np.vstack([row, -row]))
-            width = limit + low + self._least(row)
-        return (row / width, float(limit / width)) if row @ error - limit > _ACCURACY * width else None
-
-    @cached_property
-    def _widths(self) -> Array:
-        """How wide Z is in the direction of each of its half-spaces; nearly zero where it is flat."""
-        errors = self.nearest.errors
-        rows, limits = errors.halfspaces or (np.zeros((0, errors.dimension)), np.zeros(0))
-        return np.asarray(limits + errors.support(-rows) + self._least(rows))
-
-    def _least(self, rows: Array) -> Array:
-        return np.asarray(_FLAT * np.linalg.norm(rows * self.formulation.scales.states, axis=-1))
-
-    @cached_property
-    def _is_solvable(self) -> bool:
-        """Whether the cost tells all plans apart in float64, so that there is one optimum."""
-        return bool(self._triangular.size and np.linalg.cond(self._triangular) < _WORST_CONDITION)
-
-    @cached_property
-    def _basis(self) -> Array:
-        """Plans p without defects that end on the reference."""
-        return np.asarray(scipy.linalg.solve_triangular(self._triangular, self._ending.T, trans="T").T)
-
-    @cached_property
-    def _triangular(self) -> Array:
-        return np.asarray(np.linalg.qr(self._cost @ self._ending, mode="r"))
-
-    @cached_property
-    def _ending(self) -> Array:
-        """The same plans as orthonormal columns."""
-        found = scipy.linalg.null_space(self._end)
-        return np.vstack([found, np.zeros((self._cost.shape[1] - len(found), found.shape[1]))])
-
-    @cached_property
-    def _basis_of_cost(self) -> Array:
-        """The orthonormal columns that the cost makes of the basis."""
-        return np.asarray(self._cost @ self._basis)
-
-    @cached_property
-    def _rows(self) -> Array:
-        return np.asarray(self._bounds @ self._basis)
-
-    @cached_property
-    def _drift(self) -> Array:
-        """For each defect the smallest plan p that ends on the reference nevertheless."""
-        free = self._model.drift
-        return np.vstack([-np.linalg.pinv(self._end) @ free[-len(self.formulation.Q) :], np.eye(len(free))])
-
-    @cached_property
-    def _end(self) -> Array:
-        """e(N) of e(0) and v, without defects."""
-        n = len(self.formulation.Q)
-        return np.hstack([self._model.free[-n:], self._model.forced[-n:]])
-
-    @cached_property
-    def _cost(self) -> Array:
-        """The cost of p is ‖`_cost` p‖²."""
-        Q, R = self.formulation.scaled_weights
-        return self._each_step(square_root(Q), square_root(R))
-
-    @cached_property
-    def _bounds(self) -> Array:
-        """`_bounds` p ≤ slack: the bounds of z(0), …, z(N − 1), then those of v, in parts of the widths."""
-        X, U, scales = (
-            self.formulation.inequalities.states,
-            self.formulation.inequalities.inputs,
-            self.formulation.scales,
-        )
-        return self._each_step(X.rows * scales.states / X.widths[:, None], U.rows * scales.inputs / U.widths[:, None])
-
-    def _each_step(self, of_state: Array, of_input: Array) -> Array:
-        """Return the matrix that makes of p the rows of e(0), …, e(N − 1), then those of v(0), …, v(N − 1)."""
-        m, (N, n, _) = self._model, self._model.A.shape
-        size = n + m.forced.shape[1] + N * n
-        errors = np.vstack([np.eye(n, size), np.hstack([m.free, m.forced, m.drift])[:-n]])
-        inputs = np.eye(m.forced.shape[1], size, n)
-        return np.vstack([np.kron(np.eye(N), of_state) @ errors, np.kron(np.eye(N), of_input) @ inputs])
-
-    @property
-    def _model(self) -> ErrorModel:
-        return self.formulation.linear_optimum.model
-
-
-@dataclass(frozen=True, eq=False)
-class Membership:
-    """The constraint x − z(0) ∈ Z on e(0) = (z(0) − x_r) / scales, affine in a parameter made of x − x_r."""
+class FreeStart:
+    """A `Start` with x − z(0) ∈ Z and z(0) in the state set: e(0) = (z(0) − x_r) / scales is a variable."""
 
     errors: ErrorSet
-    scales: Array
-    parameter: cp.Parameter
+    bounds: Inequalities
+    scales: Scales
 
-    @classmethod
-    def of(cls, errors: ErrorSet, scales: Array) -> Membership:
-        sides = _sides(errors)
-        return cls(errors, scales, cp.Parameter(errors.dimension if sides is None else len(sides[0])))
+    @cached_property
+    def off(self) -> cp.Parameter:
+        return cp.Parameter(self.errors.dimension)
 
-    def constraints(self, start: cp.Expression) -> list[cp.Constraint]:
-        """Return the constraints on the scaled e(0) (n,)."""
-        if (sides := _sides(self.errors)) is not None:
-            rows = sides[0] * self.scales
-            return [-(rows / np.linalg.norm(rows, axis=1, keepdims=True)) @ start <= self.parameter]
-        G = self.errors.generators.T / self.scales[:, None]
-        weights = cp.Variable(G.shape[1])
-        total, constraints = start + G @ weights, [weights <= 1, weights >= -1]
+    @cached_property
+    def slack(self) -> cp.Parameter:
+        return cp.Parameter(len(self.bounds.rows))
+
+    def constraints(self, start: cp.Expression, widening: cp.Expression | float) -> list[cp.Constraint]:
+        total, constraints = start, []
+        if len(G := self.errors.generators / self.scales.states):
+            weights = cp.Variable(len(G))
+            total, constraints = total + G.T @ weights, [weights <= 1, weights >= -1]
         N, v, n = self.errors.hulls.shape
         if N:  # a point of each hull
             parts = cp.Variable((N, v), nonneg=True)
-            vertices = self.errors.hulls.reshape(N * v, n).T / self.scales[:, None]
-            total = total + vertices @ cp.vec(parts, order="C")
+            vertices = self.errors.hulls.reshape(N * v, n) / self.scales.states
+            total = total + vertices.T @ cp.vec(parts, order="C")
             constraints.append(cp.sum(parts, axis=1) == 1)
-        return [total == self.parameter, *constraints]
+        if len(self.bounds.rows):
+            rows = self.bounds.in_widths(self.scales.states)
+            constraints.append(rows @ start <= self.slack + widening * np.ones(self.slack.shape))
+        return [total == self.off, *constraints]
 
-    def assign(self, off: Array) -> None:
-        """Give the parameter its value for x − x_r = `off` (n,)."""
-        if (sides := _sides(self.errors)) is not None:
-            rows, limits = sides
-            self.parameter.value = (limits - rows @ off) / np.linalg.norm(rows * self.scales, axis=1)
-        else:
-            self.parameter.value = (off - self.errors.centre) / self.scales
-
-
-@dataclass(frozen=True, eq=False)
-class TubeProgram:
-    """A program in e(0), …, e(N) and v(0), …, v(N − 1), all scaled. It ends on the reference."""
-
-    variables: StepVariables
-    membership: Membership
-    start_slack: cp.Parameter
-    compiled: CompiledProgram
-
-    @classmethod
-    def tracking(
-        cls, plant: ConstrainedSystem, horizon: int, scales: Scales, Q: Array, R: Array, errors: ErrorSet
-    ) -> TubeProgram:
-        """Return min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R with x − z(0) ∈ Z, z in X for all i < N, and v in U."""
-        s = StepVariables.of(plant, horizon)
-        scaled_Q, scaled_R = scales.weights(Q, R)
-        return cls._of(s, plant, scales, errors, squared(s.e[:-1], scaled_Q) + squared(s.v, scaled_R), 0.0)
-
-    @classmethod
-    def terminal_error(cls, plant: ConstrainedSystem, horizon: int, scales: Scales, errors: ErrorSet) -> TubeProgram:
-        """Return min ‖e(N)‖ (Euclidean, in scales) with x − z(0) ∈ Z and all bounds kept."""
-        s = StepVariables.of(plant, horizon)
-        return cls._of(s, plant, scales, errors, cp.sum_squares(s.e[horizon]), 0.0, ends=False)
-
-    @classmethod
-    def widening(cls, plant: ConstrainedSystem, horizon: int, scales: Scales, errors: ErrorSet) -> TubeProgram:
-        """Return the least part of their widths by which all sets must grow, or the most they may shrink."""
-        by = cp.Variable()
-        return cls._of(StepVariables.of(plant, horizon), plant, scales, errors, by, by)
-
-    @classmethod
-    def _of(
-        cls,
-        s: StepVariables,
-        plant: ConstrainedSystem,
-        scales: Scales,
-        errors: ErrorSet,
-        cost: cp.Expression,
-        widening: cp.Expression | float,
-        ends: bool = True,
-    ) -> TubeProgram:
-        membership = Membership.of(errors, scales.states)
-        start_slack = cp.Parameter(2 * len(plant.state_set.rows))
-        constraints = [*s.dynamics()[1:], *([s.ends()] if ends else []), *membership.constraints(s.e[0])]
-        constraints += s.bounds(plant, scales, widening)
-        if len(plant.state_set.rows):
-            given = Inequalities.of(plant.state_set)
-            rows = given.rows * scales.states / given.widths[:, None]
-            constraints.append(rows @ s.e[0] <= start_slack + widening * np.ones(start_slack.shape))
-        problem = cp.Problem(cp.Minimize(cost), constraints)
-        return cls(s, membership, start_slack, CompiledProgram(problem))
-
-    def solve(
-        self, model: ErrorModel, off: Array, defects: Array, start_slack: Array, slack: Slack, end: Array
-    ) -> tuple[Array, Array] | None:
-        """Return the optimal scaled e(0) (n,) and v (N, m) with e(N) = `end`; None where the solver finds none.
-
-        `off` (n,) is x − x_r in its unit, all else is scaled. Raises ArithmeticError where a number is not finite.
-        """
-        self.variables.assign(model, np.zeros_like(off), defects, slack, end)
-        self.start_slack.value = start_slack
-        self.membership.assign(off)
-        found = self.compiled.solve()
-        if found is None:
-            return None
-        return np.asarray(found[self.variables.e.id])[0], np.asarray(found[self.variables.v.id])
-
-
-def _sides(errors: ErrorSet) -> tuple[Array, Array] | None:
-    """Return the half-spaces of a polygon or an interval; of more states its parts make a smaller program."""
-    return errors.halfspaces if errors.dimension <= 2 else None
+    def assign(self, off: Array, slack: Array) -> None:
+        self.off.value, self.slack.value = (off - self.errors.centre) / self.scales.states, slack
 
 
 @dataclass(frozen=True, eq=False)
@@ -365,7 +129,7 @@ class TubeFormulation:
 
     @cached_property
     def start_cost(self) -> StartCost:
-        return StartCost(self.nominal.linear_optimum)
+        return StartCost.of(self.nominal.linear_optimum)
 
     @cached_property
     def nearest(self) -> Nearest:
@@ -373,23 +137,10 @@ class TubeFormulation:
         return Nearest(self.errors, self.start_cost.root / self.nominal.scales.states)
 
     @cached_property
-    def bounded(self) -> BoundedOptimum:
-        return BoundedOptimum(self.nominal, self.nearest)
-
-    @cached_property
-    def tracking(self) -> TubeProgram:
+    def programs(self) -> StepPrograms:
         f = self.nominal
-        return TubeProgram.tracking(f.plant, f.horizon, f.scales, f.Q, f.R, self.errors)
-
-    @cached_property
-    def widening(self) -> TubeProgram:
-        f = self.nominal
-        return TubeProgram.widening(f.plant, f.horizon, f.scales, self.errors)
-
-    @cached_property
-    def terminal_error(self) -> TubeProgram:
-        f = self.nominal
-        return TubeProgram.terminal_error(f.plant, f.horizon, f.scales, self.errors)
+        start = FreeStart(self.errors, f.inequalities.states, f.scales)
+        return StepPrograms(f.plant, f.horizon, f.scales, f.scaled_weights, start)
 
     @cached_property
     def admissible(self) -> AdmissiblePoints:
@@ -398,13 +149,11 @@ class TubeFormulation:
 
     def start_slack(self, z: Array) -> Array:
         """Return what a nominal start z (n,) leaves to the bounds of states, in parts of the widths."""
-        X = self.nominal.inequalities.states
-        return np.asarray((X.bounds - X.rows @ z) / X.widths)
+        return self.nominal.inequalities.states.slack(z)
 
 
 _FOLLOWED = 1e-12
 """Of the scales: a plan that would leave the reference by less is the reference."""
-
 
 _PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Of the way from the reference to the measured state, in directions in which the start of a kept plan is free."""
@@ -430,7 +179,7 @@ class TubeProblem:
         start of least cost in x ⊖ Z will do, if no bound is active then.
         """
         try:
-            return self.without_bounds() or self.with_active_bounds()
+            return self.without_bounds() or self.solved()
         except np.linalg.LinAlgError:  # beyond its numbers
             return self.solved()
 
@@ -467,7 +216,8 @@ class TubeProblem:
         f = self.formulation
         if not f.start_cost.is_strict:
             return np.zeros(len(self.off)) if f.errors.contains(self.off) else None
-        free = self.off - f.start_cost.cheapest(self._defects) * f.nominal.scales.states
+        scales = f.nominal.scales.states
+        free = self.off - f.start_cost.of_defects @ (self.nominal.model.defects / scales).ravel() * scales
         nearest = f.nearest(free)
         return None if nearest is None else self.off - nearest
 
@@ -490,23 +240,9 @@ class TubeProblem:
             status=Status.NO_ACTIVE_BOUND,
         )
 
-    def with_active_bounds(self) -> Plan | None:
-        """Return the optimum by an active-set method; None where there is no plan. Raises LinAlgError if that fails."""
-        f = self.formulation
-        if not f.start_cost.is_strict:
-            raise np.linalg.LinAlgError("there is more than one optimum")
-        start_slack = f.start_slack(self.window.states[0])
-        found = f.bounded.solve(self.off, self._defects, start_slack, self.nominal.slack)
-        if found is None:
-            return None
-        plan = self._scaled_plan(*found, Status.SOLVED)
-        if plan.slack < -TOLERANCE:
-            raise np.linalg.LinAlgError("the plan does not keep its bounds")
-        return plan
-
     def solved(self) -> Plan | None:
         """Return the optimum by an interior-point method, if that finds it."""
-        plan = self._solved(self.formulation.tracking, status=Status.SOLVED)
+        plan = self._solved(self.formulation.programs.tracking, status=Status.SOLVED)
         return None if plan is None else _admissible(plan)
 
     def kept(self, inputs: Array) -> Plan | None:
@@ -542,35 +278,21 @@ class TubeProblem:
     @property
     def widened(self) -> Plan | Infeasible:
         """A plan that needs a widening below the tolerance, or how much is needed."""
-        plan = self._solved(self.formulation.widening)
+        plan = self._solved(self.formulation.programs.widening)
         if plan is None:
             raise ArithmeticError("the numbers are beyond the solver")
-        if plan.slack >= -TOLERANCE:
-            return plan
-        f = self.formulation.nominal
-        errors, v = plan.states[1:] - self.window.states[1:], plan.inputs - self.window.inputs
-        quantity, ahead = self.nominal.slack.remaining(f.inequalities, errors, v).tightest
-        constraint, closest = f.plant.given_constraints[quantity], self.closest
-        return Infeasible(
-            k=self.k,
-            widening=-plan.slack,
-            quantity=constraint.name,
-            at_step=self.k + ahead,
-            excess=-plan.slack * constraint.bounds.width,
-            terminal_error=None if closest is None else closest.states[-1] - self.window.states[-1],
-            fallback=(closest or plan).input,
-            is_local=False,
-        )
+        return plan if plan.slack >= -TOLERANCE else self.nominal.explain(plan, self.closest, self.closest or plan)
 
     @cached_property
     def closest(self) -> Plan | None:
         """The plan in the tightened sets that ends closest to the reference (in scales), and costs the least of those
         with that end; None where no plan is found."""
-        nearest = self._solved(self.formulation.terminal_error, by=TOLERANCE)
+        programs = self.formulation.programs
+        nearest = self._solved(programs.terminal_error, by=TOLERANCE)
         if nearest is None:
             return None
         end = nearest.states[-1] - self.window.states[-1]
-        return self._solved(self.formulation.tracking, end, by=2 * TOLERANCE) or nearest
+        return self._solved(programs.tracking, end, by=2 * TOLERANCE) or nearest
 
     def plan(self, start: Array, v: Array, status: Status) -> Plan:
         """Return the plan whose nominal start is x_r + `start`: its slack counts from there, its input is u."""
@@ -581,26 +303,16 @@ class TubeProblem:
 
     def _solved(
         self,
-        program: TubeProgram,
+        program: CompiledProgram,
         end: Array | float = 0.0,
         by: float = 0.0,
         status: Status = Status.WIDENED,
     ) -> Plan | None:
         """Return the plan that a program finds, with all bounds widened by a part of their widths."""
-        scales = self.formulation.nominal.scales
-        start_slack = self.formulation.start_slack(self.window.states[0]) + by
-        missed = np.broadcast_to(end, self.off.shape) / scales.states
-        model, slack = self.nominal.model.scaled, self.nominal.slack.widened(by)
-        found = program.solve(model, self.off, self._defects, start_slack, slack, missed)
-        return None if found is None else self._scaled_plan(*found, status)
-
-    def _scaled_plan(self, start: Array, v: Array, status: Status) -> Plan:
-        scales = self.formulation.nominal.scales
-        return self.plan(start * scales.states, v * scales.inputs, status)
-
-    @cached_property
-    def _defects(self) -> Array:
-        return np.asarray(self.nominal.model.defects / self.formulation.nominal.scales.states)
+        f, model = self.formulation, self.nominal.model
+        slack, start_slack = self.nominal.slack.widened(by), f.start_slack(self.window.states[0]) + by
+        found = f.programs.solve(program, model.scaled, self.off, model.defects, slack, start_slack, end)
+        return None if found is None else self.plan(*found, status)
 
 
 def _admissible(plan: Plan) -> Plan | None:
@@ -674,23 +386,14 @@ class TubeController:
         and how close a plan comes to the reference that keeps them; its fallback begins that plan.
 
         A plan is optimal: where no bound is active up to a few 1e-9 of its cost (`Nearest`), elsewhere up to the
-        accuracy of the active-set method (1e-9 of the widths) or, where that fails, of the interior-point method.
+        accuracy of the interior-point method.
 
         The optimum needs no `initial_guess` (N, m). Where the solver fails, the plan with these nominal inputs is taken
         if it is one, with the status `KEPT`. On a robust reference the last plan, shifted by a step (`shifted_inputs`),
         is one, and its start is found again. In directions that Aᴺ forgets in float64 it is another start, with which
         the plan may cost more. Raises ValueError as `Controller.step`.
         """
-        k, x, guess = StepArguments.checked(k, state, reference, initial_guess, self.plant, self.horizon)
-        try:
-            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what is not finite is found later
-                window = reference.window(k, self.horizon)
-                check_window(window, self.nominal.shape)
-                if not all(np.isfinite(values).all() for values in window):
-                    raise ArithmeticError("the reference is not defined")
-                return self._solved(k, x, window, guess)
-        except (ArithmeticError, np.linalg.LinAlgError) as error:
-            return Unsolved(k, str(error), self.formulation.admissible.first_finite(()))
+        return answer_step(self, self._solved, self.formulation.admissible, (k, state, reference, initial_guess))
 
     def _solved(self, k: int, state: Array, window: Window, guess: Array | None) -> Plan | Infeasible:
         problem = TubeProblem(self.formulation, k, state, window)

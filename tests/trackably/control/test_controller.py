@@ -9,7 +9,7 @@ import pytest
 from tests.trackably.checker.redundant import PLANE, in_the_plane
 from tests.trackably.control import instances, naive
 from trackably.control.controller import TOLERANCE, Controller
-from trackably.control.programs import CompiledProgram, StepVariables
+from trackably.control.programs import CompiledProgram
 from trackably.control.stepping import Infeasible, Plan, Status
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
@@ -184,8 +184,8 @@ def test_vectors_that_are_no_states_are_refused(state):
 
 
 def test_a_program_that_is_not_affine_in_its_parameters_is_refused():
-    variables = StepVariables.of(PLANT, 3)
-    twice = cp.sum_squares(variables.initial_error[0] * variables.defects[0, 0] * variables.v)
+    parameters = cp.Parameter(2)
+    twice = cp.sum_squares(parameters[0] * parameters[1] * cp.Variable(3))
     with pytest.raises(ValueError, match="affine in its parameters"):
         CompiledProgram(cp.Problem(cp.Minimize(twice)))
 

@@ -15,12 +15,12 @@ FIRST_TOLERANCE = dict.fromkeys(("tol_gap_abs", "tol_gap_rel", "tol_feas"), 1e-1
 
 def programs() -> dict[str, CompiledProgram]:
     """Those of a controller, and programs with one kind of constraints."""
-    formulation = scaled_controller(instances.double_integrator(), HORIZON).formulation
+    programs = scaled_controller(instances.double_integrator(), HORIZON).formulation.programs
     x, limit = cp.Variable(3), cp.Parameter(3)
     return {
-        "tracking": formulation.tracking.compiled,
-        "widening": formulation.widening.compiled,
-        "terminal error": formulation.terminal_error.compiled,
+        "tracking": programs.tracking,
+        "widening": programs.widening,
+        "terminal error": programs.terminal_error,
         "equations alone": CompiledProgram(cp.Problem(cp.Minimize(cp.sum_squares(x)), [x == limit])),
         "inequalities alone": CompiledProgram(cp.Problem(cp.Minimize(cp.sum(x)), [x >= limit])),
     }

@@ -9,7 +9,7 @@ from tests.trackably.control.test_nonlinear import CASES, TANK
 from trackably.control import search
 from trackably.control.controller import Controller
 from trackably.control.online import decide_update
-from trackably.control.programs import ElasticProgram, Program
+from trackably.control.programs import ElasticProgram, StepPrograms
 from trackably.control.references import TabulatedReference
 from trackably.control.simulation import apply_fallback, shifted_inputs, simulate
 from trackably.control.stepping import Plan, Status, Unsolved
@@ -34,7 +34,7 @@ def unsolved(result, reason: str) -> Unsolved:
 @pytest.fixture
 def broken_solver(monkeypatch):
     """Stands for numbers that no solver masters."""
-    monkeypatch.setattr(Program, "solve", lambda *_: None)
+    monkeypatch.setattr(StepPrograms, "solve", lambda *_: None)
 
 
 def test_numbers_beyond_the_solver(broken_solver):
@@ -115,7 +115,7 @@ def test_a_guess_that_is_a_plan_outlasts_a_broken_solver(monkeypatch):
     controller, reference, state = CASES["tank"]
     first = controller.step(0, state, reference)
     here = TANK.system.successor(state, first.input)
-    monkeypatch.setattr(Program, "solve", lambda *_: None)
+    monkeypatch.setattr(StepPrograms, "solve", lambda *_: None)
     kept = controller.step(1, here, reference, shifted_inputs(first, reference))
     assert isinstance(kept, Plan)
     assert kept.status is Status.KEPT

@@ -11,9 +11,10 @@ from tests.trackably.control.tube import naive
 from tests.trackably.control.tube.instances import LOOPS, STEPS, Loop
 from tests.trackably.systems.disturbance.instances import ALL, CART, EXAMPLE1
 from trackably.control.controller import Controller
+from trackably.control.programs import StepPrograms
 from trackably.control.simulation import shifted_inputs, simulate
 from trackably.control.stepping import Infeasible, Plan, Status, Unsolved
-from trackably.control.tube import TubeController, TubeProblem, TubeProgram
+from trackably.control.tube import TubeController, TubeProblem
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbance.tightening import tightening
 from trackably.systems.disturbance.zonotope import Zonotope
@@ -126,18 +127,6 @@ def test_where_there_is_no_plan_it_says_how_close_one_comes_to_the_reference(nam
     assert "a plan that keeps them misses the reference by" in result.explanation
 
 
-@pytest.mark.parametrize("name", ["pushed cart", "three states", "three states, a hull", "two carts"])
-def test_with_active_bounds_the_optimum_needs_no_interior_point_method(name, monkeypatch):
-    loop = LOOPS[name]
-    starts = [off(loop, part) for part in np.geomspace(0.05, 2, 24)]
-    plans = [(start, loop.controller.step(0, start, loop.reference)) for start in starts]
-    start = next(start for start, plan in plans if isinstance(plan, Plan) and plan.status is Status.SOLVED)
-    monkeypatch.setattr(TubeProgram, "solve", lambda *given: None)
-    plan = loop.controller.step(0, start, loop.reference)
-    assert plan.cost == pytest.approx(naive.optimum(loop.controller, 0, start, loop.reference), rel=1e-6, abs=1e-8)
-    assert loop.controller.errors.contains((1 - 1e-8) * (start - plan.states[0]))
-
-
 def fails(_) -> None:
     raise np.linalg.LinAlgError("as if it were beyond float64")
 
@@ -149,10 +138,9 @@ def test_where_the_solver_fails_the_last_plan_is_kept(name, monkeypatch):
     part = 0.3
     while not isinstance(loop.controller.step(0, off(loop, part), loop.reference), Plan):
         part /= 2
-    for others in ("without_bounds", "with_active_bounds"):
-        monkeypatch.setattr(TubeProblem, others, fails)
-    solve, calls = TubeProgram.solve, iter([True])
-    monkeypatch.setattr(TubeProgram, "solve", lambda *given: solve(*given) if next(calls, False) else None)
+    monkeypatch.setattr(TubeProblem, "without_bounds", fails)
+    solve, calls = StepPrograms.solve, iter([True])
+    monkeypatch.setattr(StepPrograms, "solve", lambda *given: solve(*given) if next(calls, False) else None)
     statuses = []
     of = loop.controller.step
     told = lambda *given: statuses.append(result := of(*given)) or result  # noqa: E731
@@ -190,9 +178,8 @@ def test_the_last_plan_is_kept_by_a_system_that_forgets_its_start(horizon):
 
 def test_a_guess_that_is_no_plan_is_not_kept(monkeypatch):
     loop = LOOPS["pushed cart"]
-    for others in ("without_bounds", "with_active_bounds"):
-        monkeypatch.setattr(TubeProblem, others, fails)
-    monkeypatch.setattr(TubeProgram, "solve", lambda *given: None)
+    monkeypatch.setattr(TubeProblem, "without_bounds", fails)
+    monkeypatch.setattr(StepPrograms, "solve", lambda *given: None)
     result = loop.controller.step(0, off(loop, 0.1), loop.reference, np.full((12, 1), 1.9))
     assert isinstance(result, Unsolved)
     with pytest.raises(ValueError, match=r"initial_guess must have shape \(12, 1\)"):
