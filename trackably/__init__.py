@@ -19,6 +19,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from trackably.certificates.judge import NotTrackableError as NotTrackableError
     from trackably.certificates.outcome import Counterexample as Counterexample
+    from trackably.certificates.outcome import Impossible as Impossible
+    from trackably.certificates.outcome import InfeasibleTightening as InfeasibleTightening
     from trackably.certificates.outcome import Unproved as Unproved
     from trackably.checker import Failed as Failed
     from trackably.checker import NotACertificate as NotACertificate
@@ -36,8 +38,6 @@ if TYPE_CHECKING:
     from trackably.errors import DoubtfulInputWarning as DoubtfulInputWarning
     from trackably.errors import InputError as InputError
     from trackably.explanation import IgnoresSamplesWarning as IgnoresSamplesWarning
-    from trackably.feasibility.impossible import Impossible as Impossible
-    from trackably.feasibility.impossible import InfeasibleTightening as InfeasibleTightening
     from trackably.fleet.learn_many import Fleet as Fleet
     from trackably.fleet.learn_many import learn_many as learn_many
     from trackably.fleet.sources import Source as Source
@@ -104,9 +104,9 @@ _MODULES = {
     "FlatForm": "systems.flat.form",
     "Fleet": "fleet.learn_many",
     "IgnoresSamplesWarning": "explanation",
-    "Impossible": "feasibility.impossible",
+    "Impossible": "certificates.outcome",
     "Infeasible": "control.stepping",
-    "InfeasibleTightening": "feasibility.impossible",
+    "InfeasibleTightening": "certificates.outcome",
     "InputError": "errors",
     "Kernel": "gp.kernels.base",
     "BudgetExceeded": "control.online",

@@ -35,7 +35,10 @@ def main(arguments: list[str]) -> int:
         "check", help="check a certificate or a counterexample, with nothing of what found it", epilog=_CODES
     )
     checking.add_argument(
-        "file", type=Path, metavar="FILE", help="what `save_certificate` or `save_counterexample` wrote"
+        "file",
+        type=Path,
+        metavar="FILE",
+        help="what `save_certificate`, `save_counterexample` or `save_contradiction` wrote",
     )
     checking.add_argument(
         "--seconds", type=_positive, metavar="N", help="answer within about this time: 3 if undecided"
@@ -45,7 +48,10 @@ def main(arguments: list[str]) -> int:
     add_arguments(certifying)
     stating = commands.add_parser("theorem", help="write a certificate as a file for the proof assistant Coq")
     stating.add_argument(
-        "file", type=Path, metavar="FILE", help="what `save_certificate` or `save_counterexample` wrote"
+        "file",
+        type=Path,
+        metavar="FILE",
+        help="what `save_certificate`, `save_counterexample` or `save_contradiction` wrote",
     )
     stating.add_argument(
         "--output", type=Path, metavar="COQ", help="file to write; without it FILE's name with .v, here"

@@ -12,6 +12,7 @@ from tests.trackably.plants import AXIS, CART, SAMPLES
 from trackably import (
     ConstrainedSystem,
     Failed,
+    Impossible,
     LinearSystem,
     NonlinearSystem,
     NotTrackableError,
@@ -30,7 +31,6 @@ from trackably.certificates.form import encode_certificate
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.pinned import Pinned, coordinates
 from trackably.explanation import given_values
-from trackably.feasibility.impossible import Impossible
 from trackably.learning.joint.learn import learn_jointly
 from trackably.learning.learner import JOINT
 from trackably.learning.problem import Contradiction

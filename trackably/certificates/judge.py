@@ -4,20 +4,21 @@ What searches for proofs proposes them, and may be wrong. The judge writes each 
 save, and asks the checker about what it says. These are the bytes that are saved.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TypeVar
 
 from trackably import checker
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate, encode_counterexample
-from trackably.certificates.outcome import Counterexample, Unproved
+from trackably.certificates.outcome import Counterexample, NotExcluded, OutOfReach, Unproved
 from trackably.checker import Proved, Refuted, Verdict
 from trackably.errors import NoReferenceError
 from trackably.files import from_json, new_file, to_json, write_atomically
 from trackably.learning.problem import NoSolution
 
 T = TypeVar("T")
+Judged = Certificate | Counterexample | OutOfReach
 
 _ACCEPTED = "accepted file"  # where `vars` of a certificate or a counterexample has the bytes
 
@@ -25,21 +26,37 @@ _ACCEPTED = "accepted file"  # where `vars` of a certificate or a counterexample
 def judged(outcome: T) -> T | Unproved:
     """Return a certificate or a counterexample that the checker accepts, and Unproved where it refuses one.
 
-    Outcomes of other kinds claim nothing, and are returned as they are.
+    Outcomes of other kinds claim nothing of a reference, and are returned as they are.
     """
-    if not isinstance(outcome, Certificate | Counterexample) or _ACCEPTED in vars(outcome):
+    if not isinstance(outcome, Certificate | Counterexample):
         return outcome
-    data, verdict = judged_file(_file_of(outcome))
-    if isinstance(verdict, Proved if isinstance(outcome, Certificate) else Refuted):
-        vars(outcome)[_ACCEPTED] = data
+    if isinstance(outcome, Certificate):
+        reason = _why_refused(outcome, lambda: encode_certificate(outcome), Proved)
+        times = outcome.claim.span
+    else:
+        reason = _why_refused(outcome, lambda: encode_counterexample(outcome), Refuted)
+        times = outcome.time, outcome.time
+    if not reason:
         return outcome
     first = outcome.reference.quantities[0]
-    times = outcome.claim.span if isinstance(outcome, Certificate) else (outcome.time, outcome.time)
-    return Unproved(first.name, first.bounds, times, 0.0, f"the checker does not accept it ({verdict})")
+    return Unproved(first.name, first.bounds, times, 0.0, reason)
 
 
-def _file_of(outcome: Certificate | Counterexample) -> Mapping[str, object]:
-    return encode_certificate(outcome) if isinstance(outcome, Certificate) else encode_counterexample(outcome)
+def judged_contradiction(found: OutOfReach) -> OutOfReach | NotExcluded:
+    """Return a contradiction that the checker accepts; why it does not, where it refuses it."""
+    reason = _why_refused(found, lambda: found.contradiction, checker.Impossible)
+    return NotExcluded(reason) if reason else found
+
+
+def _why_refused(found: Judged, content: Callable[[], Mapping[str, object]], wanted: type[Verdict]) -> str | None:
+    """Return why the checker does not accept a file; None where it does, and then `found` has its bytes."""
+    if _ACCEPTED in vars(found):
+        return None
+    data, verdict = judged_file(content())
+    if not isinstance(verdict, wanted):
+        return f"the checker does not accept it ({verdict})"
+    vars(found)[_ACCEPTED] = data
+    return None
 
 
 def judged_file(content: Mapping[str, object]) -> tuple[bytes, Verdict]:
@@ -48,7 +65,7 @@ def judged_file(content: Mapping[str, object]) -> tuple[bytes, Verdict]:
     return data, checker.check(from_json(data))
 
 
-def accepted_file(found: Certificate | Counterexample) -> bytes:
+def accepted_file(found: Judged) -> bytes:
     """Return the very bytes that the checker accepted. KeyError: it has not been asked, or has refused."""
     data: bytes = vars(found)[_ACCEPTED]
     return data
@@ -65,7 +82,7 @@ class NotTrackableError(NoReferenceError):
     """No certified reference was found; `outcome` says by how much, where and why."""
 
     def __init__(self, outcome: NoSolution | Counterexample | Unproved) -> None:
-        self.outcome = judged(outcome)
+        self.outcome = judged_contradiction(outcome) if isinstance(outcome, OutOfReach) else judged(outcome)
         super().__init__(self.outcome.explanation)
 
     def save_counterexample(self, path: Path | str) -> None:
@@ -76,3 +93,12 @@ class NotTrackableError(NoReferenceError):
         if not isinstance(self.outcome, Counterexample):
             raise ValueError(f"save_counterexample: there is none: {self.outcome.explanation}")
         write_atomically(new_file("save_counterexample", path), accepted_file(self.outcome))
+
+    def save_contradiction(self, path: Path | str) -> None:
+        """Write what excludes every reference, for `python -m trackably check FILE`.
+
+        Raises OSError, and ValueError where the outcome is no contradiction of bounds and given values.
+        """
+        if not isinstance(self.outcome, OutOfReach):
+            raise ValueError(f"save_contradiction: there is none: {self.outcome.explanation}")
+        write_atomically(new_file("save_contradiction", path), accepted_file(self.outcome))

@@ -1,8 +1,12 @@
 """Failures of a proof: values, each with a sentence that explains it."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
+from trackably.learning.problem import NoSolution
+from trackably.systems.disturbance.tightening import Tightening
 from trackably.systems.reference import Reference
 from trackably.systems.sets.interval import Interval, rounded
 
@@ -58,3 +62,75 @@ class Unproved:
 
     def __repr__(self) -> str:
         return f"Unproved({self.explanation})"
+
+
+@dataclass(frozen=True, repr=False)
+class OutOfReach(NoSolution):
+    """No sequence of states and inputs satisfies bounds and given values.
+
+    `given` is the value that cannot be had beside those before it, or the bounds that a nonlinear system has to leave;
+    `missing` is by how much at least, in its unit.
+    Where bounds alone contradict each other, `given` is empty, and `missing` is the least part of their widths by which
+    all of them would have to be moved. `among` says what follows from what: bounds and values, with their times.
+    `contradiction` is the content of the file that the checker is asked about.
+    """
+
+    given: str
+    missing: float
+    among: tuple[str, ...]
+    contradiction: Mapping[str, Any] = field(compare=False)
+
+    @property
+    def _contradiction(self) -> str:
+        because, missing = "; ".join(self.among), rounded(self.missing, "down")
+        if self.given:
+            return f"{self.given} is out of reach by at least {missing}, because of {because}"
+        return (
+            f"bounds contradict each other, and each of these would have to be moved by {missing} of its "
+            f"width at least: {because}"
+        )
+
+
+@dataclass(frozen=True, repr=False)
+class Impossible(OutOfReach):
+    """No reference exists, whatever the kernel, the samples, the feedback and the margin: the plant's own bounds and
+    the given values contradict each other."""
+
+    @property
+    def explanation(self) -> str:
+        return f"no reference exists, whatever the kernel and the samples: {self._contradiction}"
+
+
+@dataclass(frozen=True, repr=False)
+class InfeasibleTightening(OutOfReach):
+    """No reference keeps the bounds drawn in by this `tightening`, whatever the kernel and the samples.
+
+    It depends on the feedback and the margin: with others there may be a reference.
+    """
+
+    tightening: Tightening
+
+    @property
+    def explanation(self) -> str:
+        drawn, others, margin, Z = [], [], self.tightening.margin, self.tightening.invariant
+        if Z:
+            drawn.append(f"for disturbances under the feedback K = {Z.feedback.tolist()}")
+            others.append("another feedback=")
+        if margin:
+            drawn.append(f"by the margin {margin:g} of each width")
+            others.append("a smaller margin=")
+        return (
+            f"no reference keeps the bounds drawn in {' and '.join(drawn)}, whatever the kernel and the samples; "
+            f"{' or '.join(others)} may leave more room: {self._contradiction}"
+        )
+
+
+@dataclass(frozen=True, repr=False)
+class NotExcluded(NoSolution):
+    """A contradiction that is not accepted: nothing is known of what it says."""
+
+    reason: str
+
+    @property
+    def explanation(self) -> str:
+        return f"it is not shown that no reference exists: {self.reason}"

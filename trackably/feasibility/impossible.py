@@ -3,86 +3,29 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from trackably.arrays import Array
+from trackably.certificates.form import as_written
 from trackably.certificates.goal import Claim
+from trackably.certificates.judge import judged_contradiction
+from trackably.certificates.outcome import Impossible, InfeasibleTightening
 from trackably.certificates.pinned import Pinned, extent
-from trackably.feasibility.certain import certainly_missing
-from trackably.feasibility.program import Least, least
-from trackably.feasibility.reach import first_gap
-from trackably.feasibility.steps import Steps, steps_of
-from trackably.learning.problem import NoSolution
+from trackably.checker.contradiction import FORMAT, VERSION
+from trackably.feasibility.steps import Least, Steps, first_gap, least, steps_of
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbance.tightening import Tightening
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
-from trackably.systems.sets.interval import rounded
 
 _NOTHING = 1e-6  # of a width: solvers find no less
 _ACTIVE = 1e-6  # of the largest multiplier
-
-
-@dataclass(frozen=True, repr=False)
-class _OutOfReach(NoSolution):
-    """No sequence of states and inputs satisfies bounds and given values.
-
-    `given` is the value that cannot be had beside those before it, or the bounds that a nonlinear system has to leave;
-    `missing` is by how much at least, in its unit.
-    Where bounds alone contradict each other, `given` is empty, and `missing` is the least part of their widths by which
-    all of them would have to be moved. `among` says what follows from what: bounds and values, with their times.
-    """
-
-    given: str
-    missing: float
-    among: tuple[str, ...]
-
-    @property
-    def _contradiction(self) -> str:
-        because, missing = "; ".join(self.among), rounded(self.missing, "down")
-        if self.given:
-            return f"{self.given} is out of reach by at least {missing}, because of {because}"
-        return (
-            f"bounds contradict each other, and each of these would have to be moved by {missing} of its "
-            f"width at least: {because}"
-        )
-
-
-@dataclass(frozen=True, repr=False)
-class Impossible(_OutOfReach):
-    """No reference exists, whatever the kernel, the samples, the feedback and the margin: the plant's own bounds and
-    the given values contradict each other."""
-
-    @property
-    def explanation(self) -> str:
-        return f"no reference exists, whatever the kernel and the samples: {self._contradiction}"
-
-
-@dataclass(frozen=True, repr=False)
-class InfeasibleTightening(_OutOfReach):
-    """No reference keeps the bounds drawn in by this `tightening`, whatever the kernel and the samples.
-
-    It depends on the feedback and the margin: with others there may be a reference.
-    """
-
-    tightening: Tightening
-
-    @property
-    def explanation(self) -> str:
-        drawn, others, margin, Z = [], [], self.tightening.margin, self.tightening.invariant
-        if Z:
-            drawn.append(f"for disturbances under the feedback K = {Z.feedback.tolist()}")
-            others.append("another feedback=")
-        if margin:
-            drawn.append(f"by the margin {margin:g} of each width")
-            others.append("a smaller margin=")
-        return (
-            f"no reference keeps the bounds drawn in {' and '.join(drawn)}, whatever the kernel and the samples; "
-            f"{' or '.join(others)} may leave more room: {self._contradiction}"
-        )
+_PARTS = (1 - 1e-9, 1 - 1e-6, 1 - 1e-3, 0.9, 0.5, 0.1)
+"""Parts of what a solver finds to be missing: the checker is asked about each until it accepts one."""
 
 
 def impossible(
@@ -95,16 +38,18 @@ def impossible(
     """Return what contradicts what at steps that are claimed; None where no contradiction is certain.
 
     Where `plant` is what a `tightening` leaves, the given plant is asked first: only its own bounds exclude every
-    reference. What is said is proved: programs say where to look, and ball arithmetic how much is missing
-    (`certainly_missing`). It is not complete: no times between steps are examined, of nonlinear systems boxes that can
-    be reached only, and of vehicles nothing. Without `pinned` values there is nothing to ask where the plant may rest
-    at the `means` of its flat outputs.
+    reference. What is said is proved: programs say where to look and by how much, and what is returned is a file that
+    the checker has accepted. It is not complete: no times between steps are examined, of nonlinear systems boxes that
+    can be reached only, and of vehicles nothing. Without `pinned` values there is nothing to ask where the plant may
+    rest at the `means` of its flat outputs.
     """
     if tightening is None:
         return _of_bounds(plant, claim, pinned, means)
     found = _of_bounds(tightening.given, claim, pinned, means)
     if found is None and (drawn_in := _of_bounds(plant, claim, pinned, means)):
-        return InfeasibleTightening(drawn_in.given, drawn_in.missing, drawn_in.among, tightening)
+        return InfeasibleTightening(
+            drawn_in.given, drawn_in.missing, drawn_in.among, drawn_in.contradiction, tightening
+        )
     return found
 
 
@@ -120,8 +65,35 @@ def _of_bounds(
 
 def _of_linear(steps: Steps) -> Impossible | None:
     found = _contradiction(steps)
-    missing = 0.0 if found is None else certainly_missing(found)
-    return _told(found, missing) if found is not None and missing > 0 else None
+    return None if found is None or found.missing <= 0 else _accepted(_told(found))
+
+
+def _accepted(found: Impossible) -> Impossible | None:
+    """Return nearly as much as what was found to be missing, as the checker accepts it; None where it does not."""
+    for part in _PARTS:
+        missing = part * found.missing
+        nearly = replace(found, missing=missing, contradiction={**found.contradiction, "missing": missing})
+        if judged_contradiction(nearly) is nearly:
+            return nearly
+    return None
+
+
+def _file(steps: Steps, first: int, count: int, missing: float, proof: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what the checker reads about so many steps from the `first` on."""
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "plant": as_written(steps.plant),
+        "start": steps.time(first),
+        "steps": count,
+        "values": [
+            {**value._asdict(), "step": value.step - first}
+            for value in steps.values
+            if first <= value.step < first + count
+        ],
+        "missing": missing,
+        "proof": proof,
+    }
 
 
 def _of_nonlinear(steps: Steps) -> Impossible | None:
@@ -129,7 +101,7 @@ def _of_nonlinear(steps: Steps) -> Impossible | None:
     system = steps.plant.system
     if not isinstance(system, NonlinearSystem) or (system.flat and system.flat.angles):
         return None
-    gap = first_gap(steps, system.f)
+    gap = first_gap(steps)
     if gap is None:
         return None
     bounds = {name: extent(steps.plant, name) for name in steps.names}
@@ -139,7 +111,8 @@ def _of_nonlinear(steps: Steps) -> Impossible | None:
     if gap.is_given:
         wanted = next(said for said, of in zip(values, before, strict=True) if (of.step, of.name) == gap[:2])
     among = [said for said in values if said != wanted] + [f"{name} in {of}" for name, of in bounds.items() if of]
-    return Impossible(wanted, gap.missing, tuple(among))
+    proof = {"kind": "boxes", "step": gap.step, "name": gap.name}
+    return _accepted(Impossible(wanted, gap.missing, tuple(among), _file(steps, 0, gap.step + 1, gap.missing, proof)))
 
 
 def _contradiction(steps: Steps) -> Least | None:
@@ -161,12 +134,33 @@ def _contradiction(steps: Steps) -> Least | None:
     return None
 
 
-def _told(found: Least, missing: float) -> Impossible:
+def _told(found: Least) -> Impossible:
     steps = found.steps
     if not steps.values:
-        return Impossible("", missing, (*_bounds(found),))
+        return Impossible("", found.missing, (*_bounds(found),), _multipliers(found, found.missing))
     *others, last = _values(found)
-    return Impossible(last, missing * steps.widths[-1].item(), (*filter(None, others), *_bounds(found)))
+    missing, among = found.missing * steps.widths[-1].item(), (*filter(None, others), *_bounds(found))
+    return Impossible(last, missing, among, _multipliers(found, missing))
+
+
+def _multipliers(found: Least, missing: float) -> dict[str, Any]:
+    """Return the contradiction's file: the steps from the first to the last one that matters, n of them at least."""
+    steps, r = found.steps, len(found.steps.plant.state_set.rows)
+    signed, rows = found.at_upper - found.at_lower, len(found.at_upper) - len(found.steps.values)
+    of_bounds, of_values = signed[:rows].reshape(steps.count, -1), signed[rows:].tolist()
+    that_matter = [value.step for value, y in zip(steps.values, of_values, strict=True) if y]
+    active = [*np.flatnonzero(np.any(of_bounds, axis=1)).tolist(), *that_matter]
+    first, last = (min(active), max(active)) if active else (0, steps.count - 1)
+    first = max(0, min(first, steps.count - len(steps.plant.system.states)))
+    last = min(max(last, first + len(steps.plant.system.states) - 1), steps.count - 1)
+    within = of_bounds[first : last + 1]
+    proof = {
+        "kind": "multipliers",
+        "states": within[:, :r].tolist(),
+        "inputs": within[:, r:].tolist(),
+        "values": [y for value, y in zip(steps.values, of_values, strict=True) if first <= value.step <= last],
+    }
+    return _file(steps, first, last + 1 - first, missing, proof)
 
 
 def _values(found: Least) -> Iterator[str]:

@@ -1,9 +1,13 @@
-"""Consecutive steps of a linear system, with bounds and given values: what every reference has to satisfy at them."""
+"""Consecutive steps of a system, with bounds and given values: what every reference has to satisfy at them.
+
+Of a linear system, a linear program says by how much they would have to give way; of a nonlinear one, boxes step by
+step say what cannot be reached. Both are plain float64 and may be wrong: the checker verifies what they find.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -11,9 +15,18 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array, Flags
+from trackably.certificates.form import as_written
 from trackably.certificates.goal import Claim
 from trackably.certificates.pinned import WINDOW, Pinned, extent
+from trackably.checker.arithmetic.domains import UndefinedError
+from trackably.checker.arithmetic.intervals import between
+from trackably.checker.formulas.formula import Formula, evaluate
+from trackably.checker.formulas.formula import names as names_in
+from trackably.checker.formulas.values import Intervals
+from trackably.checker.reading.subjects import a_system
+from trackably.checker.subject import NonlinearSystem
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.sets.polytope import Polytope
 
 _MOST_UNKNOWNS = 2000
 """States and inputs of all steps. Further steps are left out: fewer are a relaxation too, and programs stay small."""
@@ -140,3 +153,118 @@ def _whole(time: float, start: float, step: float, most: int) -> int:
     """
     rounding = 4 * float(np.spacing(max(abs(start), min(time, most * step))))
     return math.floor(min((time + rounding) / step, most))
+
+
+@dataclass(frozen=True, eq=False)
+class Least:
+    """The least d ≥ 0 for which a sequence has every row between lower - d `elastic` and upper + d `elastic`.
+
+    `at_lower` and `at_upper` are multipliers λ ≥ 0 of the rows, in their own units. `missing` is d up to the solver's
+    tolerance: the checker says what is certain of it.
+    """
+
+    steps: Steps
+    elastic: Array
+    missing: float
+    at_lower: Array
+    at_upper: Array
+
+
+def least(steps: Steps, elastic: Array) -> Least | None:
+    """Return the least d; None where there is none, as rows that are not elastic contradict each other.
+
+    Unknowns and rows are divided by their widths, as tolerances of solvers are absolute.
+    """
+    widths, scales = steps.widths, np.tile(steps.scales, steps.count)
+    rows = scipy.sparse.diags_array(1 / widths) @ steps.rows @ scipy.sparse.diags_array(scales)
+    by = scipy.sparse.csr_array((elastic / widths)[:, None])
+    dynamics, constant = _dynamics(steps)
+    sides = [scipy.sparse.hstack([of, -by]) for of in (rows, -rows)]
+    found = scipy.optimize.linprog(
+        np.append(np.zeros(len(scales)), 1.0),
+        A_ub=scipy.sparse.vstack(sides, format="csc"),
+        b_ub=np.concatenate([steps.upper, -steps.lower]) / np.tile(widths, 2),
+        A_eq=scipy.sparse.hstack([dynamics, scipy.sparse.csr_array((len(constant), 1))], format="csc"),
+        b_eq=constant,
+        bounds=[(-np.inf, np.inf)] * len(scales) + [(0.0, np.inf)],
+        method="highs-ds",
+    )
+    if found.fun is None:
+        return None
+    at_upper, at_lower = np.split(np.maximum(-found.ineqlin.marginals, 0), 2) / widths
+    return Least(steps, elastic, float(found.fun), at_lower, at_upper)
+
+
+def _dynamics(steps: Steps) -> tuple[scipy.sparse.csr_array, Array]:
+    """Return x_{k+1} - A x_k - B u_k = c for each step, in widths of the states."""
+    system, scales = steps.plant.linear, steps.scales
+    n, size, last = len(system.A), steps.size, steps.count - 1
+    of_states = 1 / scales[:n, None]
+    here = scipy.sparse.csr_array(-np.hstack([system.A, system.B]) * scales * of_states)
+    there = scipy.sparse.csr_array(np.eye(n, size))
+    every = scipy.sparse.eye_array
+    rows = scipy.sparse.kron(every(last, last + 1), here) + scipy.sparse.kron(every(last, last + 1, k=1), there)
+    return scipy.sparse.csr_array(rows), np.tile(system.c * of_states[:, 0], last)
+
+
+class Gap(NamedTuple):
+    """At `step`, the state or input `name` cannot be where it has to be: it misses that by about `missing`."""
+
+    step: int
+    name: str
+    missing: float
+    is_given: bool
+
+
+Ends = tuple[float, float]
+
+
+def first_gap(steps: Steps) -> Gap | None:
+    """Return what cannot be where bounds and values want it, for x(k+1) = f(x(k), u(k)); None where nothing is found.
+
+    Each state is enclosed by itself, for all others in their intervals: more than can be reached. Of a formula that may
+    be undefined nothing is known. Ends of intervals are rounded here, and not in the checker.
+    """
+    system = a_system(as_written(steps.plant.system), "system")
+    assert isinstance(system, NonlinearSystem), "of linear systems, a program says more"
+    f = dict(zip(system.states, system.f, strict=True))
+    sides = ((system.states, steps.plant.state_set), (system.inputs, steps.plant.input_set))
+    bounds = [bound for names, bounded in sides for bound in _of_single_coordinates(names, bounded)]
+    last, reached, before = max((value.step for value in steps.values), default=0), list[tuple[str, Ends]](), None
+    for k in range(steps.count):
+        box = dict[str, Ends]()
+        given = [(of.name, (of.lower, of.upper)) for of in steps.values if of.step == k]
+        for there in (bounds, reached, given):
+            for name, ends in there:
+                box[name] = low, high = _both(box[name], ends) if name in box else ends
+                if low > high:
+                    return Gap(k, name, low - high, there is given)
+        if k > last and box == before:
+            return None
+        before, reached = box, list(_next(f, box))
+    return None
+
+
+def _next(f: Mapping[str, Formula], box: Mapping[str, Ends]) -> Iterator[tuple[str, Ends]]:
+    """Yield where the states can be at the next step, those of which something is known."""
+    values = {name: between(*ends) for name, ends in box.items()}
+    for name, formula in f.items():
+        if names_in(formula) <= values.keys():
+            try:
+                found = evaluate(formula, values, Intervals())
+            except UndefinedError:
+                continue
+            yield name, (float(found.a), float(found.b))
+
+
+def _of_single_coordinates(names: Sequence[str], bounded: Polytope) -> Iterator[tuple[str, Ends]]:
+    """Yield what the rows of a single state or input say of it."""
+    for row, lower, upper in zip(bounded.rows, bounded.lower, bounded.upper, strict=True):
+        used = np.flatnonzero(row)
+        if len(used) == 1:
+            low, high = sorted((float(lower / row[used[0]]), float(upper / row[used[0]])))
+            yield names[used[0]], (low, high)
+
+
+def _both(one: Ends, other: Ends) -> Ends:
+    return max(one[0], other[0]), min(one[1], other[1])

@@ -1,11 +1,11 @@
 """What no reference can satisfy is told before one is sought; what some trajectory satisfies is never called so."""
 
+import json
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from flint import arb, arb_mat
 
 from tests.trackably.feasibility import naive
 from tests.trackably.plants import AXIS, KERNEL, SAMPLES
@@ -20,17 +20,16 @@ from trackably import (
     SquaredExponential,
     TrackableReference,
     Zonotope,
+    check,
+    checker,
     learn_reference,
 )
 from trackably import learn as learning
-from trackably.certificates.balls.arithmetic import ball_arithmetic
 from trackably.certificates.goal import Claim
-from trackably.feasibility.certain import _least_on as least_on
-from trackably.feasibility.certain import _observed as observed
-from trackably.feasibility.certain import certainly_missing
+from trackably.certificates.judge import accepted_file
+from trackably.feasibility import impossible as proposing
 from trackably.feasibility.impossible import impossible
-from trackably.feasibility.program import Least, least
-from trackably.feasibility.steps import Steps, Value, steps_of
+from trackably.feasibility.steps import Steps, Value, least, steps_of
 from trackably.streams import learn as streams
 from trackably.systems.disturbance.tightening import tightening
 from trackably.waypoints import Waypoints, waypoints
@@ -170,30 +169,6 @@ def test_what_is_missing_is_what_another_program_finds(seed):
     assert found is not None
     expected = naive.missing(steps, elastic)
     assert found.missing == pytest.approx(expected, rel=1e-5, abs=1e-6)
-    if expected > 1e-3:
-        assert certainly_missing(found) == pytest.approx(found.missing, rel=1e-3)
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_no_multipliers_prove_too_much(seed):
-    """Weak duality: whatever is perturbed, what is certain is no more than what is missing."""
-    rng = np.random.default_rng(seed)
-    steps = random_steps(rng)
-    found = least(steps, np.where(steps.is_given, steps.widths, 0.0))
-    assert found is not None
-    claimed = replace(found, missing=10 * found.missing + 1.0)
-    for size in (1e-9, 1e-3, 1.0):
-        noisy = [of * np.exp(size * rng.normal(size=of.shape)) for of in (found.at_lower, found.at_upper)]
-        assert certainly_missing(replace(claimed, at_lower=noisy[0], at_upper=noisy[1])) <= found.missing + 1e-6
-
-
-def test_one_value_alone_proves_nothing():
-    """A planted multiplier of one value that can be had: where the first state lies is what makes it possible."""
-    steps = Steps(WEAK, 0.0, 5, (Value(3, "position", 0.5, 0.5001),))
-    chosen = steps.is_given.astype(float)
-    for side in ("at_lower", "at_upper"):
-        none = {"at_lower": np.zeros(len(chosen)), "at_upper": np.zeros(len(chosen))}
-        assert certainly_missing(Least(steps, chosen, 1.0, **none | {side: chosen})) == 0.0
 
 
 FREE = replace(WEAK, state_set=Polytope.box([-1, -np.inf], [1, np.inf]))
@@ -208,43 +183,9 @@ def test_a_free_state_is_bounded_by_what_the_others_do(first):
 
 
 def test_what_nothing_bounds_proves_nothing():
-    """A factor that may be zero is none that is: it counts with all of a free state."""
-    assert not least_on([None], arb_mat(1, 1, [arb(0, 1e-10)])) > -1e300
-    assert least_on([None], arb_mat(1, 1, [arb(0)])) == 0
-    assert least_on([arb(1).union(arb(3))], arb_mat(1, 1, [arb(-2)])) < -5.999
     nowhere = replace(WEAK, state_set=Polytope.box([-np.inf, -np.inf], [np.inf, np.inf]))
     assert told({1.0: REST, 1.05: {"position": 0.8}}, nowhere).missing == pytest.approx(0.8, abs=1e-3)
     assert told({1.0: {"position": 0.0}, 1.05: {"velocity": 5.0}}, nowhere) is None
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_the_first_state_is_where_a_trajectory_begins(seed):
-    """One sum of the states is bounded closely around a trajectory, and inputs are known: the ball is small."""
-    rng = np.random.default_rng(seed)
-    n = int(rng.integers(1, 5))
-    system = LinearSystem(rng.normal(size=(n, n)), rng.normal(size=(n, 1)), rng.normal(size=n), sampling_time=0.1)
-    states, u = [rng.normal(size=n)], np.array([0.7])
-    for _ in range(n - 1):
-        states.append(system.successor(states[-1], u))
-    row = rng.normal(size=n)
-    values = [float(row @ x) for x in states]
-    X = Polytope([row], [min(values) - 1e-6], [max(values) + 1e-6])
-    steps = Steps(ConstrainedSystem(system, X, Polytope.box([-1], [1])), 0.0, n)
-    given = replace_rows(steps, values)
-    with ball_arithmetic():
-        balls = observed(given, np.full(2 * n, 1e-6), [arb(0.7)])
-    for ball, value in zip(balls, states[0].tolist(), strict=True):
-        assert ball.overlaps(arb(value))
-        assert float(ball.rad()) < 1.0
-
-
-def replace_rows(steps: Steps, values: list[float]) -> Any:
-    """The same steps with the row of X known at each of them."""
-
-    class Known(Steps):
-        lower = upper = np.array([of for value in values for of in (value, 0.7)])
-
-    return Known(steps.plant, steps.start, steps.count)
 
 
 @pytest.mark.parametrize("learn", [learning.learn_reference, streams.learn_stream])
@@ -335,3 +276,49 @@ def test_no_margin_makes_an_admissible_trajectory_impossible(seed):
     pinned = waypoints(at, 1e-9, plant, claim)
     found = impossible(drawn.plant, claim, pinned, [0.0] * plant.signal_count, drawn)
     assert found is None or isinstance(found, InfeasibleTightening)
+
+
+@pytest.mark.parametrize(
+    ("plant", "at", "claim"),
+    [
+        (WEAK, {0.0: REST, 1.0: {"position": 0.8}}, "all_times"),
+        (FREE, {0.35: REST, 1.35: {"position": 0.8}}, "all_times"),
+        (MOVING, {}, (0.0, 3.0)),
+    ],
+    ids=["values", "a free state", "bounds"],
+)
+def test_what_is_told_is_what_the_checker_accepted_and_a_file_of_it(plant, at, claim, tmp_path):
+    error = NotTrackableError(told(at, plant, claim))
+    error.save_contradiction(file := tmp_path / "impossible.json")
+    assert isinstance(check(file), checker.Impossible)
+    assert file.read_bytes() == accepted_file(error.outcome)
+    content = json.loads(file.read_bytes())
+    assert content["missing"] == error.outcome.missing
+    with pytest.raises(ValueError, match="save_counterexample: there is none"):
+        error.save_counterexample(tmp_path / "none.json")
+    more = NotTrackableError(replace(error.outcome, contradiction={**content, "missing": 2 * content["missing"]}))
+    assert more.outcome.explanation.startswith("it is not shown that no reference exists")
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_no_multipliers_exclude_what_a_trajectory_does(seed, monkeypatch):
+    """What proposes lies: multipliers of any size, for more than is missing."""
+    rng = np.random.default_rng(seed)
+    plant = random_plant(rng)
+    states = trajectory(plant, rng, 12)
+    at = {0.1 * k: dict(zip(plant.system.states, x.tolist(), strict=True)) for k, x in enumerate(states)}
+    claim = 0.0, 0.1 * max(1, len(states) - 1)
+
+    def lying(steps: Steps, elastic: np.ndarray) -> Any:
+        found = least(steps, elastic)
+        sizes = [10.0 ** rng.uniform(-9, 3, len(elastic)) * (rng.random(len(elastic)) < 0.5) for _ in range(2)]
+        return found and replace(found, missing=10.0 ** rng.uniform(-5, 1), at_lower=sizes[0], at_upper=sizes[1])
+
+    monkeypatch.setattr(proposing, "least", lying)
+    assert impossible(plant, claim, waypoints(at, 1e-9, plant, claim), [0.0] * plant.signal_count) is None
+
+
+def test_with_a_checker_that_refuses_everything_nothing_is_impossible(monkeypatch):
+    monkeypatch.setattr(checker, "check", lambda *_, **__: checker.Failed("it refuses everything"))
+    assert told({0.0: REST, 1.0: {"position": 0.8}}) is None
+    assert told({}, MOVING, (0.0, 3.0)) is None

@@ -98,11 +98,16 @@ def test_what_a_trajectory_reaches_is_never_called_impossible(system, start, low
 
 
 def test_small_entries_of_a_row_may_let_a_state_go_far():
-    """The first state goes up to 101, as the second one may be 1e12: from 50 it can reach 55."""
+    """The first state goes up to 101, as the second one may be 1e12: from 50 it can reach 55.
+
+    Rows of several states say nothing of one of them; a value that is given does.
+    """
     system = NonlinearSystem.of(lambda x, u: [x[0] + u[0], x[1] + u[1]], ("a", "b"), ("p", "q"), sampling_time=1.0)
     X = Polytope([[1.0, 1e-10], [0.0, 1.0]], [-1.0, -1e12], [1.0, 1e12])
     assert told(ConstrainedSystem(system, X, Polytope.box([5.0, -1e11], [10.0, 1e11])), (0.0, 1.0)) is None
-    assert told(ConstrainedSystem(system, X, Polytope.box([205.0, -1e13], [210.0, 1e13])), (0.0, 1.0)) is not None
+    far = ConstrainedSystem(system, X, Polytope.box([205.0, -1e13], [210.0, 1e13]))
+    assert told(far, (0.0, 1.0)) is None
+    assert told(far, (0.0, 1.0), {0.0: {"a": -90.0}, 1.0: {"a": 90.0}}).missing == pytest.approx(25.0, rel=1e-6)
 
 
 def test_nothing_is_learned_where_nothing_is_reached(monkeypatch):
