@@ -113,11 +113,11 @@ coq:
 
 lock: .venv/installed
 	python -m pip install --quiet uv
-	python -m uv pip compile pyproject.toml --extra pipeline --extra cluster --extra parquet --group dev --universal --python-version 3.11 --upgrade \
+	python -m uv pip compile pyproject.toml --all-extras --group dev --universal --python-version 3.11 --upgrade \
 		--generate-hashes --no-annotate --no-header --output-file requirements.lock
-	python -m uv pip compile pyproject.toml --extra pipeline --group bench --constraint requirements.lock --universal \
+	python -m uv pip compile pyproject.toml --extra all --extra pipeline --group bench --constraint requirements.lock --universal \
 		--python-version 3.11 --generate-hashes --no-annotate --no-header --output-file requirements-bench.lock
-	python -m uv pip compile pyproject.toml --extra pipeline --group rivals --constraint requirements.lock --universal \
+	python -m uv pip compile pyproject.toml --extra all --extra pipeline --group rivals --constraint requirements.lock --universal \
 		--python-version 3.11 --generate-hashes --no-annotate --no-header --output-file requirements-rivals.lock
 
 .venv/installed: requirements.lock pyproject.toml

@@ -1,5 +1,6 @@
-"""What `pip install .` brings: the library alone, and nothing that only the staged scripts need."""
+"""What `pip install .` brings: the library alone, and nothing that only some users or the staged scripts need."""
 
+import os
 import re
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import pytest
 
 from tests.imports import COMPUTED, imported, roots
 from tests.project import ROOT
+from trackably.extras import EXTRA_OF
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 CALLED = {  # names of distributions, where modules are called otherwise
@@ -24,10 +26,12 @@ CALLED = {  # names of distributions, where modules are called otherwise
     "ruamel": "ruamel.yaml",
 }
 PARTS = {"docutils": "sphinx", "pydantic_core": "pydantic", "traitlets": "nbclient"}  # of a package that is named
-# cvxpy loads its solver; Jupyter is a command, and Sphinx's configuration names its extensions and theme.
-BY_NAME_ONLY = {"clarabel", "jupyter", "myst-nb", "furo"}
-# what the library imports only where it is asked for
-OF_EXTRAS = {"distributed": "cluster", "pyarrow": "parquet", "ruamel.yaml": "pipeline"}
+# Jupyter is a command, Sphinx's configuration names its extensions and theme, and Dask is a part of distributed.
+BY_NAME_ONLY = {"jupyter", "myst-nb", "furo", "dask"}
+OPTIONAL = {CALLED.get(name, name).replace("_", "-"): extra for name, extra in EXTRA_OF.items()} | {
+    "ruamel.yaml": "pipeline"  # files in YAML are read where it is installed
+}
+README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def required(requirements: list[str]) -> set[str]:
@@ -65,17 +69,68 @@ def test_the_wheel_holds_the_library_and_nothing_else(wheel: ZipFile) -> None:
 def test_without_an_extra_it_requires_what_the_library_imports(metadata: Message) -> None:
     every = metadata.get_all("Requires-Dist", [])
     plain = required([requirement for requirement in every if "extra ==" not in requirement])
-    assert plain == (used_by("trackably") - OF_EXTRAS.keys()) | {"clarabel"} == required(PROJECT["dependencies"])
-    assert not plain & {"dvc", "jupyter", "pydantic", "click", "nbclient", "nbformat"}
-    assert {*metadata.get_all("Provides-Extra", [])} == {"pipeline", *OF_EXTRAS.values()}
-    for package, extra in OF_EXTRAS.items():
-        assert package in required(PROJECT["optional-dependencies"][extra])
+    assert plain == used_by("trackably") - OPTIONAL.keys() == required(PROJECT["dependencies"])
+    assert plain <= {"numpy", "scipy", "clarabel", "mpmath", "cattrs", "tqdm", "threadpoolctl", "python-flint"}
+    assert {*metadata.get_all("Provides-Extra", [])} == {"all", *OPTIONAL.values()}
+
+
+def test_each_optional_package_is_in_the_extra_that_its_error_names() -> None:
+    extras = PROJECT["optional-dependencies"]
+    assert used_by("trackably") >= OPTIONAL.keys()
+    for extra in {*OPTIONAL.values()} - {"pipeline"}:
+        assert {name for name in OPTIONAL if OPTIONAL[name] == extra} == required(extras[extra]) - BY_NAME_ONLY
+    assert extras["all"] == [f"trackably[{','.join(sorted({*OPTIONAL.values()} - {'pipeline'}))}]"]
 
 
 def test_the_extra_has_what_the_stages_import_beside_it() -> None:
     extra, library = required(PROJECT["optional-dependencies"]["pipeline"]), required(PROJECT["dependencies"])
     assert not extra & library
-    assert used_by("pipeline") - library == extra - BY_NAME_ONLY - OF_EXTRAS.keys()
+    assert used_by("pipeline") - library - (OPTIONAL.keys() - extra) == extra - BY_NAME_ONLY - OPTIONAL.keys()
+
+
+WITHOUT_EXTRAS = f"""
+import sys
+
+class Missing:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {sorted({*EXTRA_OF, "pandas", "IPython", "ruamel", "pydantic", "click"})}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+
+sys.meta_path.insert(0, Missing())
+"""
+
+
+def run_without_extras(code: str, folder: Path) -> str:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", WITHOUT_EXTRAS + code],
+        cwd=folder, env=environment, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_the_readme_runs_without_extras_and_without_a_warning(tmp_path: Path) -> None:
+    code, *_ = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    said = run_without_extras(code, tmp_path)
+    assert "proved for all real t ≥ 0: state in [" in said
+
+
+def test_public_names_need_no_extra_or_say_which_one(tmp_path: Path) -> None:
+    code = """
+import trackably
+for name in trackably.__all__:
+    try:
+        getattr(trackably, name)
+    except ImportError as error:
+        print(error)
+"""
+    said = run_without_extras(code, tmp_path).splitlines()
+    sentence = r"(\w+): no package '\w+', which pip install 'trackably\[(\w+)\]' installs"
+    found = {match[1]: match[2] for line in said if (match := re.fullmatch(sentence, line))}
+    assert len(found) == len(said)
+    assert found["read_mcap"] == "recordings"
+    assert {"learn_reference", "check", "certify", "read_csv", "learn_many"}.isdisjoint(found)
 
 
 def test_everything_required_is_pinned_with_hashes_and_without_hosts() -> None:
@@ -83,6 +138,7 @@ def test_everything_required_is_pinned_with_hashes_and_without_hosts() -> None:
         assert "://" not in (ROOT / lock).read_text(encoding="utf-8")
     text = (ROOT / "requirements.lock").read_text(encoding="utf-8")
     pinned = {match[1].replace("-", "_"): match[2] for match in re.finditer(r"^(\S+?)==(.*(?:\n    .*)*)", text, re.M)}
-    wanted = required(PROJECT["dependencies"]) | required(PROJECT["optional-dependencies"]["pipeline"])
+    extras = PROJECT["optional-dependencies"]
+    wanted = required(PROJECT["dependencies"]).union(*(required(extras[extra]) for extra in extras if extra != "all"))
     for name in wanted:
         assert "--hash=sha256:" in pinned[name.replace("-", "_").replace(".", "_")], name

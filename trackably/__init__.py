@@ -10,7 +10,7 @@ All that a notebook or a program needs is imported from here:
 - proofs of others: `check`
 - control: `Controller`, `TubeController`, `simulate`, and `Relearner` to learn in the loop
 
-A name is loaded when it is first used.
+A name is loaded when it is first used. Where a package is missing, the error names the extra that installs it.
 """
 
 from importlib import import_module
@@ -88,6 +88,8 @@ if TYPE_CHECKING:
     from trackably.systems.nonlinear import NonlinearSystem as NonlinearSystem
     from trackably.systems.sets.polytope import Polytope as Polytope
     from trackably.systems.signals.pieces import PolynomialPieces as PolynomialPieces
+
+__version__ = "0.2.0"
 
 _MODULES = {
     "CertifiedReference": "given.certified",
@@ -170,7 +172,10 @@ __all__ = [*_MODULES]  # noqa: PLE0604
 def __getattr__(name: str) -> Any:
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+    from trackably.extras import optional  # noqa: PLC0415  a checker alone has no extras
+
+    with optional(name):
+        value = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
     globals()[name] = value
     return value
 

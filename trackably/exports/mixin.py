@@ -58,9 +58,9 @@ class ExportMixin:
 
         Left out, they are the ends of what is proved; where all times are, the time from which the reference is
         settled, but not more than twice what it is made of, or one period. Raises ValueError for times outside of what
-        is proved.
+        is proved, and MissingExtra where matplotlib is not installed.
         """
-        from trackably.exports.shown import figure  # noqa: PLC0415  matplotlib is loaded for figures only
+        from trackably.exports.shown import figure  # noqa: PLC0415
 
         return figure(self, start, end)
 
@@ -119,7 +119,7 @@ class ExportMixin:
     def to_parquet(
         self: Proved, path: Path | str, first: int | None = None, count: int | None = None, units: Units | None = None
     ) -> Path:
-        """Write the table of `to_csv` as a Parquet file. InputError: pyarrow, of the extra `parquet`, is missing."""
+        """Write the table of `to_csv` as a Parquet file. MissingExtra: pyarrow is not installed."""
         from trackably.exports.table import write_parquet  # noqa: PLC0415
 
         return write_parquet(self, path, first, count, units)
@@ -139,7 +139,8 @@ class ExportMixin:
         'speed', 'effort': 'torque'}}, in the units that ROS expects (rad or m, and s). Points are the steps, as in
         `to_csv`. `stamp` [ns] is the time of the message in an MCAP file, under `topic`.
 
-        What is proved holds at the points. Between them a ROS controller interpolates in its own way.
+        What is proved holds at the points. Between them a ROS controller interpolates in its own way. MissingExtra:
+        an MCAP file needs mcap-ros2-support.
         """
         from trackably.exports.ros2 import write_mcap, write_yaml  # noqa: PLC0415
 

@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from mcap.writer import CompressionType
-from mcap_ros2.writer import Writer
 
 from trackably.arguments import instance, text, whole
 from trackably.arrays import Array
 from trackably.exports.proved import Proved, chosen_steps, places, require_known, values_at
+from trackably.extras import optional
 from trackably.files import new_file, write_atomically, write_text
 
 FIELDS: Final = ("positions", "velocities", "accelerations", "effort")
@@ -136,6 +135,9 @@ def write_mcap(
     stamp: int,
 ) -> Path:
     """Write one message of the whole trajectory at time `stamp` [ns], without compression: the same bytes each time."""
+    with optional("to_ros2"):
+        from mcap.writer import CompressionType  # noqa: PLC0415
+        from mcap_ros2.writer import Writer  # noqa: PLC0415
     whole("to_ros2: stamp", stamp, least=0)
     trajectory = joint_trajectory(proved, joints, first, count)
     content = BytesIO()

@@ -1,12 +1,17 @@
 """What a notebook shows of a reference: a figure, and a table of its bounds with small pictures."""
 
+from __future__ import annotations
+
 from html import escape
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from trackably.exports.figures import Observed, tracking
 from trackably.exports.proved import Proved, Reached, ends, proved_times, reached, shown_times
+from trackably.extras import optional
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _WIDTH, _HEIGHT, _EDGE = 160.0, 34.0, 4.0
 _POINTS = 160
@@ -107,6 +112,8 @@ def figure(proved: Proved, start: float | None = None, end: float | None = None)
 
     Raises ValueError for times outside of what is proved.
     """
+    with optional("plot"):
+        from trackably.exports.figures import Observed, tracking  # noqa: PLC0415  tables need no matplotlib
     times = proved_times(proved, shown_times(proved, _COUNT, start, end))
     observed = {name: Observed(samples) for name, samples in proved.sampled.items()}
     return tracking({"reference": proved.reference}, observed, times)

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from trackably.arguments import text
 from trackably.arrays import Array
-from trackably.errors import InputError
 from trackably.exports.proved import Proved, chosen_steps, places, require_known, values_at
+from trackably.extras import optional
 from trackably.files import new_file, write_atomically, write_text
 
 Units = Mapping[str, str]
@@ -43,13 +43,11 @@ def write_csv(proved: Proved, path: Path | str, first: int | None, count: int | 
 def write_parquet(proved: Proved, path: Path | str, first: int | None, count: int | None, units: Units | None) -> Path:
     """Write a table as Parquet; units are also in the metadata of its columns, and the statement in that of the file.
 
-    InputError: pyarrow is not installed.
+    MissingExtra: pyarrow is not installed.
     """
-    try:
-        import pyarrow as pa  # noqa: PLC0415  an extra
+    with optional("to_parquet"):
+        import pyarrow as pa  # noqa: PLC0415
         from pyarrow import parquet  # noqa: PLC0415
-    except ImportError:
-        raise InputError("to_parquet: needs pyarrow, which pip install 'trackably[parquet]' installs") from None
     table, of_column = columns(proved, first, count, units), {f"{_TIME} [s]": "s"}
     of_column |= {_head(name, units or {}): unit for name, unit in (units or {}).items()}
     statement = {"trackably": proved.certificate.explanation, "sampling_time": repr(_sampling_time(proved))}

@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 
 from trackably.arguments import instance, text, whole
 from trackably.errors import InputError
+from trackably.extras import optional
 from trackably.files import new_file, path_of, read_bytes, write_atomically
 from trackably.fleet.folder import STREAM, TABLE, FleetFolder, Row, columns, digest
 from trackably.fleet.request import Answer, Claimed, Learn, Learned, Request, answers
@@ -83,12 +84,10 @@ class Fleet:
         return columns(self.rows)
 
     def to_parquet(self, path: Path | str) -> None:
-        """Write the table as Parquet. InputError: pyarrow is not installed. Raises OSError."""
-        try:
-            import pyarrow  # noqa: PLC0415  an optional package
+        """Write the table as Parquet. MissingExtra: pyarrow is not installed. Raises OSError."""
+        with optional("to_parquet"):
+            import pyarrow  # noqa: PLC0415
             from pyarrow import parquet  # noqa: PLC0415
-        except ImportError:
-            raise InputError("to_parquet: needs pyarrow, which pip install 'trackably[parquet]' installs") from None
         content = pyarrow.BufferOutputStream()
         parquet.write_table(pyarrow.table(self.columns()), content)
         write_atomically(new_file("to_parquet", path), content.getvalue().to_pybytes())

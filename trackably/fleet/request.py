@@ -29,6 +29,7 @@ from trackably.certificates.outcome import Counterexample
 from trackably.codec import encode
 from trackably.errors import DoubtfulInputWarning, InputError
 from trackably.explanation import IgnoresSamplesWarning
+from trackably.extras import optional
 from trackably.fleet.folder import Row, digest, outcome_of
 from trackably.fleet.sources import Measured, Source
 from trackably.gp.kernels.base import Kernel
@@ -221,14 +222,15 @@ _LOOKED_EVERY = 0.5  # seconds, for the parent of a worker
 def answers(
     asked: Iterable[tuple[Source, Row | None]], request: Request, workers: int, cluster: str | None
 ) -> Generator[Answer, None, None]:
-    """Yield answers as they are ready, in any order. InputError: the cluster's packages are not installed.
+    """Yield answers as they are ready, in any order. MissingExtra: joblib or distributed is not installed.
 
     What is not answered when the iterator is closed is given up. An answer never depends on who finds it.
     """
     if cluster is None and workers == 1:
         yield from (answer(source, request, kept) for source, kept in asked)
         return
-    from joblib import Parallel, delayed  # noqa: PLC0415  not needed to load the library
+    with optional("workers"):
+        from joblib import Parallel, delayed  # noqa: PLC0415
 
     here: dict[str, Any] = {"backend": "loky", "initializer": _begin_worker, "initargs": (os.getpid(),)}
     with _on(cluster):
@@ -266,11 +268,9 @@ def _on(cluster: str | None) -> Iterator[None]:
     if cluster is None:
         yield
         return
-    try:
-        from distributed import Client  # noqa: PLC0415  an optional package
-    except ImportError:
-        raise InputError("cluster: needs Dask, which pip install 'trackably[cluster]' installs") from None
-    from joblib import parallel_config  # noqa: PLC0415  not needed to load the library
+    with optional("cluster"):
+        from distributed import Client  # noqa: PLC0415
+        from joblib import parallel_config  # noqa: PLC0415
 
     client = Client(cluster)  # type: ignore[no-untyped-call]
     with client, parallel_config(backend="dask"):

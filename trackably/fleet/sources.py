@@ -7,18 +7,22 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from trackably.arguments import instance, text
 from trackably.errors import InputError
+from trackably.extras import optional
 from trackably.files import path_of
 from trackably.gp.samples import Samples
 from trackably.recordings.clocks import Clock, Origin
 from trackably.recordings.csv_file import PLAIN, Column, CsvLayout, CsvReading, CsvTable
 from trackably.recordings.file_kinds import path_given
-from trackably.recordings.mcap_file import Field, read_mcap, topics_in
 from trackably.recordings.parquet_file import ParquetReading
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
+
+if TYPE_CHECKING:
+    from trackably.recordings.mcap_file import Field
 
 Measured = Samples | Mapping[str, Samples] | Recording
 """What can be learned from: samples, samples by name, or a recording whose signals have the names of states."""
@@ -162,8 +166,11 @@ def topics_of(
 
     `signals` are as of `read_mcap`, with {name} in each topic: {"position": Field("/{name}/pose", "x")} finds
     /left/pose and /right/pose as "left" and "right". A name needs the topics of all signals. Messages are read where
-    they are learned from. InputError: the file is unreadable, or has no such topics.
+    they are learned from. InputError: the file is unreadable, or has no such topics. MissingExtra: MCAP's packages are
+    not installed.
     """
+    with optional("topics_of"):
+        from trackably.recordings.mcap_file import read_mcap, topics_in  # noqa: PLC0415
     path = path_given(path)
     if without := [field.topic for field in signals.values() if field.topic.count(_NAME) != 1]:
         raise InputError(f"topics_of: expected {_NAME} once in each topic, got {without[0]!r}")

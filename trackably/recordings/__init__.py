@@ -6,6 +6,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from trackably.extras import optional
 from trackably.recordings.clocks import CLOCKS, Clock, DateTimes, Ticks, frames
 from trackably.recordings.csv_file import KITTI, TUM, Column, CsvLayout, read_csv
 from trackably.recordings.recording import Cleaning, Finding, Recording, Signal
@@ -63,5 +64,6 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name in _OF_MCAP:
-        return getattr(import_module(f"{__name__}.mcap_file"), name)
+        with optional(name):
+            return getattr(import_module(f"{__name__}.mcap_file"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -12,6 +12,7 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.errors import InputError
+from trackably.extras import optional
 from trackably.recordings.clocks import Clock, DateTimes, Origin, checked_origin, clock_named
 from trackably.recordings.csv_file import Column, column_given
 from trackably.recordings.decimals import EXACT, NANOSECOND, exact, scaled
@@ -104,12 +105,8 @@ class ParquetReading:
 
     def cells(self, *also: str) -> Cells:
         """Return the columns that are needed, and `also` these. InputError: unreadable, or a column is missing."""
-        try:
-            from pyarrow import ArrowException, parquet, types  # noqa: PLC0415  an optional package
-        except ImportError:
-            raise InputError(
-                f"{self.path}: Parquet needs pyarrow, which pip install 'trackably[parquet]' installs"
-            ) from None
+        with optional(f"{self.path}: Parquet"):
+            from pyarrow import ArrowException, parquet, types  # noqa: PLC0415
         names = (self.time, *(n for c in self.columns.values() for n in (c.name, c.noise_std)), *also)
         wanted = list(dict.fromkeys(name for name in names if name is not None))
         try:

@@ -73,7 +73,7 @@ def test_what_cannot_be_written_is_refused(tmp_path: Path) -> None:
 
 def test_parquet_asks_for_what_it_needs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
-    with pytest.raises(InputError, match=r"to_parquet: needs pyarrow, which pip install 'trackably\[parquet\]' inst"):
+    with pytest.raises(InputError, match=r"to_parquet: no package 'pyarrow', which pip install 'trackably\[rec"):
         on_window().to_parquet(tmp_path / "r.parquet")
 
 

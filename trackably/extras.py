@@ -1,0 +1,38 @@
+"""Optional packages: which extra of this package installs each, and the error that says so where one is missing."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from trackably.errors import InputError
+
+EXTRA_OF = {
+    "cvxpy": "control",
+    "matplotlib": "plots",
+    "google": "recordings",  # of protobuf
+    "lz4": "recordings",
+    "mcap": "recordings",
+    "mcap_protobuf": "recordings",
+    "mcap_ros2": "recordings",
+    "pyarrow": "recordings",
+    "zstandard": "recordings",
+    "distributed": "fleet",
+    "joblib": "fleet",
+}
+"""The extra that installs each optional package, by the name under which it is imported."""
+
+
+class MissingExtra(InputError, ImportError):
+    """A package that only some users need is not installed; the message says how to install it."""
+
+
+@contextmanager
+def optional(what: str) -> Iterator[None]:
+    """Import optional packages within this context. MissingExtra: one is not installed, and `what` needs it."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        package = (error.name or "").partition(".")[0]
+        if package not in EXTRA_OF:
+            raise
+        command = f"pip install 'trackably[{EXTRA_OF[package]}]'"
+        raise MissingExtra(f"{what}: no package {package!r}, which {command} installs") from None
