@@ -10,7 +10,7 @@ from trackably import checker
 from trackably.arguments import real
 from trackably.checker import Failed, Impossible, NotACertificate, Proved, Refuted, Undecided, Verdict
 from trackably.checker.limits import BYTES
-from trackably.checker.progress import ProgressLine
+from trackably.checker.watch import ProgressLine
 from trackably.errors import InputError, NoReferenceError
 from trackably.files import from_json, path_of, read_bytes
 from trackably.progress.messages import Messages

@@ -10,11 +10,9 @@ from trackably.checker import certificate as proofs
 from trackably.checker import counterexample as refutations
 from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Window
 from trackably.checker.counterexample import Counterexample, Interval
-from trackably.checker.kernels.base import Kernel
-from trackably.checker.reading.certificates import read_certificate
-from trackably.checker.reading.counterexamples import read_counterexample
-from trackably.checker.reading.values import UnreadableError, format_of
-from trackably.checker.robust import Robust, Zonotope
+from trackably.checker.disturbances import Robust, Zonotope
+from trackably.checker.form import UnreadableError, format_of, read_certificate, read_counterexample
+from trackably.checker.kernels import Kernel
 from trackably.checker.subject import Functional, LinearSystem, Row, Signal
 from trackably.checking import read
 from trackably.errors import InputError

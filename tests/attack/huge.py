@@ -23,7 +23,7 @@ from tests.trackably.checker.edges import hostile
 from tests.trackably.checker.instances import scalar_certificate
 from tests.trackably.checker.pieces.instances import certificate as of_pieces
 from tests.trackably.checker.robust.instances import noisy_data, robust_data
-from trackably.checker.reading.certificates import read_certificate
+from trackably.checker.form import read_certificate
 
 Data = dict[str, Any]
 

@@ -23,9 +23,9 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import AllTimes
 from trackably.certificates.form import encode_certificate, encode_subject
 from trackably.certificates.prove import prove
-from trackably.checker.arithmetic.intervals import exactly
-from trackably.checker.reading.subjects import subject_of
-from trackably.checker.steps.tail import envelope
+from trackably.checker.form import subject_of
+from trackably.checker.intervals import exactly
+from trackably.checker.tail import envelope
 from trackably.gp.signal import KernelSum
 from trackably.systems.reference import Reference
 

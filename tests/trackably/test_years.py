@@ -28,7 +28,7 @@ from trackably.certificates.draft import LATEST, Draft
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove
 from trackably.checker import Proved, check
-from trackably.checker.arithmetic.intervals import exactly, ratio
+from trackably.checker.intervals import exactly, ratio
 from trackably.exports.c99 import header
 from trackably.gp.signal import KernelSum
 from trackably.systems.reference import Reference

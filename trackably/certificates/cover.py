@@ -9,8 +9,8 @@ import numpy as np
 from trackably.arrays import Array, Flags
 from trackably.certificates.certificate import Cover
 from trackably.certificates.draft import TERMS, Draft, has_periodic_part
+from trackably.checker.boxes import Box
 from trackably.checker.floats.intervals import Floats
-from trackably.checker.steps.enclosures import Box
 from trackably.progress.work import done
 from trackably.systems.quantities import Quantities
 from trackably.systems.reference import Reference

@@ -12,20 +12,16 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.certificates.form import as_written, encode_subject
 from trackably.checker import certificate as checked
-from trackably.checker.arithmetic.domains import UndefinedError
-from trackably.checker.arithmetic.intervals import Real, at_most, exactly
-from trackably.checker.floats.first_pass import FIRST_PASS
-from trackably.checker.reading.kernels import a_kernel
-from trackably.checker.reading.subjects import subject_of
-from trackably.checker.steps.boxes import refusals
-from trackably.checker.steps.enclosures import Box, Enclosures
-from trackably.checker.steps.flat import FlatNeeds, FlatValues, constants
-from trackably.checker.steps.instants import value_at
-from trackably.checker.steps.quantities import Quantity, quantities
-from trackably.checker.steps.rounding import error_of, signal_errors
-from trackably.checker.steps.sizes import check_sizes
-from trackably.checker.steps.tail import check_tail
+from trackably.checker.boxes import Box, Enclosures, refusals
+from trackably.checker.flat import FlatNeeds, FlatValues, constants
+from trackably.checker.floats.boxes import FIRST_PASS
+from trackably.checker.form import a_kernel, subject_of
+from trackably.checker.instants import value_at
+from trackably.checker.intervals import Real, UndefinedError, at_most, exactly
+from trackably.checker.quantities import Quantity, quantities
+from trackably.checker.rounding import check_sizes, error_of, signal_errors
 from trackably.checker.subject import Subject
+from trackably.checker.tail import check_tail
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.periodic import Periodic
 from trackably.systems.flat.shifted import shifted

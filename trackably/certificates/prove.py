@@ -20,8 +20,7 @@ from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.pieces.prove import prove_pieces, prove_pieces_on_window
 from trackably.certificates.sketch import sketches
 from trackably.certificates.tail import tail_start
-from trackably.checker.arithmetic.domains import UndefinedError
-from trackably.checker.arithmetic.intervals import exactly
+from trackably.checker.intervals import UndefinedError, exactly
 from trackably.gp.factors.cached import cached
 from trackably.systems.quantity import Quantity
 from trackably.systems.reference import Reference

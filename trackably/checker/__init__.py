@@ -10,7 +10,7 @@ its own value. The system is
   - or nonlinear with a flat form: formulas X and U of shifted signals, and a list of states that are angles. Let
     x(t) = X(z(t), z(t + T), …) and u(t) = U(z(t), z(t + T), …). The proof includes that both are defined.
 Instead of sums of kernels, all signals of a linear system may be polynomial pieces: z_s(t) = Σ_j c_ij (t − t_i)^j for
-t_i ≤ t < t_(i+1), and beyond the last piece at rest, periodic, or without any claim (`pieces`).
+t_i ≤ t < t_(i+1), and beyond the last piece at rest, periodic, or without any claim (`subject`).
 If `check` answers Proved, then x(t + T) = A x(t) + B u(t) + c, or f(x(t), u(t)), and x(t) ∈ X and u(t) ∈ U, for
   - all_times:  every real t ≥ 0;
   - all_phases: every real t;
@@ -25,7 +25,7 @@ error of evaluating x(t), u(t) and the bound's row in float64, at float64 times 
 whole periods to such a time before, which may be off by 2⁻⁵³ until.
 
 Which reference. The answer names the SHA-256 of all that defines x(t) and u(t): the signals, the system with its flat
-form, and M, N, x₀ and u₀ (`reading.fingerprint` has the canonical form). Certificates and counterexamples with the same
+form, and M, N, x₀ and u₀ (`form` has the canonical form). Certificates and counterexamples with the same
 one speak about the same system, x(t) and u(t). It does not pin the sets, the claim, K, W and V, all of which the answer
 states, nor v(t), of which only the existence is proved.
 
@@ -76,20 +76,20 @@ Proof. Every step is verified here, in interval arithmetic (mpmath iv); steps 0,
 step 2, what step 5 finds in each box, and R and D of step 3, first in arrays of float64 intervals, and in mpmath where
 these do not decide.
   0. Linear: x₀ = A x₀ + B u₀ + c, and M_s(j−1) = A M_sj + B N_sj for all j, with zeros beyond the ends
-     (`steps.trajectories`). Nonlinear: f is split into f0(x) + G(x) u, or refused, and x⁺ = f0(x) + G(x) u is
+     (`trajectories`). Nonlinear: f is split into f0(x) + G(x) u, or refused, and x⁺ = f0(x) + G(x) u is
      solved for u, by u_j = (x⁺_i − f0_i − Σ known G u)/G_ij for equations with a single unknown and by Cramer's rule
-     for the others (`formulas.affine`). Every part of f is in the formula of some input, and every input is in some
+     for the others (`inverse`). Every part of f is in the formula of some input, and every input is in some
      bound. So where all bounded formulas are shown to be defined (no divisor is zero; arguments of log, sqrt and
      fractional powers are positive), f is defined, and u exists and is unique.
      Flat: f(X, U) and X with every signal one step later are written as quotients of polynomials in the signals and in
      values of functions, by true equalities such as √a² = a and cos(atan2(y, x)) = x/√(x² + y²); they are the same
      quotients, and so equal wherever all parts are defined and the formulas in `positive` are positive
-     (`identities.values`, `identities.flatness`). Of angles, sines and cosines are compared. Where a state that is an
+     (`identities`, `flatness`). Of angles, sines and cosines are compared. Where a state that is an
      angle changes by 2π, f changes by whole multiples of 2π in states that are angles, and not at all in others: seen
      from its sums, products with whole numbers, sines and cosines. All parts are shown to be defined in the boxes and
      in the tail, together with the last bound: divisors, lengths of vectors whose angle is taken, and arguments of log,
-     sqrt and fractional powers, in X, U, f(X, U) and X one step later (`identities.flatness.needs`, `steps.flat`).
-  1. Boxes without gaps cover [0, tail_start], one period, or the window (`steps.cover`).
+     sqrt and fractional powers, in X, U, f(X, U) and X one step later (`identities.flatness.needs`, `flat`).
+  1. Boxes without gaps cover [0, tail_start], one period, or the window (`boxes`).
   2. Consider a box with midpoint s and half width h < ρ, and let |κ(z − t_i)| ≤ M for complex |z − s| < ρ. By Cauchy's
      estimate, the error of the first n terms of κ's Taylor series about s is at most M (h/ρ)ⁿ/(1 − h/ρ). A kernel may
      have kinks, at a difference of 0 and where its support ends; between them it is analytic. The branch κ₊ that holds
@@ -97,10 +97,10 @@ these do not decide.
      box, the error at distance r beyond it is |κ₊(r) − κ₊(−r)|, as κ is even: twice the odd powers of the Taylor series
      of κ₊ about 0, which are bounded in the same way. If other kinks are in the box, the error beyond them is the
      distance of κ from κ₊ on the positive side (`jump`). κ is even, so that both together bound the error on the
-     negative side. A box that contains 0, but whose middle is on another branch, is refused (`kernels.base`). Formulas
-     of such polynomials are again polynomials, with a bound of their error (`arithmetic.models`). A polynomial lies in
-     the convex hull of its Bernstein coefficients, on the whole box or on each of its parts (`arithmetic.polynomials`,
-     `steps.boxes`).
+     negative side. A box that contains 0, but whose middle is on another branch, is refused (`kernels`). Formulas
+     of such polynomials are again polynomials, with a bound of their error (`models`). A polynomial lies in
+     the convex hull of its Bernstein coefficients, on the whole box or on each of its parts (`models`,
+     `boxes`).
      Centres at distances ≥ d from all times of a box are not expanded: together they add at most Σ |c_i| K, where K
      bounds |κ| at all distances ≥ d, as in step 3 (`reach`). The first pass (`floats`) uses the same formulas. Each of
      its operations moves both ends of its result outwards, by more than rounding can be off; what overflows or is not
@@ -108,23 +108,23 @@ these do not decide.
      times of all of them, in which a + b x is put for x. An instant is first tried as a narrow box around it. Whether a
      kink is inside a box is decided in rational arithmetic. Of a Matérn kernel, the first pass expands no centre
      outside of a box: on one side of all its centres their sum is a polynomial times an exponential, whose coefficients
-     are those of Taylor's formula for the polynomial (`kernels.matern`). The sum is expanded in its place, and Σ |c_i|
+     are those of Taylor's formula for the polynomial (`kernels`). The sum is expanded in its place, and Σ |c_i|
      M bounds it on the disc.
-  3. Let e = z − m, and let t₀ be `tail_start`, or the first instant after those checked one by one (`steps.instants`).
+  3. Let e = z − m, and let t₀ be `tail_start`, or the first instant after those checked one by one (`instants`).
      Let K_i and D_i bound |κ(r)| and |κ̇(r)| at all distances r = t − t_i with t ≥ t₀. Then, for all t ≥ t₀,
      |e(t)| ≤ R = Σ |c_i| K_i and |ė(t)| ≤ D = Σ |c_i| D_i. So |Σ_j w_j e(t + j T)| is at most Σ_j |w_j| R. As the sum
      equals Σ_j w_j e(t) + Σ_j w_j (e(t + j T) − e(t)), it is also at most |Σ_j w_j| R + T Σ_j j |w_j| D. By the
      mean-value theorem, a formula differs from its value at rest by such a sum, whose weights are the slopes of the
-     formula at some point between (`steps.tail`).
-  4. If all parts of κ have the same period, what holds for one period of t holds for all t (`steps.cover`).
+     formula at some point between (`tail`).
+  4. If all parts of κ have the same period, what holds for one period of t holds for all t (`boxes`).
   5. The rounding errors are at most the stated errors. Those of a nonlinear u are propagated through its formula, with
-     x(t) inside its bounds, as the steps above have shown (`steps.rounding`). Those of a flat form are propagated in
-     each box, from the values that the signals have there (`steps.flat`).
+     x(t) inside its bounds, as the steps above have shown (`rounding`). Those of a flat form are propagated in
+     each box, from the values that the signals have there (`flat`).
   6. Let the columns of Z span the kernel of B. By Farkas' lemma there is a w with lower_i ≤ r_i (u + Z w) ≤ upper_i for
      all rows of U if Σ_i λ_i r_i u lies between Σ_i λ_i lower_i and Σ_i λ_i upper_i (ends exchanged where λ_i < 0) for
      all λ with Σ_i λ_i r_i Z = 0. It is enough to know this for the λ of minimal support, because every other λ is a
      conformal sum of these (no cancellation of signs): R. T. Rockafellar, The elementary vectors of a subspace of R^N,
-     1969. They are enumerated, and each must follow from an attainable row (`steps.redundancy`).
+     1969. They are enumerated, and each must follow from an attainable row (`redundancy`).
   7. Let F = A + B K. The certificate holds whole numbers N, s ≥ 1, a number 0 ≤ α < 1, and sizes p_i ≥ 0 of a box
      P = {x : |x_i| ≤ p_i}. Verified are W ⊆ P, and Fˢ P ⊆ α P: Σ_j |(Fˢ)_ij| p_j ≤ α p_i for all i. Let
      Y = (1 − α)⁻¹ (P ⊕ F P ⊕ … ⊕ Fˢ⁻¹ P). Then F Y ⊕ P ⊆ Y: as Fˢ P ⊆ α P and P is convex, F Y ⊕ P is inside of
@@ -138,43 +138,60 @@ these do not decide.
      Where there is a V, y(k + 1) = A y(k) + B u(k) + c + w(k) − A v(k) + v(k + 1). So all of this is verified with
      W ⊕ (−A V) ⊕ V in the place of W, for the errors y(k) − x_r. As x = y − v, the bounds of X₀ have to be further
      out, by h_V(−r) above and h_V(r) below. All of it is done in whole numbers over common denominators
-     (`steps.robust`).
+     (`disturbances`).
   8. Polynomial pieces need none of the steps 1 to 5. Between two breakpoints t_i − j T of its signals, a bounded
-     quantity is one polynomial with rational coefficients (`steps.pieces.cells`). In each of these cells, closed on
+     quantity is one polynomial with rational coefficients (`subject`). In each of these cells, closed on
      both sides, it is shown to keep its bounds, drawn in by the stated errors. With x = y/(1 + y), a polynomial p(x) of
      degree n becomes (1 + y)⁻ⁿ Σ b_k y^k, and 0 ≤ x ≤ 1 becomes y ≥ 0: where all b_k ≥ 0, p is nowhere negative; where
-     some are not, the cell is halved (`steps.pieces.positivity`). For all_times the cells reach from 0 to `tail_start`,
+     some are not, the cell is halved (`subject`). For all_times the cells reach from 0 to `tail_start`,
      where all signals are at rest; for all_phases over one period; for a window from start to end, where a signal that
      ends must be known until the last t + j T. The rounding errors are at most the stated ones
-     (`steps.pieces.rounding`). Steps 0, 6 and 7 are the same.
+     (`subject`). Steps 0, 6 and 7 are the same.
   Of a table of states and inputs at steps: at each step, the rows of X and U are kept, and |x(k + 1) − f(x(k), u(k))|
-  is at most the tolerance for each state, in rational arithmetic for linear systems (`steps.tables`). Nothing is said
+  is at most the tolerance for each state, in rational arithmetic for linear systems (`tables`). Nothing is said
   about times between the steps, nor about a flat form. Of a refuted table: at the step that it names, one of these is
   broken by at least what it names, as a number.
   Of a counterexample: step 0; the time is one of the claim; and the value of the bound's row at this time, a number, is
-  outside (`steps.violation`). Of redundant inputs it must also be outside of what step 6 demands for one λ: that this
+  outside (`counterexample`). Of redundant inputs it must also be outside of what step 6 demands for one λ: that this
   is necessary needs no lemma.
 """
 
 from collections.abc import Callable
 
-from trackably.checker.answers import impossible, of_refuted_table, of_table, proved, refuted
+from trackably.checker.answers import (
+    Failed,
+    Impossible,
+    NotACertificate,
+    Proved,
+    Refuted,
+    Undecided,
+    Verdict,
+    impossible,
+    of_refuted_table,
+    of_table,
+    proved,
+    refuted,
+)
+from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
 from trackably.checker.certificate import FORMAT
 from trackably.checker.contradiction import FORMAT as CONTRADICTION
 from trackably.checker.contradiction import read_contradiction
 from trackably.checker.counterexample import FORMAT as COUNTEREXAMPLE
-from trackably.checker.reading.certificates import read_certificate
-from trackably.checker.reading.counterexamples import read_counterexample
-from trackably.checker.reading.tables import read_refuted_table, read_table
-from trackably.checker.reading.values import UnreadableError, format_of, require_short_texts
-from trackably.checker.steps.boxes import NO_FIRST_PASS, FirstPass
-from trackably.checker.table import FORMAT as TABLE
-from trackably.checker.table import REFUTED as REFUTED_TABLE
-from trackably.checker.verdicts import Failed, Impossible, NotACertificate, Proved, Refuted, Undecided, Verdict
+from trackably.checker.form import (
+    UnreadableError,
+    format_of,
+    read_certificate,
+    read_counterexample,
+    read_refuted_table,
+    read_table,
+    require_short_texts,
+)
+from trackably.checker.tables import FORMAT as TABLE
+from trackably.checker.tables import REFUTED as REFUTED_TABLE
 from trackably.checker.watch import Report, UndecidedError, watched
 
 try:
-    from trackably.checker.floats.first_pass import FIRST_PASS
+    from trackably.checker.floats.boxes import FIRST_PASS
 except ImportError:  # there is no NumPy
     FIRST_PASS = NO_FIRST_PASS
 

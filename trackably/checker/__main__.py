@@ -15,7 +15,7 @@ from reprlib import repr as short
 
 from trackably.checker import Failed, Impossible, NotACertificate, Proved, Refuted, Undecided, Verdict, check
 from trackably.checker.limits import BYTES
-from trackably.checker.progress import ProgressLine
+from trackably.checker.watch import ProgressLine
 
 PROVED, FAILED, UNUSABLE, UNDECIDED, REFUTED, IMPOSSIBLE, INTERRUPTED = 0, 1, 2, 3, 4, 5, 130
 _EXPLAINED = __doc__.split("\n", maxsplit=2)[2].strip()

@@ -1,31 +1,100 @@
-"""The answers about what was read: the steps of each proof, in order."""
+"""What a check may answer; printed, each is its name and its sentence.
+
+The answers about what was read: the steps of each proof, in order.
+"""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
+from trackably.checker.boxes import NO_FIRST_PASS, FirstPass, check_boxes, check_cover
 from trackably.checker.certificate import Certificate
 from trackably.checker.contradiction import Contradiction, check_contradiction, impossibility
-from trackably.checker.counterexample import Counterexample
-from trackably.checker.formulas.affine import UnsolvableError
-from trackably.checker.robust_statement import robust_statement
-from trackably.checker.statement import refutation, statement, table_refutation, table_statement
-from trackably.checker.steps.boxes import NO_FIRST_PASS, FirstPass, check_boxes
-from trackably.checker.steps.cover import check_cover
-from trackably.checker.steps.instants import check_instants
-from trackably.checker.steps.pieces.check import check_pieces, check_signals
-from trackably.checker.steps.pieces.check import check_violation as refuted_by_pieces
-from trackably.checker.steps.quantities import Quantity, quantities
-from trackably.checker.steps.redundancy import check_input_set
-from trackably.checker.steps.robust import check_robust
-from trackably.checker.steps.rounding import check_rounding
-from trackably.checker.steps.shapes import check_names, check_shapes
-from trackably.checker.steps.sizes import check_sizes
-from trackably.checker.steps.tables import check_refuted_table, check_table
-from trackably.checker.steps.tail import check_tail
-from trackably.checker.steps.trajectories import check_trajectories
-from trackably.checker.steps.violation import check_violation
+from trackably.checker.counterexample import Counterexample, check_violation
+from trackably.checker.disturbances import check_robust
+from trackably.checker.instants import check_instants
+from trackably.checker.inverse import UnsolvableError
+from trackably.checker.piecewise import check_pieces, check_signals
+from trackably.checker.piecewise import check_violation as refuted_by_pieces
+from trackably.checker.quantities import Quantity, quantities
+from trackably.checker.redundancy import check_input_set
+from trackably.checker.rounding import check_rounding, check_sizes
+from trackably.checker.statement import refutation, robust_statement, statement, table_refutation, table_statement
 from trackably.checker.subject import Subject
-from trackably.checker.table import RefutedTable, Table
-from trackably.checker.verdicts import Failed, Impossible, Proved, Refuted
+from trackably.checker.tables import RefutedTable, Table, check_refuted_table, check_table
+from trackably.checker.tail import check_tail
+from trackably.checker.trajectories import check_names, check_shapes, check_trajectories
+
+
+@dataclass(frozen=True)
+class Proved:
+    """The certificate is valid; `statement` says in words what it proves, and of which reference."""
+
+    statement: str
+
+    def __str__(self) -> str:
+        return f"Proved: {self.statement}"
+
+
+@dataclass(frozen=True)
+class Refuted:
+    """The counterexample is valid: its reference is not trackable; `statement` says in words why."""
+
+    statement: str
+
+    def __str__(self) -> str:
+        return f"Refuted: {self.statement}"
+
+
+@dataclass(frozen=True)
+class Impossible:
+    """The contradiction is valid: whatever reference is wanted, there is none; `statement` says in words why."""
+
+    statement: str
+
+    def __str__(self) -> str:
+        return f"Impossible: {self.statement}"
+
+
+@dataclass(frozen=True)
+class Failed:
+    """The file can be read but shows nothing; `reason` names the first step that fails."""
+
+    reason: str
+    kind: str = "certificate"
+
+    @property
+    def sentence(self) -> str:
+        """What did not work."""
+        wanted = {"certificate": "prove its claim", "contradiction": "exclude every reference"}.get(
+            self.kind, "refute what is claimed"
+        )
+        return f"the {self.kind} does not {wanted}: {self.reason}"
+
+    def __str__(self) -> str:
+        return f"Failed: {self.sentence}"
+
+
+@dataclass(frozen=True)
+class NotACertificate:
+    """The data cannot be read; `reason` says what it is instead, or names the first part that is wrong."""
+
+    reason: str
+
+    def __str__(self) -> str:
+        return f"NotACertificate: {self.reason}"
+
+
+@dataclass(frozen=True)
+class Undecided:
+    """The time that the check may take was over before it ended: nothing is known."""
+
+    reason: str
+
+    def __str__(self) -> str:
+        return f"Undecided: {self.reason}"
+
+
+Verdict = Proved | Refuted | Impossible | Failed | NotACertificate | Undecided
 
 
 def of_table(table: Table) -> Proved | Failed:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from trackably.checker.robust import Robust
+from trackably.checker.disturbances import Robust
 from trackably.checker.subject import Subject
 
 FORMAT, VERSION = "trackably certificate", 3
@@ -79,7 +79,7 @@ Claim = AllTimes | AllPhases | Window | Instants
 class Certificate:
     """A claim about a reference, with what it takes to verify it.
 
-    `errors` are those of float64 evaluation up to the time `until` [s], by the name of the bound. `robust`
+    `errors` are those of float64 evaluation up to the time `until` [s], by the name of the bound. `disturbances`
     says what the bounds leave room for, where the system is disturbed.
     """
 

@@ -27,11 +27,26 @@ interval arithmetic, a box that holds x_(k+1). Where nothing bounds a state, or 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import Any
 
-from trackably.checker.arithmetic.domains import UndefinedError
-from trackably.checker.arithmetic.intervals import (
+from trackably.checker.disturbances import product
+from trackably.checker.form import (
+    Plant,
+    a_plant,
+    an_identifier,
+    file_of,
+    many,
+    positive_number,
+    real_number,
+    record,
+    tagged,
+    whole_number,
+)
+from trackably.checker.formulas import Intervals, evaluate, names
+from trackably.checker.intervals import (
     ZERO,
     Real,
+    UndefinedError,
     at_most,
     between,
     common_denominator,
@@ -39,26 +54,11 @@ from trackably.checker.arithmetic.intervals import (
     exactly,
     ratio,
 )
-from trackably.checker.formulas.formula import evaluate, names
-from trackably.checker.formulas.values import Intervals
 from trackably.checker.limits import INSTANTS, ROWS
-from trackably.checker.reading.names import an_identifier
-from trackably.checker.reading.subjects import a_polytope, a_system
-from trackably.checker.reading.values import (
-    Fields,
-    Reader,
-    UnreadableError,
-    many,
-    positive_number,
-    real_number,
-    tag_of,
-    whole_number,
-)
-from trackably.checker.robust import product
+from trackably.checker.redundancy import null_space
 from trackably.checker.statement import bound_text, dynamics
-from trackably.checker.steps.redundancy import null_space
-from trackably.checker.steps.shapes import why_no_system
 from trackably.checker.subject import LinearSystem, NonlinearSystem, Polytope, System
+from trackably.checker.trajectories import why_no_system
 from trackably.checker.watch import progress, tick
 
 FORMAT, VERSION = "trackably contradiction", 1
@@ -108,47 +108,35 @@ class Contradiction:
     proof: Multipliers | Gap
 
 
-def read_contradiction(data: dict[object, object]) -> Contradiction:
-    """Return what a contradiction's JSON says. Raise UnreadableError where it is none of this version."""
-    if type(data.get("version")) is not int or data["version"] != VERSION:
-        raise UnreadableError(f"is a contradiction of another version; this checker reads version {VERSION}")
-    content = Fields(
-        data, "contradiction", "format", "version", "plant", "start", "steps", "values", "missing", "proof"
-    )
-    plant = content("plant", lambda value, where: Fields(value, where, "system", "state_set", "input_set"))
-    return Contradiction(
-        system=plant("system", a_system),
-        state_set=plant("state_set", a_polytope),
-        input_set=plant("input_set", a_polytope),
-        start=content("start", real_number),
-        steps=content("steps", whole_number(INSTANTS)),
-        values=content("values", many(_value, ROWS, empty=True)),
-        missing=content("missing", positive_number),
-        proof=content("proof", _proof),
-    )
+_step, _row = whole_number(INSTANTS - 1, 0), many(real_number, ROWS, empty=True)
+_by_step = many(_row, INSTANTS)
 
 
-def _value(value: object, where: str) -> Value:
-    found = Fields(value, where, "step", "name", "lower", "upper")
-    return Value(
-        found("step", _step), found("name", an_identifier), found("lower", real_number), found("upper", real_number)
-    )
+def _contradiction(plant: Plant, **found: Any) -> Contradiction:
+    return Contradiction(*plant[:3], **found)
 
 
-def _proof(value: object, where: str) -> Multipliers | Gap:
-    kinds = {"multipliers": ("states", "inputs", "values"), "boxes": ("step", "name")}
-    kind = tag_of(value, where, "kind", kinds)
-    found = Fields(value, where, "kind", *kinds[kind])
-    if kind == "boxes":
-        return Gap(found("step", _step), found("name", an_identifier))
-    row: Reader[tuple[float, ...]] = many(real_number, ROWS, empty=True)
-    return Multipliers(found("states", many(row, INSTANTS)), found("inputs", many(row, INSTANTS)), found("values", row))
-
-
-def _step(value: object, where: str) -> int:
-    if type(value) is not int or not 0 <= value < INSTANTS:
-        raise UnreadableError(f"{where} must be a whole number from 0 to {INSTANTS - 1}")
-    return value
+read_contradiction = file_of(
+    "contradiction",
+    VERSION,
+    record(
+        _contradiction,
+        plant=a_plant,
+        start=real_number,
+        steps=whole_number(INSTANTS),
+        values=many(
+            record(Value, step=_step, name=an_identifier, lower=real_number, upper=real_number), ROWS, empty=True
+        ),
+        missing=positive_number,
+        proof=tagged(
+            "kind",
+            {
+                "multipliers": record(Multipliers, states=_by_step, inputs=_by_step, values=_row),
+                "boxes": record(Gap, step=_step, name=an_identifier),
+            },
+        ),
+    ),
+)
 
 
 def check_contradiction(of: Contradiction) -> str | None:

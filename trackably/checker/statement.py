@@ -1,17 +1,24 @@
-"""What is shown, in words and numbers. Names are in quotes; no name contains a quote, a space or a comparison."""
+"""What is shown, in words and numbers. Names are in quotes; no name contains a quote, a space or a comparison.
 
+What a certificate proves of a disturbed system, in words and numbers.
+
+Which reference of polynomial pieces is meant, in words.
+"""
+
+from collections.abc import Sequence
 from fractions import Fraction
 
-from trackably.checker.arithmetic.intervals import ZERO
+from trackably.checker.boxes import FirstPass
 from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Claim, Instants, Window
 from trackably.checker.counterexample import Counterexample, Interval
-from trackably.checker.formulas.formula import text
-from trackably.checker.steps.boxes import FirstPass
-from trackably.checker.steps.instants import combination_at
-from trackably.checker.steps.pieces.place import where_pieces_are
-from trackably.checker.steps.quantities import LinearCombination, states_of
+from trackably.checker.disturbances import Hull, Robust, Vector, Zonotope
+from trackably.checker.formulas import text
+from trackably.checker.instants import combination_at
+from trackably.checker.intervals import ZERO
+from trackably.checker.piecewise import value_at
+from trackably.checker.quantities import LinearCombination, functionals, states_of
 from trackably.checker.subject import Bound, NonlinearSystem, Row, Subject, System, as_float
-from trackably.checker.table import RefutedTable, Table
+from trackably.checker.tables import RefutedTable, Table
 
 
 def statement(certificate: Certificate, first_pass: FirstPass) -> str:
@@ -158,3 +165,55 @@ def dynamics(system: System) -> str:
         return ", ".join(f'"{name}"⁺ = {text(formula)}' for name, formula in zip(system.states, system.f, strict=True))
     A, B = ([list(row) for row in matrix] for matrix in (system.A, system.B))
     return f"x⁺ = A x + B u + c with A = {A!r}, B = {B!r}, c = {list(system.c)!r}"
+
+
+def robust_statement(subject: Subject, robust: Robust | None) -> str:
+    """Return what is proved of the disturbed system, as a sentence that follows another; nothing without one."""
+    if robust is None:
+        return ""
+    system = subject.system
+    states, inputs = (
+        ", ".join(bound_text(row, names) for row in bounded.rows) or "no bounds"
+        for bounded, names in ((robust.state_set, system.states), (robust.input_set, system.inputs))
+    )
+    K, N, s = [list(row) for row in robust.feedback], robust.head, robust.terms
+    of, seen, model, sequence = "W", "x", "", "w in W and every start"
+    if robust.noise:
+        of, seen, model, sequence = "S", "y", " and y = x + v", "w in W and v in V and every start with y"
+    sets = f"W is {_set(robust.disturbance)}"
+    if robust.noise:
+        sets += f", V is {_set(robust.noise)}, S = W ⊕ (-A V) ⊕ V"
+    return (
+        f" Under disturbance, x⁺ = A x + B u + c + w{model}: for every sequence of {sequence} in "
+        f"x_r(t₀) ⊕ Z at one of these times, the inputs u = u_r + K ({seen} - x_r) keep x in {states} and u in "
+        f"{inputs} at all later times t₀ + k T among these, and {seen} in x_r ⊕ Z. Here {sets}, K = {K!r}, and, with "
+        f"F = A + B K, Z = {of} ⊕ F {of} ⊕ … ⊕ F^{N - 1} {of} ⊕ F^{N} (P ⊕ F P ⊕ … ⊕ F^{s - 1} P) / "
+        f"(1 - {robust.contraction!r}), where P holds all x with |x_i| ≤ p_i, p = {list(robust.box)!r}."
+    )
+
+
+def _set(W: Zonotope | Hull) -> str:
+    if not isinstance(W, Zonotope):
+        return f"the convex hull of {_vectors(W.vertices)}"
+    if not W.generators:
+        return f"the point {_vector(W.centre)}"
+    return f"{_vector(W.centre)} + Σ_j ξ_j g_j with all |ξ_j| ≤ 1 and g_j = {_vectors(W.generators)}"
+
+
+def _vectors(vectors: Sequence[Vector]) -> str:
+    return ", ".join(map(_vector, vectors))
+
+
+def _vector(vector: Vector) -> str:
+    return f"({', '.join(map(_number, vector))})"
+
+
+def where_pieces_are(subject: Subject) -> str:
+    """Return how many pieces there are, from when to when, and the states at time zero, or where all have begun."""
+    ends = [t for z in subject.pieces for t in z.breakpoints]
+    count = sum(len(z.coefficients) for z in subject.pieces)
+    begun = max((z.breakpoints[0] for z in subject.pieces if z.beyond == "end"), default=0.0)
+    states = zip(subject.system.states, functionals(subject, "state"), strict=True)
+    values = ((name, value_at(subject, (Fraction(1),), (part,), Fraction(begun))) for name, part in states)
+    said = ", ".join(f'"{name}" = {as_float(value):.6g}' for name, value in values)
+    return f"{count} polynomial pieces from {min(ends)!r} s to {max(ends)!r} s, and {said} at t = {begun!r} s"

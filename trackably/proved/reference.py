@@ -10,7 +10,7 @@ from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_subject
 from trackably.certificates.judge import accepted_file, found_or_raise, judged
-from trackably.checker.reading.subjects import subject_of
+from trackably.checker.form import subject_of
 from trackably.exports.mixin import ExportMixin
 from trackably.files import new_file, write_atomically
 from trackably.proved.place import where_it_is

@@ -11,7 +11,7 @@ from trackably.certificates.draft import Draft
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import prove_on_window
 from trackably.certificates.sketch import sketches
-from trackably.checker.arithmetic.intervals import exactly
+from trackably.checker.intervals import exactly
 from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference

@@ -11,8 +11,8 @@ from tests.trackably.checker.redundant import as_read, learned
 from tests.trackably.gp.instances import over
 from tests.trackably.systems.redundant_instances import CASES
 from trackably.checker import Failed, NotACertificate, check
-from trackably.checker.reading.certificates import read_certificate
-from trackably.checker.steps.redundancy import why_not_attainable
+from trackably.checker.form import read_certificate
+from trackably.checker.redundancy import why_not_attainable
 from trackably.checker.subject import Row
 from trackably.systems.allocation import Allocation
 

@@ -9,7 +9,7 @@ from tests.trackably.certificates import naive
 from tests.trackably.checker.instances import changed, scalar_certificate
 from trackably import checker
 from trackably.checker import Failed, Proved, check
-from trackably.checker.arithmetic.intervals import iv
+from trackably.checker.intervals import iv
 
 
 @pytest.fixture

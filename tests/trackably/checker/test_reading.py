@@ -6,8 +6,8 @@ import pytest
 
 from tests.trackably.checker.instances import changed, scalar_certificate
 from trackably.checker import NotACertificate, check
+from trackably.checker.form import rational_number
 from trackably.checker.limits import DIGITS
-from trackably.checker.reading.values import rational_number
 
 
 @pytest.fixture

@@ -10,9 +10,8 @@ from tests.trackably.checker.truth import is_true, statement
 from trackably.certificates import cover, draft
 from trackably.certificates import prove as prove_module
 from trackably.certificates.form import encode_certificate
-from trackably.checker import NotACertificate, Proved, check
-from trackably.checker.arithmetic.models import Model
-from trackably.checker.steps import boxes, enclosures
+from trackably.checker import NotACertificate, Proved, boxes, check
+from trackably.checker.models import Model
 
 
 @pytest.fixture(autouse=True)
@@ -28,7 +27,7 @@ def remembered(monkeypatch):
     whether a polynomial is positive. Both are told apart by all that they depend on, to the last bit."""
     models: dict[Any, Model] = {}
     signs: dict[Any, bool] = {}
-    enclose_signal, is_positive = enclosures.enclose_signal, boxes.is_positive
+    enclose_signal, is_positive = boxes.enclose_signal, boxes.is_positive
 
     def enclosed(signal: Any, shift: Any, box: Any, n: int) -> Model:
         asked = repr((signal, shift._mpi_, box, n))
@@ -42,7 +41,7 @@ def remembered(monkeypatch):
             signs[asked] = is_positive(coefficients)
         return signs[asked]
 
-    monkeypatch.setattr(enclosures, "enclose_signal", enclosed)
+    monkeypatch.setattr(boxes, "enclose_signal", enclosed)
     monkeypatch.setattr(boxes, "is_positive", positive)
 
 

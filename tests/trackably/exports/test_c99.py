@@ -31,9 +31,9 @@ from trackably.certificates.claim import AtInstants, OnWindow
 from trackably.certificates.draft import Draft, evaluation_errors
 from trackably.certificates.form import encode_subject
 from trackably.checker import certificate as checked
-from trackably.checker.arithmetic.intervals import exactly
-from trackably.checker.reading.subjects import subject_of
-from trackably.checker.steps.pieces.rounding import evaluation_errors as errors_of_pieces
+from trackably.checker.form import subject_of
+from trackably.checker.intervals import exactly
+from trackably.checker.piecewise import evaluation_errors as errors_of_pieces
 from trackably.exports.c99 import header
 from trackably.exports.proved import Proved
 from trackably.gp.signal import KernelSum

@@ -9,9 +9,9 @@ from mpmath import mp
 
 from pipeline.published.scalar import growth_rates
 from tests.trackably.systems.nonlinear_instances import INSTANCES, LINEAR, T_S, as_formulas, exactly, moving
-from trackably.checker.formulas.affine import inputs_of
-from trackably.checker.formulas.formula import text
-from trackably.checker.reading.formulas import a_formula
+from trackably.checker.form import a_formula
+from trackably.checker.formulas import text
+from trackably.checker.inverse import inputs_of
 from trackably.codec import CodecError, decode, dumps, encode, loads
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential

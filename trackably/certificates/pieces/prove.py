@@ -14,8 +14,8 @@ from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.pieces.cells import ExactPieces, cells, exactly
 from trackably.certificates.pieces.extremes import Extreme, Search
 from trackably.checker import certificate as checked
-from trackably.checker.reading.subjects import subject_of
-from trackably.checker.steps.pieces.rounding import check_sizes, evaluation_errors
+from trackably.checker.form import subject_of
+from trackably.checker.piecewise import check_sizes, evaluation_errors
 from trackably.checker.subject import Subject
 from trackably.systems.flat.functional import Functional
 from trackably.systems.quantity import Quantity

@@ -1,4 +1,7 @@
-"""Step 2 of the proof in float64: find the boxes in which quantities certainly stay inside their bounds."""
+"""Step 2 of the proof in float64: find the boxes in which quantities certainly stay inside their bounds.
+
+What is tried in float64 before mpmath.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -10,17 +13,17 @@ from typing import Any
 
 import numpy as np
 
-from trackably.checker.arithmetic.domains import UndefinedError
-from trackably.checker.arithmetic.intervals import Real, between, exactly, ratio
-from trackably.checker.arithmetic.models import Model
-from trackably.checker.floats.intervals import Floats, Mask, joined
+from trackably.checker.boxes import Box, Enclosures, FirstPass
+from trackably.checker.flat import FlatNeeds, FlatValues
+from trackably.checker.floats.intervals import Floats, Mask, joined, sums
 from trackably.checker.floats.polynomials import are_positive
 from trackably.checker.floats.signals import Boxes, ManyCentres, Models
-from trackably.checker.formulas.formula import parts
-from trackably.checker.steps.enclosures import Box, Enclosures
-from trackably.checker.steps.flat import FlatNeeds, FlatValues
-from trackably.checker.steps.quantities import LinearCombination, Quantity
-from trackably.checker.subject import Subject
+from trackably.checker.formulas import parts
+from trackably.checker.intervals import Real, UndefinedError, between, exactly, ratio
+from trackably.checker.kernels import Decay
+from trackably.checker.models import Model
+from trackably.checker.quantities import LinearCombination, Quantity
+from trackably.checker.subject import Signal, Subject
 from trackably.checker.watch import tick
 
 Shifted = tuple[int, int]
@@ -177,3 +180,37 @@ def _model(models: Models, b: int) -> Model | None:
     if not all(map(isfinite, (*lows, *highs, missed))):
         return None
     return Model([between(low, high) for low, high in zip(lows, highs, strict=True)], exactly(missed))
+
+
+def envelope(signal: Signal, start: Real) -> Decay | None:
+    """Over-estimate |z − m| and |ż| from `start` on; None where nothing is known."""
+    with np.errstate(all="ignore"):
+        distance: Any = Floats.of(start) - Floats.exact(np.array(signal.centres))
+        each = signal.kernel.beyond(distance.choose(distance.low >= 0, distance, 0.0))
+        sizes, first = abs(Floats.exact(np.array(signal.weights))), np.zeros(1, dtype=np.intp)
+        size, slope = (float(sums(sizes * part, first, len(signal.weights)).high[0]) for part in each)
+    return Decay(exactly(size), exactly(slope)) if isfinite(size) and isfinite(slope) else None
+
+
+def at_zero(subject: Subject, argument: LinearCombination) -> Real | None:
+    """Return an interval that contains the linear combination at t = 0; None where nothing is known."""
+    found = Floats.of(argument.offset)
+    with np.errstate(all="ignore"):
+        for shifted, weight in terms_of(argument):
+            found = found + many_centres(subject, shifted).at(0.0) * weight
+    low, high = (float(end.max()) for end in (found.low, found.high))
+    return between(low, high) if isfinite(low) and isfinite(high) else None
+
+
+def keeps_subnormals() -> bool:
+    """Return whether float64 arithmetic is IEEE's near zero: a processor may be set to take tiny numbers for zero."""
+    smallest_normal = np.full(8, np.finfo(np.float64).smallest_normal)
+    return bool(np.all(smallest_normal / 2 * 2 == smallest_normal))
+
+
+_TRUSTED = (
+    "This was checked in float64 intervals first, which trusts IEEE arithmetic and NumPy's exp, log, sqrt, cos, arctan "
+    "and arctan2."
+)
+FIRST_PASS = FirstPass(boxes_left, envelope, at_zero, keeps_subnormals, _TRUSTED)
+"""In arrays of float64 intervals."""

@@ -15,7 +15,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from trackably.checker.arithmetic.intervals import ONE, ZERO, Many, Real, exactly, pi
+from trackably.checker.intervals import ONE, ZERO, Many, Real, exactly, pi
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]

@@ -99,7 +99,7 @@ TAMPERED = {
     "two laws": (lambda d: put(d, (*SYSTEM, "f"), [LAW, LAW]), Failed, "shapes: as many formulas"),
     "no law": (lambda d: put(d, (*SYSTEM, "f"), []), NotACertificate, "must be a list, not empty"),
     "a matrix": (lambda d: put(d, (*SYSTEM, "A"), [[1.0]]), NotACertificate, "exactly the fields"),
-    "trajectories": (lambda d: {**d, "trajectories": {}}, NotACertificate, "for linear systems only"),
+    "trajectories": (lambda d: {**d, "trajectories": {}}, NotACertificate, "trajectories"),
     "a name twice": (lambda d: put(d, (*SYSTEM, "inputs"), ["level"]), Failed, "names: states and inputs must"),
     "a weight": (lambda d: _scaled(d, ("reference", "signals", 0, "weights", 0), 1.1), Failed, "box|evaluation"),
     "a bound": (lambda d: _scaled(d, (*PLANT, "input_set", "upper", 0), 0.98), Failed, "box: the inflow"),

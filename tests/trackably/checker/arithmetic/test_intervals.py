@@ -7,9 +7,9 @@ from mpmath import mp
 from mpmath.ctx_iv import MPIntervalContext
 
 from tests.trackably.gp.instances import KERNELS, formula, over
-from trackably.checker.arithmetic import intervals
-from trackably.checker.arithmetic.intervals import iv
-from trackably.checker.reading.kernels import a_kernel
+from trackably.checker import intervals
+from trackably.checker.form import a_kernel
+from trackably.checker.intervals import iv
 from trackably.codec import encode
 
 

@@ -5,9 +5,8 @@ import random
 import pytest
 from mpmath import mp
 
-from trackably.checker.arithmetic.domains import UndefinedError
-from trackably.checker.arithmetic.intervals import exactly, iv
-from trackably.checker.arithmetic.models import Model, Models
+from trackably.checker.intervals import UndefinedError, exactly, iv
+from trackably.checker.models import Model, Models
 
 TERMS = 12
 MODELS = Models(TERMS)

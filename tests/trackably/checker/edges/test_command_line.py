@@ -13,12 +13,13 @@ import pytest
 from tests.trackably.checker.edges import hostile
 from tests.trackably.checker.edges.test_counterexamples import by_claim
 from tests.trackably.checker.instances import scalar_certificate
-from trackably.checker import Undecided, progress
+from trackably.checker import Undecided
+from trackably.checker import watch as progress
 from trackably.checker.__main__ import INTERRUPTED, PROVED, REFUTED, UNDECIDED, UNUSABLE, main
 from trackably.checker.limits import BYTES
 
 LONG = hostile.instants(100_000)
-SOON = "import runpy, sys\nfrom trackably.checker import progress\nprogress._PATIENCE = 0\n"
+SOON = "import runpy, sys\nfrom trackably.checker import watch as progress\nprogress._PATIENCE = 0\n"
 COMMANDS = {
     "checker": "from trackably.checker.__main__ import run\nrun()",
     "library": "sys.argv[1:1] = ['check']\nrunpy.run_module('trackably', run_name='__main__')",

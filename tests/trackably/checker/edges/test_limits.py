@@ -8,9 +8,8 @@ from tests.trackably.checker.tight import VALID
 from trackably import checker
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Failed, NotACertificate, Proved, Undecided, check, limits
-from trackably.checker.arithmetic.intervals import exactly
-from trackably.checker.formulas.formula import Name, Number, Operation, evaluate, names, numbers, parts
-from trackably.checker.formulas.values import Intervals
+from trackably.checker.formulas import Intervals, Name, Number, Operation, evaluate, names, numbers, parts
+from trackably.checker.intervals import exactly
 
 SIGNAL = {
     "kernel": {"type": "squared_exponential", "signal_std": 1.0, "lengthscale": 0.3},

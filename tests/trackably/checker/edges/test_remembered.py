@@ -6,13 +6,10 @@ from dataclasses import replace
 import pytest
 
 from tests.project import ROOT
-from trackably.checker.identities import flatness
-from trackably.checker.identities.flatness import why_not_flat
-from trackably.checker.kernels.combinations import Product, Sum
-from trackably.checker.kernels.matern import Matern32, Matern52
-from trackably.checker.kernels.squared_exponential import SquaredExponential
-from trackably.checker.reach import reach
-from trackably.checker.reading.certificates import read_certificate
+from trackably.checker import flatness
+from trackably.checker.flatness import why_not_flat
+from trackably.checker.form import read_certificate
+from trackably.checker.kernels import Matern32, Matern52, Product, SquaredExponential, Sum, reach
 
 FILE = ROOT / "data/results/mobile-robot/certificates/joint.json"
 CHANGES = {

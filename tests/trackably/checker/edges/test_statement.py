@@ -23,8 +23,8 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove
 from trackably.checker import Proved, Refuted, check
-from trackably.checker.arithmetic.intervals import between, exactly
-from trackably.checker.formulas.formula import Number, Operation, Power, text
+from trackably.checker.formulas import Number, Operation, Power, text
+from trackably.checker.intervals import between, exactly
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 
 KINDS = {**VALID, "nonlinear": lambda: proved("tank"), "redundant inputs": in_the_plane}

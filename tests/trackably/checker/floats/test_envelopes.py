@@ -4,11 +4,11 @@ import numpy as np
 from mpmath import mp
 
 from tests.trackably.gp.instances import KERNELS, formula, over, time_scale
-from trackably.checker.arithmetic.intervals import exactly
-from trackably.checker.floats.first_pass import envelope
+from trackably.checker import tail
+from trackably.checker.floats.boxes import envelope
 from trackably.checker.floats.intervals import Floats
-from trackably.checker.reading.kernels import a_kernel
-from trackably.checker.steps import tail
+from trackably.checker.form import a_kernel
+from trackably.checker.intervals import exactly
 from trackably.checker.subject import Signal
 from trackably.codec import encode
 from trackably.gp.kernels.base import Kernel

@@ -15,11 +15,11 @@ from tests.trackably.exports.c_programs import CC
 from trackably import checker
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Failed, Proved, check
-from trackably.checker.arithmetic.intervals import INFINITE, ZERO
 from trackably.checker.floats import boxes
 from trackably.checker.floats.polynomials import are_positive
-from trackably.checker.kernels.base import Decay
-from trackably.checker.steps.instants import _around
+from trackably.checker.instants import _around
+from trackably.checker.intervals import INFINITE, ZERO
+from trackably.checker.kernels import Decay
 
 KINDS = {kind: lambda make=make: encode_certificate(make()) for kind, make in VALID.items()}
 

@@ -8,12 +8,11 @@ import pytest
 from mpmath import mp
 
 from tests.trackably.checker.arithmetic import test_models as single
-from trackably.checker.arithmetic import models
-from trackably.checker.arithmetic.domains import UndefinedError
-from trackably.checker.arithmetic.intervals import ZERO, iv
-from trackably.checker.arithmetic.models import Model, Models
+from trackably.checker import models
 from trackably.checker.floats import intervals
 from trackably.checker.floats.intervals import Floats, joined
+from trackably.checker.intervals import ZERO, UndefinedError, iv
+from trackably.checker.models import Model, Models
 
 TERMS, COUNT = single.TERMS, 12
 MODELS = Models(TERMS)

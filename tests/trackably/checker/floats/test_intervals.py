@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from trackably.checker.arithmetic.intervals import exactly
 from trackably.checker.floats import intervals, polynomials
 from trackably.checker.floats.intervals import Floats, sums
 from trackably.checker.floats.polynomials import are_positive
+from trackably.checker.intervals import exactly
 
 COUNT = 400
 OPERATIONS = {

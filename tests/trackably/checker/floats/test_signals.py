@@ -9,16 +9,16 @@ import pytest
 from mpmath import mp
 
 from tests.trackably.gp.instances import KERNELS, formula, over, time_scale
-from trackably.checker.arithmetic.intervals import ZERO
-from trackably.checker.floats import one_sided, signals
+from trackably.checker.boxes import Box
+from trackably.checker.floats import signals
 from trackably.checker.floats.boxes import _enclosed as enclosed
 from trackably.checker.floats.intervals import Floats
 from trackably.checker.floats.signals import Boxes, ManyCentres
-from trackably.checker.kernels.matern import Matern52 as CheckedMatern52
-from trackably.checker.kernels.piecewise_polynomial import PiecewisePolynomial2 as CheckedCompact
-from trackably.checker.kernels.squared_exponential import SquaredExponential as CheckedSquaredExponential
-from trackably.checker.reading.kernels import a_kernel
-from trackably.checker.steps.enclosures import Box
+from trackably.checker.form import a_kernel
+from trackably.checker.intervals import ZERO
+from trackably.checker.kernels import Matern52 as CheckedMatern52
+from trackably.checker.kernels import PiecewisePolynomial2 as CheckedCompact
+from trackably.checker.kernels import SquaredExponential as CheckedSquaredExponential
 from trackably.checker.subject import Signal
 from trackably.codec import encode
 from trackably.gp.kernels.base import Kernel
@@ -165,10 +165,10 @@ FAULTS = {
         Matern52(1.0, 1.0),
         lambda patch: narrower(patch, "largest_around", CheckedMatern52, 1e-6),
     ),
-    "moments that do not move": (Matern52(1.0, 1.0), lambda patch: patch.setattr(one_sided, "_moved", lambda m, _: m)),
+    "moments that do not move": (Matern52(1.0, 1.0), lambda patch: patch.setattr(signals, "_moved", lambda m, _: m)),
     "moments without the last one": (
         Matern52(1.0, 1.0),
-        lambda patch: patch.setattr(one_sided.CentresBefore, "moments", _without_the_last),
+        lambda patch: patch.setattr(signals.CentresBefore, "moments", _without_the_last),
     ),
     "a centre inside a box taken for one before it": (
         Matern32(1.0, 1.0),
@@ -191,7 +191,7 @@ FAULTS = {
 _right_taylor = CheckedSquaredExponential.taylor
 
 
-_right_moments = one_sided.CentresBefore.moments
+_right_moments = signals.CentresBefore.moments
 _right_inside = ManyCentres._inside
 
 

@@ -8,10 +8,10 @@ from mpmath import mp
 
 from tests.trackably.checker.kernels.boxes import DIGITS, KINKED, TERMS, Differences, boxes, exactly, kinks
 from tests.trackably.gp.instances import over
-from trackably.checker.arithmetic.intervals import SIGN, ZERO, Real, total
-from trackably.checker.arithmetic.intervals import exactly as interval
-from trackably.checker.kernels.piecewise_polynomial import PiecewisePolynomial
-from trackably.checker.reading.kernels import a_kernel
+from trackably.checker.form import a_kernel
+from trackably.checker.intervals import SIGN, ZERO, Real, total
+from trackably.checker.intervals import exactly as interval
+from trackably.checker.kernels import PiecewisePolynomial
 from trackably.codec import encode
 from trackably.gp.kernels.base import Kernel, Sum
 from trackably.gp.kernels.matern import Matern52

@@ -4,10 +4,10 @@ from mpmath import mp
 
 from tests.trackably.gp.instances import DECAYING, KERNELS, formula, over, time_scale
 from trackably.checker import subject
-from trackably.checker.arithmetic.intervals import exactly
-from trackably.checker.reach import Reach, reach
-from trackably.checker.reading.kernels import a_kernel
-from trackably.checker.steps.enclosures import Box, enclose_signal
+from trackably.checker.boxes import Box, enclose_signal
+from trackably.checker.form import a_kernel
+from trackably.checker.intervals import exactly
+from trackably.checker.kernels import Reach, reach
 from trackably.checker.subject import Signal
 from trackably.codec import encode
 

@@ -11,8 +11,8 @@ from tests.trackably.checker.changes import changed
 from tests.trackably.checker.robust.instances import NOISE, noisy_data, robust_data
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Failed, NotACertificate, Proved, check
-from trackably.checker.reading.certificates import read_certificate
-from trackably.checker.robust import of_measured_state
+from trackably.checker.disturbances import of_measured_state
+from trackably.checker.form import read_certificate
 
 
 def block(*path):

@@ -15,8 +15,8 @@ from tests.trackably.checker.robust.redundant import two_pushers
 from tests.trackably.systems.disturbance.naive import naive_support
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Failed, NotACertificate, Proved, check
-from trackably.checker.reading.certificates import read_certificate
-from trackably.checker.steps import robust as step
+from trackably.checker import disturbances as step
+from trackably.checker.form import read_certificate
 
 PUSHED = "pushed cart"
 

@@ -7,15 +7,15 @@ from mpmath import mp
 
 from trackably.certificates.balls.arithmetic import ball_arithmetic
 from trackably.certificates.balls.formulas import UndefinedError, at_balls
-from trackably.checker.arithmetic.domains import UndefinedError as CheckerUndefined
-from trackably.checker.arithmetic.intervals import ZERO, between, exactly
-from trackably.checker.arithmetic.models import Model
-from trackably.checker.arithmetic.models import Models as CheckerModels
-from trackably.checker.formulas.formula import evaluate as checker_evaluate
-from trackably.checker.formulas.slopes import Sloped, SlopedFormulas
-from trackably.checker.formulas.tracked import Tracked, TrackedFormulas
-from trackably.checker.formulas.values import Intervals
-from trackably.checker.reading.formulas import a_formula
+from trackably.checker.form import a_formula
+from trackably.checker.formulas import Intervals
+from trackably.checker.formulas import evaluate as checker_evaluate
+from trackably.checker.intervals import ZERO, between, exactly
+from trackably.checker.intervals import UndefinedError as CheckerUndefined
+from trackably.checker.models import Model
+from trackably.checker.models import Models as CheckerModels
+from trackably.checker.rounding import Tracked, TrackedFormulas
+from trackably.checker.tail import Sloped, SlopedFormulas
 from trackably.systems.formulas.algebra import derivative
 from trackably.systems.formulas.evaluation import evaluate_floats
 from trackably.systems.formulas.nested_lists import to_lists

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from mpmath import mp
 
 from tests.trackably.systems.formulas.random_expressions import expressions, in_balls, many_digits, points
-from trackably.checker.arithmetic.intervals import iv
-from trackably.checker.formulas.formula import evaluate as checked_value
-from trackably.checker.formulas.values import Intervals
-from trackably.checker.reading.formulas import a_formula
+from trackably.checker.form import a_formula
+from trackably.checker.formulas import Intervals
+from trackably.checker.formulas import evaluate as checked_value
+from trackably.checker.intervals import iv
 from trackably.systems.formulas.algebra import derivative
 from trackably.systems.formulas.evaluation import evaluate_floats
 from trackably.systems.formulas.expression import (

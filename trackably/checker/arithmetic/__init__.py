@@ -1,1 +1,0 @@
-"""Interval arithmetic, power series, polynomials and Taylor models."""

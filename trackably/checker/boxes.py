@@ -1,0 +1,171 @@
+"""Step 2 of the proof, first half: Taylor models of the signals, and of the bounded quantities, in a box of time.
+
+Step 2 of the proof, second half: in each box of time each quantity stays inside its bounds.
+
+Steps 1 and 4 of the proof: boxes without gaps cover what is claimed, and a claimed period is that of all kernels.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import NamedTuple
+
+from trackably.checker.certificate import AllPhases, Certificate, Instants
+from trackably.checker.flat import FlatNeeds, FlatValues
+from trackably.checker.intervals import ZERO, Real, UndefinedError, exactly, ratio
+from trackably.checker.kernels import Decay
+from trackably.checker.models import Model, Models, is_positive
+from trackably.checker.quantities import LinearCombination, Quantity
+from trackably.checker.subject import Signal, Subject, is_far
+from trackably.checker.watch import progress, tick
+
+
+class Box(NamedTuple):
+    """The times of [start, end] [s]; `radius` [s] of the discs in Cauchy's estimate."""
+
+    start: float
+    end: float
+    radius: float
+
+
+@dataclass(frozen=True)
+class Enclosures:
+    """Enclosures over one `box`, mapped to x ∈ [−1, 1], with this many `terms`; each signal is enclosed once."""
+
+    subject: Subject
+    terms: int
+    box: Box
+    known: dict[tuple[int, int], Model] = field(default_factory=dict)
+
+    def arguments(self, q: Quantity) -> dict[str, Model]:
+        """Enclose the arguments of a quantity."""
+        return {name: self._combination(argument) for name, argument in q.arguments.items()}
+
+    def _combination(self, argument: LinearCombination) -> Model:
+        found = Models(self.terms).number(argument.offset)
+        for s, weights in enumerate(argument.weights):
+            for j, w in enumerate(weights):
+                if w:
+                    found += self._signal(s, j).times(ratio(w))
+        return found
+
+    def _signal(self, s: int, j: int) -> Model:
+        """Enclose z_s(t + j T) − m_s."""
+        if (s, j) not in self.known:
+            shift = j * self.subject.step
+            self.known[s, j] = enclose_signal(self.subject.signals[s], shift, self.box, self.terms)
+        return self.known[s, j]
+
+
+def enclose_signal(signal: Signal, shift: Real, box: Box, n: int) -> Model:
+    """Enclose Σ_i c_i κ(t + shift − t_i)."""
+    first, last, radius = exactly(box.start), exactly(box.end), exactly(box.radius)
+    middle, h = (first + last) / 2, (last - first) / 2
+    found = Model([ZERO] * n, signal.far.size)
+    for t, weight in signal.pairs:
+        tick()
+        r = middle + shift - t
+        if not is_far(signal, abs(r) - h):
+            found += signal.kernel.model(r, h, radius, n).times(weight)
+    return found
+
+
+Held = Mapping[Box, list[Quantity]]
+Left = Iterator[tuple[Box, list[Quantity], dict[tuple[int, int], Model]]]
+
+
+@dataclass(frozen=True)
+class FirstPass:
+    """What is tried before mpmath, which decides where this does not.
+
+    `boxes`: each box with the quantities that are left to be proved, and with models of signals for these;
+    `envelope`: over-estimates of |z − m| and |ż| of a signal from a time on; None where nothing is known;
+    `at_zero`: an interval that contains a linear combination of signals at t = 0; None where nothing is known;
+    `is_sound`: whether the processor is set such that all of this is true;
+    `trusted`: a sentence that says which arithmetic is trusted.
+    """
+
+    boxes: Callable[[FlatNeeds, Subject, int, Held], Left]
+    envelope: Callable[[Signal, Real], Decay | None]
+    at_zero: Callable[[Subject, LinearCombination], Real | None]
+    is_sound: Callable[[], bool]
+    trusted: str
+
+
+def _every_box(needs: FlatNeeds, subject: Subject, terms: int, held: Held) -> Left:
+    return ((box, inside, {}) for box, inside in held.items())
+
+
+NO_FIRST_PASS = FirstPass(
+    _every_box,
+    lambda _signal, _start: None,
+    lambda _subject, _argument: None,
+    lambda: True,
+    "This was checked in exact arithmetic: rational numbers and intervals of mpmath.",
+)
+"""Everything is left to mpmath."""
+
+
+def check_boxes(
+    certificate: Certificate, quantities: list[Quantity], first_pass: FirstPass = NO_FIRST_PASS
+) -> str | None:
+    """Return the first box in which a quantity is not shown to stay inside its bounds; None where there is none.
+
+    What the `first_pass` leaves is enclosed in mpmath.
+    """
+    claim = certificate.claim
+    if isinstance(claim, Instants):
+        return None
+    held: dict[Box, list[Quantity]] = {}
+    for q in quantities:
+        boxes = claim.cover.boxes[q.name]
+        for (start, end), radius in zip(pairwise(boxes.ends), boxes.radii, strict=True):
+            held.setdefault(Box(start, end, radius), []).append(q)
+    needs = FlatNeeds.of(certificate, quantities)
+    subject, terms = certificate.subject, claim.cover.terms
+    for i, (box, rest, known) in enumerate(first_pass.boxes(needs, subject, terms, held)):
+        progress(i, len(held))
+        if known and not any(refusals(needs, Enclosures(subject, terms, box, known), rest)):
+            continue
+        for q, undefined in refusals(needs, Enclosures(subject, terms, box), rest):
+            what = f"be defined from {box.start!r} s to {box.end!r} s: {undefined}"
+            inside = f"stay inside its bounds from {box.start!r} s to {box.end!r} s"
+            return f"box: the {q.name} is not shown to {what if undefined else inside}"
+    return None
+
+
+def refusals(needs: FlatNeeds, enclosures: Enclosures, quantities: list[Quantity]) -> Iterator[tuple[Quantity, str]]:
+    """Yield each quantity that is not shown to stay inside its bounds in a box, and why it may not be defined there."""
+    values = FlatValues(needs, enclosures.terms)
+    for q in quantities:
+        try:
+            if not stays_inside(values.enclose(q, enclosures.arguments(q)), q):
+                yield q, ""
+        except UndefinedError as undefined:
+            yield q, str(undefined)
+
+
+def stays_inside(model: Model, q: Quantity) -> bool:
+    """Return whether lower ≤ q ≤ upper for all functions of the model."""
+    first, *others = model.coefficients
+    above = [first - q.lower - model.missed, *others]
+    below = [q.upper - first - model.missed, *(-coefficient for coefficient in others)]
+    return is_positive(above) and is_positive(below)
+
+
+def check_cover(certificate: Certificate) -> str | None:
+    """Return where the cover has a gap, or which kernel does not repeat; None where the claim is covered."""
+    claim = certificate.claim
+    if isinstance(claim, Instants):
+        return None
+    start, end = claim.span
+    if isinstance(claim, AllPhases) and any(s.kernel.repeats_after != end for s in certificate.subject.signals):
+        return f"period: a kernel does not repeat after {end!r} s"
+    for name, boxes in claim.cover.boxes.items():
+        ends = boxes.ends
+        if (ends[0], ends[-1], len(ends)) != (start, end, len(boxes.radii) + 1):
+            return f"cover: the boxes of the {name} must lead from {start!r} s to {end!r} s, with a radius for each"
+        for before, after in pairwise(ends):
+            if not before < after:
+                return f"cover: the boxes of the {name} are out of order at {after!r} s"
+    return None

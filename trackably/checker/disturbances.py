@@ -1,0 +1,230 @@
+"""What a certificate says of a disturbed system: a disturbance set, a feedback, and the errors that they allow.
+
+Step 7 of the proof, disturbances: the bounds of the reference leave room for every error, in whole numbers.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from trackably.checker.intervals import common_denominator, exact_sum
+from trackably.checker.subject import LinearSystem, Polytope, Subject
+from trackably.checker.watch import require_room, tick
+
+Vector = tuple[Fraction, ...]
+
+
+@dataclass(frozen=True)
+class Zonotope:
+    """{`centre` + Σ_j ξ_j `generators`[j] : |ξ_j| ≤ 1}."""
+
+    centre: Vector
+    generators: tuple[Vector, ...]
+
+    @property
+    def vectors(self) -> tuple[Vector, ...]:
+        """All vectors of which the set is made."""
+        return (self.centre, *self.generators)
+
+    @staticmethod
+    def support(vectors: Sequence[Sequence[int]], row: Sequence[int]) -> int:
+        """Return max row · w over the set that is made of these `vectors`, whole multiples of its own."""
+        centre, *generators = (product(vector, row) for vector in vectors)
+        return centre + sum(map(abs, generators))
+
+
+@dataclass(frozen=True)
+class Hull:
+    """The convex hull of `vertices`."""
+
+    vertices: tuple[Vector, ...]
+
+    @property
+    def vectors(self) -> tuple[Vector, ...]:
+        """All vectors of which the set is made."""
+        return self.vertices
+
+    @staticmethod
+    def support(vectors: Sequence[Sequence[int]], row: Sequence[int]) -> int:
+        """Return max row · w over the set that is made of these `vectors`, whole multiples of its own."""
+        return max(product(vector, row) for vector in vectors)
+
+
+@dataclass(frozen=True)
+class Robust:
+    """Sets X and U for which the bounds of a certificate leave room, whatever disturbances of a set W do.
+
+    `feedback` is K, row by row. Where there is `noise` V, K is given the measured state y = x + v, and the errors are
+    those of y, which W ⊕ (−A V) ⊕ V disturbs instead of W. The errors stay in
+    Z = ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P with N = `head`, s = `terms`, α = `contraction`, and
+    P = {|x_i| ≤ p_i} of p = `box`.
+    """
+
+    state_set: Polytope
+    input_set: Polytope
+    feedback: tuple[tuple[float, ...], ...]
+    disturbance: Zonotope | Hull
+    noise: Zonotope | None
+    head: int
+    terms: int
+    contraction: float
+    box: tuple[float, ...]
+
+
+def of_measured_state(W: Zonotope, V: Zonotope, A: Sequence[Sequence[float]]) -> Zonotope:
+    """Return W ⊕ (−A V) ⊕ V."""
+    exact = [[Fraction(a) for a in row] for row in A]
+    centre, *generators = (
+        tuple(-exact_sum(a * x for a, x in zip(row, vector, strict=True)) for row in exact) for vector in V.vectors
+    )
+    middle = tuple(w + a + v for w, a, v in zip(W.centre, centre, V.centre, strict=True))
+    return Zonotope(middle, (*W.generators, *generators, *V.generators))
+
+
+def product(a: Sequence[int], b: Sequence[int]) -> int:
+    """Return a · b."""
+    found = 0
+    for x, y in zip(a, b, strict=True):
+        tick()
+        found += x * y
+    return found
+
+
+_MOST_BITS = 2_000_000  # of a power of A_K: more would take hours, and no feedback of use needs them
+
+
+def check_robust(subject: Subject, robust: Robust | None) -> str | None:
+    """Verify that errors of the disturbed system stay in Z, and that the bounds leave Z in X and K Z in U."""
+    if robust is None:
+        return None
+    system = subject.system
+    assert isinstance(system, LinearSystem), "no other certificate is read that speaks of disturbances"
+    if reason := _misfit(robust, len(system.states), len(system.inputs)):
+        return f"disturbance: {reason}"
+    errors = _Errors.of(system, robust)
+    if (robust.head + robust.terms) * errors.q.bit_length() > _MOST_BITS:
+        return "disturbance: too many powers of A + B K, or too many digits in them"
+    if reason := _not_invariant(robust, errors):
+        return f"disturbance: {reason}"
+    K = [[Fraction(k) for k in column] for column in zip(*robust.feedback, strict=True)]
+    of_state = _short("state_set", subject.state_set, robust.state_set, errors, None)
+    return of_state or _short("input_set", subject.input_set, robust.input_set, errors, K)
+
+
+@dataclass(frozen=True)
+class _Errors:
+    """Powers of A_K, disturbances and P in whole numbers: `closed` is q A_K, `vectors` are d times those of the set of
+    `disturbance`, and `box` is b p."""
+
+    robust: Robust
+    disturbance: Zonotope | Hull
+    q: int
+    closed: list[list[int]]
+    d: int
+    vectors: list[list[int]]
+    b: int
+    box: list[int]
+
+    @classmethod
+    def of(cls, system: LinearSystem, robust: Robust) -> "_Errors":
+        A, B, K = ([[Fraction(v) for v in row] for row in of] for of in (system.A, system.B, robust.feedback))
+        closed = [
+            [exact_sum([a, *(b * k[j] for b, k in zip(inputs, K, strict=True))]) for j, a in enumerate(row)]
+            for row, inputs in zip(A, B, strict=True)
+        ]
+        q, whole_closed = _whole(closed)
+        W, V = robust.disturbance, robust.noise
+        disturbance = of_measured_state(W, V, system.A) if V and isinstance(W, Zonotope) else W
+        d, vectors = _whole(disturbance.vectors)
+        b, (box,) = _whole([[Fraction(p) for p in robust.box]])
+        return cls(robust, disturbance, q, whole_closed, d, vectors, b, box)
+
+    def noise_support(self, row: Sequence[Fraction]) -> Fraction:
+        """Return h_V(row); 0 without noise."""
+        if self.robust.noise is None:
+            return Fraction(0)
+        (r, (moved,)), (d, vectors) = _whole([row]), _whole(self.robust.noise.vectors)
+        return Fraction(self.robust.noise.support(vectors, moved), r * d)
+
+    def fits(self, row: Sequence[Fraction], room: Fraction) -> bool:
+        """Return whether h_Z(row) = Σ_{i<N} h_W(row A_Kⁱ) + (1 − α)⁻¹ Σ_{i<s} h_P(row A_Kᴺ⁺ⁱ) ≤ room.
+
+        Both sums are found by Horner's rule in 1/q. They are compared without common factors being divided out, which
+        takes far longer than all the rest: the sums have as many digits as the last power.
+        """
+        N, s, left = self.robust.head, self.robust.terms, 1 - Fraction(self.robust.contraction)
+        r, (moved,) = _whole([row])
+        of_W = of_P = 0
+        for i in range(N + s):
+            tick()
+            if i < N:
+                of_W = of_W * self.q + self.disturbance.support(self.vectors, moved)
+            else:
+                of_P = of_P * self.q + product([abs(x) for x in moved], self.box)
+            moved = self.moved(moved)
+        # h_W has the divisor r qᴺ⁻¹ d, and h_P the divisor r qᴺ⁺ˢ⁻¹ b (1 − α)
+        above = of_W * self.q**s * self.b * left.numerator + of_P * self.d * left.denominator
+        below = r * self.q ** (N + s - 1) * self.b * self.d * left.numerator
+        return bool(above * room.denominator <= room.numerator * below)
+
+    def moved(self, row: Sequence[int]) -> list[int]:
+        """Return row · q A_K."""
+        return [product(row, column) for column in zip(*self.closed, strict=True)]
+
+
+def _misfit(robust: Robust, n: int, m: int) -> str | None:
+    if [len(row) for row in robust.feedback] != [n] * m:
+        return "K must have a row for each input and a column for each state"
+    vectors = (*robust.disturbance.vectors, *(robust.noise.vectors if robust.noise else ()))
+    if any(len(vector) != n for vector in vectors) or len(robust.box) != n:
+        return "W, V and P must have an entry for each state"
+    if (robust.state_set.dimension, robust.input_set.dimension) != (n, m):
+        return "X and U must have the dimensions of state and input"
+    if not 0 <= robust.contraction < 1:
+        return "the contraction must be at least 0 and less than 1"
+    return "P must have sizes of at least 0" if any(p < 0 for p in robust.box) else None
+
+
+def _not_invariant(robust: Robust, errors: _Errors) -> str | None:
+    """Return why errors may leave Z: W ⊆ P and A_Kˢ P ⊆ α P do not both hold."""
+    n, box = len(robust.box), [Fraction(p) for p in robust.box]
+    for i in range(n):
+        axis = [int(i == j) for j in range(n)]
+        supports = (errors.disturbance.support(errors.vectors, side) for side in (axis, [-a for a in axis]))
+        if Fraction(max(supports), errors.d) > box[i]:
+            return f"W is not inside of P: coordinate {i}"
+        power = axis
+        for _ in range(robust.terms):
+            tick()
+            power = errors.moved(power)
+        reached, allowed = product([abs(x) for x in power], errors.box), Fraction(robust.contraction) * box[i]
+        if reached * allowed.denominator > allowed.numerator * errors.q**robust.terms * errors.b:
+            return f"the power of A + B K does not contract P: coordinate {i}"
+    return None
+
+
+def _short(name: str, left: Polytope, given: Polytope, errors: _Errors, K: list[list[Fraction]] | None) -> str | None:
+    """Return which bounds of the reference leave too little room inside the given ones; `K` is given for inputs."""
+    if [row.row for row in left.rows] != [row.row for row in given.rows]:
+        return f"disturbance: {name} must have the same rows as that of the reference"
+    for i, (inner, outer) in enumerate(zip(left.rows, given.rows, strict=True)):
+        row = inner.row if K is None else _combined(K, inner.row)
+        back = [-r for r in row]
+        above, below = Fraction(outer.upper) - Fraction(inner.upper), Fraction(inner.lower) - Fraction(outer.lower)
+        if K is None:
+            above, below = above - errors.noise_support(back), below - errors.noise_support(row)
+        if not (errors.fits(row, above) and errors.fits(back, below)):
+            return f"disturbance: {name}: row {i} of the reference leaves less room than errors may take"
+    return None
+
+
+def _combined(columns: list[list[Fraction]], row: Sequence[Fraction]) -> list[Fraction]:
+    """Return row · K, given the columns of K."""
+    return [exact_sum(r * k for r, k in zip(row, column, strict=True)) for column in columns]
+
+
+def _whole(rows: Sequence[Sequence[Fraction]]) -> tuple[int, list[list[int]]]:
+    """Return the least d that makes all numbers whole, and d times them."""
+    d = common_denominator(value for row in rows for value in row)
+    require_room(sum(map(len, rows)), d.bit_length())
+    return d, [[value.numerator * (d // value.denominator) for value in row] for row in rows]

@@ -1,0 +1,253 @@
+"""Formulas that are written alike, and formulas with other ones in the place of their parts.
+
+Step 0 of the proof, flat forms: f(X, U) is X one step later, and what must hold so that all of it has values.
+"""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+from trackably.checker.formulas import (
+    Angle,
+    Formula,
+    Function,
+    Name,
+    Number,
+    Operation,
+    Power,
+    names,
+    operands,
+    parts,
+    text,
+)
+from trackably.checker.identities import Quotient, TooLongError, Values
+from trackably.checker.subject import FlatForm, NonlinearSystem, indices, shifted_name
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """Numbers of formulas: the same for those that are written alike."""
+
+    known: dict[Formula, int] = field(default_factory=dict)
+    numbers: dict[object, int] = field(default_factory=dict)
+
+    def of(self, formula: Formula) -> int:
+        """Return the number of a formula."""
+        for node in parts(formula):
+            if node not in self.known:
+                key = (type(node), _own(node), tuple(self.known[part] for part in operands(node)))
+                self.known[node] = self.numbers.setdefault(key, len(self.numbers))
+        return self.known[formula]
+
+    def shared(self, formulas: Sequence[Formula]) -> list[Formula]:
+        """Return the same formulas, in which all parts that are written alike are one object."""
+        done: dict[Formula, Formula] = {}
+        by_number: dict[int, Formula] = {}
+        for formula in formulas:
+            self.of(formula)
+            for node in parts(formula):
+                number = self.known[node]
+                done[node] = by_number[number] if number in by_number else remade(node, done)
+                by_number[number] = done[node]
+        return [done[formula] for formula in formulas]
+
+    def without(self, formulas: Sequence[Formula], hidden: Collection[int]) -> list[Formula]:
+        """Return formulas with new names for their largest parts with these numbers, the same for the same number.
+
+        What holds for all values of the new names holds for these parts.
+        """
+        done: dict[Formula, Formula] = {}
+        for formula in formulas:
+            self.of(formula)
+            for node in parts(formula):  # what is inside of a hidden part is made, and left out with it
+                number = self.known[node]
+                done[node] = Name(f"#{number}") if number in hidden else remade(node, done)
+        return [done[formula] for formula in formulas]
+
+
+def replaced(formulas: Sequence[Formula], by: Mapping[str, Formula]) -> list[Formula]:
+    """Return formulas with formulas in the place of names."""
+    done: dict[Formula, Formula] = {}
+    for formula in formulas:
+        for node in parts(formula):
+            done[node] = by.get(node.name, node) if isinstance(node, Name) else remade(node, done)
+    return [done[formula] for formula in formulas]
+
+
+def remade(node: Formula, of: Mapping[Formula, Formula]) -> Formula:
+    """Return a node that is made of other parts."""
+    match node:
+        case Operation(symbol, left, right):
+            return Operation(symbol, of[left], of[right])
+        case Power(base, exponent):
+            return Power(of[base], exponent)
+        case Function(function, argument):
+            return Function(function, of[argument])
+        case Angle(y, x):
+            return Angle(of[y], of[x])
+    return node
+
+
+def _own(node: Formula) -> object:
+    match node:
+        case Number(value):
+            return value
+        case Name(name):
+            return name
+        case Operation(symbol):
+            return symbol
+        case Power(_, exponent):
+            return exponent
+        case Function(function):
+            return function
+    return None
+
+
+@dataclass(frozen=True)
+class Need:
+    """A formula that must be positive; if it `may_be_negative`, it must only not be zero."""
+
+    formula: Formula
+    may_be_negative: bool
+
+
+@dataclass(frozen=True)
+class _Written:
+    """A system with a flat form; equal to those with the same names and formulas in `words`."""
+
+    words: tuple[tuple[str, ...], ...]
+    system: NonlinearSystem = field(compare=False)
+    flat: FlatForm = field(compare=False)
+
+
+def why_not_flat(system: NonlinearSystem, flat: FlatForm) -> str | None:
+    """Return which state is not shown to get to X one step later; None where all do. The same plants come again."""
+    every = (system.f, flat.states, flat.inputs, flat.positive)
+    words = (system.states, system.inputs, flat.angles, *(tuple(map(text, formulas)) for formulas in every))
+    return _why_not(_Written(words, system, flat))
+
+
+@lru_cache
+def _why_not(written: _Written) -> str | None:
+    system, flat = written.system, written.flat
+    for state, formula in zip(system.states, system.f, strict=True):
+        for angle in flat.angles:
+            turned = turns(formula, angle)
+            if turned is None or (turned and state not in flat.angles):
+                return (
+                    f"flat: {state} may change if the angle {angle} is turned by 2π, by more than whole turns of angles"
+                )
+    later, reached = _later(flat), _reached(system, flat)
+    try:
+        whole: Values | None = None
+        for state, a, b in zip(system.states, reached, later, strict=True):
+            if state not in flat.angles and _equal_whatever_parts_are(flat, later, a, b):
+                continue
+            whole = whole or _values(flat, later)
+            if not _agree(whole, whole.of(a), whole.of(b), state in flat.angles):
+                return f"flat: f does not lead {state} to its formula one step later, or is not shown to"
+    except (TooLongError, ZeroDivisionError) as error:
+        return f"flat: the formulas are not shown to be those of f: {error}"
+    return None
+
+
+def _values(flat: FlatForm, later: Sequence[Formula]) -> Values:
+    """Return where all formulas are written out: their roots are known before products of them are met."""
+    values = Values()
+    values.positive = [values.of(p) for p in flat.positive]
+    for formula in (*flat.states, *later, *flat.inputs):
+        values.of(formula)
+    return values
+
+
+def _equal_whatever_parts_are(flat: FlatForm, later: Sequence[Formula], a: Formula, b: Formula) -> bool:
+    """Return whether a = b whatever values states and inputs have but for one, which alone is written out."""
+    shapes = Shapes()
+    hidden = {shapes.of(x) for x in (*flat.states, *flat.inputs, *later) if not isinstance(x, Name | Number)}
+    for shown in {shapes.of(x) for x in (*flat.states, *flat.inputs)} & hidden or {-1}:
+        p, q, *positive = shapes.without([a, b, *flat.positive], hidden - {shown})
+        values = Values()
+        try:
+            values.positive = [values.of(formula) for formula in positive]
+            if values.is_zero(values.of(p) - values.of(q)):
+                return True
+        except (TooLongError, ZeroDivisionError):
+            continue
+    return False
+
+
+def _agree(values: Values, a: Quotient, b: Quotient, up_to_turns: bool) -> bool:
+    if not up_to_turns:
+        return values.is_zero(a - b)
+    pairs = zip(values.direction(a), values.direction(b), strict=True)
+    return all(values.is_zero(p - q) for p, q in pairs)
+
+
+def turns(formula: Formula, angle: str) -> int | None:
+    """Return n such that the formula changes by 2π n where the angle changes by 2π; None where no n is seen."""
+    found: dict[Formula, int | None] = {}
+    for node in parts(formula):
+        inner = [found[part] for part in operands(node)]
+        n = None if any(i != 0 for i in inner) else 0
+        match node, inner:
+            case Name(name), _:
+                n = int(name == angle)
+            case Operation("+"), [int(i), int(j)]:
+                n = i + j
+            case Operation("-"), [int(i), int(j)]:
+                n = i - j
+            case Operation("*", Number(value), _), [_, int(j)] if value.is_integer():
+                n = int(value) * j
+            case Operation("*", _, Number(value)), [int(i), _] if value.is_integer():
+                n = int(value) * i
+            case Function("sin" | "cos"), [int()]:
+                n = 0
+        found[node] = n
+    return found[formula]
+
+
+def needs(system: NonlinearSystem, flat: FlatForm) -> list[Need]:
+    """Return what must hold where X, U, X one step later and f(X, U) are defined, and where the rules are true."""
+    found: dict[tuple[int, bool], Need] = {}
+    shapes = Shapes()
+    for formula in (*flat.states, *flat.inputs, *_later(flat), *_reached(system, flat), *flat.positive):
+        for node in parts(formula):
+            for need in _of_node(node):
+                found.setdefault((shapes.of(need.formula), need.may_be_negative), need)
+    for p in flat.positive:
+        found.setdefault((shapes.of(p), False), Need(p, False))
+    return [need for need in found.values() if not _is_clear(need)]
+
+
+def _of_node(node: Formula) -> Iterable[Need]:
+    match node:
+        case Operation("/", _, divisor):
+            yield Need(divisor, True)
+        case Function("log" | "sqrt", argument):
+            yield Need(argument, False)
+        case Power(base, exponent) if not exponent.is_integer():
+            yield Need(base, False)
+        case Power(base, exponent) if exponent < 0:
+            yield Need(base, abs(exponent) <= 64)
+        case Power(base, exponent) if exponent > 64:
+            yield Need(base, False)
+        case Angle(y, x):
+            yield Need(Operation("+", Power(x, 2.0), Power(y, 2.0)), False)
+
+
+def _is_clear(need: Need) -> bool:
+    number = need.formula.value if isinstance(need.formula, Number) else 0.0
+    return number > 0 or (need.may_be_negative and number != 0)
+
+
+def _reached(system: NonlinearSystem, flat: FlatForm) -> list[Formula]:
+    """Return f(X, U)."""
+    of = dict(zip((*system.states, *system.inputs), (*flat.states, *flat.inputs), strict=True))
+    return replaced(system.f, of)
+
+
+def _later(flat: FlatForm) -> list[Formula]:
+    """Return X one step later."""
+    every = {name for formula in flat.states for name in names(formula)}
+    later = {name: Name(shifted_name(s, j + 1)) for name in every for s, j in [indices(name)]}
+    return replaced(flat.states, later)

@@ -1,0 +1,614 @@
+"""The form of files, read strictly: exactly the fields there are, numbers exact in float64, nothing converted.
+
+A reader takes a value and the place where it is, which its messages name. Readers of objects are made of those of their
+fields. No name can be taken for a part of a sentence: what is printed means what it seems to say.
+"""
+
+import hashlib
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import fields
+from fractions import Fraction
+from functools import cache
+from math import inf
+from reprlib import repr as short
+from typing import Any, NamedTuple, TypeVar
+
+from trackably.checker import certificate as proofs
+from trackably.checker import counterexample as refutations
+from trackably.checker import tables
+from trackably.checker.certificate import AllPhases, AllTimes, Boxes, Certificate, Claim, Cover, Instants, Window
+from trackably.checker.counterexample import Counterexample, Interval
+from trackably.checker.disturbances import Hull, Robust, Zonotope
+from trackably.checker.formulas import (
+    FUNCTIONS,
+    SYMBOLS,
+    Angle,
+    Formula,
+    Function,
+    Name,
+    Number,
+    Operation,
+    Power,
+    parts,
+)
+from trackably.checker.kernels import COMBINATIONS, ELEMENTARY, Combination, Kernel
+from trackably.checker.limits import (
+    BOXES,
+    CENTRES,
+    COEFFICIENTS,
+    COORDINATES,
+    DEPTH,
+    DIGITS,
+    INSTANTS,
+    KERNEL_DEPTH,
+    KERNELS,
+    PARTS,
+    POWERS,
+    ROWS,
+    SHIFTS,
+    SIGNALS,
+    TERMS,
+    TEXTS,
+)
+from trackably.checker.subject import (
+    FlatForm,
+    Functional,
+    LinearSystem,
+    NonlinearSystem,
+    Pieces,
+    Polytope,
+    Row,
+    Signal,
+    Subject,
+    System,
+    Trajectories,
+)
+from trackably.checker.tables import RefutedTable, Table
+from trackably.checker.watch import tick
+
+T = TypeVar("T")
+Reader = Callable[[object, str], T]
+"""Reads a value found at a place; the place is named in messages."""
+
+FORMER_NAME = "trackable"
+"""The library's name when it wrote its first certificates: they are read for ever."""
+
+_LATEST_STEP = 2**53
+_LETTER = "A-Za-zÀ-ÖØ-öø-ſΓΔΘΛΞΠΣΦΨΩα-ξπ-ωϑϕḀ-ỿ"
+_WORD = f"[{_LETTER}_][{_LETTER}0-9₀-₉_-]{{0,59}}"
+_INDEX_OR_UNIT = f"[{_LETTER}µ0-9²³¹⁻_/·*^°%-]{{1,58}}"
+_IDENTIFIER = re.compile(rf"{_WORD}(\[{_INDEX_OR_UNIT}\]|\({_INDEX_OR_UNIT}\))*")
+_BOUND = re.compile(rf"[{_LETTER}µ0-9₀-₉²³¹⁻_/·*^°%()\[\].+ …-]{{1,100}}")
+
+
+class UnreadableError(ValueError):
+    """The data is no certificate; the message names the first part that is missing, unknown or of a wrong kind."""
+
+
+def format_of(data: object) -> str | None:
+    """Return what a file says it is, in today's words; None where it does not say so."""
+    found = data.get("format") if isinstance(data, dict) else None
+    if not isinstance(found, str):
+        return None
+    return f"trackably {rest}" if (rest := found.removeprefix(f"{FORMER_NAME} ")) != found else found
+
+
+def require_short_texts(data: object) -> None:
+    """Raise UnreadableError where all texts together, but for names of fields, are longer than any proof needs."""
+    waiting, found = [data], 0
+    while waiting:
+        tick()
+        inner = waiting.pop()
+        for value in inner.values() if isinstance(inner, dict) else inner if isinstance(inner, list) else ():
+            if isinstance(value, str):
+                found += len(value)
+            elif isinstance(value, dict | list):
+                waiting.append(value)
+        if found > TEXTS:
+            raise UnreadableError(f"its texts must have no more than {TEXTS} characters together")
+
+
+# Objects and lists.
+
+
+def record(
+    make: Callable[..., T], optional: Mapping[str, Reader[Any]] | None = None, /, **readers: Reader[Any]
+) -> Reader[T]:
+    """Read an object with exactly these fields, beside those that are optional, and make something of their values."""
+    every = {**readers, **(optional or {})}
+
+    def read(value: object, where: str) -> T:
+        if not isinstance(value, dict) or not readers.keys() <= value.keys() <= every.keys():
+            raise UnreadableError(f"{where} must be an object with exactly the fields {', '.join(readers)}")
+        return make(**{name: reader(value[name], f"{where}.{name}") for name, reader in every.items() if name in value})
+
+    return read
+
+
+def tagged(tag: str, readers: Mapping[str, Reader[T]]) -> Reader[T]:
+    """Read an object by the reader that belongs to the text in its field `tag`."""
+
+    def read(value: object, where: str) -> T:
+        kind = value.get(tag) if isinstance(value, dict) else None
+        if not isinstance(value, dict) or not isinstance(kind, str) or kind not in readers:
+            raise UnreadableError(f"{where}.{tag} must be one of {', '.join(readers)}")
+        return readers[kind]({name: inner for name, inner in value.items() if name != tag}, where)
+
+    return read
+
+
+def many(reader: Reader[T], most: int, empty: bool = False) -> Reader[tuple[T, ...]]:
+    """Read a list of so many values at most, which must not be empty unless that is allowed."""
+
+    def read(value: object, where: str) -> tuple[T, ...]:
+        if not isinstance(value, list) or not (value or empty):
+            raise UnreadableError(f"{where} must be a list{'' if empty else ', not empty'}")
+        if len(value) > most:
+            raise UnreadableError(f"{where} must have no more than {most} entries, got {len(value)}")
+        return tuple(reader(item, f"{where}[{i}]") for i, item in enumerate(value))
+
+    return read
+
+
+def by_name(a_name: Reader[str], reader: Reader[T]) -> Reader[dict[str, T]]:
+    """Read an object whose keys are names of this kind."""
+
+    def read(value: object, where: str) -> dict[str, T]:
+        if not isinstance(value, dict):
+            raise UnreadableError(f"{where} must be an object")
+        return {a_name(name, where): reader(item, f"{where}.{name}") for name, item in value.items()}
+
+    return read
+
+
+def one_of(known: Iterable[T]) -> Reader[T]:
+    """Read one of some texts."""
+    every = list(known)
+
+    def read(value: object, where: str) -> T:
+        for one in every:
+            if value == one:
+                return one
+        raise UnreadableError(f"{where} must be one of {', '.join(map(str, every))}, got {short(value)}")
+
+    return read
+
+
+def itself(value: object, where: str) -> object:
+    """Return a value as it is, to be read later."""
+    return value
+
+
+def file_of(kind: str, version: int, reader: Reader[T], hint: str = "") -> Callable[[Mapping[Any, object]], T]:
+    """Read the content of a file of this version. Raise UnreadableError where it is none."""
+
+    def read(data: Mapping[Any, object]) -> T:
+        found = data.get("version")
+        if type(found) is not int or found != version:
+            raise UnreadableError(f"is a {kind} of version {short(found)}; this checker reads version {version}{hint}")
+        content = {name: value for name, value in data.items() if name not in ("format", "version")}
+        try:
+            return reader(content, kind)
+        except UnreadableError as error:
+            raise UnreadableError(f"is not a {kind}: {error}") from error
+
+    return read
+
+
+# Numbers and names.
+
+
+def real_number(value: object, where: str) -> float:
+    """Read a finite number that float64 holds exactly."""
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, int | float)
+        or not abs(value) < 2**1023
+        or float(value) != value
+    ):
+        raise UnreadableError(f"{where} must be a finite number, exact in float64")
+    return float(value)
+
+
+def positive_number(value: object, where: str) -> float:
+    """Read a positive number."""
+    number = real_number(value, where)
+    if not number > 0:
+        raise UnreadableError(f"{where} must be positive")
+    return number
+
+
+def exact_number(value: object, where: str) -> Fraction:
+    """Read a float64 as the rational number that it is."""
+    return Fraction(real_number(value, where))
+
+
+def whole_number(most: int, least: int = 1) -> Reader[int]:
+    """Read a whole number between these, both included."""
+
+    def read(value: object, where: str) -> int:
+        if type(value) is not int or not least <= value <= most:
+            raise UnreadableError(f"{where} must be a whole number, {least} at least and {most} at most")
+        return value
+
+    return read
+
+
+def rational_number(value: object, where: str) -> Fraction:
+    """Read a text such as -3/4."""
+    if not isinstance(value, str) or len(value) > DIGITS or not re.fullmatch(r"-?[0-9]+(/0*[1-9][0-9]*)?", value):
+        raise UnreadableError(f"{where} must be a rational number, as in -3/4, of {DIGITS} characters at most")
+    tick()
+    numerator, _, denominator = value.partition("/")
+    return Fraction(int(numerator), int(denominator or "1"))
+
+
+def an_identifier(value: object, where: str) -> str:
+    """Read the name of a state or an input: letters, digits, _ and -, then indices or units in brackets."""
+    if not isinstance(value, str) or len(value) > 60 or not _IDENTIFIER.fullmatch(value):
+        raise UnreadableError(
+            f"{where} must be a name: a letter or _, then letters, digits, _ and -, then indices or units in brackets, "
+            "60 characters at most"
+        )
+    return value
+
+
+def a_bound(value: object, where: str) -> str:
+    """Read the name of a bound: a weighted sum of names, such as x-0.5y, with a number if there are several."""
+    if not isinstance(value, str) or not _BOUND.fullmatch(value):
+        raise UnreadableError(f"{where} must be the name of a bound")
+    return value
+
+
+_names = many(an_identifier, COORDINATES)
+_vector = many(real_number, COORDINATES)
+_matrix = many(_vector, COORDINATES)
+_exact_vector = many(rational_number, COORDINATES)
+
+
+# Kernels and formulas, which are nested.
+
+
+def a_kernel(value: object, where: str) -> Kernel:
+    """Read a kernel: an object with its type and exactly its positive hyperparameters, or the two parts it combines."""
+    found = _nested_kernel(KERNEL_DEPTH)(value, where)
+    if (count := _count(found)) > KERNELS:
+        raise UnreadableError(f"{where} must be made of no more than {KERNELS} kernels, got {count}")
+    return found
+
+
+def _count(kernel: Kernel) -> int:
+    return _count(kernel.left) + _count(kernel.right) if isinstance(kernel, Combination) else 1
+
+
+@cache
+def _nested_kernel(deepest: int) -> Reader[Kernel]:
+    def part(value: object, where: str) -> Kernel:
+        if not deepest:
+            raise UnreadableError(f"{where} must not be nested more than {KERNEL_DEPTH} deep")
+        return _nested_kernel(deepest - 1)(value, where)
+
+    known: dict[str, Reader[Kernel]] = {
+        name: record(family, **{field.name: positive_number for field in fields(family)})
+        for name, family in ELEMENTARY.items()
+    }
+    return tagged("type", known | {name: record(both, left=part, right=part) for name, both in COMBINATIONS.items()})
+
+
+def a_formula(value: object, where: str) -> Formula:
+    """Read a formula: nested lists [∘, a, b] with ∘ among + - * /, ["^", a, number] and [function, a]."""
+    return _nested_formula(value, where, DEPTH)
+
+
+def _nested_formula(value: object, where: str, deepest: int) -> Formula:
+    if not isinstance(value, list):
+        return Name(an_identifier(value, where)) if isinstance(value, str) else Number(real_number(value, where))
+    if not deepest:
+        raise UnreadableError(f"{where} must not be nested more than {DEPTH} deep")
+    match value:
+        case ["^", base, exponent]:
+            return Power(_nested_formula(base, where, deepest - 1), real_number(exponent, where))
+        case ["atan2", y, x]:
+            return Angle(_nested_formula(y, where, deepest - 1), _nested_formula(x, where, deepest - 1))
+        case [symbol, left, right] if symbol in SYMBOLS:
+            inner = (_nested_formula(part, where, deepest - 1) for part in (left, right))
+            return Operation(symbol, *inner)
+        case [function, argument] if function in FUNCTIONS:
+            return Function(function, _nested_formula(argument, where, deepest - 1))
+    raise UnreadableError(f"{where} must be a formula: [∘, a, b] with ∘ among + - * / ^, or [f, a] with f a function")
+
+
+# What a file speaks about.
+
+_formulas = many(a_formula, COORDINATES)
+_about = {"states": _names, "inputs": _names, "sampling_time": positive_number}
+_flat_form = record(FlatForm, {"angles": _names, "positive": _formulas}, states=_formulas, inputs=_formulas)
+_linear = record(LinearSystem, A=_matrix, B=_matrix, c=_vector, **_about)
+_nonlinear = record(NonlinearSystem, {"flat": _flat_form}, f=_formulas, **_about)
+
+
+def a_system(value: object, where: str) -> System:
+    """Read a system: formulas f make it nonlinear."""
+    if not (isinstance(value, dict) and "f" in value):
+        return _linear(value, where)
+    found = _nonlinear(value, where)
+    of_flat = (*found.flat.states, *found.flat.inputs, *found.flat.positive) if found.flat else ()
+    if sum(len(parts(formula)) for formula in (*found.f, *of_flat)) > PARTS:
+        raise UnreadableError(f"{where} must have no more than {PARTS} operations, names and numbers in its formulas")
+    return found
+
+
+_numbers = many(real_number, ROWS, empty=True)
+_read_polytope = record(
+    lambda rows, lower, upper, dimension: (rows, lower, upper, dimension),
+    rows=many(many(exact_number, COORDINATES), ROWS, empty=True),
+    lower=_numbers,
+    upper=_numbers,
+    dimension=whole_number(COORDINATES),
+)
+
+
+def a_polytope(value: object, where: str) -> Polytope:
+    """Read a set of states or of inputs."""
+    rows, lower, upper, dimension = _read_polytope(value, where)
+    if not len(rows) == len(lower) == len(upper):
+        raise UnreadableError(f"{where} must have as many lower and upper bounds as rows")
+    return Polytope(tuple(map(Row, rows, lower, upper)), dimension)
+
+
+class Plant(NamedTuple):
+    """A system and its sets, and how the file writes the system."""
+
+    system: System
+    state_set: Polytope
+    input_set: Polytope
+    written: object
+
+
+def a_plant(value: object, where: str) -> Plant:
+    """Read a system with its sets."""
+    read: Reader[dict[str, Any]] = record(dict, system=a_system, state_set=a_polytope, input_set=a_polytope)
+    return Plant(**read(value, where), written=value["system"] if isinstance(value, dict) else None)
+
+
+_numbers_of_centres = many(real_number, CENTRES)
+_signal = record(Signal, kernel=a_kernel, mean=real_number, centres=_numbers_of_centres, weights=_numbers_of_centres)
+_pieces = record(
+    Pieces,
+    breakpoints=_numbers_of_centres,
+    coefficients=many(many(real_number, COEFFICIENTS), CENTRES),
+    beyond=one_of(("rest", "period", "end")),
+)
+
+
+def _reference(value: object, where: str) -> tuple[tuple[Signal, ...], tuple[Pieces, ...], Plant, object]:
+    """Read signals, all of kernels or all of pieces, and their plant; the signals also as the file writes them."""
+    read: Reader[dict[str, Any]] = record(dict, signals=itself, plant=a_plant)
+    found = read(value, where)
+    written, at = found["signals"], f"{where}.signals"
+    if isinstance(written, list) and any(isinstance(one, dict) and "breakpoints" in one for one in written):
+        return (), many(_pieces, SIGNALS)(written, at), found["plant"], written
+    return many(_signal, SIGNALS)(written, at), (), found["plant"], written
+
+
+_functionals = many(
+    record(Functional, offset=rational_number, weights=many(many(rational_number, SHIFTS), SIGNALS)), COORDINATES
+)
+_attainable = many(record(Row, row=_exact_vector, lower=real_number, upper=real_number), ROWS, empty=True)
+_of_linear = {
+    "trajectories": record(Trajectories, states=_functionals, inputs=_functionals),
+    "attainable": _attainable,
+}
+
+
+def _subject(
+    reference: tuple[tuple[Signal, ...], tuple[Pieces, ...], Plant, object],
+    trajectories: Trajectories | None = None,
+    attainable: tuple[Row, ...] | None = None,
+) -> Subject:
+    signals, pieces, plant, written = reference
+    is_linear = isinstance(plant.system, LinearSystem)
+    if is_linear != (trajectories is not None) or (attainable is not None and not is_linear):
+        raise UnreadableError("there must be trajectories, and may be attainable rows, for linear systems only")
+    known = fingerprint(written, plant.written, trajectories)
+    return Subject(signals, *plant[:3], trajectories, attainable, known, pieces)
+
+
+def subject_of(data: Mapping[str, object]) -> Subject:
+    """Return what a file is about, of all its content. Raise UnreadableError where that is no subject."""
+    about = {name: data[name] for name in ("reference", *_of_linear) if name in data}
+    return record(_subject, _of_linear, reference=_reference)(about, "subject")
+
+
+def fingerprint(signals: object, system: object, trajectories: Trajectories | None) -> str:
+    """Return SHA-256 of the canonical form of signals, system and trajectories, as 64 hexadecimal digits.
+
+    The canonical form is the JSON of {"signals", "system", "trajectories"} in UTF-8, with sorted keys, without spaces,
+    and with every number as the shortest decimal that float64 reads as it (Python's `repr`), where −0 is 0. Rational
+    numbers are texts in lowest terms and hexadecimal digits, as in "-3/a", and zeros after the last other weight of a
+    signal are left out. Nonlinear systems have no "trajectories".
+    """
+    content = {"signals": signals, "system": system}
+    if trajectories:
+        content["trajectories"] = {"states": _exact(trajectories.states), "inputs": _exact(trajectories.inputs)}
+    return hashlib.sha256(_canonical(content).encode()).hexdigest()
+
+
+def _exact(functionals: tuple[Functional, ...]) -> list[object]:
+    return [{"offset": _hex(of.offset), "weights": [*map(_without_last_zeros, of.weights)]} for of in functionals]
+
+
+def _without_last_zeros(weights: tuple[Fraction, ...]) -> list[str]:
+    used = max((j + 1 for j, w in enumerate(weights) if w), default=0)
+    return [*map(_hex, weights[:used])]
+
+
+def _hex(number: Fraction) -> str:
+    return f"{number.numerator:x}/{number.denominator:x}"
+
+
+def _canonical(value: object) -> str:
+    """Return the canonical form of what was read: the texts in it are names and numbers, which need no escapes."""
+    if isinstance(value, dict):
+        return f"{{{','.join(f'{_canonical(key)}:{_canonical(value[key])}' for key in sorted(value))}}}"
+    if isinstance(value, list):
+        return f"[{','.join(map(_canonical, value))}]"
+    return repr(float(value) + 0.0) if isinstance(value, int | float) else f'"{value}"'
+
+
+# Certificates.
+
+_zonotope = record(Zonotope, centre=_exact_vector, generators=many(_exact_vector, ROWS, empty=True))
+_sets: dict[str, Reader[Zonotope | Hull]] = {
+    "zonotope": _zonotope,
+    "hull": record(Hull, vertices=many(_exact_vector, ROWS)),
+}
+
+
+def _robust(**found: Any) -> Robust:
+    disturbance, noise = found.pop("set"), found.pop("noise", None)
+    if isinstance(noise, Hull) or (noise and isinstance(disturbance, Hull)):
+        raise UnreadableError("disturbance: with noise both sets must be zonotopes")
+    return Robust(**found, disturbance=disturbance, noise=noise)
+
+
+_disturbance = record(
+    _robust,
+    {"noise": tagged("kind", _sets)},
+    set=tagged("kind", _sets),
+    state_set=a_polytope,
+    input_set=a_polytope,
+    feedback=_matrix,
+    head=whole_number(POWERS),
+    terms=whole_number(POWERS),
+    contraction=real_number,
+    box=_vector,
+)
+_cover = {
+    "covers": by_name(a_bound, record(Boxes, ends=many(real_number, BOXES + 1), radii=many(positive_number, BOXES))),
+    "terms": whole_number(TERMS),
+}
+
+
+def _claims(cover: dict[str, Reader[Any]]) -> dict[str, Reader[Claim]]:
+    """Return the readers of claims about all times of an interval, which have such covers."""
+
+    def of(claim: Callable[..., Claim], **times: Reader[float]) -> Reader[Claim]:
+        def made(covers: Mapping[str, Boxes] | None = None, terms: int = 0, **given: float) -> Claim:
+            return claim(**given, cover=Cover(covers or {}, terms))
+
+        return record(made, **times, **cover)
+
+    return {
+        "all_times": of(AllTimes, tail_start=positive_number),
+        "all_phases": of(AllPhases, period=positive_number),
+        "window": of(Window, start=real_number, end=real_number),
+    }
+
+
+_claim = tagged("kind", {**_claims(_cover), "instants": record(Instants, last_step=whole_number(INSTANTS))})
+_claim_of_pieces = tagged("kind", _claims({}))
+
+
+class _Evaluation(NamedTuple):
+    until: float
+    errors: dict[str, float]
+
+
+def _certificate(
+    claim: object, evaluation: _Evaluation, disturbance: Robust | None = None, **about: Any
+) -> Certificate:
+    subject = _subject(**about)
+    if disturbance and not isinstance(subject.system, LinearSystem):
+        raise UnreadableError("there may be a disturbance for linear systems only")
+    read = _claim_of_pieces if subject.pieces else _claim
+    return Certificate(subject, read(claim, "certificate.claim"), *evaluation, disturbance)
+
+
+read_certificate = file_of(
+    "certificate",
+    proofs.VERSION,
+    record(
+        _certificate,
+        {**_of_linear, "disturbance": _disturbance},
+        claim=itself,
+        reference=_reference,
+        evaluation=record(_Evaluation, until=positive_number, errors=by_name(a_bound, positive_number)),
+    ),
+    ": prove the reference again to get one",
+)
+
+
+# Counterexamples and tables.
+
+
+def _counterexample(
+    claim: tuple[float, float] | None, at: object, quantity: str, violation: float, **about: Any
+) -> Counterexample:
+    where: Interval | refutations.Instants
+    if claim is None:
+        where = record(refutations.Instants, step=whole_number(_LATEST_STEP, 0))(at, "counterexample.at")
+    else:
+        where = Interval(*claim, record(lambda time: time, time=real_number)(at, "counterexample.at"))
+    return Counterexample(_subject(**about), where, quantity, violation)
+
+
+_claimed_times: Reader[tuple[float, float] | None] = tagged(
+    "kind",
+    {
+        "all_times": record(lambda: (0.0, inf)),
+        "all_phases": record(lambda: (-inf, inf)),
+        "window": record(lambda start, end: (start, end), start=real_number, end=real_number),
+        "instants": record(lambda: None),
+    },
+)
+read_counterexample = file_of(
+    "counterexample",
+    refutations.VERSION,
+    record(
+        _counterexample,
+        _of_linear,
+        claim=_claimed_times,
+        reference=_reference,
+        quantity=a_bound,
+        at=itself,
+        violation=positive_number,
+    ),
+)
+
+_step = whole_number(_LATEST_STEP, -_LATEST_STEP)
+_rows = many(_vector, INSTANTS)
+_parts_of_table: dict[str, Reader[Any]] = {
+    "table": record(dict, first_step=_step, states=_rows, inputs=_rows),
+    "plant": a_plant,
+    "tolerance": positive_number,
+}
+
+
+def _table(table: dict[str, Any], plant: Plant, tolerance: float) -> Table:
+    return Table(
+        **table, system=plant.system, state_set=plant.state_set, input_set=plant.input_set, tolerance=tolerance
+    )
+
+
+def _refuted_table(at: dict[str, Any], **table: Any) -> RefutedTable:
+    return RefutedTable(_table(**table), **at)
+
+
+read_table = file_of("table", tables.VERSION, record(_table, **_parts_of_table))
+read_refuted_table = file_of(
+    "refuted table",
+    tables.VERSION,
+    record(
+        _refuted_table,
+        **_parts_of_table,
+        at=record(
+            dict,
+            step=_step,
+            part=one_of(("states", "inputs", "dynamics")),
+            index=_step,
+            violation=positive_number,
+        ),
+    ),
+)

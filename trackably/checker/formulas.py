@@ -1,0 +1,204 @@
+"""Formulas as trees, and their values in any arithmetic.
+
+Formulas at intervals.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal, Protocol, Self, TypeVar
+
+from trackably.checker.intervals import Real, angle, exactly, function, power, require_nonzero
+from trackably.checker.watch import tick
+
+Symbol = Literal["+", "-", "*", "/"]
+SYMBOLS: tuple[Symbol, ...] = ("+", "-", "*", "/")
+FUNCTIONS = ("exp", "log", "sqrt", "sin", "cos", "atan")
+
+
+@dataclass(frozen=True, eq=False)
+class Number:
+    """A constant."""
+
+    value: float
+
+
+@dataclass(frozen=True, eq=False)
+class Name:
+    """A state, an input, or a state one step later."""
+
+    name: str
+
+
+@dataclass(frozen=True, eq=False)
+class Operation:
+    """left + right, left − right, left · right or left / right."""
+
+    symbol: Symbol
+    left: "Formula"
+    right: "Formula"
+
+
+@dataclass(frozen=True, eq=False)
+class Power:
+    """base^exponent."""
+
+    base: "Formula"
+    exponent: float
+
+
+@dataclass(frozen=True, eq=False)
+class Function:
+    """One of `FUNCTIONS` of an argument."""
+
+    function: str
+    argument: "Formula"
+
+
+@dataclass(frozen=True, eq=False)
+class Angle:
+    """atan2(y, x) in (−π, π]; not defined where both are zero."""
+
+    y: "Formula"
+    x: "Formula"
+
+
+Formula = Number | Name | Operation | Power | Function | Angle
+
+
+class Summand(Protocol):
+    """Values that formulas add, subtract and multiply."""
+
+    def __add__(self, other: Self, /) -> Self: ...
+    def __sub__(self, other: Self, /) -> Self: ...
+    def __mul__(self, other: Self, /) -> Self: ...
+
+
+T = TypeVar("T", bound=Summand)
+
+
+class Arithmetic(Protocol[T]):
+    """What formulas need beside + − ·; each raises UndefinedError where there may be no value."""
+
+    def constant(self, value: float, /) -> T: ...
+
+    def over(self, a: T, b: T, /) -> T: ...
+
+    def power(self, a: T, exponent: float, /) -> T: ...
+
+    def function(self, name: str, a: T, /) -> T: ...
+
+    def angle(self, y: T, x: T, /) -> T: ...
+
+
+def evaluate(
+    formula: Formula, values: Mapping[str, T], arithmetic: Arithmetic[T], known: dict[Formula, T] | None = None
+) -> T:
+    """Return the value where names have these values. Raise UndefinedError where there may be none.
+
+    Parts that are `known` for these values are not computed again; those that are computed are added to them.
+    """
+    known = {} if known is None else known
+    for node in parts(formula):
+        tick()
+        if node in known:
+            continue
+        match node:
+            case Number(value):
+                known[node] = arithmetic.constant(value)
+            case Name(name):
+                known[node] = values[name]
+            case Operation("+", left, right):
+                known[node] = known[left] + known[right]
+            case Operation("-", left, right):
+                known[node] = known[left] - known[right]
+            case Operation("*", left, right):
+                known[node] = known[left] * known[right]
+            case Operation(_, left, right):
+                known[node] = arithmetic.over(known[left], known[right])
+            case Power(base, exponent):
+                known[node] = arithmetic.power(known[base], exponent)
+            case Function(function, argument):
+                known[node] = arithmetic.function(function, known[argument])
+            case Angle(y, x):
+                known[node] = arithmetic.angle(known[y], known[x])
+    return known[formula]
+
+
+def parts(formula: Formula) -> list[Formula]:
+    """Return every part once, after those that it is made of; formulas may share parts, however deep."""
+    found: dict[Formula, None] = {}
+    waiting = [formula]
+    while waiting:
+        tick()
+        node = waiting[-1]
+        missing = [part for part in operands(node) if part not in found]
+        if missing:
+            waiting += missing
+        else:
+            found[waiting.pop()] = None
+    return list(found)
+
+
+def operands(formula: Formula) -> tuple[Formula, ...]:
+    """Return the formulas that a formula is made of."""
+    match formula:
+        case Operation(_, left, right):
+            return left, right
+        case Power(inner, _) | Function(_, inner):
+            return (inner,)
+        case Angle(y, x):
+            return y, x
+    return ()
+
+
+def names(formula: Formula) -> set[str]:
+    """Return the names in a formula."""
+    return {part.name for part in parts(formula) if isinstance(part, Name)}
+
+
+def numbers(formula: Formula) -> list[float]:
+    """Return the constants and exponents in a formula."""
+    every = parts(formula)
+    exponents = [part.exponent for part in every if isinstance(part, Power)]
+    return [part.value for part in every if isinstance(part, Number)] + exponents
+
+
+def text(formula: Formula, deepest: int = 1000) -> str:
+    """Return a formula in words, with every parenthesis, and names in quotes; what is nested deeper is left out."""
+    inner = [text(part, deepest - 1) for part in operands(formula)] if deepest else []
+    match formula:
+        case _ if not deepest:
+            found = "…"
+        case Number(value):
+            found = repr(value) if value >= 0 else f"({value!r})"
+        case Name(name):
+            found = f'"{name}"'
+        case Operation(symbol):
+            found = f"({inner[0]} {symbol} {inner[1]})"
+        case Power(_, exponent):
+            found = f"({inner[0]} ^ {exponent!r})"
+        case Function(function):
+            found = f"{function}({inner[0]})"
+        case Angle():
+            found = f"atan2({inner[0]}, {inner[1]})"
+    return found
+
+
+class Intervals:
+    """The arithmetic of formulas on intervals: whatever numbers these contain, the result contains the value."""
+
+    def constant(self, value: float) -> Real:
+        return exactly(value)
+
+    def over(self, a: Real, b: Real) -> Real:
+        require_nonzero(b)
+        return a / b
+
+    def power(self, a: Real, exponent: float) -> Real:
+        return power(a, exponent)
+
+    def function(self, name: str, a: Real) -> Real:
+        return function(name, a)
+
+    def angle(self, y: Real, x: Real) -> Real:
+        return angle(y, x)

@@ -1,1 +1,0 @@
-"""Formulas of a nonlinear system, and their values in several arithmetics."""

@@ -1,0 +1,339 @@
+"""Polynomials with rational coefficients, and their quotients.
+
+Formulas as quotients of polynomials in names and atoms: values of functions, with what is known about them.
+
+  √a: its square is a. It is q √b for a = q² b with a number q > 0, q for a = q², q √b √c for a = q² b c, and p for
+    a = p² with p > 0.
+  sin, cos: of a sum they follow from those of its terms. Of a term α, sin² α = 1 − cos² α. With v = (x, y) and
+    |v| = √(x² + y²), sin(atan2(y, x)) = y/|v|, cos(atan2(y, x)) = x/|v|; sin(atan w) = w/√(1 + w²), cos(atan w) =
+    1/√(1 + w²).
+
+Each rule is a true equality of real numbers wherever both formulas have values and |v| > 0. Every value is kept as a
+quotient whose divisor is a product of divisors that occur in the formula, of roots that occur, or of |v|: so it is not
+zero there. Hence formulas with the same quotient have the same value wherever all their parts are defined.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from math import isqrt
+
+from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power, parts
+from trackably.checker.watch import short, tick
+
+Monomial = tuple[tuple[int, int], ...]
+"""Pairs (−i, p) of variables i with their powers p ≥ 1, i ascending: tuples then compare in lexicographic order."""
+
+Polynomial = Mapping[Monomial, Fraction]
+"""Coefficients other than zero; {} is zero."""
+
+_MOST_TERMS = 5000
+_TOO_LONG = f"a formula has more than {_MOST_TERMS} terms when it is multiplied out"
+_UNIT: Polynomial = {(): Fraction(1)}
+
+
+class TooLongError(ArithmeticError):
+    """A polynomial has more than 5000 terms."""
+
+
+def added(p: Polynomial, q: Polynomial, factor: int = 1) -> Polynomial:
+    """Return p + factor q."""
+    found = dict(p)
+    for m, c in q.items():
+        found[m] = short(found.get(m, Fraction(0)) + factor * c)
+    return {m: c for m, c in found.items() if c}
+
+
+def multiplied(p: Polynomial, q: Polynomial) -> Polynomial:
+    """Return p q. Raise TooLongError where it is long."""
+    found: dict[Monomial, Fraction] = {}
+    for m, c in p.items():
+        for n, d in q.items():
+            both = _together(m, n)
+            found[both] = short(found.get(both, Fraction(0)) + c * d)
+        if len(found) > _MOST_TERMS:
+            raise TooLongError(_TOO_LONG)
+    return {m: c for m, c in found.items() if c}
+
+
+def quotient(p: Polynomial, q: Polynomial) -> Polynomial | None:
+    """Return p/q where it is a polynomial; None where it is not."""
+    rest, found, highest = p, dict[Monomial, Fraction](), max(q)
+    while rest:
+        m = max(rest)
+        left = dict(m)
+        for i, power in highest:
+            left[i] = left.get(i, 0) - power
+        if min(left.values(), default=0) < 0:
+            return None
+        if len(found) == _MOST_TERMS:
+            raise TooLongError(_TOO_LONG)
+        term = _sorted(left)
+        found[term] = rest[m] / q[highest]
+        rest = added(rest, multiplied({term: found[term]}, q), -1)
+    return found
+
+
+def powers_of(i: int, p: Polynomial) -> dict[int, Polynomial]:
+    """Return the coefficients of the powers of variable i, which are polynomials in the others."""
+    found: dict[int, dict[Monomial, Fraction]] = {}
+    for m, c in p.items():
+        tick()
+        others = tuple((j, power) for j, power in m if j != -i)
+        found.setdefault(dict(m).get(-i, 0), {})[others] = c
+    return dict(found)
+
+
+def _together(m: Monomial, n: Monomial) -> Monomial:
+    both = dict(m)
+    for i, power in n:
+        both[i] = both.get(i, 0) + power
+    return _sorted(both)
+
+
+def _sorted(powers: Mapping[int, int]) -> Monomial:
+    return tuple(sorted(((i, power) for i, power in powers.items() if power), reverse=True))
+
+
+@dataclass(frozen=True)
+class Quotient:
+    """`above`/`below`; below is not the zero polynomial."""
+
+    above: Polynomial
+    below: Polynomial
+
+    @classmethod
+    def of(cls, above: Polynomial, below: Polynomial) -> "Quotient":
+        """Return the quotient, simplified where that is easy. Raise ZeroDivisionError where it divides by zero."""
+        tick()
+        if not below:
+            raise ZeroDivisionError("it divides by zero")
+        common = _common([*above, *below])
+        if common:
+            above, below = (_without(p, common) for p in (above, below))
+        if len(below) > 1:
+            whole = quotient(above, below)
+            above, below = (above, below) if whole is None else (whole, _UNIT)
+        leading = below[max(below)]
+        return cls({m: c / leading for m, c in above.items()}, {m: c / leading for m, c in below.items()})
+
+    @classmethod
+    def number(cls, value: Fraction) -> "Quotient":
+        """Return a number."""
+        return cls({(): value} if value else {}, _UNIT)
+
+    @classmethod
+    def variable(cls, i: int) -> "Quotient":
+        """Return variable i."""
+        return cls({((-i, 1),): Fraction(1)}, _UNIT)
+
+    def __add__(self, other: "Quotient") -> "Quotient":
+        if self.below == other.below:
+            return Quotient.of(added(self.above, other.above), self.below)
+        crossed = added(multiplied(self.above, other.below), multiplied(other.above, self.below))
+        return Quotient.of(crossed, multiplied(self.below, other.below))
+
+    def __neg__(self) -> "Quotient":
+        return Quotient({m: -c for m, c in self.above.items()}, self.below)
+
+    def __sub__(self, other: "Quotient") -> "Quotient":
+        return self + -other
+
+    def __mul__(self, other: "Quotient") -> "Quotient":
+        return Quotient.of(multiplied(self.above, other.above), multiplied(self.below, other.below))
+
+    def __truediv__(self, other: "Quotient") -> "Quotient":
+        return Quotient.of(multiplied(self.above, other.below), multiplied(self.below, other.above))
+
+    @property
+    def constant(self) -> Fraction | None:
+        """The number that it is; None where it is none."""
+        if set(self.above) <= {()} and set(self.below) == {()}:
+            return self.above.get((), Fraction(0)) / self.below[()]
+        return None
+
+
+def _common(monomials: Iterable[Monomial]) -> Monomial:
+    """Return the largest monomial that divides all of these."""
+    first, *others = (dict(m) for m in monomials)
+    for m in others:
+        tick()
+        first = {i: least for i, power in first.items() if (least := min(power, m.get(i, 0)))}
+    return tuple(first.items())
+
+
+def _without(p: Polynomial, factor: Monomial) -> Polynomial:
+    by = dict(factor)
+    tick()
+    return {_sorted({i: power - by.get(i, 0) for i, power in m}): c for m, c in p.items()}
+
+
+_MOST_ATOMS = 80
+_MOST_MULTIPLIED = 16
+_ONE, _ZERO = Quotient.number(Fraction(1)), Quotient.number(Fraction(0))
+
+
+@dataclass(frozen=True)
+class Atom:
+    """The value of a function at some `arguments`, which is variable `number`; its `square`, where a rule gives it."""
+
+    function: str
+    arguments: tuple[Quotient, ...]
+    number: int
+    square: Quotient | None
+
+
+@dataclass
+class Values:
+    """The values of formulas that are looked at together. Formulas in `positive` are positive."""
+
+    numbers: dict[str, int] = field(default_factory=dict)
+    atoms: list[Atom] = field(default_factory=list)
+    positive: list[Quotient] = field(default_factory=list)
+    known: dict[Formula, Quotient] = field(default_factory=dict)
+    count: int = 0
+
+    def of(self, formula: Formula) -> Quotient:
+        """Return the quotient. Raise TooLongError or ZeroDivisionError where there is none."""
+        for node in parts(formula):
+            if node not in self.known:
+                self.known[node] = self._of(node)
+        return self.known[formula]
+
+    def is_zero(self, value: Quotient) -> bool:
+        """Return whether a quotient is zero: certain if so, and unknown if not."""
+        return not self.reduced(value).above
+
+    def direction(self, angle: Quotient) -> tuple[Quotient, Quotient]:
+        """Return cosine and sine."""
+        cosine, sine = _ONE, _ZERO
+        for m, c in angle.above.items():
+            whole = c.denominator == 1 and abs(c) <= _MOST_MULTIPLIED
+            term = Quotient.of({m: Fraction(1) if whole else abs(c)}, angle.below)
+            x, y = self._direction_of_term(term)
+            for _ in range(abs(int(c)) if whole else 1):
+                turned = y if c > 0 else -y
+                cosine, sine = (
+                    self.reduced(cosine * x - sine * turned),
+                    self.reduced(cosine * turned + sine * x),
+                )
+        return cosine, sine
+
+    def reduced(self, value: Quotient) -> Quotient:
+        """Replace squares of atoms by the rules. Atoms are made of earlier ones, so that the last one comes first."""
+        for atom in reversed(self.atoms):
+            if atom.square is not None:
+                above, below = (_without_squares(p, atom.number, atom.square) for p in (value.above, value.below))
+                if above is not None or below is not None:
+                    value = (above or Quotient(value.above, _ONE.below)) / (below or Quotient(value.below, _ONE.below))
+        return value
+
+    def _of(self, node: Formula) -> Quotient:
+        match node:
+            case Number(value):
+                found = Quotient.number(Fraction(value))
+            case Name(name):
+                if name not in self.numbers:
+                    self.numbers[name] = self._new()
+                found = Quotient.variable(self.numbers[name])
+            case Operation(symbol, left, right):
+                found = self.reduced(_operated(symbol, self.known[left], self.known[right]))
+            case Power(base, exponent):
+                found = self._power(self.known[base], exponent)
+            case Function("sqrt", argument):
+                found = self._root(self.known[argument])
+            case Function("cos" | "sin" as name, argument):
+                found = self.direction(self.known[argument])[name == "sin"]
+            case Function(name, argument):
+                found = self._atom(name, (self.known[argument],))
+            case Angle(y, x):
+                self._length(self.known[x], self.known[y])  # roots are known before products of them are met
+                found = self._atom("atan2", (self.known[y], self.known[x]))
+        return found
+
+    def _new(self) -> int:
+        self.count += 1
+        return self.count
+
+    def _power(self, base: Quotient, exponent: float) -> Quotient:
+        if not (exponent.is_integer() and abs(exponent) <= _MOST_MULTIPLIED):
+            return self._atom(f"power {exponent!r}", (base,))
+        found = _ONE
+        for _ in range(abs(int(exponent))):
+            found = self.reduced(found * base)
+        return found if exponent >= 0 else _ONE / found
+
+    def _root(self, a: Quotient) -> Quotient:
+        for p in self.positive:
+            if self.is_zero(a - p * p):
+                return p
+        if (q := _rational_root(a.constant)) is not None:
+            return Quotient.number(q)
+        roots = [atom for atom in self.atoms if atom.function == "sqrt"]
+        for root in roots:
+            (b,) = root.arguments
+            if b.above and (q := _rational_root((a / b).constant)):
+                return Quotient.number(q) * Quotient.variable(root.number)
+        for i, first in enumerate(roots):
+            for second in roots[i:]:
+                product = self.reduced(first.arguments[0] * second.arguments[0])
+                both = self.reduced(Quotient.variable(first.number) * Quotient.variable(second.number))
+                if self.is_zero(a - product):
+                    return both
+                if product.above and (q := _rational_root((a / product).constant)):
+                    return Quotient.number(q) * both
+        return self._atom("sqrt", (a,), a)
+
+    def _length(self, x: Quotient, y: Quotient) -> Quotient:
+        return self._root(self.reduced(x * x + y * y))
+
+    def _direction_of_term(self, term: Quotient) -> tuple[Quotient, Quotient]:
+        for atom in self.atoms:
+            if Quotient.variable(atom.number) == term:
+                if atom.function == "atan2":
+                    y, x = atom.arguments
+                    length = self._length(x, y)
+                    return x / length, y / length
+                if atom.function == "atan":
+                    length = self._length(_ONE, atom.arguments[0])
+                    return _ONE / length, atom.arguments[0] / length
+        cosine = self._atom("cos", (term,))
+        return cosine, self._atom("sin", (term,), _ONE - cosine * cosine)
+
+    def _atom(self, function: str, arguments: tuple[Quotient, ...], square: Quotient | None = None) -> Quotient:
+        for atom in self.atoms:
+            if atom.function == function and all(
+                self.is_zero(a - b) for a, b in zip(atom.arguments, arguments, strict=True)
+            ):
+                return Quotient.variable(atom.number)
+        if len(self.atoms) == _MOST_ATOMS:
+            raise TooLongError(f"there are more than {_MOST_ATOMS} values of functions")
+        self.atoms.append(Atom(function, arguments, self._new(), square))
+        return Quotient.variable(self.count)
+
+
+def _operated(symbol: str, a: Quotient, b: Quotient) -> Quotient:
+    if symbol in "+-":
+        return a + b if symbol == "+" else a - b
+    return a * b if symbol == "*" else a / b
+
+
+def _rational_root(number: Fraction | None) -> Fraction | None:
+    """Return the positive root of a number, where there is a rational one."""
+    if number is None or number <= 0:
+        return None
+    above, below = isqrt(number.numerator), isqrt(number.denominator)
+    return Fraction(above, below) if Fraction(above, below) ** 2 == number else None
+
+
+def _without_squares(p: Polynomial, i: int, square: Quotient) -> Quotient | None:
+    """Return p with `square` in the place of the square of variable i; None where there is none."""
+    powers = powers_of(i, p)
+    if max(powers, default=0) < 2:
+        return None
+    found, factor, variable = _ZERO, _ONE, Quotient.variable(i)
+    for power in range(max(powers) + 1):
+        term = Quotient(powers.get(power, {}), _ONE.below) * factor
+        found = found + (term * variable if power % 2 else term)
+        factor = factor * square if power % 2 else factor
+    return found

@@ -1,1 +1,0 @@
-"""Formulas that are equal as functions: rational arithmetic with polynomials, roots and sines."""

@@ -1,0 +1,369 @@
+"""Interval arithmetic (mpmath iv): every result contains the real number it stands for, whatever is rounded.
+
+Where functions are defined: what is not certainly defined raises UndefinedError.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+from functools import lru_cache
+from math import lcm
+from typing import Any, Protocol
+
+from mpmath.ctx_iv import MPIntervalContext
+
+from trackably.checker.watch import short, tick
+
+
+class Real(Protocol):
+    """An interval of mpmath that contains a real number; comparisons raise ValueError where intervals overlap."""
+
+    @property
+    def a(self) -> "Real": ...
+    @property
+    def b(self) -> "Real": ...
+    @property
+    def mid(self) -> "Real": ...
+    def __add__(self, other: "Real | float", /) -> "Real": ...
+    def __radd__(self, other: float, /) -> "Real": ...
+    def __sub__(self, other: "Real | float", /) -> "Real": ...
+    def __rsub__(self, other: float, /) -> "Real": ...
+    def __mul__(self, other: "Real | float", /) -> "Real": ...
+    def __rmul__(self, other: float, /) -> "Real": ...
+    def __truediv__(self, other: "Real | float", /) -> "Real": ...
+    def __rtruediv__(self, other: float, /) -> "Real": ...
+    def __pow__(self, exponent: int, /) -> "Real": ...
+    def __neg__(self) -> "Real": ...
+    def __abs__(self) -> "Real": ...
+    def __float__(self) -> float: ...
+    def __lt__(self, other: "Real | float", /) -> bool | None: ...
+    def __le__(self, other: "Real | float", /) -> bool | None: ...
+    def __gt__(self, other: "Real | float", /) -> bool | None: ...
+    def __ge__(self, other: "Real | float", /) -> bool | None: ...
+
+
+class Many(ABC):
+    """Many intervals at once, as arrays of float64, with operators as `Real` has them; their comparisons are arrays."""
+
+    @abstractmethod
+    def exp(self) -> Any: ...
+
+    @abstractmethod
+    def log(self) -> Any: ...
+
+    @abstractmethod
+    def cos(self) -> Any: ...
+
+    @abstractmethod
+    def sin(self) -> Any: ...
+
+    @abstractmethod
+    def atan(self) -> Any: ...
+
+    @abstractmethod
+    def sqrt(self) -> Any: ...
+
+    @classmethod
+    @abstractmethod
+    def direction(cls, y: Any, x: Any) -> Any:
+        """Return the angles of vectors (x, y) of single numbers."""
+
+    @abstractmethod
+    def larger(self, other: Any) -> Any: ...
+
+    @classmethod
+    @abstractmethod
+    def dot(cls, xs: Any, ys: Any) -> Any: ...
+
+    @abstractmethod
+    def choose(self, condition: Any, one: Any, other: Any) -> Any:
+        """Return one where the condition is certain, the other elsewhere."""
+
+
+class _Intervals(MPIntervalContext):  # type: ignore[misc]
+    """The intervals of mpmath, which remembers those of single numbers: the same few are operands again and again."""
+
+    def __init__(self) -> None:
+        self._of_number = lru_cache(maxsize=4096)(super().convert)
+        super().__init__()
+
+    def convert(self, x: Any) -> Any:
+        return self._of_number(x) if type(x) in (int, float) else super().convert(x)
+
+
+iv = _Intervals()
+iv.prec = 160
+iv._types = (*iv._types, Many)  # operations with arrays are left to these
+
+
+def exactly(number: Real | float) -> Real:
+    """Return the interval of one float64, taken as the real number that it is; intervals are returned as they are."""
+    found: Real = iv.mpf(number)
+    return found
+
+
+def between(low: Real | float, high: Real | float) -> Real:
+    """Return the smallest interval that contains both."""
+    found: Real = iv.mpf([low, high])
+    return found
+
+
+ONE, ZERO, SIGN, INFINITE = exactly(1), exactly(0), between(-1, 1), between(0, float("inf"))
+GUARD = SIGN * exactly(2) ** -130  # mpmath rounds its functions outwards; this covers what their last bits might miss
+_HUGE = 1e100  # to reduce a larger angle takes as many digits of π as it has
+UNIT = exactly(2) ** -53
+"""The unit roundoff of float64."""
+
+
+def pi() -> Real:
+    """Return π."""
+    found: Real = iv.pi * (1 + GUARD)
+    return found
+
+
+def exp(x: Real) -> Real:
+    """Return e^x, without an upper bound above e^(10⁶) and with 0 below e^(−10⁶): such numbers decide nothing."""
+    if isinstance(x, Many):
+        return x.exp()  # type: ignore[no-any-return]
+    if x.b > 1e6:
+        return INFINITE
+    if x.a < -1e6:
+        return between(0, exp(max_of(x.b, exactly(-1e6))).b)
+    found: Real = iv.exp(x) * (1 + GUARD)
+    return found
+
+
+def log(x: Real) -> Real:
+    """Return the logarithm of positive numbers."""
+    if isinstance(x, Many):
+        return x.log()  # type: ignore[no-any-return]
+    found: Real = iv.log(x) * (1 + GUARD) + GUARD
+    return found
+
+
+def sqrt(x: Real) -> Real:
+    """Return the square root of positive numbers."""
+    if isinstance(x, Many):
+        return x.sqrt()  # type: ignore[no-any-return]
+    found: Real = iv.sqrt(x) * (1 + GUARD)
+    return found
+
+
+def cos(x: Real) -> Real:
+    """Return the cosine; of huge numbers, which decide nothing, all that it may be."""
+    if isinstance(x, Many):
+        return x.cos()  # type: ignore[no-any-return]
+    if not abs(x).b < _HUGE:
+        return SIGN
+    found: Real = iv.cos(x) + GUARD
+    return found
+
+
+def sin(x: Real) -> Real:
+    """Return the sine; of huge numbers, which decide nothing, all that it may be."""
+    if isinstance(x, Many):
+        return x.sin()  # type: ignore[no-any-return]
+    if not abs(x).b < _HUGE:
+        return SIGN
+    found: Real = iv.sin(x) + GUARD
+    return found
+
+
+def atan(x: Real) -> Real:
+    """Return the arc tangent."""
+    if isinstance(x, Many):
+        return x.atan()  # type: ignore[no-any-return]
+    found: Real = iv.atan2(x, ONE) + GUARD
+    return found
+
+
+def root(x: float) -> Real:
+    """Return the square root of a number."""
+    return sqrt(exactly(x))
+
+
+def at_most(x: Real | float, y: Real | float) -> bool:
+    """Return whether x ≤ y for certain."""
+    return bool(exactly(x).b <= exactly(y).a)
+
+
+def either(*conditions: Any) -> Any:
+    """Return where one of some conditions is certain: of intervals, or of arrays of them."""
+    found: Any = False
+    for condition in conditions:
+        found = found | (False if condition is None else condition)
+    return found
+
+
+def max_of(x: Real, y: Real) -> Real:
+    """Return an interval that contains the larger of two numbers."""
+    for one, other in ((x, y), (y, x)):
+        if isinstance(one, Many):
+            return one.larger(other)  # type: ignore[no-any-return]
+    return between(x.a if x.a >= y.a else y.a, x.b if x.b >= y.b else y.b)
+
+
+def chosen(condition: Any, one: Real, other: Real) -> Real:
+    """Return one where a condition is certain, the other elsewhere: of two intervals, or of arrays of them."""
+    for many in (one, other):
+        if isinstance(many, Many):
+            return many.choose(condition, one, other)  # type: ignore[no-any-return]
+    return one if condition else other
+
+
+def lesser(x: Real, y: Real) -> Real:
+    """Return the smaller of two upper bounds of the same number."""
+    return x if x.b <= y.b else y
+
+
+def total(numbers: Iterable[Real]) -> Real:
+    """Return the sum."""
+    found = ZERO
+    for number in numbers:
+        tick()
+        found = found + number
+    return found
+
+
+def dot(xs: Sequence[Real], ys: Sequence[Real]) -> Real:
+    """Return Σ x_j y_j."""
+    tick()
+    for one in (*xs, *ys):
+        if isinstance(one, Many):
+            return one.dot(xs, ys)  # type: ignore[no-any-return]
+    return total(x * y for x, y in zip(xs, ys, strict=True) if x is not ZERO and y is not ZERO)
+
+
+def ratio(number: Fraction) -> Real:
+    """Return the interval of a rational number."""
+    return exactly(number.numerator) / exactly(number.denominator)
+
+
+def exact_sum(numbers: Iterable[Fraction]) -> Fraction:
+    """Return the sum of rational numbers, exactly."""
+    found = Fraction(0)
+    for number in numbers:
+        found = short(found + number)
+    return found
+
+
+def common_denominator(numbers: Iterable[Fraction]) -> int:
+    """Return the least d that makes all numbers whole."""
+    found = 1
+    for number in numbers:
+        found = short(Fraction(lcm(found, number.denominator))).numerator
+    return found
+
+
+MOST_MULTIPLIED = 64
+"""Whole exponents up to this size are repeated multiplication; x^p is exp(p log x) for others, defined for x > 0."""
+
+
+class UndefinedError(ArithmeticError):
+    """A value that may not be defined; the message says why. Of many values, `where` says which of them are."""
+
+    def __init__(self, why: str, where: Any = False) -> None:
+        super().__init__(why)
+        self.where = where
+
+
+def required(condition: Any, what: str) -> None:
+    """Raise UndefinedError unless the condition is certain, for each of many values."""
+    is_many = hasattr(condition, "all")
+    if not (condition.all() if is_many else condition):
+        raise UndefinedError(what, is_many and condition)
+
+
+def require_nonzero(x: Real) -> None:
+    """Raise UndefinedError where an interval contains zero."""
+    required(either(x.a > 0, x.b < 0), "what it divides by may be zero")
+
+
+def require_positive(function: str, x: Real) -> None:
+    """Raise UndefinedError where a logarithm, square root or fractional power may get a number that is not positive."""
+    if function in ("log", "sqrt", "power"):
+        what = {"log": "logarithm", "sqrt": "square root", "power": "fractional power"}[function]
+        required(x.a > 0, f"the argument of a {what} may not be positive")
+
+
+def bounded(x: Real) -> Real:
+    """Return the interval itself. Raise UndefinedError where it has no bounds."""
+    required(abs(x).b < INFINITE.b, "nothing bounds it")
+    return x
+
+
+def around(middle: Real, reach: Real) -> Real:
+    """Return all numbers within `kernels` of `middle`."""
+    return middle + SIGN * reach
+
+
+def is_multiplied(exponent: float) -> bool:
+    """Return whether a power is repeated multiplication."""
+    return exponent.is_integer() and abs(exponent) <= MOST_MULTIPLIED
+
+
+def whole_power(a: Real, exponent: int) -> Real:
+    """Return a^exponent, also of an interval that contains zero."""
+    if exponent < 0:
+        require_nonzero(a)
+        return ONE / whole_power(a, -exponent)
+    return (a if exponent % 2 else abs(a)) ** exponent if exponent else ONE
+
+
+def power(a: Real, exponent: float) -> Real:
+    """Return a^exponent. Raise UndefinedError where it may not be defined."""
+    if is_multiplied(exponent):
+        return whole_power(a, int(exponent))
+    require_positive("power", a)
+    return bounded(exp(exactly(exponent) * log(a)))
+
+
+def function(name: str, a: Real) -> Real:
+    """Return exp, log, sqrt, sin, cos or atan of an interval. Raise UndefinedError where it may not be defined."""
+    require_positive(name, a)
+    required(abs(a).b < 1e100, "an argument of a function has no bound")
+    return bounded({"exp": exp, "log": log, "sqrt": sqrt, "sin": sin, "cos": cos, "atan": atan}[name](a))
+
+
+def side(y: Real, x: Real) -> int:
+    """Return 0 where x > 0, 1 where y > 0 and −1 where y < 0: a half-plane in which the angle of (x, y) is continuous.
+
+    0 for many vectors: it is not the same for all. Raise UndefinedError where none is certain.
+    """
+    certain = [x.a > 0, y.a > 0, y.b < 0]
+    required(either(*certain), "it takes the angle of a vector that may be zero, or may cross the direction of ±π")
+    if isinstance(x, Many) or isinstance(y, Many):
+        return 0
+    steep = abs(y).mid > abs(x).mid or not certain[0]
+    return (1 if certain[1] else -1) if steep and (certain[1] or certain[2]) else 0
+
+
+def angle(y: Real, x: Real) -> Real:
+    """Return atan2(y, x). Raise UndefinedError where it may not be defined, or may jump."""
+    s = side(y, x)
+    return atan(y / x) if not s else s * pi() / 2 - atan(x / y)
+
+
+def slope_of_power(a: Real, exponent: float) -> Real:
+    """Return an interval that contains the derivative of x^exponent at each x of an interval."""
+    if is_multiplied(exponent):
+        p = int(exponent)
+        return p * whole_power(a, p - 1) if p else exactly(0)
+    require_positive("power", a)
+    return exactly(exponent) * exp((exactly(exponent) - 1) * log(a))
+
+
+def slope_of_function(name: str, a: Real) -> Real:
+    """Return an interval that contains φ′(x) at each x of an interval on which φ is defined."""
+    if name in ("sin", "cos"):
+        return cos(a) if name == "sin" else -sin(a)
+    if name == "atan":
+        return ONE / (1 + whole_power(a, 2))
+    return exp(a) if name == "exp" else ONE / (a if name == "log" else 2 * sqrt(a))
+
+
+def change_of_angle(y: Real, x: Real, by_y: Real, by_x: Real) -> Real:
+    """Over-estimate how much atan2(y, x) changes if y and x change by so much, all the way within these intervals."""
+    length = whole_power(x, 2) + whole_power(y, 2)
+    require_nonzero(length)
+    return (abs(x) * by_y + abs(y) * by_x) / length

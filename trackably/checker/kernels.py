@@ -1,0 +1,533 @@
+"""What a kernel must say of itself, and its enclosure over a box of time, written once for all kernels.
+
+Kernels with a standard deviation θ₁ and a length scale θ₂: hyperparameters as intervals, and what all share.
+
+κ(r) = θ₁² exp(−r²/(2 θ₂²)).
+
+Matérn kernels κ(r) = θ₁² P(x) e^(−x) with x = λ r, for the branch of r ≥ 0; λ is √3/θ₂ or √5/θ₂.
+
+Sums of them with all centres before t are of the same form. Let a be a time with t_i ≤ a ≤ t, u = t − a and
+v_i = λ (a − t_i). By Taylor's formula, P(λu + v) = Σ_k P⁽ᵏ⁾(λu) vᵏ/k!, which ends with the degree of P. So
+Σ_i c_i κ(t − t_i) = θ₁² e^(−λu) Σ_k m_k P⁽ᵏ⁾(λu), with the moments m_k = Σ_i c_i v_iᵏ/k! e^(−v_i). A single kernel has
+a = t_i, and the moments 1, 0, …
+
+κ(r) = θ₁² (1 + r²/(2 α θ₂²))^(−α).
+
+κ(r) = θ₁² exp(−(2/θ₂²) sin²(π r/θ₃)) = θ₁² exp((cos ωr − 1)/θ₂²) with ω = 2π/θ₃.
+
+Piecewise polynomial kernels: κ(r) = θ₁² P(y) with y = 1 − |r|/θ₂ while that is positive, and 0 from |r| = θ₂ on.
+
+Sums and products of kernels.
+
+The names of kernels in certificates.
+
+How far a kernel reaches: where many centres are far away, one bound of all of them takes the place of their sum.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass
+from functools import cached_property, lru_cache
+from typing import ClassVar, NamedTuple
+
+from trackably.checker.intervals import (
+    GUARD,
+    INFINITE,
+    ONE,
+    SIGN,
+    ZERO,
+    Real,
+    at_most,
+    between,
+    chosen,
+    cos,
+    exactly,
+    exp,
+    iv,
+    lesser,
+    log,
+    max_of,
+    pi,
+    root,
+    sin,
+    total,
+)
+from trackably.checker.models import Model, exp_series, power_series, times
+from trackably.checker.watch import tick
+
+
+class Decay(NamedTuple):
+    """Over-estimates of |κ| and |κ̇| from some distance on."""
+
+    size: Real
+    slope: Real
+
+
+class Sizes(NamedTuple):
+    """Over-estimates of |κ|, |κ̇|, |r κ̇| and |r κ|, and of the roundings in κ's own formula in units of u."""
+
+    size: Real
+    slope: Real
+    stretch: Real
+    moment: Real
+    roundings: Real
+
+
+class Kernel(ABC):
+    """A stationary kernel κ(r), even in r; a kernel with a kink at 0 means its branch of positive differences."""
+
+    @abstractmethod
+    def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
+        """Return n coefficients in x of κ(r + h x), of the branch that holds at r."""
+
+    @abstractmethod
+    def largest_on_disc(self, r: Real, radius: Real) -> Real:
+        """Over-estimate |κ(z)|, of the branch that holds at r, on |z − r| < radius; infinite if it may be singular."""
+
+    @abstractmethod
+    def beyond(self, distance: Real) -> Decay:
+        """Over-estimate |κ(r)| and |κ̇(r)| for all |r| ≥ distance ≥ 0."""
+
+    @cached_property
+    def peak(self) -> Decay:
+        """Over-estimates of |κ| and |κ̇|."""
+        return self.beyond(ZERO)
+
+    @abstractmethod
+    def sizes(self, farthest: Real) -> Sizes:
+        """Over-estimate what the error of float64 evaluation depends on, for |r| ≤ farthest."""
+
+    @property
+    @abstractmethod
+    def numbers(self) -> tuple[float, ...]:
+        """All hyperparameters; positive."""
+
+    @property
+    def has_kink(self) -> bool:
+        """Whether κ is not analytic at r = 0."""
+        return False
+
+    @property
+    def repeats_after(self) -> float | None:
+        """The period [s] of every part of κ; None where they have none in common."""
+        return None
+
+    def jump(self, r: Real, h: Real) -> Real:
+        """Over-estimate how far κ is from its branch at |r| between |r| − h and |r| + h, on the positive side.
+
+        Zero for kernels with one branch for all positive differences.
+        """
+        return ZERO
+
+    def value(self, r: Real) -> Real:
+        """Return κ(r)."""
+        return self.taylor(abs(r), ZERO, 1)[0] + SIGN * self.jump(r, ZERO)
+
+    def model(self, r: Real, h: Real, radius: Real, n: int) -> Model:
+        """Enclose κ(r + h x) for all x ∈ [−1, 1].
+
+        By Cauchy's estimate n terms of the Taylor series miss no more than M (h/ρ)ⁿ/(1 − h/ρ), where |κ| ≤ M on the
+        disc of radius ρ. Where the box contains a kink, the branch of its middle is continued to the other side.
+        """
+        after, before = at_most(h, r), at_most(h, -r)
+        # κ is even: differences are mirrored to the positive side
+        side = 1 if after or (not before and at_most(0, r)) else -1
+        missed = self.largest_on_disc(r, radius) * geometric_rest(h / radius, n) + self.jump(r, h)
+        if self.has_kink and not (before or after):
+            # r ≥ 0 is not certain right on the kink: then 1.01 h must still reach to the end of the box
+            reached = at_most(-0.01 * h, side * r)
+            # the branch of the box's middle must be that of the kink: its odd powers are bounded
+            same_branch = at_most(self.jump(ZERO, abs(r)), ZERO)
+            missed += self.oddness(1.01 * h, radius, n) if reached and same_branch else INFINITE
+        return Model(self.taylor(side * r, side * h, n), missed)
+
+    def oddness(self, reach: Real, radius: Real, n: int) -> Real:
+        """Over-estimate |κ₊(r) − κ₊(−r)| for 0 ≤ r ≤ reach, where κ₊ is the branch of positive differences."""
+        odd = total(abs(coefficient) for coefficient in self.taylor(ZERO, reach, n)[1::2])
+        return 2 * (odd + self.largest_on_disc(ZERO, radius) * geometric_rest(reach / radius, n))
+
+
+def geometric_rest(ratio: Real, n: int) -> Real:
+    """Over-estimate Σ_(k ≥ n) ratio^k."""
+    return chosen(ratio.b < 1, ratio**n / (1 - ratio), INFINITE)
+
+
+@dataclass(frozen=True)
+class Elementary(Kernel):
+    """κ(r) = θ₁² φ(r/θ₂, …); every field of the dataclass is a positive number."""
+
+    signal_std: float
+    lengthscale: float
+
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        return astuple(self)
+
+    @cached_property
+    def variance(self) -> Real:
+        """θ₁²."""
+        return exactly(self.signal_std) ** 2
+
+    @cached_property
+    def length(self) -> Real:
+        """θ₂."""
+        return exactly(self.lengthscale)
+
+    def scaled(self, shape: list[Real]) -> list[Real]:
+        """Return the coefficients of θ₁² φ from those of φ."""
+        variance = self.variance
+        return [variance * coefficient for coefficient in shape]
+
+    def falling(self, distance: Real, steepest: Real) -> Decay:
+        """Return the bounds of a κ that falls with the distance, whose |κ̇| rises up to `steepest` and then falls."""
+        value = self.taylor(distance, ZERO, 1)[0]
+        slope = self.taylor(max_of(steepest, distance), ONE, 2)[1]
+        return Decay(abs(value), abs(slope))
+
+
+@dataclass(frozen=True)
+class SquaredExponential(Elementary):
+    """κ(r) = θ₁² exp(−r²/(2 θ₂²)); |κ̇| is largest at r = θ₂."""
+
+    def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
+        p = 2 * self.length**2
+        return self.scaled(exp_series([-(r**2) / p, -2 * r * h / p, -(h**2) / p], n))
+
+    def largest_on_disc(self, r: Real, radius: Real) -> Real:
+        # |Im z| ≤ radius on the disc, and so Re z² ≥ r²/2 − radius².
+        square = (r**2 / 2 - radius**2) / self.length**2
+        return self.variance * exp(-square / 2)
+
+    def beyond(self, distance: Real) -> Decay:
+        return self.falling(distance, self.length)
+
+    def sizes(self, farthest: Real) -> Sizes:
+        # With x = r/θ₂: x² e^(−x²/2) ≤ 1 and x e^(−x²/2) ≤ 0.607.
+        size, slope = self.peak
+        return Sizes(size, slope, size, size * self.length * 0.607, 30 * size)
+
+
+@dataclass(frozen=True)
+class Matern(Elementary):
+    """P has no negative coefficients, and this `degree`; `square` is (λ θ₂)²."""
+
+    degree: ClassVar[int]
+    square: ClassVar[int]
+
+    @property
+    def has_kink(self) -> bool:
+        return True
+
+    @cached_property
+    def rate(self) -> Real:
+        """λ."""
+        return root(self.square) / self.length
+
+    @abstractmethod
+    def slopes(self, x: Real) -> list[Real]:
+        """Return P(x), P'(x), … up to the last one that is not 0."""
+
+    def along(self, moments: Sequence[Real], x: Real, y: Real, n: int) -> list[Real]:
+        """Return n coefficients in ξ of θ₁² e^(−z) Σ_k m_k P⁽ᵏ⁾(z) with z = x + y ξ."""
+        slopes, power = self.slopes(x), ONE
+        found: list[Real] = []
+        for j in range(len(slopes)):
+            found.append(total(m * slope for m, slope in zip(moments, slopes[j:], strict=False)) * power)
+            power = y * power / (j + 1)
+        return self.scaled(times(found, exp_series([-x, -y], n), n))
+
+    def largest_around(self, moments: Sequence[Real], x: Real, y: Real) -> Real:
+        """Over-estimate |θ₁² e^(−z) Σ_k m_k P⁽ᵏ⁾(z)| on |z − x| < y, for moments of |c_i|: |P⁽ᵏ⁾(z)| ≤ P⁽ᵏ⁾(|z|)."""
+        shape = total(m * slope for m, slope in zip(moments, self.slopes(x + y), strict=False))
+        return self.variance * shape * exp(y - x)
+
+    def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
+        return self.along([ONE], self.rate * r, self.rate * h, n)
+
+    def largest_on_disc(self, r: Real, radius: Real) -> Real:
+        return self.largest_around([ONE], self.rate * abs(r), self.rate * radius)
+
+
+@dataclass(frozen=True)
+class Matern32(Matern):
+    """P(x) = 1 + x with x = √3 r/θ₂; |κ̇| is largest at r = θ₂/√3."""
+
+    degree, square = 1, 3
+
+    def slopes(self, x: Real) -> list[Real]:
+        return [1 + x, ONE]
+
+    def beyond(self, distance: Real) -> Decay:
+        return self.falling(distance, self.length * (ONE / root(3)))
+
+    def sizes(self, farthest: Real) -> Sizes:
+        size, slope = self.peak
+        # x² e^(−x) ≤ 1 and x (1 + x) e^(−x) ≤ 0.841
+        return Sizes(size, slope, size, size * self.length * (0.841 / 1.732), 30 * size)
+
+
+@dataclass(frozen=True)
+class Matern52(Matern):
+    """P(x) = 1 + x + x²/3 with x = √5 r/θ₂; |κ̇| is largest at r = θ₂ (1 + √5)/(2 √5)."""
+
+    degree, square = 2, 5
+
+    def slopes(self, x: Real) -> list[Real]:
+        return [1 + x + x**2 / 3, 1 + 2 * x / 3, ONE * 2 / 3]
+
+    def beyond(self, distance: Real) -> Decay:
+        return self.falling(distance, self.length * ((1 + root(5)) / (2 * root(5))))
+
+    def sizes(self, farthest: Real) -> Sizes:
+        size, slope = self.peak
+        # x² (1 + x) e^(−x)/3 ≤ 1 and x (1 + x + x²/3) e^(−x) ≤ 1.176
+        return Sizes(size, slope, size, size * self.length * (1.176 / 2.236), 30 * size)
+
+
+@dataclass(frozen=True)
+class RationalQuadratic(Elementary):
+    """κ(r) = θ₁² (1 + r²/(2 α θ₂²))^(−α) with `shape` α; |κ̇| is largest at r = θ₂ √(2α/(2α + 1))."""
+
+    shape: float
+
+    @property
+    def alpha(self) -> Real:
+        """α."""
+        return exactly(self.shape)
+
+    def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
+        p = 2 * self.alpha * self.length**2
+        return self.scaled(power_series([1 + r**2 / p, 2 * r * h / p, h**2 / p], -self.alpha, n))
+
+    def largest_on_disc(self, r: Real, radius: Real) -> Real:
+        # Re z² ≥ r²/2 − radius² on the disc, and so |1 + z²/(2 α θ₂²)| ≥ q.
+        square = (r**2 / 2 - radius**2) / self.length**2
+        q = 1 + square / (2 * self.alpha)
+        is_regular = q.a > 0
+        return chosen(is_regular, self.variance * exp(-self.alpha * log(chosen(is_regular, q, ONE))), INFINITE)
+
+    def beyond(self, distance: Real) -> Decay:
+        root: Real = iv.sqrt(2 * self.alpha / (2 * self.alpha + 1)) * (1 + GUARD)
+        return self.falling(distance, self.length * root)
+
+    def sizes(self, farthest: Real) -> Sizes:
+        # With q = 1 + r²/(2 α θ₂²): |r κ̇| = θ₁² 2α (q − 1) q^(−α − 1) ≤ 2 θ₁²/e, where q = (α + 1)/α.
+        size, slope = self.peak
+        return Sizes(size, slope, size, farthest * size, (30 + 6 * self.alpha) * size)
+
+
+@dataclass(frozen=True)
+class Periodic(Elementary):
+    """κ(r) = θ₁² exp((cos ωr − 1)/θ₂²) with ω = 2π/θ₃ and `period` θ₃; it never decays."""
+
+    period: float
+
+    @property
+    def omega(self) -> Real:
+        """ω."""
+        return 2 * pi() / exactly(self.period)
+
+    def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
+        omega = self.omega
+        cosine, sine = cos(omega * r), sin(omega * r)
+        turn, step, scale = (cosine, -sine, -cosine, sine), omega * h, [1 / self.length**2]
+        for k in range(1, n):
+            scale.append(scale[-1] * step / k)
+        g = [turn[k % 4] * scale[k] for k in range(n)]
+        return self.scaled(exp_series([g[0] - scale[0], *g[1:]], n))
+
+    def largest_on_disc(self, r: Real, radius: Real) -> Real:
+        # Re cos(x + iy) = cos x cosh y
+        cosine, reach = cos(self.omega * (r + radius * SIGN)).b, self.omega * radius
+        largest = chosen(cosine <= 0, cosine, cosine * (exp(reach) + exp(-reach)) / 2)
+        return self.variance * exp((largest - 1) / self.length**2)
+
+    def beyond(self, distance: Real) -> Decay:
+        # |sin v| e^((cos v − 1)/θ₂²)/θ₂² ≤ e^(−1/2)/θ₂
+        return Decay(self.variance, self.variance * self.omega * exp(exactly(-0.5)) / self.length)
+
+    def sizes(self, farthest: Real) -> Sizes:
+        size, slope = self.peak
+        return Sizes(size, slope, farthest * slope, farthest * size, 30 * size)
+
+    @property
+    def repeats_after(self) -> float:
+        return self.period
+
+
+@dataclass(frozen=True)
+class PiecewisePolynomial(Elementary):
+    """P(y) = Σ_j `p`[j] yʲ; on 0 ≤ y ≤ 1 it rises from 0 to 1, and |P| rises with |y| for y ≤ 0."""
+
+    p: ClassVar[tuple[int, ...]]
+    steepest_at: ClassVar[Real]
+    """s = |r|/θ₂ where |κ̇| is largest."""
+
+    @property
+    def has_kink(self) -> bool:
+        return True
+
+    def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
+        y = [1 - r / self.length, -h / self.length]
+        found: list[Real] = []
+        for coefficient in reversed(self.p):  # Horner's rule; the degree grows by one in each step
+            found = times(found, y, min(len(found) + 1, n))
+            found[0] += coefficient
+        is_over = self._is_over(r)
+        return [*(chosen(is_over, ZERO, c) for c in self.scaled(found)), *[ZERO] * (n - len(found))]
+
+    def largest_on_disc(self, r: Real, radius: Real) -> Real:
+        # no larger than the sum of the sizes of its Taylor terms, of which there are no more
+        return total(abs(c) for c in self.taylor(abs(r), radius, len(self.p)))
+
+    def jump(self, r: Real, h: Real) -> Real:
+        beyond, farthest = abs(r) - h, abs(r) + h
+        nearest = (beyond + abs(beyond)) / 2  # no less than 0
+        from_zero = chosen(self.length <= nearest.a, ZERO, abs(self.taylor(nearest, ZERO, 1)[0]))
+        y = 1 - farthest / self.length
+        from_polynomial = self.variance * abs(total(c * y**j for j, c in enumerate(self.p) if c))
+        return chosen(self._is_over(r), from_zero, chosen(farthest.b <= self.length, ZERO, from_polynomial))
+
+    def beyond(self, distance: Real) -> Decay:
+        return self.falling(distance, self.length * self.steepest_at)
+
+    def sizes(self, farthest: Real) -> Sizes:
+        # With s = |r|/θ₂: s |φ'| ≤ 0.756 and s φ ≤ 0.165. Products of up to 7 factors 1 − s, Q by Horner's rule, θ₁².
+        size, slope = self.peak
+        return Sizes(size, slope, size, size * self.length * 0.165, 35 * size)
+
+    def _is_over(self, r: Real) -> bool | None:
+        """Return whether |r| > θ₂ for certain: then the branch is 0, otherwise the polynomial."""
+        return abs(r).a > self.length
+
+
+class PiecewisePolynomial2(PiecewisePolynomial):
+    """P(y) = 14 y⁵ − 21 y⁶ + 8 y⁷, that is (1 − s)⁵ (8 s² + 5 s + 1); P'' = 14 y³ (24 y² − 45 y + 20)."""
+
+    p = (0, 0, 0, 0, 0, 14, -21, 8)
+    steepest_at = ONE - (45 - root(105)) / 48
+
+
+class PiecewisePolynomial3(PiecewisePolynomial):
+    """P(y) = 48 y⁷ − 108 y⁸ + 82 y⁹ − 21 y¹⁰, that is (1 − s)⁷ (21 s³ + 19 s² + 7 s + 1).
+
+    P'' = 18 y⁵ (112 − 336 y + 328 y² − 105 y³), and the last factor has a single root, 0.760016….
+    """
+
+    p = (0, 0, 0, 0, 0, 0, 0, 48, -108, 82, -21)
+    steepest_at = between(exactly(0.2399834902935789), exactly(0.239983490293579))
+
+
+@dataclass(frozen=True)
+class Combination(Kernel):
+    """Two kernels, `left` and `right`."""
+
+    left: Kernel
+    right: Kernel
+
+    @property
+    def has_kink(self) -> bool:
+        return self.left.has_kink or self.right.has_kink
+
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        return self.left.numbers + self.right.numbers
+
+    @property
+    def repeats_after(self) -> float | None:
+        period = self.left.repeats_after
+        return period if period == self.right.repeats_after else None
+
+
+class Sum(Combination):
+    """κ = κ₁ + κ₂."""
+
+    def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
+        return [x + y for x, y in zip(self.left.taylor(r, h, n), self.right.taylor(r, h, n), strict=True)]
+
+    def largest_on_disc(self, r: Real, radius: Real) -> Real:
+        return self.left.largest_on_disc(r, radius) + self.right.largest_on_disc(r, radius)
+
+    def jump(self, r: Real, h: Real) -> Real:
+        return self.left.jump(r, h) + self.right.jump(r, h)
+
+    def beyond(self, distance: Real) -> Decay:
+        f, g = self.left.beyond(distance), self.right.beyond(distance)
+        return Decay(f.size + g.size, f.slope + g.slope)
+
+    def sizes(self, farthest: Real) -> Sizes:
+        f, g = self.left.sizes(farthest), self.right.sizes(farthest)
+        return Sizes(
+            f.size + g.size,
+            f.slope + g.slope,
+            f.stretch + g.stretch,
+            f.moment + g.moment,
+            f.roundings + g.roundings + f.size + g.size,
+        )
+
+
+class Product(Combination):
+    """κ = κ₁ κ₂."""
+
+    def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
+        return times(self.left.taylor(r, h, n), self.right.taylor(r, h, n), n)
+
+    def largest_on_disc(self, r: Real, radius: Real) -> Real:
+        return self.left.largest_on_disc(r, radius) * self.right.largest_on_disc(r, radius)
+
+    def jump(self, r: Real, h: Real) -> Real:
+        # κ₁ κ₂ − b₁ b₂ = (κ₁ − b₁) κ₂ + b₁ (κ₂ − b₂) with the branches b at r
+        f, g = self.left.jump(r, h), self.right.jump(r, h)
+        of_left = chosen(f.b <= 0, ZERO, f * self.right.peak.size)
+        return of_left + chosen(g.b <= 0, ZERO, self.left.largest_on_disc(r, h) * g)
+
+    def beyond(self, distance: Real) -> Decay:
+        f, g = self.left.beyond(distance), self.right.beyond(distance)
+        return Decay(f.size * g.size, f.slope * g.size + f.size * g.slope)
+
+    def sizes(self, farthest: Real) -> Sizes:
+        f, g = self.left.sizes(farthest), self.right.sizes(farthest)
+        return Sizes(
+            f.size * g.size,
+            f.slope * g.size + f.size * g.slope,
+            # |r κ̇|: of a factor that does not decay only what the other one leaves of it
+            lesser(f.stretch * g.size, f.slope * g.moment) + lesser(f.size * g.stretch, f.moment * g.slope),
+            lesser(f.moment * g.size, f.size * g.moment),
+            (f.roundings + f.size) * g.size + f.size * g.roundings,
+        )
+
+
+ELEMENTARY: dict[str, type[Elementary]] = {
+    "squared_exponential": SquaredExponential,
+    "matern32": Matern32,
+    "matern52": Matern52,
+    "rational_quadratic": RationalQuadratic,
+    "periodic": Periodic,
+    "piecewise_polynomial2": PiecewisePolynomial2,
+    "piecewise_polynomial3": PiecewisePolynomial3,
+}
+COMBINATIONS: dict[str, type[Combination]] = {"sum": Sum, "product": Product}
+
+
+_HALVINGS = 15
+
+
+class Reach(NamedTuple):
+    """A distance [s], infinite where there is none, and bounds of |κ| and |κ̇| at all larger distances."""
+
+    distance: float
+    decay: Decay
+
+
+@lru_cache
+def reach(kernel: Kernel, span: float, part: float) -> Reach:
+    """Return a small distance from which on |κ| ≤ `part` · κ(0), of some that are smaller than the `span` [s]."""
+    most, found = kernel.peak.size * part, Reach(float("inf"), Decay(ZERO, ZERO))
+    for k in range(1, 4 * _HALVINGS):
+        tick()
+        distance = span * 2.0 ** (-k / 4)
+        decay = kernel.beyond(exactly(distance))
+        if not decay.size.b <= most.a:
+            break
+        found = Reach(distance, decay)
+    return found

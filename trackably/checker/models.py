@@ -1,0 +1,280 @@
+"""Power series, coefficient by coefficient.
+
+Taylor models: polynomials in x ∈ [−1, 1] with a bound of what they miss.
+
+A product may drop high powers: since |x^k| ≤ 1, this misses at most the sum of the dropped coefficients' sizes.
+Of a quotient, any polynomial q may stand for a/b: a/b − q = (a − q b)/b. Likewise a positive polynomial r may stand for
+√a: √a − r = (a − r²)/(√a + r). What is bounded on the right is small if q and r begin with the series of a/b and √a.
+Others may be expanded: φ(c + d) = Σ_(k < n) φ⁽ᵏ⁾(c) dᵏ/k! + φ⁽ⁿ⁾(ξ) dⁿ/n! with ξ between c and c + d (Lagrange).
+
+Polynomials that are nowhere negative on [−1, 1].
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from itertools import pairwise
+from math import comb, factorial
+
+from trackably.checker.intervals import (
+    ONE,
+    ZERO,
+    Many,
+    Real,
+    around,
+    at_most,
+    atan,
+    bounded,
+    cos,
+    dot,
+    exactly,
+    exp,
+    is_multiplied,
+    log,
+    pi,
+    require_nonzero,
+    require_positive,
+    required,
+    side,
+    sin,
+    sqrt,
+    total,
+)
+from trackably.checker.watch import tick
+
+
+def exp_series(g: list[Real], n: int) -> list[Real]:
+    """Return n coefficients of f = e^g, from f' = g' f."""
+    f, slope = [exp(g[0])], [j * coefficient for j, coefficient in enumerate(g)]
+    for k in range(1, n):
+        f.append(dot(slope[1 : k + 1], f[max(0, k + 1 - len(g)) : k][::-1]) / k)
+    return f
+
+
+def power_series(q: list[Real], a: Real, n: int) -> list[Real]:
+    """Return n coefficients of f = q^a, from q f' = a q' f."""
+    f = [exp(a * log(q[0]))]
+    for k in range(1, n):
+        slope = [(a * j - (k - j)) * q[j] for j in range(1, min(k + 1, len(q)))]
+        f.append(dot(slope, f[max(0, k + 1 - len(q)) : k][::-1]) / (k * q[0]))
+    return f
+
+
+def times(f: list[Real], g: list[Real], n: int) -> list[Real]:
+    """Return n coefficients of f g: Σ_j f_j g_(k − j) for k < n."""
+    return [dot(f[max(0, k + 1 - len(g)) : k + 1], g[max(0, k + 1 - len(f)) : k + 1][::-1]) for k in range(n)]
+
+
+@dataclass(frozen=True)
+class Model:
+    """All functions within `missed` of Σ_k `coefficients`[k] x^k; models that meet have as many coefficients."""
+
+    coefficients: list[Real]
+    missed: Real
+
+    @property
+    def size(self) -> Real:
+        """Over-estimate of |polynomial|."""
+        return total(abs(c) for c in self.coefficients)
+
+    @property
+    def span(self) -> Real:
+        """An interval that contains all values."""
+        others = total(abs(c) for c in self.coefficients[1:])
+        return around(self.coefficients[0], others + self.missed)
+
+    def times(self, factor: Real) -> "Model":
+        """The model times a number."""
+        return Model([factor * c for c in self.coefficients], abs(factor) * self.missed)
+
+    def __add__(self, other: "Model") -> "Model":
+        return Model([a + b for a, b in self._beside(other)], self.missed + other.missed)
+
+    def __sub__(self, other: "Model") -> "Model":
+        return Model([a - b for a, b in self._beside(other)], self.missed + other.missed)
+
+    @property
+    def is_number(self) -> bool:
+        """Whether nothing but the first coefficient was ever set."""
+        return self.missed is ZERO and all(c is ZERO for c in self.coefficients[1:])
+
+    def __mul__(self, other: "Model") -> "Model":
+        if other.is_number:
+            return self.times(other.coefficients[0])
+        if self.is_number:
+            return other.times(self.coefficients[0])
+        a, b = self.coefficients, other.coefficients
+        n = len(a)
+        kept = times(a, b, n)
+        beyond, left_out = ZERO, ZERO
+        for j in range(1, n):  # a_j meets b_(n − j), …, b_(n − 1)
+            beyond += abs(b[n - j])
+            left_out += abs(a[j]) * beyond
+        crossed = self.size * other.missed + self.missed * (other.size + other.missed)
+        return Model(kept, left_out + crossed)
+
+    def _beside(self, other: "Model") -> list[tuple[Real, Real]]:
+        return list(zip(self.coefficients, other.coefficients, strict=True))
+
+
+@dataclass(frozen=True)
+class Models:
+    """The arithmetic of formulas on models with so many `terms`."""
+
+    terms: int
+
+    def constant(self, value: float) -> Model:
+        return self.number(exactly(value))
+
+    def number(self, value: Real) -> Model:
+        """Return the model of a constant."""
+        return Model([value] + [ZERO] * (self.terms - 1), ZERO)
+
+    def over(self, a: Model, b: Model) -> Model:
+        require_nonzero(b.span)
+        if b.is_number:
+            return a.times(ONE / b.coefficients[0])
+        found = _near_quotient(a, b)
+        return _within(found, a - found * b, abs(b.span))
+
+    def power(self, a: Model, exponent: float) -> Model:
+        if not is_multiplied(exponent):
+            return self._composed("power", a, exponent)
+        if exponent < 0:
+            return self.over(self.number(ONE), self.power(a, -exponent))
+        found, square, left = self.number(ONE), a, int(exponent)
+        while left:
+            if left % 2:
+                found = found * square
+            left //= 2
+            square = square * square if left else square
+        return found
+
+    def function(self, name: str, a: Model) -> Model:
+        return self._root(a) if name == "sqrt" else self._composed(name, a)
+
+    def _root(self, a: Model) -> Model:
+        require_positive("sqrt", a.span)
+        found = _near_root(a)
+        both = sqrt(a.span) + found.span
+        required(both.a > 0, "a square root is not enclosed")
+        return _within(found, a - found * found, both)
+
+    def angle(self, y: Model, x: Model) -> Model:
+        s = side(y.span, x.span)
+        for many in (y.span, x.span):
+            if isinstance(many, Many):
+                return self._angles(type(many), y, x)
+        if not s:
+            return self._composed("atan", self.over(y, x))
+        return self.number(s * pi() / 2) - self._composed("atan", self.over(x, y))
+
+    def _angles(self, many: type[Many], y: Model, x: Model) -> Model:
+        """Return the angles of many vectors, each of them with (c, s) in a half-plane where angles are continuous.
+
+        Where x c + y s > 0, the angle of (x, y) is that of (c, s) and atan((y c − x s)/(x c + y s)), up to whole turns;
+        and there are none, as angles in such a half-plane differ by less than π. (c, s) is in the span of (x, y).
+        """
+        s, c = y.coefficients[0].mid, x.coefficients[0].mid
+        along = x.times(c) + y.times(s)
+        required(along.span.a > 0, "it takes the angle of a vector that turns too far")
+        turned = self._composed("atan", self.over(y.times(c) - x.times(s), along))
+        return self.number(many.direction(s, c)) + turned
+
+    def _composed(self, name: str, a: Model, exponent: float = 0.0) -> Model:
+        """Return φ of a model, where φ is a function of formulas, or `power`."""
+        centre, d = a.coefficients[0], Model([ZERO, *a.coefficients[1:]], a.missed)
+        reach = bounded(d.size + d.missed)
+        span = around(centre, reach)
+        require_positive(name, span)
+        found = Model([_derivative(name, centre, self.terms - 1, exponent)], ZERO)
+        for k in reversed(range(self.terms - 1)):  # the rest of d^k begins with x^k: few terms of the factor matter
+            found = _times_powers(found, d)
+            found = Model([_derivative(name, centre, k, exponent), *found.coefficients[1:]], found.missed)
+        rest = abs(_derivative(name, span, self.terms, exponent)) * reach**self.terms
+        return Model(found.coefficients, bounded(found.missed + rest))
+
+
+def _within(found: Model, rest: Model, divisor: Real) -> Model:
+    """Return a polynomial with what it misses: `rest` over a positive divisor."""
+    return Model(found.coefficients, bounded((rest.size + rest.missed) / divisor.a))
+
+
+def _near_quotient(a: Model, b: Model) -> Model:
+    """Return a polynomial that begins as the series of a/b, to rounding."""
+    above, below = ([c.mid for c in model.coefficients] for model in (a, b))
+    found: list[Real] = []
+    for k, c in enumerate(above):
+        found.append((c - dot(below[1 : k + 1], found[::-1])) / below[0])
+    return Model(found, ZERO)
+
+
+def _near_root(a: Model) -> Model:
+    """Return a polynomial that begins as the series of √a, to rounding."""
+    first, *others = (c.mid for c in a.coefficients)
+    found = [sqrt(first)]
+    for c in others:
+        found.append((c - dot(found[1:], found[:0:-1])) / (2 * found[0]))
+    return Model(found, ZERO)
+
+
+def _times_powers(a: Model, d: Model) -> Model:
+    """Return a d, with one term more than a has, where the first coefficient of d is zero."""
+    n = len(a.coefficients)
+    kept, dropped = d.coefficients[1 : n + 1], d.coefficients[n + 1 :]
+    by_x = a * Model(kept, total(abs(c) for c in dropped) + d.missed)  # a d/x, and |x| ≤ 1
+    return Model([ZERO, *by_x.coefficients], by_x.missed)
+
+
+def _derivative(name: str, x: Real, k: int, exponent: float) -> Real:
+    """Return an interval that contains φ⁽ᵏ⁾(ξ)/k! for each ξ of the interval x."""
+    if name == "exp":
+        return exp(x) / factorial(k)
+    if name in ("sin", "cos"):
+        turn = (sin(x), cos(x), -sin(x), -cos(x))
+        return turn[(k + (name == "cos")) % 4] / factorial(k)
+    if name == "atan":  # with y = atan x: cosᵏ y sin(k (y + π/2))/k
+        y = atan(x)
+        return cos(y) ** k * sin(k * (y + pi() / 2)) / k if k else y
+    if name == "log":
+        return -((-1 / x) ** k) / k if k else log(x)
+    p = exactly(exponent)
+    found = exp((p - k) * log(x))
+    for j in range(k):
+        found = found * (p - j) / (j + 1)
+    return found
+
+
+_MOST_CUTS = 500
+_TWO = exactly(2)
+
+
+def is_positive(a: list[Real]) -> bool:
+    """Return whether Σ a_k x^k ≥ 0 on [−1, 1]: certain where its Bernstein coefficients in y = (x + 1)/2 are ≥ 0."""
+    n = len(a) - 1
+    p = [a[n]]
+    for coefficient in reversed(a[:-1]):  # Horner: p ← (2y − 1) p + a_k
+        p = [_TWO * x - y for x, y in zip([ZERO, *p], [*p, ZERO], strict=True)]
+        p[0] += coefficient
+    waiting = [[total(p[j] * part for j, part in enumerate(row)) for row in _binomials(n)]]
+    for _ in range(_MOST_CUTS):
+        if not waiting:
+            return True
+        tick()
+        b = waiting.pop()
+        if not (at_most(0, b[0]) and at_most(0, b[-1])):  # the outer coefficients are values of the polynomial
+            return False
+        if all(at_most(0, x) for x in b):
+            continue
+        left: list[Real] = []
+        right: list[Real] = []
+        while b:  # de Casteljau: the coefficients of both halves
+            left, right = [*left, b[0]], [b[-1], *right]
+            b = [(x + y) / 2 for x, y in pairwise(b)]
+        waiting += [left, right]
+    return False
+
+
+@cache
+def _binomials(n: int) -> list[list[Real]]:
+    """Return C(k, j)/C(n, j) for j ≤ k ≤ n: the Bernstein coefficient k of y^j in degree n."""
+    return [[exactly(comb(k, j)) / exactly(comb(n, j)) for j in range(k + 1)] for k in range(n + 1)]

@@ -1,0 +1,192 @@
+"""The bounded quantities: formulas of linear combinations of the signals at shifted times."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from trackably.checker.flatness import Need, Shapes, needs
+from trackably.checker.formulas import Formula, Name, Number, Operation, names
+from trackably.checker.intervals import Real, exact_sum, exactly, ratio
+from trackably.checker.inverse import inputs_of
+from trackably.checker.subject import (
+    Bound,
+    FlatForm,
+    Functional,
+    NonlinearSystem,
+    Side,
+    Subject,
+    as_float,
+    indices,
+    shifted_name,
+)
+
+ITSELF = "itself"
+
+
+@dataclass(frozen=True)
+class LinearCombination:
+    """A linear combination of shifted signals: offset + Σ_s Σ_j w_sj (z_s(t + j T) − m_s).
+
+    `weights[s][j]` is w_sj, and `offset` is the value at rest. `gross[s]` and `gross_offset` are the sums of the
+    absolute values of w_s and of the constants, of which they consist before any terms cancel.
+    """
+
+    weights: list[list[Fraction]]
+    offset: Real
+    gross: list[Fraction]
+    gross_offset: Fraction
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A formula of `arguments`, which are linear combinations of the signals, by name.
+
+    If the row bounds inputs given by formulas, `parts` holds these formulas with their weights; otherwise it is empty.
+    [lower, upper] is the bound, drawn in by its evaluation error. Of a flat form, the last quantity `needs` what keeps
+    all formulas defined; it has all arguments of these too.
+    """
+
+    name: str
+    formula: Formula
+    arguments: Mapping[str, LinearCombination]
+    parts: list[tuple[Fraction, Formula]]
+    lower: Real
+    upper: Real
+    needs: tuple[Need, ...] = ()
+    is_flat: bool = False
+
+    @property
+    def combination(self) -> LinearCombination | None:
+        """The quantity itself if it is a linear combination of signals; None for other formulas."""
+        return self.arguments[ITSELF] if not self.parts else None
+
+
+def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
+    """Return all bounded quantities, with their bounds drawn in by these errors.
+
+    Raise UnsolvableError where f cannot be solved for the inputs.
+    """
+    system, solved = subject.system, dict[str, Formula]()
+    if isinstance(system, NonlinearSystem) and system.flat is not None:
+        return _of_flat_form(subject, system, system.flat, errors)
+    if isinstance(system, NonlinearSystem):
+        solved = inputs_of(system.f, system.successors, system.inputs)
+    known = _states_and_successors(subject) if solved else {}
+    return [
+        _of_formulas(subject, bound, errors[bound.name], solved, known)
+        if solved and bound.of == "input"
+        else _of_signals(subject, bound, errors[bound.name])
+        for bound in subject.bounds
+    ]
+
+
+def _of_signals(subject: Subject, bound: Bound, error: float) -> Quantity:
+    argument = _combined(subject, bound.row, functionals(subject, bound.of))
+    return Quantity(bound.name, Name(ITSELF), {ITSELF: argument}, [], *_drawn_in(bound, error))
+
+
+def _of_flat_form(
+    subject: Subject, system: NonlinearSystem, flat: FlatForm, errors: Mapping[str, float]
+) -> list[Quantity]:
+
+    known = {
+        shifted_name(s, j): _combined(subject, (Fraction(1),), (_shifted(subject, flat, s, j),))
+        for s in range(len(subject.signals))
+        for j in range(flat.last_shift + 2)
+    }
+    needed = needs(system, flat)
+    own = (*flat.states, *flat.inputs)
+    shared = Shapes().shared([*own, *(need.formula for need in needed)])
+    needed = [replace(need, formula=formula) for need, formula in zip(needed, shared[len(own) :], strict=True)]
+    formulas = dict(zip((*system.states, *system.inputs), shared[: len(own)], strict=True))
+    found: list[Quantity] = []
+    for bound in subject.bounds:
+        names_of = system.states if bound.of == "state" else system.inputs
+        used = [(r, formulas[name]) for r, name in zip(bound.row, names_of, strict=True) if r]
+        single = [(r, indices(formula.name)) for r, formula in used if isinstance(formula, Name)]
+        if len(single) == len(used):
+            row, shifts = tuple(r for r, _ in single), tuple(_shifted(subject, flat, *at) for _, at in single)
+            argument = _combined(subject, row, shifts)
+            found.append(
+                Quantity(bound.name, Name(ITSELF), {ITSELF: argument}, [], *_drawn_in(bound, errors[bound.name]))
+            )
+        else:
+            made = _of_formulas(subject, bound, errors[bound.name], formulas, known)
+            found.append(replace(made, is_flat=True))
+    held = {name for need in needed for name in names(need.formula)}
+    more = {name: argument for name, argument in known.items() if name in held}
+    return (
+        [*found[:-1], replace(found[-1], needs=tuple(needed), arguments={**more, **found[-1].arguments})]
+        if found
+        else []
+    )
+
+
+def _shifted(subject: Subject, flat: FlatForm, s: int, j: int) -> Functional:
+    return _signal(subject, s, tuple(int(i == j) for i in range(flat.last_shift + 2)))
+
+
+def _of_formulas(
+    subject: Subject,
+    bound: Bound,
+    error: float,
+    solved: Mapping[str, Formula],
+    known: Mapping[str, LinearCombination],
+) -> Quantity:
+    of = subject.system.inputs if bound.of == "input" else subject.system.states
+    parts = [(r, solved[v]) for r, v in zip(bound.row, of, strict=True) if r]
+    terms = [part if r == 1 else Operation("*", Number(as_float(r)), part) for r, part in parts]
+    formula = terms[0]
+    for term in terms[1:]:
+        formula = Operation("+", formula, term)
+    contained = names(formula)
+    arguments = {name: argument for name, argument in known.items() if name in contained}
+    return Quantity(bound.name, formula, arguments, parts, *_drawn_in(bound, error))
+
+
+def _drawn_in(bound: Bound, by: float) -> tuple[Real, Real]:
+    return exactly(bound.lower) + exactly(by), exactly(bound.upper) - exactly(by)
+
+
+def states_of(subject: Subject) -> list[LinearCombination]:
+    """Return the states of a linear system, or else the signals, as linear combinations of the signals."""
+    return [_combined(subject, (Fraction(1),), (part,)) for part in functionals(subject, "state")]
+
+
+def functionals(subject: Subject, of: Side) -> tuple[Functional, ...]:
+    """Return the states or inputs of a linear system, or the signals of a nonlinear one."""
+    trajectories = subject.trajectories
+    if trajectories is not None:
+        return trajectories.states if of == "state" else trajectories.inputs
+    return tuple(_signal(subject, i, (1,)) for i in range(len(subject.signals)))
+
+
+def _signal(subject: Subject, i: int, weights: tuple[int, ...]) -> Functional:
+    every = range(len(subject.signals))
+    return Functional(Fraction(0), tuple(tuple(Fraction(w if s == i else 0) for w in weights) for s in every))
+
+
+def _states_and_successors(subject: Subject) -> dict[str, LinearCombination]:
+    arguments = {}
+    for i, state in enumerate(subject.system.states):
+        arguments[state] = _combined(subject, (Fraction(1),), (_signal(subject, i, (1,)),))
+        arguments[f"{state}⁺"] = _combined(subject, (Fraction(1),), (_signal(subject, i, (0, 1)),))
+    return arguments
+
+
+def _combined(subject: Subject, row: tuple[Fraction, ...], parts: tuple[Functional, ...]) -> LinearCombination:
+    """Return Σ_i row_i part_i."""
+    counts = [len(weights) for weights in parts[0].weights]
+    weights = [
+        [exact_sum(r * part.weights[s][j] for r, part in zip(row, parts, strict=True)) for j in range(count)]
+        for s, count in enumerate(counts)
+    ]
+    gross = [
+        exact_sum(abs(r * w) for r, part in zip(row, parts, strict=True) for w in part.weights[s])
+        for s in range(len(counts))
+    ]
+    at_rest = exact_sum(r * part.offset for r, part in zip(row, parts, strict=True)) + exact_sum(
+        w * Fraction(signal.mean) for signal, of_signal in zip(subject.signals, weights, strict=True) for w in of_signal
+    )
+    offsets = exact_sum(abs(r * part.offset) for r, part in zip(row, parts, strict=True))
+    return LinearCombination(weights, ratio(at_rest), gross, offsets)

@@ -1,1 +1,0 @@
-"""Read what a certificate's JSON says: the boundary between untyped data and typed mathematics."""

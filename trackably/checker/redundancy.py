@@ -1,0 +1,133 @@
+"""Step 6 of the proof, redundant inputs: if u(t) keeps the attainable rows, some input in U acts as u(t) does."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import combinations
+from math import comb
+
+from trackably.checker.intervals import exact_sum
+from trackably.checker.subject import Bound, LinearSystem, Row, Subject
+from trackably.checker.watch import short, tick
+
+_MOST = 10_000
+
+
+def check_input_set(subject: Subject) -> str | None:
+    """Verify that each circuit's inequality follows from an attainable row, if there are any such rows."""
+    if subject.attainable is None or not isinstance(subject.system, LinearSystem):
+        return None
+    return why_not_attainable(subject.system, subject.input_set.rows, subject.attainable)
+
+
+def why_not_attainable(system: LinearSystem, rows: tuple[Row, ...], attainable: tuple[Row, ...]) -> str | None:
+    """Return why some u that keeps the attainable rows may have no u + v in U with B v = 0; None if all have one."""
+    if reason := _why_not_enumerable(system, rows):
+        return reason
+    for demand in _demands(system, rows):
+        if not any(demand.row) and not demand.low <= 0 <= demand.high:
+            return f"input_set: no input keeps its rows {demand.numbers} together"
+        if any(demand.row) and not any(_implies(bound, demand) for bound in attainable):
+            return f"input_set: no bound keeps what its rows {demand.numbers} leave of the inputs together"
+    return None
+
+
+def demanded(system: LinearSystem, rows: tuple[Row, ...], bound: Bound) -> tuple[Fraction, Fraction] | None:
+    """Return low and high such that u breaks a bound, and no u + v with B v = 0 is in U, unless low ≤ row · u ≤ high.
+
+    None where the rows of U demand nothing of this row, or are too many to tell.
+    """
+    if _why_not_enumerable(system, rows):
+        return None
+    ends = [_scaled(demand, bound.row) for demand in _demands(system, rows)]
+    found = [end for end in ends if end is not None]
+    if not found:
+        return None
+    lows, highs = zip(*found, strict=True)
+    return min(Fraction(bound.lower), max(lows)), max(Fraction(bound.upper), min(highs))
+
+
+@dataclass(frozen=True)
+class _Demand:
+    """low ≤ row · u ≤ high for every u for which some u + v with B v = 0 keeps the rows of U with these `numbers`."""
+
+    row: list[Fraction]
+    low: Fraction
+    high: Fraction
+    numbers: str
+
+
+def _why_not_enumerable(system: LinearSystem, rows: tuple[Row, ...]) -> str | None:
+    m = len(system.inputs)
+    if any(len(side.row) != m or not side.lower <= side.upper for side in rows):
+        return "input_set: every row needs a number for each input, and lower ≤ upper"
+    idle = _idle(system)
+    if sum(comb(len(rows), size) for size in range(1, len(idle) + 2)) > _MOST:
+        return "input_set: there are too many rows for so many redundant inputs"
+    return None
+
+
+def _demands(system: LinearSystem, rows: tuple[Row, ...]) -> Iterator[_Demand]:
+    """Yield what the circuits of the rows demand of u."""
+    idle, m = _idle(system), len(system.inputs)
+    moved = [[exact_sum(r * z for r, z in zip(side.row, v, strict=True)) for v in idle] for side in rows]
+    for circuit in _circuits(moved, len(idle)):
+        row = [exact_sum(factor * rows[i].row[j] for i, factor in circuit) for j in range(m)]
+        low = exact_sum(factor * Fraction(rows[i].lower if factor > 0 else rows[i].upper) for i, factor in circuit)
+        high = exact_sum(factor * Fraction(rows[i].upper if factor > 0 else rows[i].lower) for i, factor in circuit)
+        yield _Demand(row, low, high, ", ".join(str(i) for i, _ in circuit))
+
+
+def _idle(system: LinearSystem) -> list[list[Fraction]]:
+    """Return a basis of all v with B v = 0."""
+    return null_space([[Fraction(b) for b in row] for row in system.B], len(system.inputs))
+
+
+def _circuits(moved: list[list[Fraction]], dimension: int) -> Iterator[list[tuple[int, Fraction]]]:
+    """Yield the circuits, as pairs (row, factor): the linear relations of rows that have minimal support."""
+    for size in range(1, dimension + 2):
+        for support in combinations(range(len(moved)), size):
+            relations = null_space([[moved[i][k] for i in support] for k in range(dimension)], size)
+            if len(relations) == 1 and all(relations[0]):
+                yield list(zip(support, relations[0], strict=True))
+
+
+def _implies(bound: Row, demand: _Demand) -> bool:
+    """Return whether the demand is met wherever the bound, whose row is a multiple of its row, is kept."""
+    ends = _scaled(demand, bound.row)
+    return ends is not None and ends[0] <= Fraction(bound.lower) and Fraction(bound.upper) <= ends[1]
+
+
+def _scaled(demand: _Demand, row: tuple[Fraction, ...]) -> tuple[Fraction, Fraction] | None:
+    """Return what is demanded of row · u; None where the row is no multiple of the demand's, or one of them zero."""
+    tick()
+    first = next((j for j, r in enumerate(demand.row) if r), None)
+    multiple = row[first] / demand.row[first] if first is not None else Fraction(0)
+    if not multiple or any(b != multiple * r for b, r in zip(row, demand.row, strict=True)):
+        return None
+    low, high = sorted((multiple * demand.low, multiple * demand.high))
+    return low, high
+
+
+def null_space(matrix: list[list[Fraction]], n: int) -> list[list[Fraction]]:
+    """Return a basis of all v of n numbers with M v = 0, by elimination."""
+    rows = [list(row) for row in matrix]
+    pivots: list[int] = []
+    for j in range(n):
+        at = len(pivots)
+        found = next((i for i in range(at, len(rows)) if rows[i][j]), None)
+        if found is None:
+            continue
+        rows[at], rows[found] = rows[found], rows[at]
+        rows[at] = [short(r / rows[at][j]) for r in rows[at]]
+        for i in range(len(rows)):
+            if i != at and rows[i][j]:
+                rows[i] = [short(r - rows[i][j] * p) for r, p in zip(rows[i], rows[at], strict=True)]
+        pivots.append(j)
+    basis = []
+    for free in (j for j in range(n) if j not in pivots):
+        v = [Fraction(int(j == free)) for j in range(n)]
+        for i, pivot in enumerate(pivots):
+            v[pivot] = -rows[i][free]
+        basis.append(v)
+    return basis

@@ -1,0 +1,306 @@
+"""Formulas in float64: intervals of real numbers, each with a bound of the error of its float64 value.
+
+Assumed: + − · / are rounded once; functions and powers are off by 4 units in the last place at most, 8 roundings.
+
+Formulas over a box of time: Taylor models, each with a bound of the error of its float64 value.
+
+Assumed: + − · / are rounded once; functions and powers are off by 4 units in the last place at most, 8 roundings.
+
+Step 5 of the proof: the rounding errors of float64 evaluation are at most the stated errors.
+
+Before step 5 of the proof: all numbers have sizes for which the analysis of rounding holds.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from trackably.checker.certificate import Certificate
+from trackably.checker.formulas import evaluate, numbers
+from trackably.checker.intervals import (
+    SIGN,
+    UNIT,
+    ZERO,
+    Real,
+    UndefinedError,
+    angle,
+    at_most,
+    between,
+    change_of_angle,
+    exact_sum,
+    exactly,
+    function,
+    power,
+    ratio,
+    require_nonzero,
+    require_positive,
+    required,
+    side,
+    slope_of_function,
+    slope_of_power,
+    total,
+)
+from trackably.checker.models import Model, Models
+from trackably.checker.quantities import LinearCombination, Quantity, functionals
+from trackably.checker.subject import NonlinearSystem, Signal, Subject
+from trackably.checker.watch import tick
+
+_UNDERFLOW = exactly(2) ** -1000
+_OVERFLOW = exactly(10) ** 300
+
+
+@dataclass(frozen=True)
+class Rounded:
+    """A real number in `exact`, and its float64 value, which differs from it by at most `error`."""
+
+    exact: Real
+    error: Real
+
+    @property
+    def computed(self) -> Real:
+        """An interval that contains the float64 value and the real number."""
+        return self.exact + SIGN * self.error
+
+    def __add__(self, other: "Rounded") -> "Rounded":
+        return _rounded(self.exact + other.exact, self.error + other.error, self.computed + other.computed)
+
+    def __sub__(self, other: "Rounded") -> "Rounded":
+        return _rounded(self.exact - other.exact, self.error + other.error, self.computed - other.computed)
+
+    def __mul__(self, other: "Rounded") -> "Rounded":
+        propagated = self.error * abs(other.computed) + abs(self.exact) * other.error
+        return _rounded(self.exact * other.exact, propagated, self.computed * other.computed)
+
+
+class RoundedFormulas:
+    """Constants, quotients, powers and functions of rounded numbers; + − · are operators of `Rounded`."""
+
+    def constant(self, value: float) -> Rounded:
+        return Rounded(exactly(value), ZERO)
+
+    def over(self, a: Rounded, b: Rounded) -> Rounded:
+        require_nonzero(b.computed)
+        exact = a.exact / b.exact
+        return _rounded(exact, (a.error + abs(exact) * b.error) / abs(b.computed), a.computed / b.computed)
+
+    def power(self, a: Rounded, exponent: float) -> Rounded:
+        slope = slope_of_power(a.computed, exponent)
+        exact, computed = (power(x, exponent) for x in (a.exact, a.computed))
+        return _rounded(exact, abs(slope) * a.error, computed, 8)
+
+    def function(self, name: str, a: Rounded) -> Rounded:
+        exact, computed = (function(name, x) for x in (a.exact, a.computed))
+        return _rounded(exact, abs(slope_of_function(name, a.computed)) * a.error, computed, 8)
+
+    def angle(self, y: Rounded, x: Rounded) -> Rounded:
+        exact, computed = (angle(*at) for at in ((y.exact, x.exact), (y.computed, x.computed)))
+        return _rounded(exact, change_of_angle(y.computed, x.computed, y.error, x.error), computed, 8)
+
+
+def _rounded(exact: Real, propagated: Real, computed: Real, roundings: int = 1) -> Rounded:
+    """Round a value whose operands have errors: add roundings of the `computed` value to the `propagated` error."""
+    return Rounded(exact, rounding(propagated, computed, roundings))
+
+
+def rounding(propagated: Real, computed: Real, roundings: int) -> Real:
+    """Return the error of a value whose operands have errors. Raise UndefinedError where it may overflow."""
+    required(abs(computed).b < _OVERFLOW, "it may overflow")
+    return (propagated + roundings * UNIT * abs(computed) + _UNDERFLOW).b
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """Real numbers in a `model`, and their float64 values, which differ from them by at most `error`."""
+
+    model: Model
+    error: Real
+
+    @property
+    def computed(self) -> Real:
+        """An interval that contains the float64 values and the real numbers."""
+        return self.model.span + SIGN * self.error
+
+    def __add__(self, other: "Tracked") -> "Tracked":
+        return _tracked(self.model + other.model, self.error + other.error)
+
+    def __sub__(self, other: "Tracked") -> "Tracked":
+        return _tracked(self.model - other.model, self.error + other.error)
+
+    def __mul__(self, other: "Tracked") -> "Tracked":
+        propagated = self.error * abs(other.computed) + abs(self.model.span) * other.error
+        return _tracked(self.model * other.model, propagated)
+
+
+@dataclass(frozen=True)
+class TrackedFormulas:
+    """The arithmetic of formulas on tracked models with so many `terms`."""
+
+    terms: int
+
+    @property
+    def _models(self) -> Models:
+        return Models(self.terms)
+
+    def constant(self, value: float) -> Tracked:
+        return Tracked(self._models.constant(value), ZERO)
+
+    def over(self, a: Tracked, b: Tracked) -> Tracked:
+        require_nonzero(b.computed)
+        found = self._models.over(a.model, b.model)
+        return _tracked(found, (a.error + abs(found.span) * b.error) / abs(b.computed))
+
+    def power(self, a: Tracked, exponent: float) -> Tracked:
+        slope = slope_of_power(a.computed, exponent)
+        return _tracked(self._models.power(a.model, exponent), abs(slope) * a.error, 8)
+
+    def function(self, name: str, a: Tracked) -> Tracked:
+        require_positive(name, a.computed)
+        slope = slope_of_function(name, a.computed)
+        return _tracked(self._models.function(name, a.model), abs(slope) * a.error, 8)
+
+    def angle(self, y: Tracked, x: Tracked) -> Tracked:
+        side(y.computed, x.computed)
+        changed = change_of_angle(y.computed, x.computed, y.error, x.error)
+        return _tracked(self._models.angle(y.model, x.model), changed, 8)
+
+
+def _tracked(model: Model, propagated: Real, roundings: int = 1) -> Tracked:
+    return Tracked(model, rounding(propagated, model.span + SIGN * propagated, roundings))
+
+
+TINY = exactly(2) ** -300
+
+
+def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str | None:
+    """Return the first quantity whose error may exceed the stated one.
+
+    Errors of signals are bounded to first order in u, enlarged by 1 %. Errors of formulas are propagated from operation
+    to operation.
+    """
+    of_signals = signal_errors(certificate.subject, certificate.until)
+    for q in quantities:
+        if q.is_flat:  # `flat` does it
+            continue
+        try:
+            error = error_of(certificate.subject, q, of_signals)
+        except UndefinedError as undefined:
+            return f"evaluation: the error of the {q.name} in float64 is not bounded: {undefined}"
+        if not at_most(error, certificate.errors[q.name]):
+            return f"evaluation: the {q.name} can be off by more than {certificate.errors[q.name]!r} in float64"
+    return None
+
+
+def signal_errors(subject: Subject, until: float) -> list[Rounded]:
+    """Return the rounding errors of the signals at all times |t| ≤ until [s], and how large they are."""
+    return [_signal_error(subject, until, signal) for signal in subject.signals]
+
+
+def errors_of_arguments(certificate: Certificate, arguments: Mapping[str, LinearCombination]) -> dict[str, Real]:
+    """Return the rounding error of each argument, by name."""
+    subject = certificate.subject
+    of_signals = signal_errors(subject, certificate.until) if arguments else []
+    return {name: _combination(subject, argument, of_signals).error for name, argument in arguments.items()}
+
+
+def error_of(subject: Subject, q: Quantity, of_signals: list[Rounded]) -> Real:
+    """Over-estimate the rounding error of a quantity. Raise UndefinedError where it has no bound."""
+    if q.combination is not None:
+        return _combination(subject, q.combination, of_signals).error
+    values = {name: _combination(subject, argument, of_signals) for name, argument in q.arguments.items()}
+    for i, state in enumerate(subject.system.states):
+        if state in values:  # bounds of states are proved without any use of this step
+            values[state] = Rounded(_within(subject, i, values[state].exact), values[state].error)
+    error, size = ZERO, ZERO
+    for r, part in q.parts:
+        found = evaluate(part, values, RoundedFormulas())
+        error, size = error + abs(ratio(r)) * found.error, size + abs(ratio(r)) * abs(found.computed)
+    return 1.01 * (error + (len(subject.system.inputs) + 2) * UNIT * size) + TINY
+
+
+def _combination(subject: Subject, argument: LinearCombination, of_signals: list[Rounded]) -> Rounded:
+    error = total(ratio(w) * z.error for w, z in zip(argument.gross, of_signals, strict=True))
+    size = ratio(argument.gross_offset) + total(
+        ratio(w) * abs(z.exact) for w, z in zip(argument.gross, of_signals, strict=True)
+    )
+    roundings = 5 + _terms(subject) + max(len(subject.system.states), len(subject.system.inputs))
+    tiny = TINY * (1 + ratio(exact_sum(argument.gross)))
+    return Rounded(SIGN * size, 1.01 * (error + roundings * UNIT * size) + tiny)
+
+
+def _within(subject: Subject, i: int, exact: Real) -> Real:
+    """Return the part of an interval that is inside all bounds of the i-th state alone."""
+    low, high = exact.a, exact.b
+    for bound in subject.state_set.rows:
+        tick()
+        row = bound.row
+        if row[i] and not any(r for k, r in enumerate(row) if k != i):
+            ends = [exactly(end) / ratio(row[i]) for end in (bound.lower, bound.upper)]
+            if row[i] < 0:
+                ends.reverse()
+            low = ends[0].a if ends[0].a > low else low
+            high = ends[1].b if ends[1].b < high else high
+    return between(low, high) if low <= high else exact
+
+
+def _terms(subject: Subject) -> int:
+    """Return the number of shifted signals that an input depends on."""
+    if isinstance(subject.system, NonlinearSystem):
+        return 2 if subject.system.flat is None else 1 + subject.system.flat.last_shift
+    return sum(map(len, functionals(subject, "input")[0].weights))
+
+
+def _ahead(subject: Subject) -> Real:
+    """Return the largest shift j T on which a state or an input depends [s]."""
+    if isinstance(subject.system, NonlinearSystem):
+        return subject.step if subject.system.flat is None else subject.system.flat.last_shift * subject.step
+    parts = (*functionals(subject, "state"), *functionals(subject, "input"))
+    return (max(len(w) for part in parts for w in part.weights) - 1) * subject.step
+
+
+def _signal_error(subject: Subject, until: float, signal: Signal) -> Rounded:
+    """Over-estimate |z| and |float64 − exact| for |t| ≤ until, and for the shifts T, 2 T, … beyond."""
+    latest, ahead = exactly(max(map(abs, signal.centres))), _ahead(subject)
+    kernel = signal.kernel.sizes(until + ahead + latest)
+    # Rounded once each, by u times their sizes: k T, j T, k T + j T, and r = k T + j T − t_i. As |k T + j T| is at most
+    # |r| + |t_i|, and |k T| at most j T more, r is off by 3 u (|r| + |t_i| + j T) at most. Beside that there are up to
+    # six roundings of the argument of κ, and n + 2 of the dot product. A time that was moved by whole periods may be
+    # off by u until instead; j T adds u j T, k T + j T adds u (until + j T), and r adds u (until + j T + |t_i|). That
+    # is less than 3 u times `farthest`, and where all kernels repeat, `stretch` is `farthest` times `slope`.
+    each = (
+        kernel.roundings
+        + 9 * kernel.stretch
+        + 3 * (latest + ahead) * kernel.slope
+        + (len(signal.weights) + 3) * kernel.size
+    )
+    weight = total(abs(c) for _, c in signal.pairs)
+    largest = abs(exactly(signal.mean)) + weight * kernel.size
+    return Rounded(SIGN * largest, UNIT * (weight * each + 3 * largest))
+
+
+def check_sizes(certificate: Certificate, quantities: list[Quantity]) -> str | None:
+    """Verify that no number is so large, or so small, that float64 evaluation could overflow or lose a factor."""
+    values: list[float] = []
+    positive: list[float] = [certificate.subject.system.sampling_time]
+    for signal in certificate.subject.signals:
+        values += [*signal.centres, *signal.weights, signal.mean]
+        positive += signal.kernel.numbers
+    positive += [
+        float(min(max(factor, Fraction(1, 10**40)), Fraction(10**40))) for factor in _factors(certificate, quantities)
+    ]
+    if max(map(abs, [*values, *positive])) > 1e30 or min(positive) < 1e-30:
+        return "sizes: some number is too large or too small for the analysis of rounding"
+    if certificate.until > 1e60 or not all(
+        at_most(signal.kernel.peak.size, 1e100) for signal in certificate.subject.signals
+    ):
+        return "sizes: some value could overflow in float64 evaluation"
+    return None
+
+
+def _factors(certificate: Certificate, quantities: list[Quantity]) -> list[Fraction]:
+    """Return all factors other than zero that occur in float64 evaluation."""
+    arguments = [argument for q in quantities for argument in q.arguments.values()]
+    factors = [size for argument in arguments for size in (*argument.gross, argument.gross_offset)]
+    factors += [abs(r) for q in quantities for r, _ in q.parts]
+    if isinstance(certificate.subject.system, NonlinearSystem):
+        factors += [abs(Fraction(v)) for formula in certificate.subject.system.f for v in numbers(formula)]
+    return [factor for factor in factors if factor]

@@ -1,0 +1,150 @@
+"""A table of states and inputs at the steps, as a file says it.
+
+The steps for a table: at each instant bounds are kept, and the dynamics within the tolerance.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+from trackably.checker.formulas import Intervals, evaluate
+from trackably.checker.intervals import Real, UndefinedError, at_most, exact_sum, exactly, ratio
+from trackably.checker.subject import LinearSystem, Polytope, Row, System
+from trackably.checker.trajectories import why_no_system
+from trackably.checker.watch import progress, tick
+
+FORMAT, REFUTED, VERSION = "trackably table", "trackably refuted table", 1
+
+Part = Literal["states", "inputs", "dynamics"]
+
+
+@dataclass(frozen=True)
+class Table:
+    """States and inputs at the steps from `first_step` on; the last state may have no input."""
+
+    first_step: int
+    states: tuple[tuple[float, ...], ...]
+    inputs: tuple[tuple[float, ...], ...]
+    system: System
+    state_set: Polytope
+    input_set: Polytope
+    tolerance: float
+
+
+@dataclass(frozen=True)
+class RefutedTable:
+    """At a `step`, a table breaks a row of its state or input set, or the dynamics of a state, by `violation` at least.
+
+    `index` counts the rows of the set, or the states, from 0 on.
+    """
+
+    table: Table
+    step: int
+    part: Part
+    index: int
+    violation: float
+
+
+def check_table(table: Table) -> str | None:
+    """Return the first step at which a bound or the dynamics are not shown to be kept; None where all are."""
+    if reason := _misfit(table):
+        return reason
+    for k, (side, values, rows) in enumerate(
+        (("states", table.states, table.state_set.rows), ("inputs", table.inputs, table.input_set.rows))
+    ):
+        progress(k, 3)
+        for step, row in enumerate(values):
+            for i, bound in enumerate(rows):
+                if not _kept(bound, row):
+                    return f"table: bound {i} of the {side} is broken at step {table.first_step + step}"
+    for step in range(len(table.states) - 1):
+        tick()
+        if reason := _why_not_obeyed(table, step):
+            return reason
+    return None
+
+
+def _misfit(table: Table) -> str | None:
+    """Return what does not fit together; None where everything does."""
+    system = table.system
+    n, m = len(system.states), len(system.inputs)
+    sides = ((n, table.states, table.state_set), (m, table.inputs, table.input_set))
+    if len(table.inputs) not in (len(table.states), len(table.states) - 1) or len(table.states) < 2:
+        return "shapes: there must be two states at least, and an input for each but the last, which may have one"
+    for count, values, bounded in sides:
+        rows = [*values, *(bound.row for bound in bounded.rows)]
+        if bounded.dimension != count or any(len(row) != count for row in rows):
+            return "shapes: every step and every bound needs a number for each state, or for each input"
+    return why_no_system(system)
+
+
+def check_refuted_table(refuted: RefutedTable) -> str | None:
+    """Return why nothing is shown to be broken at the step that is named; None where it is."""
+    table, row = refuted.table, refuted.step - refuted.table.first_step
+    if reason := _misfit(table):
+        return reason
+    values, rows = table.states, table.state_set.rows
+    if refuted.part == "inputs":
+        values, rows = table.inputs, table.input_set.rows
+    last, count = len(values), len(rows)
+    if refuted.part == "dynamics":
+        last, count = len(table.states) - 1, len(table.system.states)
+    if not (0 <= row < last and 0 <= refuted.index < count):
+        return f"at: the table has no step {refuted.step}, or no index {refuted.index} of the {refuted.part}"
+    by, index = Fraction(refuted.violation), refuted.index
+    if refuted.part != "dynamics":
+        value, bound = _value(rows[index], values[row]), rows[index]
+        broken = value + by <= Fraction(bound.lower) or Fraction(bound.upper) + by <= value
+    else:
+        found = _differences(table, row)
+        if isinstance(found, str):
+            return found
+        broken = _is_at_least(found[index], Fraction(table.tolerance) + by)
+    return None if broken else f"value: nothing is shown to be broken by {refuted.violation!r} there"
+
+
+def _kept(bound: Row, values: tuple[float, ...]) -> bool:
+    return Fraction(bound.lower) <= _value(bound, values) <= Fraction(bound.upper)
+
+
+def _value(bound: Row, values: tuple[float, ...]) -> Fraction:
+    return exact_sum(r * Fraction(v) for r, v in zip(bound.row, values, strict=True))
+
+
+def _why_not_obeyed(table: Table, row: int) -> str | None:
+    found = _differences(table, row)
+    if isinstance(found, str):
+        return found
+    if all(_is_at_most(difference, table.tolerance) for difference in found):
+        return None
+    where = f"step {table.first_step + row}"
+    return f"table: the system does not lead to within the tolerance of the state after {where}"
+
+
+def _is_at_most(difference: Fraction | Real, by: float) -> bool:
+    return difference <= by if isinstance(difference, Fraction) else at_most(difference, by)
+
+
+def _is_at_least(difference: Fraction | Real, by: Fraction) -> bool:
+    return difference >= by if isinstance(difference, Fraction) else bool(difference.a >= ratio(by).b)
+
+
+def _differences(table: Table, row: int) -> Sequence[Fraction | Real] | str:
+    """Return |x(k + 1) − f(x(k), u(k))| for each state: exactly, or enclosed where f is no linear system's.
+
+    A sentence, where f may not be defined.
+    """
+    system, x, u, successor = table.system, table.states[row], table.inputs[row], table.states[row + 1]
+    if isinstance(system, LinearSystem):
+        exact = [
+            exact_sum(Fraction(a) * Fraction(v) for a, v in zip((*a_row, *b_row, c), (*x, *u, 1.0), strict=True))
+            for a_row, b_row, c in zip(system.A, system.B, system.c, strict=True)
+        ]
+        return [abs(m - Fraction(s)) for m, s in zip(exact, successor, strict=True)]
+    values = dict(zip((*system.states, *system.inputs), map(exactly, (*x, *u)), strict=True))
+    try:
+        made = [evaluate(formula, values, Intervals()) for formula in system.f]
+    except UndefinedError as undefined:
+        return f"table: f is not shown to be defined at step {table.first_step + row}: {undefined}"
+    return [abs(value - exactly(s)) for value, s in zip(made, successor, strict=True)]

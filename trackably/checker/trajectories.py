@@ -1,0 +1,161 @@
+"""Before the proof: matrices, formulas, trajectories, sets and names belong to one system.
+
+Step 0 of the proof: the states of a linear system follow from its inputs, in rational arithmetic.
+"""
+
+from fractions import Fraction
+
+from trackably.checker.certificate import Certificate, Instants
+from trackably.checker.flatness import why_not_flat
+from trackably.checker.formulas import names
+from trackably.checker.intervals import exact_sum
+from trackably.checker.limits import WEIGHTS
+from trackably.checker.subject import (
+    FlatForm,
+    Functional,
+    LinearSystem,
+    NonlinearSystem,
+    Row,
+    Subject,
+    System,
+    Trajectories,
+    indices,
+)
+
+
+def check_shapes(subject: Subject) -> str | None:
+    """Return what does not fit together; None where everything does."""
+    system = subject.system
+    n, m = len(system.states), len(system.inputs)
+    if any(len(signal.centres) != len(signal.weights) for signal in subject.signals):
+        return "signals: there must be as many centres as weights"
+    if (subject.state_set.dimension, subject.input_set.dimension) != (n, m):
+        return "shapes: the sets must have the dimensions of state and input"
+    if not _fit(subject.state_set.rows, n) or not _fit((*subject.input_set.rows, *(subject.attainable or ())), m):
+        return "shapes: every bound needs a row with a number for each state, or for each input, not all zero"
+    if reason := why_no_system(system):
+        return reason
+    if isinstance(system, NonlinearSystem):
+        reason = _misfit_of_formulas(subject, system)
+    else:
+        assert subject.trajectories is not None
+        reason = _misfit_of_trajectories(subject, subject.trajectories)
+    if not reason and _weights(subject) > WEIGHTS:
+        reason = f"shapes: there are more than {WEIGHTS} weights of shifted signals"
+    return reason
+
+
+def why_no_system(system: System) -> str | None:
+    """Return what does not fit together in a system alone; None where everything does."""
+    n, m = len(system.states), len(system.inputs)
+    known = {*system.states, *system.inputs}
+    if len(known) != n + m:
+        return "names: states and inputs must all be called differently"
+    if isinstance(system, LinearSystem):
+        if [[len(row) for row in matrix] for matrix in (system.A, system.B, (system.c,))] == [[n] * n, [m] * n, [n]]:
+            return None
+        return "shapes: A, B, c and names are not those of one system"
+    flat = system.flat
+    if len(system.f) != n or (flat and (len(flat.states), len(flat.inputs)) != (n, m)):
+        return "shapes: as many formulas as states, and in a flat form also as inputs, are needed"
+    if unknown := {name for formula in system.f for name in names(formula)} - known:
+        return f"names: f must hold states and inputs only, but holds {min(unknown)}"
+    return "flat: angles must be states" if flat and not {*flat.angles} <= {*system.states} else None
+
+
+def _weights(subject: Subject) -> int:
+    """Return how many weights all bounded linear combinations of shifted signals have together, or all those of f."""
+    signals, rows, system = subject.signal_count, len(subject.bounds), subject.system
+    if subject.trajectories is not None:
+        parts = (subject.trajectories.states[0], subject.trajectories.inputs[0])
+        return rows * max(sum(map(len, part.weights)) for part in parts)
+    assert isinstance(system, NonlinearSystem)
+    shifted = signals * (2 if system.flat is None else system.flat.last_shift + 2)
+    return (rows + shifted) * shifted
+
+
+def _fit(rows: tuple[Row, ...], dimension: int) -> bool:
+    return all(len(row.row) == dimension and any(row.row) for row in rows)
+
+
+def check_names(certificate: Certificate) -> str | None:
+    """Return what is not called as the bounds are; None where evaluation errors and covers are."""
+    claim, bounded = certificate.claim, sorted(bound.name for bound in certificate.subject.bounds)
+    covers = bounded if isinstance(claim, Instants) else sorted(claim.cover.boxes)
+    if not bounded:
+        return "names: nothing is bounded"
+    if len(set(bounded)) != len(bounded) or sorted(certificate.errors) != bounded or covers != bounded:
+        return "names: evaluation errors and covers must have the names of the bounds, each once"
+    return None
+
+
+def _misfit_of_trajectories(subject: Subject, trajectories: Trajectories) -> str | None:
+    if (len(trajectories.states), len(trajectories.inputs)) != (len(subject.system.states), len(subject.system.inputs)):
+        return "shapes: there must be a trajectory for each state and each input"
+    for parts in (trajectories.states, trajectories.inputs):
+        shifts = [len(weights) for weights in parts[0].weights]
+        if len(shifts) != subject.signal_count or any([len(w) for w in part.weights] != shifts for part in parts):
+            return "shapes: every state and every input needs weights of the same shape, for each signal"
+    return None
+
+
+def _misfit_of_formulas(subject: Subject, system: NonlinearSystem) -> str | None:
+    if system.flat is not None:
+        return _misfit_of_flat_form(subject, system.flat)
+    n = len(system.states)
+    if not len(subject.signals) == n == len(system.inputs):
+        return "shapes: as many formulas, signals, states and inputs are needed"
+    if len({*system.states, *system.inputs, *system.successors}) != 3 * n:
+        return "names: states, states⁺ and inputs must all be called differently"
+    rows = [side.row for side in subject.input_set.rows]
+    free = [name for i, name in enumerate(system.inputs) if not any(row[i] for row in rows)]
+    if free:  # only in bounded quantities are formulas shown to be defined
+        return f"bounds: every input of a nonlinear system must be bounded, but {free[0]} is not"
+    return None
+
+
+def _misfit_of_flat_form(subject: Subject, flat: FlatForm) -> str | None:
+    try:
+        found = [indices(name) for formula in (*flat.states, *flat.inputs, *flat.positive) for name in names(formula)]
+    except ValueError as other:
+        return f"flat: formulas must hold shifted signals z1[0], z1[1], … only, but hold {other}"
+    if {s for s, _ in flat.indices} != {*range(len(subject.signals))} or max(s for s, _ in found) >= len(
+        subject.signals
+    ):
+        return "flat: every signal must be in a formula, and no other ones"
+    return None
+
+
+def check_trajectories(subject: Subject) -> str | None:
+    """Verify x(t + T) = A x(t) + B u(t) + c for all signals, or x(t + T) = f(x(t), u(t)) for a flat form.
+
+    Another nonlinear f is solved for u: nothing is to verify.
+    """
+    system, trajectories = subject.system, subject.trajectories
+    if isinstance(system, NonlinearSystem) and system.flat is not None:
+        return why_not_flat(system, system.flat)
+    if not isinstance(system, LinearSystem) or trajectories is None:
+        return None
+    states, inputs = trajectories.states, trajectories.inputs
+    A, B = ([[Fraction(v) for v in row] for row in matrix] for matrix in (system.A, system.B))
+
+    def follows(x: list[Fraction], u: list[Fraction], successor: list[Fraction], c: tuple[float, ...]) -> bool:
+        """Whether successor = A x + B u + c."""
+        of_state = (exact_sum(a * v for a, v in zip(row, x, strict=True)) for row in A)
+        of_input = (exact_sum(b * v for b, v in zip(row, u, strict=True)) for row in B)
+        return all(s == p + q + Fraction(r) for s, p, q, r in zip(successor, of_state, of_input, c, strict=True))
+
+    start = [part.offset for part in states]
+    if not follows(start, [part.offset for part in inputs], start, system.c):
+        return "trajectories: the system does not stay where its state and input are the offsets"
+    zero = (0.0,) * len(A)
+    for s in range(subject.signal_count):
+        for j in range(max(len(parts[0].weights[s]) for parts in (states, inputs)) + 1):
+            if not follows(_column(states, s, j), _column(inputs, s, j), _column(states, s, j - 1), zero):
+                return f"trajectories: the system does not follow signal {s} with the weights of shift {j}"
+    return None
+
+
+def _column(parts: tuple[Functional, ...], s: int, j: int) -> list[Fraction]:
+    """Return the weights of z_s(t + j T) in each part, zero beyond the ends."""
+    return [part.weights[s][j] if 0 <= j < len(part.weights[s]) else Fraction(0) for part in parts]
