@@ -1,25 +1,23 @@
-"""What a check may answer; printed, each is its name and its sentence.
+"""What a check may answer, each with its sentence, and the steps of each proof in order."""
 
-The answers about what was read: the steps of each proof, in order.
-"""
-
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 
 from trackably.checker.boxes import NO_FIRST_PASS, FirstPass, check_boxes, check_cover
 from trackably.checker.certificate import Certificate
 from trackably.checker.contradiction import Contradiction, check_contradiction, impossibility
 from trackably.checker.counterexample import Counterexample, check_violation
 from trackably.checker.disturbances import check_robust
-from trackably.checker.instants import check_instants
+from trackably.checker.instants import check_instants, value_at
+from trackably.checker.intervals import Real, ratio
 from trackably.checker.inverse import UnsolvableError
-from trackably.checker.piecewise import check_pieces, check_signals
-from trackably.checker.piecewise import check_violation as refuted_by_pieces
+from trackably.checker.piecewise import check_pieces, check_signals, value_of_pieces
 from trackably.checker.quantities import Quantity, quantities
 from trackably.checker.redundancy import check_input_set
 from trackably.checker.rounding import check_rounding, check_sizes
 from trackably.checker.statement import refutation, robust_statement, statement, table_refutation, table_statement
-from trackably.checker.subject import Subject
+from trackably.checker.subject import Bound, Subject
 from trackably.checker.tables import RefutedTable, Table, check_refuted_table, check_table
 from trackably.checker.tail import check_tail
 from trackably.checker.trajectories import check_names, check_shapes, check_trajectories
@@ -124,7 +122,7 @@ def proved(certificate: Certificate, first_pass: FirstPass) -> Proved | Failed:
     subject = certificate.subject
     if subject.pieces:
         reason = _misfit(subject) or check_input_set(subject) or check_robust(subject, certificate.robust)
-        return _answer(certificate, reason or check_pieces(certificate), NO_FIRST_PASS)
+        return _answer(certificate, reason or check_pieces(certificate, first_pass), first_pass)
     reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
     reason = reason or check_robust(subject, certificate.robust)
     if reason:
@@ -151,13 +149,19 @@ def refuted(counterexample: Counterexample, first_pass: FirstPass) -> Refuted | 
     subject = counterexample.subject
     reason: str | None = _misfit(subject)
     if not reason and subject.pieces:
-        reason, first_pass = refuted_by_pieces(counterexample), NO_FIRST_PASS
+        first_pass = NO_FIRST_PASS
+        reason = check_violation(counterexample, lambda bound, t: value_of_pieces(subject, bound, t))
     elif not reason:
         bounded = _bounded(subject, {bound.name: 0.0 for bound in subject.bounds})
-        reason = bounded if isinstance(bounded, str) else check_violation(counterexample, bounded)
+        reason = bounded if isinstance(bounded, str) else check_violation(counterexample, _value_of(subject, bounded))
     if reason:
         return Failed(reason, "counterexample")
     return Refuted(f"{refutation(counterexample, first_pass)} {first_pass.trusted}")
+
+
+def _value_of(subject: Subject, bounded: list[Quantity]) -> Callable[[Bound, Fraction], Real]:
+    by_name = {q.name: q for q in bounded}
+    return lambda bound, t: value_at(subject, by_name[bound.name], ratio(t))
 
 
 def _misfit(subject: Subject) -> str | None:

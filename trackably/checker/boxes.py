@@ -1,12 +1,8 @@
-"""Step 2 of the proof, first half: Taylor models of the signals, and of the bounded quantities, in a box of time.
+"""Steps 1, 2 and 4 of the proof: boxes of time cover what is claimed, and in each box quantities keep their bounds."""
 
-Step 2 of the proof, second half: in each box of time each quantity stays inside its bounds.
-
-Steps 1 and 4 of the proof: boxes without gaps cover what is claimed, and a claimed period is that of all kernels.
-"""
-
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -80,6 +76,7 @@ class FirstPass:
 
     `boxes`: each box with the quantities that are left to be proved, and with models of signals for these;
     `envelope`: over-estimates of |z − m| and |ż| of a signal from a time on; None where nothing is known;
+    `pieces`: the numbers of the bounds that polynomial pieces keep for certain, between these ends and times;
     `at_zero`: an interval that contains a linear combination of signals at t = 0; None where nothing is known;
     `is_sound`: whether the processor is set such that all of this is true;
     `trusted`: a sentence that says which arithmetic is trusted.
@@ -87,6 +84,7 @@ class FirstPass:
 
     boxes: Callable[[FlatNeeds, Subject, int, Held], Left]
     envelope: Callable[[Signal, Real], Decay | None]
+    pieces: Callable[[Subject, Sequence[tuple[Fraction, Fraction]], Fraction, Fraction], set[int]]
     at_zero: Callable[[Subject, LinearCombination], Real | None]
     is_sound: Callable[[], bool]
     trusted: str
@@ -99,6 +97,7 @@ def _every_box(needs: FlatNeeds, subject: Subject, terms: int, held: Held) -> Le
 NO_FIRST_PASS = FirstPass(
     _every_box,
     lambda _signal, _start: None,
+    lambda _subject, _ends, _first, _last: set(),
     lambda _subject, _argument: None,
     lambda: True,
     "This was checked in exact arithmetic: rational numbers and intervals of mpmath.",

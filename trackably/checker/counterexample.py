@@ -1,13 +1,19 @@
-"""What a counterexample says, as typed values: a time that is claimed, at which a reference breaks a bound.
+"""Counterexamples: a reference that breaks a bound at a time that is claimed.
 
-The steps of a counterexample: its time is claimed, and at this time a bound is broken for certain.
+Theorem. A counterexample speaks of the same signals, system and sets as a certificate, and holds a time of the claim
+instead of boxes. If `check` answers Refuted, then at this time x(t) ∉ X, or no u ∈ U has x(t + T) = A x(t) + B u + c,
+or x(t + T) = f(x(t), u). Of a flat form: x(t) ∉ X, or u(t) ∉ U.
+
+Proof. States follow from inputs as in step 0; the time is one of the claim; and the value of the bound's row at this
+time, a number, is outside. Of redundant inputs it must also be outside of what the rows of U demand for one λ
+(`redundancy`): that this is necessary needs no lemma.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 
-from trackably.checker.instants import value_at
-from trackably.checker.intervals import Real, UndefinedError, at_most, exactly, ratio
-from trackably.checker.quantities import Quantity
+from trackably.checker.intervals import Real, UndefinedError, at_most, ratio
 from trackably.checker.redundancy import demanded
 from trackably.checker.subject import Bound, LinearSystem, Subject
 
@@ -40,38 +46,41 @@ class Counterexample:
     violation: float
 
 
-def check_violation(counterexample: Counterexample, quantities: list[Quantity]) -> str | None:
-    """Return why the counterexample shows nothing; None where it refutes what is claimed."""
-    where, name = counterexample.where, counterexample.name
+def check_violation(
+    counterexample: Counterexample, value_at: Callable[[Bound, Fraction], Real | Fraction]
+) -> str | None:
+    """Return why the counterexample shows nothing; None where it refutes what is claimed.
+
+    `value_at` returns the value of a bound's row at a time [s], exactly or in an interval.
+    """
+    subject, where, by = counterexample.subject, counterexample.where, Fraction(counterexample.violation)
     if not isinstance(where, Instants) and not where.start <= where.time <= where.end:
         return f"at: {where.time!r} s is no time of the claim"
-    t = where.step * counterexample.subject.step if isinstance(where, Instants) else exactly(where.time)
-    bounds = zip(counterexample.subject.bounds, quantities, strict=True)
-    found = next(((bound, q) for bound, q in bounds if bound.name == name), None)
-    if found is None:
-        return f"quantity: no bound is called {name}"
-    ends = _necessary(counterexample.subject, *found)
+    step = Fraction(subject.system.sampling_time)
+    t = where.step * step if isinstance(where, Instants) else Fraction(where.time)
+    bound = next((bound for bound in subject.bounds if bound.name == counterexample.name), None)
+    if bound is None:
+        return f"quantity: no bound is called {counterexample.name}"
+    ends = _necessary(subject, bound)
     if ends is None:
-        return f"attainable: the rows of the input set do not demand the bound of {name}"
-    return _why_not_broken(counterexample, found[1], t, ends)
+        return f"attainable: the rows of the input set do not demand the bound of {bound.name}"
+    try:
+        value = value_at(bound, t)
+    except UndefinedError as undefined:
+        return f"value: the {bound.name} is not shown to be defined there: {undefined}"
+    low, high = ends[0] - by, ends[1] + by
+    if isinstance(value, Fraction):
+        is_outside = value <= low or high <= value
+    else:
+        is_outside = at_most(value, ratio(low)) or at_most(ratio(high), value)
+    return None if is_outside else f"value: the {bound.name} is not shown to be outside by {counterexample.violation!r}"
 
 
-def _necessary(subject: Subject, bound: Bound, q: Quantity) -> tuple[Real, Real] | None:
-    """Return between which values q has to stay. Of a linear system's inputs, what the rows of U together demand.
+def _necessary(subject: Subject, bound: Bound) -> tuple[Fraction, Fraction] | None:
+    """Return between which values a row has to stay. Of a linear system's inputs, what the rows of U together demand.
 
     Where no input is redundant, these are the rows of U themselves.
     """
     if bound.of == "state" or not isinstance(subject.system, LinearSystem):
-        return q.lower, q.upper
-    ends = demanded(subject.system, subject.input_set.rows, bound)
-    return (ratio(ends[0]), ratio(ends[1])) if ends else None
-
-
-def _why_not_broken(counterexample: Counterexample, q: Quantity, t: Real, ends: tuple[Real, Real]) -> str | None:
-    try:
-        value, by = value_at(counterexample.subject, q, t), exactly(counterexample.violation)
-    except UndefinedError as undefined:
-        return f"value: the {q.name} is not shown to be defined there: {undefined}"
-    if at_most(value + by, ends[0]) or at_most(ends[1] + by, value):
-        return None
-    return f"value: the {q.name} is not shown to be outside of its bounds by {counterexample.violation!r}"
+        return Fraction(bound.lower), Fraction(bound.upper)
+    return demanded(subject.system, subject.input_set.rows, bound)

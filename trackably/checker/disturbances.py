@@ -1,6 +1,26 @@
-"""What a certificate says of a disturbed system: a disturbance set, a feedback, and the errors that they allow.
+"""Disturbances, an extension: bounds of the reference leave room for every error of the disturbed system.
 
-Step 7 of the proof, disturbances: the bounds of the reference leave room for every error, in whole numbers.
+Theorem. The certificate of a linear system may also hold a matrix K, a set W, and sets X₀ and U₀ with the rows of X
+and U. Let x_r and u_r be the x(t), and the u(t) or u(t) + v(t), of the certificate. If `check` answers Proved, then
+for each t₀ of the claimed times, each x(0) = x_r(t₀) + e with e ∈ Z, and each sequence of w(k) ∈ W, the system x(k +
+1) = A x(k) + B u(k) + c + w(k) with u(k) = u_r(t₀ + k T) + K (x(k) − x_r(t₀ + k T)) has x(k) ∈ X₀ and u(k) ∈ U₀ for
+all k ≥ 0 with t₀ + k T among these times. Z is the set below; it holds 0 if W does. What rounding adds to a state
+counts as a part of w. With measurement noise, such a certificate also holds a set V. The state is then measured as
+y(k) = x(k) + v(k), and the same holds for each y(0) = x_r(t₀) + e with e ∈ Z, and all sequences of w(k) ∈ W and v(k)
+∈ V, with u(k) = u_r(t₀ + k T) + K (y(k) − x_r(t₀ + k T)).
+
+Proof. Let F = A + B K. The certificate holds whole numbers N, s ≥ 1, a number 0 ≤ α < 1, and sizes p_i ≥ 0 of a box P
+= {x : |x_i| ≤ p_i}. Verified are W ⊆ P, and Fˢ P ⊆ α P: Σ_j |(Fˢ)_ij| p_j ≤ α p_i for all i. Let Y = (1 − α)⁻¹ (P ⊕ F
+P ⊕ … ⊕ Fˢ⁻¹ P). Then F Y ⊕ P ⊆ Y: as Fˢ P ⊆ α P and P is convex, F Y ⊕ P is inside of (1 − α)⁻¹ (F P ⊕ … ⊕ Fˢ⁻¹ P ⊕ α
+P) ⊕ P = Y. Let Z = W ⊕ F W ⊕ … ⊕ Fᴺ⁻¹ W ⊕ Fᴺ Y. Then F Z ⊕ W ⊆ Z, because it is W ⊕ F W ⊕ … ⊕ Fᴺ⁻¹ W ⊕ Fᴺ (W ⊕ F Y).
+The errors e(k) = x(k) − x_r(t₀ + k T) obey e(k + 1) = F e(k) + w(k), so that all of them are in Z. For each row r of
+X and its bounds l ≤ r x ≤ h in X and l₀ ≤ r x ≤ h₀ in X₀, verified are h + h_Z(r) ≤ h₀ and l₀ ≤ l − h_Z(−r), with the
+support function h_Z(r) = max {r e : e ∈ Z}, which is Σ_{i<N} h_W(r Fⁱ) + (1 − α)⁻¹ Σ_{i<s} Σ_j |(r Fᴺ⁺ⁱ)_j| p_j; and
+likewise for each row r of U with h_Z(r K). So r x(k) = r x_r + r e(k) and r u(k) = r u_r + r K e(k) keep the bounds
+of X₀ and U₀. Y with W in the place of P is the set of S. V. Raković et al., Invariant approximations of the minimal
+robust positively invariant set, 2005. With V, y(k + 1) = A y(k) + B u(k) + c + w(k) − A v(k) + v(k + 1). So all of
+this is verified with W ⊕ (−A V) ⊕ V in the place of W, for the errors y(k) − x_r. As x = y − v, the bounds of X₀ have
+to be further out, by h_V(−r) above and h_V(r) below. All of it is done in whole numbers over common denominators.
 """
 
 from collections.abc import Sequence

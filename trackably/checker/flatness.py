@@ -1,6 +1,21 @@
-"""Formulas that are written alike, and formulas with other ones in the place of their parts.
+"""Flat forms, an extension: nonlinear systems whose states and inputs are formulas of shifted signals.
 
-Step 0 of the proof, flat forms: f(X, U) is X one step later, and what must hold so that all of it has values.
+Theorem. A nonlinear system x⁺ = f(x, u) may come with formulas X and U of shifted signals, and a list of states that
+are angles. Let x(t) = X(z(t), z(t + T), …) and u(t) = U(z(t), z(t + T), …). If `check` answers Proved, both are
+defined, and x(t + T) = f(x(t), u(t)), x(t) ∈ X and u(t) ∈ U at the claimed times. With angles, x(t + T) and f(x(t),
+u(t)) may differ by multiples of 2π in states that are angles, and f changes by such multiples if they do; so there
+are multiples of 2π which, added to the angles in x(k T), give states that the system follows exactly, with the same
+u(k T). Bounds of an angle are those of x(t) as X gives it.
+
+Proof. f(X, U) and X with every signal one step later are written as quotients of polynomials in the signals and in
+values of functions, by true equalities such as √a² = a and cos(atan2(y, x)) = x/√(x² + y²); they are the same
+quotients, and so equal wherever all parts are defined and the formulas in `positive` are positive (`identities`). Of
+angles, sines and cosines are compared. Where a state that is an angle changes by 2π, f changes by whole multiples of
+2π in states that are angles, and not at all in others: seen from its sums, products with whole numbers, sines and
+cosines (`turns`). All parts are shown to be defined in the boxes and in the tail, together with the last bound:
+divisors, lengths of vectors whose angle is taken, and arguments of log, sqrt and fractional powers, in X, U, f(X, U)
+and X one step later (`needs`, `flat`). Rounding errors are propagated in each box, from the values that the signals
+have there.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence

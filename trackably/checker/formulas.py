@@ -1,7 +1,4 @@
-"""Formulas as trees, and their values in any arithmetic.
-
-Formulas at intervals.
-"""
+"""Formulas of a nonlinear system as trees, and their values in any arithmetic."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

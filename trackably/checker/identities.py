@@ -1,6 +1,4 @@
-"""Polynomials with rational coefficients, and their quotients.
-
-Formulas as quotients of polynomials in names and atoms: values of functions, with what is known about them.
+"""Formulas as quotients of polynomials in names and atoms: values of functions, with what is known about them.
 
   √a: its square is a. It is q √b for a = q² b with a number q > 0, q for a = q², q √b √c for a = q² b c, and p for
     a = p² with p > 0.

@@ -1,6 +1,7 @@
-"""Interval arithmetic (mpmath iv): every result contains the real number it stands for, whatever is rounded.
+"""Interval arithmetic (mpmath iv), and where functions are defined.
 
-Where functions are defined: what is not certainly defined raises UndefinedError.
+Every result contains the real number it stands for, whatever is rounded. What is not certainly defined raises
+UndefinedError. Functions here also take arrays of intervals (`floats.intervals`).
 """
 
 from abc import ABC, abstractmethod

@@ -1,8 +1,21 @@
-"""Step 0 of the proof, nonlinear systems: split f into parts, and solve x⁺ = f(x, u) for u.
+"""Nonlinear systems, an extension: x⁺ = f(x, u), solved for u.
 
-Each formula is split into f0_i(x) + Σ_j G_ij(x) u_j: a sum or difference term by term, a product or quotient by the one
-factor that contains inputs, which is no denominator. Other f are refused. A missing part is None. Splitting leaves no
-part of f out: each part without inputs becomes a part of the drift f0 or of a gain G.
+Theorem. A system may be x⁺ = f(x, u), with formulas f and as many inputs as states and signals. Let x_i(t) = z_i(t),
+and let u(t) be the only solution of f(x(t), u) = x(t + T). If `check` answers Proved, then u(t) exists and is unique,
+and all else is as for linear systems.
+
+Proof. Each formula is split into f0_i(x) + Σ_j G_ij(x) u_j: a sum or difference term by term, a product or quotient
+by the one factor that contains inputs, which is no denominator. Other f are refused. x⁺ = f0(x) + G(x) u is solved
+for u, by u_j = (x⁺_i − f0_i − Σ known G u)/G_ij for equations with a single unknown and by Cramer's rule for the
+others. Splitting leaves no part of f out: each part without inputs becomes a part of the drift f0 or of a gain G,
+every part of f is in the formula of some input, and every input is in some bound. So where all bounded formulas are
+shown to be defined (no divisor is zero; arguments of log, sqrt and fractional powers are positive), f is defined, and
+u exists and is unique.
+
+In boxes, formulas of polynomials are again polynomials with a bound of what they miss (`models`). In the tail, by the
+mean-value theorem, a formula differs from its value at rest by a weighted sum of e(t + j T), whose weights are the
+slopes of the formula at some point between. Rounding errors are propagated from operation to operation, with x(t)
+inside its bounds, as other steps have shown. A missing part is None.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,27 +1,25 @@
-"""What a kernel must say of itself, and its enclosure over a box of time, written once for all kernels.
+"""Kernels, and step 2 of the proof for a single one: an enclosure over a box of time, written once for all kernels.
 
-Kernels with a standard deviation θ₁ and a length scale θ₂: hyperparameters as intervals, and what all share.
+A kernel states its Taylor coefficients, a bound on discs, and its decay, by formulas that hold for intervals of mpmath
+and for arrays of float64 intervals alike.
 
-κ(r) = θ₁² exp(−r²/(2 θ₂²)).
+Theorem. Consider a box with midpoint s and half width h < ρ, and let |κ(z − t_i)| ≤ M for complex |z − s| < ρ. By
+Cauchy's estimate, the error of the first n terms of κ's Taylor series about s is at most M (h/ρ)ⁿ/(1 − h/ρ).
 
-Matérn kernels κ(r) = θ₁² P(x) e^(−x) with x = λ r, for the branch of r ≥ 0; λ is √3/θ₂ or √5/θ₂.
+Kinks. A kernel may have kinks, at a difference of 0 and where its support ends; between them it is analytic. The branch
+κ₊ that holds in the middle of the box is continued over all of the box. At most two errors are added. If a kink at 0 is
+in the box, the error at distance r beyond it is |κ₊(r) − κ₊(−r)|, as κ is even: twice the odd powers of the Taylor
+series of κ₊ about 0, which are bounded in the same way. If other kinks are in the box, the error beyond them is the
+distance of κ from κ₊ on the positive side (`jump`). κ is even, so that both together bound the error on the negative
+side. A box that contains 0, but whose middle is on another branch, is refused.
 
-Sums of them with all centres before t are of the same form. Let a be a time with t_i ≤ a ≤ t, u = t − a and
-v_i = λ (a − t_i). By Taylor's formula, P(λu + v) = Σ_k P⁽ᵏ⁾(λu) vᵏ/k!, which ends with the degree of P. So
-Σ_i c_i κ(t − t_i) = θ₁² e^(−λu) Σ_k m_k P⁽ᵏ⁾(λu), with the moments m_k = Σ_i c_i v_iᵏ/k! e^(−v_i). A single kernel has
-a = t_i, and the moments 1, 0, …
+Far centres. Centres at distances ≥ d from all times of a box are not expanded: together they add at most Σ |c_i| K,
+where K bounds |κ| at all distances ≥ d (`reach`).
 
-κ(r) = θ₁² (1 + r²/(2 α θ₂²))^(−α).
-
-κ(r) = θ₁² exp(−(2/θ₂²) sin²(π r/θ₃)) = θ₁² exp((cos ωr − 1)/θ₂²) with ω = 2π/θ₃.
-
-Piecewise polynomial kernels: κ(r) = θ₁² P(y) with y = 1 − |r|/θ₂ while that is positive, and 0 from |r| = θ₂ on.
-
-Sums and products of kernels.
-
-The names of kernels in certificates.
-
-How far a kernel reaches: where many centres are far away, one bound of all of them takes the place of their sum.
+Sums of Matérn kernels κ(r) = θ₁² P(x) e^(−x) with x = λ r and all centres before t are of the same form. Let a be a
+time with t_i ≤ a ≤ t, u = t − a and v_i = λ (a − t_i). By Taylor's formula, P(λu + v) = Σ_k P⁽ᵏ⁾(λu) vᵏ/k!, which
+ends with the degree of P. So Σ_i c_i κ(t − t_i) = θ₁² e^(−λu) Σ_k m_k P⁽ᵏ⁾(λu), with the moments m_k = Σ_i c_i
+v_iᵏ/k! e^(−v_i). A single kernel has a = t_i, and the moments 1, 0, …
 """
 
 from abc import ABC, abstractmethod

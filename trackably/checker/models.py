@@ -1,13 +1,10 @@
-"""Power series, coefficient by coefficient.
+"""Series, Taylor models and Bernstein's bound: the arithmetic of step 2, of intervals or arrays of intervals.
 
-Taylor models: polynomials in x ∈ [−1, 1] with a bound of what they miss.
-
-A product may drop high powers: since |x^k| ≤ 1, this misses at most the sum of the dropped coefficients' sizes.
-Of a quotient, any polynomial q may stand for a/b: a/b − q = (a − q b)/b. Likewise a positive polynomial r may stand for
-√a: √a − r = (a − r²)/(√a + r). What is bounded on the right is small if q and r begin with the series of a/b and √a.
-Others may be expanded: φ(c + d) = Σ_(k < n) φ⁽ᵏ⁾(c) dᵏ/k! + φ⁽ⁿ⁾(ξ) dⁿ/n! with ξ between c and c + d (Lagrange).
-
-Polynomials that are nowhere negative on [−1, 1].
+A Taylor model is a polynomial in x ∈ [−1, 1] with a bound of what it misses. A product may drop high powers: since
+|x^k| ≤ 1, this misses at most the sum of the dropped coefficients' sizes. Of a quotient, any polynomial q may stand
+for a/b: a/b − q = (a − q b)/b. Likewise a positive polynomial r may stand for √a: √a − r = (a − r²)/(√a + r). What is
+bounded on the right is small if q and r begin with the series of a/b and √a. Others may be expanded: φ(c + d) = Σ_(k
+< n) φ⁽ᵏ⁾(c) dᵏ/k! + φ⁽ⁿ⁾(ξ) dⁿ/n! with ξ between c and c + d (Lagrange).
 """
 
 from dataclasses import dataclass

@@ -1,30 +1,41 @@
-"""A weighted sum of shifted signals is one polynomial between any two of their shifted breakpoints: its cells.
+"""Polynomial pieces, a theorem beside the base: bounds of piecewise polynomial signals, by rational arithmetic.
+
+Signals. Instead of sums of kernels, all signals of a linear system may be z_s(t) = Σ_j c_ij (t − t_i)^j for
+t_i ≤ t < t_(i+1); beyond the last piece they are at rest, periodic, or not claimed. Nothing else changes in what is
+proved. They are evaluated in double-double arithmetic, at times that are not rounded; each state or input is rounded to
+float64 once.
+
+Proof. Between two breakpoints t_i − j T of its signals, a bounded quantity is one polynomial with rational
+coefficients. In each of these cells, closed on both sides, it is shown to keep its bounds, drawn in by the stated
+errors. With x = y/(1 + y), a polynomial p(x) of degree n becomes (1 + y)⁻ⁿ Σ b_k y^k, and 0 ≤ x ≤ 1 becomes y ≥ 0:
+where all b_k ≥ 0, p is nowhere negative; where some are not, the cell is halved. For all_times the cells reach from 0
+to `tail_start`, where all signals are at rest; for all_phases over one period; for a window from start to end, where a
+signal that ends must be known until the last t + j T. The rounding errors are at most the stated ones. The first pass
+(`floats.pieces`) encloses the same polynomials in float64 intervals, all cells at once; which piece holds in which cell
+is decided in whole numbers.
 
 All float64 numbers are whole multiples of a power of two. So times are counted in units of 2^−e s, and values in such
 units that every polynomial has whole coefficients.
-
-Polynomials with whole coefficients that are nowhere negative on [0, 1].
-
-The rounding errors of evaluating polynomial pieces are at most the stated errors.
-
-The steps of a proof about polynomial pieces, and those of a counterexample.
 """
 
 from bisect import bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
+from typing import TypeVar
 
+from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
 from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Claim, Instants
-from trackably.checker.counterexample import Counterexample
-from trackably.checker.counterexample import Instants as AtStep
-from trackably.checker.intervals import common_denominator, exact_sum
+from trackably.checker.intervals import UndefinedError, common_denominator, exact_sum
 from trackably.checker.limits import CELLS
-from trackably.checker.quantities import functionals
-from trackably.checker.redundancy import demanded
+from trackably.checker.quantities import functionals, weighted_sum
 from trackably.checker.subject import Bound, Functional, LinearSystem, Pieces, Subject, why_no_signal
 from trackably.checker.watch import UndecidedError, progress, require_room, tick
+
+
+class TooManyCellsError(UndecidedError):
+    """There are more breakpoints than are looked at."""
 
 
 @dataclass(frozen=True)
@@ -52,14 +63,8 @@ class Sum:
 
         At each breakpoint, both what holds before (a limit) and what holds from it on are among them.
         """
-        inner: set[int] = set()
-        for term in self.terms:
-            for t in _breaks(term, start, end):
-                tick()
-                inner.add(t)
-                if len(inner) > CELLS:
-                    raise UndecidedError(f"not decided with {CELLS} breakpoints of one bound")
-        for a, b in pairwise([start, *sorted(inner), end, end]):
+        inner = inner_breaks(((term.signal, term.ends, term.shift) for term in self.terms), start, end)
+        for a, b in pairwise([start, *inner, end, end]):
             tick()
             yield self.polynomial(a, b - a)
 
@@ -68,38 +73,51 @@ class Sum:
         found = [self.offset]
         for term in self.terms:
             tick()
-            part = _shifted(term, start + term.shift, width)
+            i, local, of_piece = place(term.signal, term.ends, start + term.shift, width)
+            part = _composed(term.polynomials[i], local, of_piece)
             found += [0] * (len(part) - len(found))
             for k, coefficient in enumerate(part):
                 found[k] += term.weight * coefficient
         return found
 
 
-def _breaks(term: Term, start: int, end: int) -> Iterator[int]:
-    """Yield the times after start and before end at which the term's polynomial changes."""
-    ends, period = term.ends, term.ends[-1] - term.ends[0]
-    turns = range(1)
-    if term.signal.beyond == "period":
-        turns = range((start + term.shift - ends[0]) // period, (end + term.shift - ends[0]) // period + 1)
-    for turn in turns:
-        moved = turn * period - term.shift
-        for t in ends[bisect_right(ends, start - moved) :]:
-            if t + moved >= end:
-                break
-            yield t + moved
+def inner_breaks(terms: Iterable[tuple[Pieces, Sequence[int], int]], start: int, end: int) -> list[int]:
+    """Return the times between start and end at which some z(t + shift) changes its polynomial.
+
+    Raise TooManyCellsError where they are too many.
+    """
+    found: set[int] = set()
+    for z, ends, shift in terms:
+        period, turns = ends[-1] - ends[0], range(1)
+        if z.beyond == "period":
+            turns = range((start + shift - ends[0]) // period, (end + shift - ends[0]) // period + 1)
+        for turn in turns:
+            moved = turn * period - shift
+            for t in ends[bisect_right(ends, start - moved) :]:
+                tick()
+                if t + moved >= end:
+                    break
+                found.add(t + moved)
+                if len(found) > CELLS:
+                    raise TooManyCellsError(f"not decided with {CELLS} breakpoints of one bound")
+    return sorted(found)
 
 
-def _shifted(term: Term, t: int, width: int) -> Sequence[int]:
-    """Return the coefficients in x of the signal at t + width x."""
-    ends, kind = term.ends, term.signal.beyond
-    if kind == "period":
+Number = TypeVar("Number", int, Fraction)
+
+
+def place(z: Pieces, ends: Sequence[Number], t: Number, width: Number) -> tuple[int, Number, Number]:
+    """Return the piece that holds from t to t + width, the time since its breakpoint, and the width.
+
+    At rest the width is 0: the value there is that of one end of the piece. Times are in units of these `ends`.
+    """
+    if z.beyond == "period":
         t = ends[0] + (t - ends[0]) % (ends[-1] - ends[0])
-    if kind == "rest" and not ends[0] <= t < ends[-1]:
-        last = len(term.polynomials) - 1
-        i, local = (0, 0) if t < ends[0] else (last, ends[-1] - ends[last])
-        return [_composed(term.polynomials[i], local, 0)[0]]
-    i = min(max(bisect_right(ends, t) - 1, 0), len(term.polynomials) - 1)
-    return _composed(term.polynomials[i], t - ends[i], width)
+    last = len(ends) - 2
+    if z.beyond == "rest" and not ends[0] <= t < ends[-1]:
+        return (0, t - t, t - t) if t < ends[0] else (last, ends[-1] - ends[last], t - t)
+    i = min(max(bisect_right(ends, t) - 1, 0), last)
+    return i, t - ends[i], width
 
 
 def _composed(polynomial: Sequence[int], start: int, width: int) -> list[int]:
@@ -122,34 +140,35 @@ def whole_sum(
     bounds: Sequence[Fraction] = (),
 ) -> Sum:
     """Return Σ_i row_i part_i of signals, in units in which these `times` [s] and `bounds` are whole, too."""
-    pairs = list(zip(row, parts, strict=True))
-    weights = [
-        [exact_sum(r * part.weights[s][j] for r, part in pairs) for j in range(len(shifts))]
-        for s, shifts in enumerate(parts[0].weights)
-    ]
-    offset, step = exact_sum(r * part.offset for r, part in pairs), Fraction(subject.system.sampling_time)
-    bits = _bits([step, *(t for z in subject.pieces for t in z.ends), *times])
-    fine = _bits([*(Fraction(c) for z in subject.pieces for piece in z.coefficients for c in piece), *bounds])
-    digits = fine + bits * max(z.degree for z in subject.pieces)
-    require_room(sum(len(z.coefficients) * (z.degree + 1) for z in subject.pieces), digits)
-    scale, divisor = 1 << digits, common_denominator([offset, *(w for of_signal in weights for w in of_signal)])
+    q, step = weighted_sum(row, parts), Fraction(subject.system.sampling_time)
+    used = [(z, weights) for z, weights in zip(subject.pieces, q.weights, strict=True) if any(weights)]
+    bits = bits_of([step, *(t for z, _ in used for t in z.ends), *times])
+    fine = bits_of([*(Fraction(c) for z, _ in used for piece in z.coefficients for c in piece), *bounds, Fraction(0)])
+    digits = fine + bits * max((z.degree for z, _ in used), default=0)
+    require_room(sum(len(z.coefficients) * (z.degree + 1) for z, _ in used), digits)
+    scale, divisor = 1 << digits, common_denominator([q.offset, *(w for _, weights in used for w in weights)])
     terms = []
-    for z, of_signal in zip(subject.pieces, weights, strict=True):
+    for z, weights in used:
         ends = [_whole(t * (1 << bits)) for t in z.ends]
         polynomials = [[_scaled(c, scale >> bits * k) for k, c in enumerate(p)] for p in z.coefficients]
-        for j, w in enumerate(of_signal):
+        for j, w in enumerate(weights):
             if w:
                 terms.append(Term(z, _whole(divisor * w), _whole(j * step * (1 << bits)), ends, polynomials))
-    return Sum(_whole(offset * divisor * scale), tuple(terms), divisor * scale, bits)
+    return Sum(_whole(q.offset * divisor * scale), tuple(terms), divisor * scale, bits)
 
 
 def value_at(subject: Subject, row: Sequence[Fraction], parts: Sequence[Functional], t: Fraction) -> Fraction:
-    """Return the value of Σ_i row_i part_i at a time [s] that is a sum of float64 numbers."""
-    q = whole_sum(subject, row, parts, [t])
-    return Fraction(q.polynomial(_whole(t * (1 << q.bits)), 0)[0], q.unit)
+    """Return the value of Σ_i row_i part_i at a time [s]."""
+    q, step, found = weighted_sum(row, parts), Fraction(subject.system.sampling_time), list[Fraction]()
+    for z, weights in zip(subject.pieces, q.weights, strict=True):
+        for j, w in enumerate(weights):
+            if w:
+                i, local, _ = place(z, z.ends, t + j * step, Fraction(0))
+                found += [w * Fraction(c) * local**k for k, c in enumerate(z.coefficients[i])]
+    return q.offset + exact_sum(found)
 
 
-def _bits(numbers: Sequence[Fraction]) -> int:
+def bits_of(numbers: Sequence[Fraction]) -> int:
     """Return the least e such that 2^e times each number, which is a float64, is whole."""
     return max(number.denominator.bit_length() - 1 for number in numbers)
 
@@ -265,9 +284,8 @@ def _why_uncounted(certificate: Certificate) -> str | None:
 
 def _gross(subject: Subject, bound: Bound) -> tuple[list[Fraction], Fraction]:
     """Return the sums of the absolute weights of each signal, and of the absolute offsets, as if nothing cancelled."""
-    pairs = list(zip(bound.row, functionals(subject, bound.of), strict=True))
-    weights = [exact_sum(abs(r * w) for r, part in pairs for w in part.weights[s]) for s in range(len(subject.pieces))]
-    return weights, exact_sum(abs(r * part.offset) for r, part in pairs)
+    found = weighted_sum(bound.row, functionals(subject, bound.of), abs)
+    return [*map(exact_sum, found.weights)], found.offset
 
 
 def _absolute_terms(length: Fraction, coefficients: Sequence[float]) -> Fraction:
@@ -300,14 +318,14 @@ def check_signals(subject: Subject) -> str | None:
     return next((reason for z in subject.pieces if (reason := why_no_signal(z))), None)
 
 
-def check_pieces(certificate: Certificate) -> str | None:
+def check_pieces(certificate: Certificate, first_pass: FirstPass = NO_FIRST_PASS) -> str | None:
     """Return the first step that fails; None where everything is shown."""
     return (
         _names(certificate)
         or _claimed(certificate)
         or check_sizes(certificate)
         or check_rounding(certificate)
-        or _positive(certificate)
+        or _positive(certificate, first_pass)
     )
 
 
@@ -350,15 +368,25 @@ def why_unknown(subject: Subject, start: Fraction, end: Fraction) -> str | None:
     return None
 
 
-def _positive(certificate: Certificate) -> str | None:
+def value_of_pieces(subject: Subject, bound: Bound, t: Fraction) -> Fraction:
+    """Return the value of a bound's row at a time [s]. Raise UndefinedError where a signal says nothing there."""
+    if reason := why_unknown(subject, t, t):
+        raise UndefinedError(reason)
+    return value_at(subject, bound.row, functionals(subject, bound.of), t)
+
+
+def _positive(certificate: Certificate, first_pass: FirstPass) -> str | None:
     """Return the first bound that is not shown to be kept in each cell."""
     subject, claim = certificate.subject, certificate.claim
     assert not isinstance(claim, Instants), "refused before"
     start, end = map(Fraction, claim.span)
-    for i, bound in enumerate(subject.bounds):
+    errors = [Fraction(certificate.errors[bound.name]) for bound in subject.bounds]
+    ends = [(Fraction(b.lower) + e, Fraction(b.upper) - e) for b, e in zip(subject.bounds, errors, strict=True)]
+    kept = first_pass.pieces(subject, ends, start, end)
+    for i, (bound, (low, high)) in enumerate(zip(subject.bounds, ends, strict=True)):
         progress(i, len(subject.bounds))
-        error = Fraction(certificate.errors[bound.name])
-        low, high = Fraction(bound.lower) + error, Fraction(bound.upper) - error
+        if i in kept:
+            continue
         q = whole_sum(subject, bound.row, functionals(subject, bound.of), [start, end], [low, high])
         bottom, top = int(low * q.unit), int(high * q.unit)
         for first, *others in q.cells(int(start * (1 << q.bits)), int(end * (1 << q.bits))):
@@ -366,31 +394,3 @@ def _positive(certificate: Certificate) -> str | None:
             if not (is_nowhere_negative(above) and is_nowhere_negative(below)):
                 return f"cell: the {bound.name} is not shown to stay inside its bounds"
     return None
-
-
-def check_violation(counterexample: Counterexample) -> str | None:
-    """Return why the counterexample shows nothing; None where it refutes what is claimed."""
-    subject, where = counterexample.subject, counterexample.where
-    if isinstance(where, AtStep):
-        t = where.step * Fraction(subject.system.sampling_time)
-    else:
-        t = Fraction(where.time)
-        if not where.start <= where.time <= where.end:
-            return f"at: {where.time!r} s is no time of the claim"
-    bound = next((bound for bound in subject.bounds if bound.name == counterexample.name), None)
-    if bound is None:
-        return f"quantity: no bound is called {counterexample.name}"
-    ends = _necessary(subject, bound)
-    if ends is None:
-        return f"attainable: the rows of the input set do not demand the bound of {bound.name}"
-    by, value = Fraction(counterexample.violation), value_at(subject, bound.row, functionals(subject, bound.of), t)
-    if value + by <= ends[0] or ends[1] + by <= value:
-        return why_unknown(subject, t, t)
-    return f"value: the {bound.name} is not outside of its bounds by {counterexample.violation!r}"
-
-
-def _necessary(subject: Subject, bound: Bound) -> tuple[Fraction, Fraction] | None:
-    """Return between which values a row has to stay: of redundant inputs, what the rows of U together demand."""
-    if bound.of == "state" or not isinstance(subject.system, LinearSystem):
-        return Fraction(bound.lower), Fraction(bound.upper)
-    return demanded(subject.system, subject.input_set.rows, bound)

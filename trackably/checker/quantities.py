@@ -1,6 +1,6 @@
 """The bounded quantities: formulas of linear combinations of the signals at shifted times."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -176,17 +176,27 @@ def _states_and_successors(subject: Subject) -> dict[str, LinearCombination]:
 
 def _combined(subject: Subject, row: tuple[Fraction, ...], parts: tuple[Functional, ...]) -> LinearCombination:
     """Return Σ_i row_i part_i."""
-    counts = [len(weights) for weights in parts[0].weights]
-    weights = [
-        [exact_sum(r * part.weights[s][j] for r, part in zip(row, parts, strict=True)) for j in range(count)]
-        for s, count in enumerate(counts)
-    ]
-    gross = [
-        exact_sum(abs(r * w) for r, part in zip(row, parts, strict=True) for w in part.weights[s])
-        for s in range(len(counts))
-    ]
-    at_rest = exact_sum(r * part.offset for r, part in zip(row, parts, strict=True)) + exact_sum(
-        w * Fraction(signal.mean) for signal, of_signal in zip(subject.signals, weights, strict=True) for w in of_signal
+    found, gross = weighted_sum(row, parts), weighted_sum(row, parts, abs)
+    of_means = (
+        Fraction(z.mean) * exact_sum(weights) for z, weights in zip(subject.signals, found.weights, strict=True)
     )
-    offsets = exact_sum(abs(r * part.offset) for r, part in zip(row, parts, strict=True))
-    return LinearCombination(weights, ratio(at_rest), gross, offsets)
+    at_rest = found.offset + exact_sum(of_means)
+    return LinearCombination(
+        [*map(list, found.weights)], ratio(at_rest), [*map(exact_sum, gross.weights)], gross.offset
+    )
+
+
+def weighted_sum(
+    row: Sequence[Fraction], parts: Sequence[Functional], of_each: Callable[[Fraction], Fraction] = lambda x: x
+) -> Functional:
+    """Return Σ_i row_i part_i, or that of the absolute values of all products."""
+    used = [(r, part) for r, part in zip(row, parts, strict=True) if r]
+    shifts = [len(weights) for weights in parts[0].weights]
+
+    def total(values: Iterable[Fraction]) -> Fraction:
+        return exact_sum(of_each(value) for value in values if value)
+
+    weights = [
+        [total(r * w for r, of in used if (w := of.weights[s][j])) for j in range(n)] for s, n in enumerate(shifts)
+    ]
+    return Functional(total(r * of.offset for r, of in used), tuple(map(tuple, weights)))

@@ -1,4 +1,15 @@
-"""Step 6 of the proof, redundant inputs: if u(t) keeps the attainable rows, some input in U acts as u(t) does."""
+"""Redundant inputs, an extension: if u(t) keeps attainable rows, some input in U acts as u(t) does.
+
+Theorem. The certificate of a linear system may also hold `attainable` rows; u(t) is then bounded by these rows
+instead of U. If `check` answers Proved, then at each of the claimed times there is a v(t) with B v(t) = 0 and u(t) +
+v(t) ∈ U. So the system follows the states x(k T) with the admissible inputs u(k T) + v(k T).
+
+Proof. Let the columns of Z span the kernel of B. By Farkas' lemma there is a w with lower_i ≤ r_i (u + Z w) ≤ upper_i
+for all rows of U if Σ_i λ_i r_i u lies between Σ_i λ_i lower_i and Σ_i λ_i upper_i (ends exchanged where λ_i < 0) for
+all λ with Σ_i λ_i r_i Z = 0. It is enough to know this for the λ of minimal support, because every other λ is a
+conformal sum of these (no cancellation of signs): R. T. Rockafellar, The elementary vectors of a subspace of R^N,
+1969. They are enumerated, and each must follow from an attainable row, in rational arithmetic.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

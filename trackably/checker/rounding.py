@@ -1,14 +1,7 @@
-"""Formulas in float64: intervals of real numbers, each with a bound of the error of its float64 value.
+"""Step 5 of the proof: the rounding errors of float64 evaluation are at most the stated errors.
 
-Assumed: + − · / are rounded once; functions and powers are off by 4 units in the last place at most, 8 roundings.
-
-Formulas over a box of time: Taylor models, each with a bound of the error of its float64 value.
-
-Assumed: + − · / are rounded once; functions and powers are off by 4 units in the last place at most, 8 roundings.
-
-Step 5 of the proof: the rounding errors of float64 evaluation are at most the stated errors.
-
-Before step 5 of the proof: all numbers have sizes for which the analysis of rounding holds.
+Assumed of formulas: + − · / are rounded once; functions and powers are off by 4 units in the last place at most, 8
+roundings. Before, all numbers are shown to have sizes for which this analysis holds.
 """
 
 from collections.abc import Mapping

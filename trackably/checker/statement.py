@@ -1,9 +1,4 @@
-"""What is shown, in words and numbers. Names are in quotes; no name contains a quote, a space or a comparison.
-
-What a certificate proves of a disturbed system, in words and numbers.
-
-Which reference of polynomial pieces is meant, in words.
-"""
+"""What is shown, in words and numbers. Names are in quotes; no name contains a quote, a space or a comparison."""
 
 from collections.abc import Sequence
 from fractions import Fraction

@@ -1,7 +1,4 @@
-"""A signal of polynomial pieces, as a file says it.
-
-What a file speaks about, as typed values: a reference, its system and its sets.
-"""
+"""What a file speaks about, as typed values: a reference, its system and its sets."""
 
 import re
 from dataclasses import dataclass

@@ -1,6 +1,9 @@
-"""A table of states and inputs at the steps, as a file says it.
+"""Tables, a theorem of its own: states and inputs at steps, without a formula between them.
 
-The steps for a table: at each instant bounds are kept, and the dynamics within the tolerance.
+Theorem. If `check` answers Proved of a table, then at each step the rows of X and U are kept, and |x(k + 1) − f(x(k),
+u(k))| is at most the tolerance for each state. Nothing is said about times between the steps, nor about a flat form.
+If it answers Refuted of a refuted table, then at the step that it names, one of these is broken by at least what it
+names. Both are verified number by number, in rational arithmetic for linear systems.
 """
 
 from collections.abc import Sequence

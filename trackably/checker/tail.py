@@ -1,6 +1,6 @@
-"""Formulas with their slopes (forward differentiation).
+"""Step 3 of the proof: bounds of the quantities for all times after the cover, where the signals decay.
 
-Step 3 of the proof: bounds of the quantities for all times after the cover, where the signals decay.
+Formulas are bounded by the mean-value theorem, with their slopes (forward differentiation) over all their values.
 """
 
 from collections.abc import Mapping

@@ -1,6 +1,6 @@
-"""Before the proof: matrices, formulas, trajectories, sets and names belong to one system.
+"""Step 0 of the proof: the states of a linear system follow from its inputs, in rational arithmetic.
 
-Step 0 of the proof: the states of a linear system follow from its inputs, in rational arithmetic.
+Before that, matrices, formulas, trajectories, sets and names are shown to belong to one system.
 """
 
 from fractions import Fraction
@@ -137,12 +137,11 @@ def check_trajectories(subject: Subject) -> str | None:
     if not isinstance(system, LinearSystem) or trajectories is None:
         return None
     states, inputs = trajectories.states, trajectories.inputs
-    A, B = ([[Fraction(v) for v in row] for row in matrix] for matrix in (system.A, system.B))
+    A, B = ([[(j, Fraction(v)) for j, v in enumerate(row) if v] for row in matrix] for matrix in (system.A, system.B))
 
     def follows(x: list[Fraction], u: list[Fraction], successor: list[Fraction], c: tuple[float, ...]) -> bool:
         """Whether successor = A x + B u + c."""
-        of_state = (exact_sum(a * v for a, v in zip(row, x, strict=True)) for row in A)
-        of_input = (exact_sum(b * v for b, v in zip(row, u, strict=True)) for row in B)
+        of_state, of_input = ([exact_sum(w * v[j] for j, w in row if v[j]) for row in M] for M, v in ((A, x), (B, u)))
         return all(s == p + q + Fraction(r) for s, p, q, r in zip(successor, of_state, of_input, c, strict=True))
 
     start = [part.offset for part in states]

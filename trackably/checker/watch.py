@@ -1,7 +1,4 @@
-"""Watch a check: the time and the memory that it may take, how long its numbers may be, and how far it is.
-
-Show on a terminal how far a check is, if it takes longer than a few seconds.
-"""
+"""Watch a check: the time and the memory that it may take, how long its numbers may be, and how far it is."""
 
 import sys
 from collections.abc import Callable, Iterator

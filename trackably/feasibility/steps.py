@@ -18,12 +18,10 @@ from trackably.arrays import Array, Flags
 from trackably.certificates.form import as_written
 from trackably.certificates.goal import Claim
 from trackably.certificates.pinned import WINDOW, Pinned, extent
-from trackably.checker.arithmetic.domains import UndefinedError
-from trackably.checker.arithmetic.intervals import between
-from trackably.checker.formulas.formula import Formula, evaluate
-from trackably.checker.formulas.formula import names as names_in
-from trackably.checker.formulas.values import Intervals
-from trackably.checker.reading.subjects import a_system
+from trackably.checker.form import a_system
+from trackably.checker.formulas import Formula, Intervals, evaluate
+from trackably.checker.formulas import names as names_in
+from trackably.checker.intervals import UndefinedError, between
 from trackably.checker.subject import NonlinearSystem
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.sets.polytope import Polytope

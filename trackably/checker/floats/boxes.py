@@ -1,6 +1,7 @@
-"""Step 2 of the proof in float64: find the boxes in which quantities certainly stay inside their bounds.
+"""The first pass: find the boxes in which quantities certainly stay inside their bounds, in float64.
 
-What is tried in float64 before mpmath.
+Shifts j T of one signal may share its polynomial over the times of all of them, in which a + b x is put for x. An
+instant is tried as a narrow box around it.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,6 +17,7 @@ import numpy as np
 from trackably.checker.boxes import Box, Enclosures, FirstPass
 from trackably.checker.flat import FlatNeeds, FlatValues
 from trackably.checker.floats.intervals import Floats, Mask, joined, sums
+from trackably.checker.floats.pieces import kept_by_pieces
 from trackably.checker.floats.polynomials import are_positive
 from trackably.checker.floats.signals import Boxes, ManyCentres, Models
 from trackably.checker.formulas import parts
@@ -212,5 +214,5 @@ _TRUSTED = (
     "This was checked in float64 intervals first, which trusts IEEE arithmetic and NumPy's exp, log, sqrt, cos, arctan "
     "and arctan2."
 )
-FIRST_PASS = FirstPass(boxes_left, envelope, at_zero, keeps_subnormals, _TRUSTED)
+FIRST_PASS = FirstPass(boxes_left, envelope, kept_by_pieces, at_zero, keeps_subnormals, _TRUSTED)
 """In arrays of float64 intervals."""

@@ -68,3 +68,12 @@ def _of_powers(n: int, i: int, k: int) -> Fraction:
 
 def _of_left_half(_: int, i: int, k: int) -> Fraction:
     return Fraction(comb(i, k), 2**i)
+
+
+def substituted(c: Floats, a: Floats, b: Floats) -> Floats:
+    """Return the coefficients of p(a + b x), by Horner's rule, of the polynomials with coefficients c: (n, B)."""
+    found, none = c.at(slice(-1, None)), Floats.exact(np.zeros((1, c.low.shape[1])))
+    for k in reversed(range(len(c.low) - 1)):
+        tick()
+        found = joined([c.at(slice(k, k + 1)), b * found], axis=0) + joined([a * found, none], axis=0)
+    return found

@@ -1,14 +1,14 @@
-"""Step 2 of the proof in float64 for Matérn kernels: all centres before a box, and all after it, from their moments.
-
-The mathematics is that of `kernels`. What a single centre adds is a polynomial times e^(−λt), and so is the sum
-over all centres before a box: it takes a few moments instead of all centres. The moments at b ≥ a follow from those at
-a: with d = λ (b − a), they are e^(−d) Σ_j m_j d^(k−j)/(k−j)!, and the centres between a and b are added. Nothing
-cancels here that does not cancel in the sum over centres: no other factor is negative.
-
-Step 2 of the proof in float64: Taylor models of a shifted signal in many boxes of time at once.
+"""Step 2 of the proof in float64: Taylor models of a shifted signal in many boxes of time at once.
 
 The mathematics is that of `kernels`, by the same formulas. Centres are near a box or far from it. For the far ones
 |Σ_i c_i κ(t + s − t_i)| ≤ Σ_i |c_i| sup_{|r| ≥ d} |κ(r)| at all times of the box, where d is less than their distances.
+Whether a kink is inside a box is decided in rational arithmetic.
+
+Of a Matérn kernel, no centre outside of a box is expanded. What a single centre adds is a polynomial times e^(−λt),
+and so is the sum over all centres before a box, or after it: it takes a few moments instead of all centres, is
+expanded in their place, and Σ |c_i| M bounds it on the disc. The moments at b ≥ a follow from those at a: with d = λ
+(b − a), they are e^(−d) Σ_j m_j d^(k−j)/(k−j)!, and the centres between a and b are added. Nothing cancels here that
+does not cancel in the sum over centres: no other factor is negative.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.checker.floats.intervals import Array, Floats, Mask, joined, sums
+from trackably.checker.floats.polynomials import substituted
 from trackably.checker.intervals import ONE, SIGN, ZERO, Real, exactly, total
 from trackably.checker.kernels import Matern, geometric_rest, reach
 from trackably.checker.subject import Signal
@@ -145,9 +146,7 @@ class Models:
         a = joined([(boxes.middles + shift - wide.middles) / wide.halves for shift in shifts])
         every = np.tile(np.arange(len(wide.starts)), len(shifts))
         b, c = (boxes.halves / wide.halves).at(every), self.coefficients.at((slice(None), every))
-        found, none = c.at(slice(-1, None)), Floats.exact(np.zeros((1, len(every))))
-        for k in reversed(range(len(c.low) - 1)):  # Horner's rule
-            found = joined([c.at(slice(k, k + 1)), b * found], axis=0) + joined([a * found, none], axis=0)
+        found = substituted(c, a, b)
         parts = np.split(np.arange(len(every)), len(shifts))
         return [Models(found.at((slice(None), part)), self.missed) for part in parts]
 
