@@ -12,15 +12,16 @@ from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
 from pipeline.loops.feasible_set import feasible_over_time
 from pipeline.loops.initial_states import ON, initial_states
+from pipeline.loops.interpolated import InterpolatedReference
 from pipeline.loops.metrics import first_untrackable_step, loop_metrics
+from pipeline.loops.trajectory import LoopTrajectory
 from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
 from pipeline.relearn import relearn
 from pipeline.storage.archive import Fitted
 from pipeline.storage.loops import ClosedLoops, write_loops
 from pipeline.storage.results import Results
 from trackably.control.controller import Controller, scaled_controller
-from trackably.control.loop_trajectory import LoopTrajectory
-from trackably.control.references import InterpolatedReference, TrackedReference
+from trackably.control.references import TrackedReference
 from trackably.control.simulation import ClosedLoop, apply_fallback_for, simulate
 from trackably.errors import InputError
 from trackably.files import read_json, write_json

@@ -7,18 +7,13 @@ import numpy as np
 from pipeline.experiments import Experiment
 from pipeline.experiments.fields import Relearning
 from pipeline.experiments.model import with_learned_means
+from pipeline.loops.online import ReferenceUpdate, receding_window, simulate_online
 from pipeline.published.ground_truth import draw
 from pipeline.storage.archive import Sampled
 from trackably.arrays import Array
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.control.controller import Controller
-from trackably.control.online import (
-    LearningResult,
-    ReferenceUpdate,
-    holds_for_all_times,
-    receding_window,
-    simulate_online,
-)
+from trackably.control.online import LearningResult, holds_for_all_times
 from trackably.control.simulation import ClosedLoop
 from trackably.errors import InputError, NoReferenceError
 from trackably.gp.samples import Samples

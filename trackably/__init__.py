@@ -92,6 +92,7 @@ if TYPE_CHECKING:
 __version__ = "0.2.0"
 
 _MODULES = {
+    "BudgetExceeded": "control.online",
     "CertifiedReference": "given.certified",
     "CertifiedTable": "given.table",
     "Column": "recordings.csv_file",
@@ -111,7 +112,6 @@ _MODULES = {
     "InfeasibleTightening": "certificates.outcome",
     "InputError": "errors",
     "Kernel": "gp.kernels.base",
-    "BudgetExceeded": "control.online",
     "LinearSystem": "systems.linear",
     "Matern32": "gp.kernels.matern",
     "Matern52": "gp.kernels.matern",

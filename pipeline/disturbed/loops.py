@@ -9,13 +9,13 @@ import numpy as np
 
 from pipeline.experiments import Experiment
 from pipeline.loops.disturbances import Constant, Drawn, Greedy
+from pipeline.loops.trajectory import LoopTrajectory, Runs
 from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
 from pipeline.storage.archive import Fitted, Sampled
 from pipeline.storage.loops import Disturbed
 from trackably.arrays import Array
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.control.controller import Controller, scaled_controller
-from trackably.control.loop_trajectory import LoopTrajectory, Runs
 from trackably.control.references import TrackedReference
 from trackably.control.simulation import ClosedLoop, apply_fallback_for, simulate
 from trackably.control.stepping import Disturbances, SteppedController

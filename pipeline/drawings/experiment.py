@@ -11,6 +11,7 @@ from pipeline.drawings import algorithm1, loops, predictions, references
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
 from pipeline.loops.initial_states import ON
+from pipeline.loops.trajectory import LoopTrajectory
 from pipeline.methods import (
     AS_PUBLISHED,
     EXACT,
@@ -31,7 +32,6 @@ from pipeline.storage.results import Results
 from pipeline.storage.tables import read_columns
 from trackably.arrays import Array
 from trackably.certificates.prove import reference_period
-from trackably.control.loop_trajectory import LoopTrajectory
 from trackably.exports import figures
 from trackably.gp.joint import JointPrior
 from trackably.learning.landscape import Landscape, landscape

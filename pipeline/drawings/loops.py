@@ -20,8 +20,8 @@ from pipeline.drawings.style import (
     stacked_panels,
     step_label,
 )
+from pipeline.loops.trajectory import LoopTrajectory, Runs
 from trackably.arrays import Array
-from trackably.control.loop_trajectory import LoopTrajectory, Runs
 from trackably.exports.figures import (
     BLUE,
     COLUMN,

@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from pipeline.loops.trajectory import LoopTrajectory
 from pipeline.published.scalar import interval_sets, reachable_tube
 from trackably.arrays import Array
-from trackably.control.loop_trajectory import LoopTrajectory
 from trackably.exports.figures import (
     BLUE,
     GREEN,

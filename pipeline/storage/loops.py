@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from pipeline.loops.trajectory import LoopTrajectory, Runs
 from pipeline.storage.archive import read_stage, write_stage
 from pipeline.storage.logs import Series
 from pipeline.storage.results import Results
 from pipeline.storage.tables import Table
 from trackably.arrays import Array
-from trackably.control.loop_trajectory import LoopTrajectory, Runs
 from trackably.files import from_json, read_json, to_json
 from trackably.systems.constrained import ConstrainedSystem
 

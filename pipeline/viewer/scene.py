@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from pipeline.loops.trajectory import LoopTrajectory
 from pipeline.storage.logs import Documents
 from trackably.arrays import Array
-from trackably.control.loop_trajectory import LoopTrajectory
 from trackably.systems.constrained import ConstrainedSystem
 
 INK, GREY = "#000000", "#888888"

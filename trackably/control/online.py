@@ -1,25 +1,20 @@
-"""A loop along references that are learned while it runs: a new one is accepted only if it keeps every guarantee."""
+"""Windows of samples from which a reference is learned again: what this gives, and how it goes on from the last one."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 
 import numpy as np
 
-from trackably.arrays import Array, ArrayLike
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.claim import AllPhases, AllTimes
 from trackably.certificates.goal import for_all_times_again
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.control.controller import Controller
-from trackably.control.simulation import ClosedLoop, concatenate, simulate
-from trackably.control.stepping import Infeasible, Unsolved
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.learner import FUNCTION, JOINT, Learner
 from trackably.learning.problem import NoSolution, Solution
 from trackably.learning.space import SearchSpace
-from trackably.systems.reference import Reference
 
 Clock = Callable[[], float]
 """Returns seconds."""
@@ -101,110 +96,6 @@ class WindowLearner:
 
 def _with_prior(solution: Solution, prior: JointPrior) -> Solution:
     return replace(solution, posterior=replace(solution.posterior, prior=prior))
-
-
-def receding_window(samples: tuple[Samples, ...], until: float, count: int) -> tuple[Samples, ...]:
-    """Return the last `count` samples of each flat output up to the time `until` [s].
-
-    Raises ValueError where there is none.
-    """
-    return tuple(_last(s, until, count) for s in samples)
-
-
-def _last(samples: Samples, until: float, count: int) -> Samples:
-    arrived = np.flatnonzero(samples.times <= until)[-count:]
-    if not arrived.size:
-        raise ValueError(f"online: no sample has arrived by {until:g} s, the first comes at {samples.times[0]:g} s")
-    stencil = samples.stencil.only(arrived)
-    return Samples(samples.times[arrived], samples.values[arrived], samples.relative_noise[arrived], stencil)
-
-
-@dataclass(frozen=True)
-class ReferenceUpdate:
-    """A reference learned at step `k`, and whether the controller tracks it from then on.
-
-    `sample_counts` are the numbers of samples of each flat output. `reason` says why the reference was `accepted` or
-    not. `widening` is the least part of their widths by which the sets would have to be widened for a plan, where that
-    is the reason.
-    """
-
-    k: int
-    sample_counts: tuple[int, ...]
-    learned: LearningResult
-    accepted: bool
-    reason: str
-    widening: float | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class OnlineLoop:
-    """A closed loop along changing references, all updates in order, and the `reference` at the end."""
-
-    loop: ClosedLoop
-    updates: tuple[ReferenceUpdate, ...]
-    reference: Reference
-
-
-def simulate_online(
-    controller: Controller,
-    first: Certified,
-    initial_state: ArrayLike,
-    steps: int,
-    arrivals: Iterable[tuple[int, tuple[Samples, ...]]],
-    learner: LearnFromWindow,
-) -> OnlineLoop:
-    """Simulate the closed loop from `initial_state` (n,) at step 0, and learn the reference again at each arrival.
-
-    The loop begins on the reference `first`. An arrival is (k, samples): a step, in increasing order, and the samples
-    of the window that ends there (`receding_window`). Since the current reference is certified for all times, nothing
-    is lost where a new one is not accepted. Raises ValueError where `first` is certified for less, and where arrivals
-    are not in increasing order within `steps`.
-    """
-    if not holds_for_all_times(first):
-        raise ValueError(
-            f"online: the first reference must be certified for all time, but only for {first.certificate.claim}"
-        )
-    now, state, reference = 0, np.asarray(initial_state, dtype=float), first.reference
-    parts: list[ClosedLoop] = []
-    updates: list[ReferenceUpdate] = []
-    for k, samples in arrivals:
-        if not now <= k <= steps or (updates and k == now):
-            raise ValueError(
-                f"online: arrivals must come in increasing order and within {steps} steps, got {k} after {now}"
-            )
-        parts.append(simulate(controller, reference, state, k - now, first_step=now))
-        if parts[-1].without_plan:
-            return OnlineLoop(concatenate(parts), tuple(updates), reference)
-        now, state = k, parts[-1].states[-1]
-        learned = learner(samples)
-        updates.append(decide_update(controller, k, state, samples, learned))
-        if updates[-1].accepted and isinstance(learned, Certified):
-            reference = learned.reference
-    parts.append(simulate(controller, reference, state, steps - now, first_step=now))
-    return OnlineLoop(concatenate(parts), tuple(updates), reference)
-
-
-def decide_update(
-    controller: Controller, k: int, state: Array, samples: tuple[Samples, ...], learned: LearningResult
-) -> ReferenceUpdate:
-    """Decide whether the controller may track a learned reference from `state` (n,) at step `k` on."""
-    counts = tuple(len(s) for s in samples)
-    if not isinstance(learned, Certified):
-        why = "learned, but not proved" if isinstance(learned, Counterexample | Unproved) else "no solution"
-        why = "not ready" if isinstance(learned, BudgetExceeded) else why
-        return ReferenceUpdate(k, counts, learned, False, f"{why}: {learned.explanation}")
-    if not holds_for_all_times(learned):
-        return ReferenceUpdate(k, counts, learned, False, f"proved for {learned.certificate.claim} only")
-    result = controller.step(k, state, learned.reference)
-    if isinstance(result, Infeasible):
-        return ReferenceUpdate(k, counts, learned, False, result.explanation, result.widening)
-    if isinstance(result, Unsolved):
-        return ReferenceUpdate(k, counts, learned, False, result.explanation)
-    # The tolerance makes up for rounding on the reference that is tracked already. A new one must not need it.
-    if not result.keeps_sets:
-        reason = f"within the tolerance only: {result.explanation}"
-        return ReferenceUpdate(k, counts, learned, False, reason, -result.slack)
-    return ReferenceUpdate(k, counts, learned, True, result.explanation)
 
 
 def holds_for_all_times(learned: Certified) -> bool:

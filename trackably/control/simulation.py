@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from reprlib import repr as short
 
 import numpy as np
@@ -80,57 +80,6 @@ class ClosedLoop:
         return np.asarray(np.diff(self.costs) + self.stage_costs[:-1])
 
 
-def concatenate(loops: Sequence[ClosedLoop]) -> ClosedLoop:
-    """Join loops that follow each other, each starting at the last state of the one before.
-
-    Where the reference changes between two loops the cost may rise; `reference_states` at that step are those of the
-    new reference.
-    """
-
-    def values(of: Callable[[ClosedLoop], Array]) -> Array:
-        return np.concatenate([of(loop) for loop in loops])
-
-    def states(of: Callable[[ClosedLoop], Array]) -> Array:
-        return np.concatenate([*(of(loop)[:-1] for loop in loops), of(loops[-1])[-1:]])
-
-    return ClosedLoop(
-        first_step=loops[0].first_step,
-        states=states(lambda loop: loop.states),
-        inputs=values(lambda loop: loop.inputs),
-        reference_states=states(lambda loop: loop.reference_states),
-        reference_inputs=values(lambda loop: loop.reference_inputs),
-        costs=values(lambda loop: loop.costs),
-        stage_costs=values(lambda loop: loop.stage_costs),
-        slacks=values(lambda loop: loop.slacks),
-        without_plan=tuple(result for loop in loops for result in loop.without_plan),
-        widened=sum(loop.widened for loop in loops),
-    )
-
-
-@dataclass
-class RepeatedSteps:
-    """Take over the last plan where all that it depends on is the same as in the last step, to the last bit.
-
-    That is the state, the window of the reference, and the initial guess; the result does not differ from that of the
-    controller.
-    """
-
-    controller: SteppedController
-    _given: tuple[bytes, ...] = ()
-    _plan: Plan | None = None
-
-    def step(self, k: int, state: Array, reference: TrackedReference, initial_guess: Array | None) -> StepResult:
-        """Return what `Controller.step` returns for the same arguments. Raises as it does."""
-        window = reference.window(k, self.controller.horizon)
-        given = (*window, state) if initial_guess is None else (*window, state, initial_guess)
-        bits = tuple(values.tobytes() for values in given)
-        if self._plan is not None and bits == self._given:
-            return replace(self._plan, k=k)
-        result = self.controller.step(k, state, reference, initial_guess)
-        self._given, self._plan = bits, result if isinstance(result, Plan) else None
-        return result
-
-
 InfeasibilityPolicy = Callable[[Infeasible | Unsolved], Array | None]
 """Returns the input (m,) to apply where the controller finds no plan; None ends the simulation."""
 
@@ -177,11 +126,11 @@ def simulate(
     check_reference("simulate", reference, controller.plant)
     first_step, steps = whole("simulate: first_step", first_step), whole("simulate: steps", steps, least=0)
     table = TabulatedReference.of(reference, first_step, first_step + steps + controller.horizon + 1)
-    repeated, initial_guess = RepeatedSteps(controller), None
+    initial_guess = None
     course = _Course([numbers("simulate: initial_state", initial_state)])
     for k in range(first_step, first_step + steps):
         seen = course.state if noise is None else course.state + _drawn("noise", noise, k, course.state)
-        result = repeated.step(k, seen, table, initial_guess)
+        result = controller.step(k, seen, table, initial_guess)
         initial_guess = shifted_inputs(result, table) if isinstance(result, Plan) else None
         course.decided(result)
         applied = result.input if isinstance(result, Plan) else on_infeasible(result)

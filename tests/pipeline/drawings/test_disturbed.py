@@ -5,8 +5,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from pipeline.drawings import loops
+from pipeline.loops.trajectory import LoopTrajectory, Runs
 from tests.trackably.control.tube.instances import LOOPS
-from trackably.control.loop_trajectory import LoopTrajectory, Runs
 from trackably.exports import figures
 
 CART = LOOPS["pushed cart"]

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pipeline.drawings import references
-from trackably.control.loop_trajectory import LoopTrajectory
+from pipeline.loops.trajectory import LoopTrajectory
 from trackably.exports import figures
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.posterior import Posterior

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pipeline.experiments import load_experiments
+from pipeline.loops.trajectory import LoopTrajectory
 from pipeline.storage.logs import Documents, Log, read_log, topics_of, write_log
 from pipeline.storage.results import Results
 from pipeline.viewer.layout import layout_of, write_scene
@@ -22,7 +23,6 @@ from pipeline.viewer.scene import (
     scene_topics,
 )
 from tests.project import ROOT
-from trackably.control.loop_trajectory import LoopTrajectory
 from trackably.files import from_json
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import pytest
 
+from pipeline.loops.interpolated import InterpolatedReference
 from tests.trackably.control import instances
 from trackably.certificates.certified import Certified, learn_certified
-from trackably.control.references import InterpolatedReference
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.search import best_solution
 from trackably.systems.reference import Reference

@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pipeline.loops.interpolated import InterpolatedReference
 from tests.trackably.control import instances
 from trackably.control.controller import Controller
 from trackably.control.error_model import ErrorModel, reference_defects
-from trackably.control.references import InterpolatedReference, TabulatedReference
+from trackably.control.references import TabulatedReference
 from trackably.control.simulation import simulate
 from trackably.control.stepping import Plan
 from trackably.gp.samples import Samples

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from pipeline.loops.online import concatenate
 from tests.trackably.control import instances
 from trackably.control.controller import Controller
-from trackably.control.simulation import apply_fallback, concatenate, simulate
+from trackably.control.simulation import apply_fallback, simulate
 
 HORIZON = 20
 ACCURACY = 1e-11

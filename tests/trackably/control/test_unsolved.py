@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from pipeline.loops.metrics import loop_metrics
+from pipeline.loops.online import decide_update
 from tests.trackably.control import instances
 from tests.trackably.control.test_nonlinear import CASES, TANK
 from trackably.control import search
 from trackably.control.controller import Controller
-from trackably.control.online import decide_update
 from trackably.control.programs import ElasticProgram, StepPrograms
 from trackably.control.references import TabulatedReference
 from trackably.control.simulation import apply_fallback, shifted_inputs, simulate

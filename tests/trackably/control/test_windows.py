@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.trackably.control.test_online import CONTROLLER, PRIOR, STREAM, certified_by_search
+from pipeline.loops.online import receding_window, simulate_online
+from tests.pipeline.loops.test_online import CONTROLLER, PRIOR, STREAM, certified_by_search
 from trackably.certificates.certified import Certified, learn_certified
-from trackably.control.online import BudgetExceeded, WindowLearner, receding_window, simulate_online
+from trackably.control.online import BudgetExceeded, WindowLearner
 from trackably.learning.joint.learn import learn_function
 from trackably.learning.learner import JOINT
 from trackably.learning.problem import ConstrainedProblem, Contradiction, Pin

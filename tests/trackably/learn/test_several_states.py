@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.loops.interpolated import InterpolatedReference
+from pipeline.loops.online import receding_window
 from tests.trackably.plants import AXIS, SAMPLES, TIMES
 from trackably import (
     ConstrainedSystem,
@@ -19,8 +21,6 @@ from trackably import (
     learn_reference,
     mobile_robot,
 )
-from trackably.control.online import receding_window
-from trackably.control.references import InterpolatedReference
 from trackably.gp.joint import JointPosterior
 from trackably.gp.stencils import Stencils
 from trackably.systems.sampling import kinds_by_name, sampled_signals, stencils_by_name

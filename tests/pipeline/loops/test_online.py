@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pipeline.loops.online import OnlineLoop, decide_update, receding_window, simulate_online
 from pipeline.published.scalar import scalar
 from tests.trackably.control import instances
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.claim import OnWindow
 from trackably.certificates.outcome import Unproved
 from trackably.control.controller import TOLERANCE, Controller
-from trackably.control.online import LearningResult, OnlineLoop, decide_update, receding_window, simulate_online
+from trackably.control.online import LearningResult
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
