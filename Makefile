@@ -12,7 +12,7 @@
 # make bench    measure against other software, in an environment of its own (minutes; on a machine that is idle)
 # make rivals   side by side with everything else that hands out trajectories, in an environment of its own (minutes)
 # make study    10,000 drawn problems for all rivals, into .study; goes on where it was stopped (up to an hour)
-# make theorem  Coq proves its checker sound, and with NAME=example1 the certificates of this experiment; needs Coq
+# make theorem  Coq proves its checker sound, and with NAME=example1 (or all) certificates, for the record; needs Coq
 # make lock     pin the newest versions that pyproject.toml allows, with hashes
 
 PYTHON ?= python3
@@ -87,13 +87,8 @@ COQC := coqc -q -Q theorem Trackably
 
 theorem: theorem/assumptions $(if $(NAME),theorem-of-$(NAME))
 
-theorem-of-%: theorem/Checker.vo .venv/installed
-	@mkdir -p .theorem/$*
-	@set -e; for file in data/results/$*/certificates/*.json; do \
-		name=.theorem/$*/$$(basename $$file .json | tr . _).v; \
-		python -m trackably theorem $$file --output $$name > /dev/null || continue; \
-		$(COQC) $$name; sed -n "s|^Theorem \(.*\)\.|$$file: \1, proved by Coq|p" $$name; \
-	done
+theorem-of-%: theorem/assumptions .venv/installed
+	python -m pipeline theorem $(filter-out all,$*)
 
 theorem/assumptions: theorem/Assumptions.v theorem/assumptions.txt theorem/Checker.vo
 	$(COQC) $< | grep -oE '^[A-Z][A-Za-z0-9_.]+|^Axioms:' | diff theorem/assumptions.txt -

@@ -18,6 +18,7 @@ from pipeline.reproduce import reproduce
 from pipeline.site.command import report
 from pipeline.storage.logs import LogError
 from pipeline.storage.results import Results
+from pipeline.theorem import theorem
 from pipeline.viewer.command import view
 from trackably.codec import CodecError
 from trackably.errors import InputError, NoReferenceError
@@ -80,6 +81,7 @@ main.add_command(compare)
 main.add_command(reproduce)
 main.add_command(view)
 main.add_command(report)
+main.add_command(theorem)
 
 
 def run() -> None:

@@ -72,9 +72,10 @@ def main(arguments: list[str]) -> int:
 
 
 def _state(file: Path, output: Path, emulated: bool) -> int:
-    write_text(output, theorem(file, emulated))
+    stated = theorem(file, emulated)
+    write_text(output, stated.text)
     print(f"wrote {output}. With Coq's files of `theorem/`, which `make theorem` compiles, this proves it:")
-    print(f"  coqc -Q theorem Trackably {output}\n{SILENT}")
+    print(f"  coqc -Q theorem Trackably {output}\nIts statement has the SHA-256 {stated.fingerprint}. {SILENT}")
     return 0
 
 

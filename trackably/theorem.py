@@ -1,8 +1,9 @@
 """Certificates as files for Coq, which state and prove their theorem by the checker in the repository's `theorem/`."""
 
 from collections.abc import Iterable
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from fractions import Fraction
+from hashlib import sha256
 from math import isfinite
 from pathlib import Path
 
@@ -20,14 +21,15 @@ from trackably.errors import InputError
 KERNELS = ("SquaredExponential", "Periodic", "Matern32", "Matern52", "Sum", "Product")
 """Kernels that `theorem/Checker.v` encloses: the names of the classes are those of Coq's constructors."""
 
-_FILE = """(* {name}: a theorem about its numbers. What a check of it names as its reference has the SHA-256
-   {fingerprint}. *)
+_HEADER = """(* What a check of the certificate names as its reference has the SHA-256
+   {}. *)
 From Coq Require Import QArith List.
 From Trackably Require Import Statement Checker.
 Import ListNotations.
 Open Scope Q_scope.
+"""
 
-Definition reference : certificate := {{|
+_REFERENCE = """Definition reference : certificate := {{|
   signals := {signals};
   sampling_time := {sampling_time};
   system := {system};
@@ -36,29 +38,18 @@ Definition reference : certificate := {{|
   state_set := {state_set};
   input_set := {input_set};
   times := {times} |}}.
-
-Theorem {theorem}.
-Proof.
-  apply ({arithmetic}.{proof}).
-  vm_cast_no_check (eq_refl true).
-Qed.
 """
 
-_DISTURBED = """
-Definition disturbed : disturbance := {{|
+_DISTURBED = """Definition disturbed : disturbance := {{|
   feedback := {feedback};
   pushes := {pushes};
   noise := {noise};
   all_states := {state_set};
   all_inputs := {input_set} |}}.
-
-Theorem trackable_though_disturbed : withstands reference disturbed.
-Proof.
-  apply ({0}.check_tube_sound _ _
-    {{| {0}.head := {head}; {0}.more := {more}; {0}.contraction := {contraction}; {0}.box := {box} |}} trackable).
-  vm_cast_no_check (eq_refl true).
-Qed.
 """
+
+_TUBE = """check_tube_sound _ _
+    {{| {0}.head := {head}; {0}.more := {more}; {0}.contraction := {contraction}; {0}.box := {box} |}} trackable"""
 
 _ROUNDING = 1 + Fraction(1, 2**30)
 """What Coq's intervals round is made up for: the box and its contraction are this much larger, and more powers of
@@ -71,8 +62,48 @@ SILENT = """It says nothing about evaluation in float64, nor about disturbances 
 numbers are those of the certificate is not proved, but can be read."""
 
 
-def theorem(file: Path, emulated: bool = False) -> str:
-    """Return a file for Coq that states and proves what a certificate holds; `SILENT` says what of it is left out.
+@dataclass(frozen=True)
+class Part:
+    """A definition, a theorem about it, and the lemma from which it follows by computation, as Coq reads them."""
+
+    definition: str
+    name: str
+    says: str
+    lemma: str
+
+    @property
+    def statement(self) -> str:
+        return f"{self.definition}\nTheorem {self.name} : {self.says}.\n"
+
+    def __str__(self) -> str:
+        return f"{self.statement}Proof.\n  apply ({self.lemma}).\n  vm_cast_no_check (eq_refl true).\nQed.\n"
+
+
+@dataclass(frozen=True)
+class Theorem:
+    """What a certificate or a counterexample holds, as Coq reads it; `reference` is what checks call the reference."""
+
+    reference: str
+    parts: tuple[Part, ...]
+
+    @property
+    def text(self) -> str:
+        """The file for Coq: definitions, theorems and proofs."""
+        return "\n".join((_HEADER.format(self.reference), *map(str, self.parts)))
+
+    @property
+    def statement(self) -> str:
+        """Definitions and theorems alone: system, signals, sets and claim, and what is said of them."""
+        return "\n".join(part.statement for part in self.parts)
+
+    @property
+    def fingerprint(self) -> str:
+        """The SHA-256 of the statement. What its words mean is in `theorem/Statement.v`."""
+        return sha256(self.statement.encode()).hexdigest()
+
+
+def theorem(file: Path, emulated: bool = False) -> Theorem:
+    """State for Coq, with a proof, what a certificate holds; `SILENT` says what of it is left out.
 
     Of a counterexample, that it does not hold. `emulated` floating-point numbers are made of integers: slower, but
     the processor's need not be trusted. Raises InputError for other files, and for what Coq's checker does not cover.
@@ -82,15 +113,15 @@ def theorem(file: Path, emulated: bool = False) -> str:
     arithmetic = "Emulated" if emulated else "Native"
     try:
         if isinstance(content, dict) and kind == proofs.FORMAT:
-            return _written(file.name, read_certificate(content), arithmetic)
+            return _theorem(read_certificate(content), arithmetic)
         if isinstance(content, dict) and kind == refutations.FORMAT:
-            return _written(file.name, read_counterexample(content), arithmetic)
+            return _theorem(read_counterexample(content), arithmetic)
         raise UnreadableError(f"is not a certificate: certificate.format must be {proofs.FORMAT!r}")
     except UnreadableError as error:
         raise InputError(f"{file}: {error}") from error
 
 
-def _written(name: str, about: Certificate | Counterexample, arithmetic: str) -> str:
+def _theorem(about: Certificate | Counterexample, arithmetic: str) -> Theorem:
     subject = about.subject
     system, trajectories = subject.system, subject.trajectories
     if not isinstance(system, LinearSystem) or trajectories is None or subject.pieces or subject.attainable:
@@ -101,13 +132,11 @@ def _written(name: str, about: Certificate | Counterexample, arithmetic: str) ->
     )
     if isinstance(about, Certificate):
         times, cover = _claim(about)
-        statement, proof = "trackable : holds reference", _COVER.format(arithmetic, cover)
+        name, says, lemma = "trackable", "holds reference", _COVER.format(arithmetic, cover)
     else:
-        times, proof = _counterexample(about)
-        statement = "not_trackable : ~ holds reference"
-    written = _FILE.format(
-        name=name,
-        fingerprint=subject.fingerprint,
+        times, lemma = _counterexample(about)
+        name, says = "not_trackable", "~ holds reference"
+    definition = _REFERENCE.format(
         signals=_list(map(_signal, subject.signals)),
         sampling_time=_number(system.sampling_time),
         system=_list(equations),
@@ -116,29 +145,30 @@ def _written(name: str, about: Certificate | Counterexample, arithmetic: str) ->
         state_set=_list(map(_bound, subject.state_set.rows)),
         input_set=_list(map(_bound, subject.input_set.rows)),
         times=times,
-        theorem=statement,
-        arithmetic=arithmetic,
-        proof=proof,
     )
+    nominal = Part(definition, name, says, f"{arithmetic}.{lemma}")
     robust = about.robust if isinstance(about, Certificate) else None
-    return written + _disturbed(robust, arithmetic) if robust else written
+    if robust is None or not isinstance(robust.disturbance, Zonotope):
+        return Theorem(subject.fingerprint, (nominal,))
+    return Theorem(subject.fingerprint, (nominal, _disturbed(robust, robust.disturbance, arithmetic)))
 
 
-def _disturbed(robust: Robust, arithmetic: str) -> str:
-    if not isinstance(robust.disturbance, Zonotope):
-        return ""
-    return _DISTURBED.format(
-        arithmetic,
+def _disturbed(robust: Robust, disturbance: Zonotope, arithmetic: str) -> Part:
+    definition = _DISTURBED.format(
         feedback=_list(map(_numbers, robust.feedback)),
-        pushes=_zonotope(robust.disturbance),
+        pushes=_zonotope(disturbance),
         noise=_zonotope(robust.noise or Zonotope((), ())),
         state_set=_list(map(_bound, robust.state_set.rows)),
         input_set=_list(map(_bound, robust.input_set.rows)),
+    )
+    tube = _TUBE.format(
+        arithmetic,
         head=2 * robust.head + 8,
         more=robust.terms - 1,
         contraction=_number(Fraction(robust.contraction) * _ROUNDING),
         box=_numbers(Fraction(size) * _ROUNDING for size in robust.box),
     )
+    return Part(definition, "trackable_though_disturbed", "withstands reference disturbed", f"{arithmetic}.{tube}")
 
 
 def _zonotope(zonotope: Zonotope) -> str:

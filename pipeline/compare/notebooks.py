@@ -11,10 +11,11 @@ from typing import Any
 from pipeline.compare.content import Leaf, Leaves, Part, UnreadableError, json_leaves, prose_leaves, read_json
 from pipeline.compare.figures import picture_leaves, read_picture
 
-SOURCE, TEXT, NUMBERS, IMAGE = "source", "text", "numbers", "image"
+SOURCE, TEXT, NUMBERS, IMAGE, THEOREM = "source", "text", "numbers", "image", "theorem"
 """The fields that rules know, beside those of pictures."""
 
 _PNG = "image/png"
+_BY_COQ = "checked by Coq"  # in texts that are shown of these very bits of a certificate alone
 
 
 @dataclass(frozen=True)
@@ -109,5 +110,6 @@ def _output_leaves(place: str, content: Any) -> dict[str, Leaf]:
 
 def _text_leaves(place: str, text: str) -> Iterator[tuple[str, Leaf]]:
     """Yield the words and the numbers of each line."""
+    fields = (THEOREM, THEOREM) if _BY_COQ in text else (TEXT, NUMBERS)
     for i, line in enumerate(text.splitlines(), start=1):
-        yield from prose_leaves(f"{place}, line {i}", line, TEXT, NUMBERS)
+        yield from prose_leaves(f"{place}, line {i}", line, *fields)

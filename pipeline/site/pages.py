@@ -8,7 +8,7 @@ from typing import Any
 from pipeline.experiments import Experiment
 from pipeline.storage.loops import table_of_loops
 from pipeline.storage.results import Results
-from pipeline.storage.story import told_of_loops, told_of_price, told_of_proofs, told_of_system
+from pipeline.storage.story import told_of_loops, told_of_price, told_of_proofs, told_of_system, told_of_theorems
 from pipeline.storage.tables import table_of_methods
 from trackably.files import read_json
 
@@ -29,6 +29,7 @@ class Page:
     title: str
     system: str
     proofs: str
+    theorems: str
     price: str
     methods: str
     loops: str
@@ -40,8 +41,11 @@ class Page:
     notebook: str = ""
 
 
-def page_of(experiment: Experiment, results: Results, notebook: str = "") -> Page:
-    """Return the page of an experiment. Raises InputError where a stage has not run."""
+def page_of(experiment: Experiment, results: Results, theory: Path, notebook: str = "") -> Page:
+    """Return the page of an experiment; what Coq has proved is on record in the folder `theory`.
+
+    Raises InputError where a stage has not run.
+    """
     metrics: Any = read_json(results.metrics)
     summary: Any = read_json(results.summary)
     return Page(
@@ -49,6 +53,7 @@ def page_of(experiment: Experiment, results: Results, notebook: str = "") -> Pag
         experiment.title,
         told_of_system(experiment.plant),
         told_of_proofs(results),
+        told_of_theorems(results, theory),
         told_of_price(results),
         str(table_of_methods(results)),
         told_of_loops(results),

@@ -14,6 +14,7 @@ from pipeline.experiments import load_experiments
 from pipeline.site.notebooks import errata, folded
 from pipeline.site.pages import Page, page_of
 from pipeline.storage.results import Results
+from pipeline.storage.theorems import THEORY
 from trackably.errors import InputError
 from trackably.files import write_atomically, write_text
 
@@ -33,7 +34,8 @@ def write_sources(project: Path, into: Path) -> list[Page]:
         results = Results(experiment.name, root)
         if results.summary.exists():
             notebook = project / "notebooks" / f"{experiment.name}.ipynb"
-            pages.append(page_of(experiment, results, f"notebook-{experiment.name}" if notebook.exists() else ""))
+            shown = f"notebook-{experiment.name}" if notebook.exists() else ""
+            pages.append(page_of(experiment, results, project / THEORY, shown))
             _copy((*pages[-1].figures, *(file for file, _ in pages[-1].files)), into / experiment.name)
     if not pages:
         raise InputError(f"{root}: there are no results to report; run `dvc repro` first")

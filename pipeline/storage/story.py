@@ -1,10 +1,12 @@
 """Sentences about the results of an experiment, for its notebook: other results, other words."""
 
 from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 from pipeline.storage.archive import Fitted
 from pipeline.storage.results import Results
+from pipeline.storage.theorems import THEORY, proved_by_coq
 from trackably.files import read_json
 from trackably.fit.edges import edges_of
 from trackably.systems.constrained import ConstrainedSystem
@@ -89,6 +91,25 @@ def told_of_proofs(results: Results) -> Told:
     """Say what is proved of each method's reference, or what refutes it."""
     metrics: Any = read_json(results.metrics)
     return Told("\n".join(f"- `{name}`: {found['proof']}" for name, found in metrics.items()))
+
+
+def told_of_theorems(results: Results, theory: Path = THEORY) -> Told:
+    """Say which of the files are proved by Coq, with the SHA-256 of each statement; nothing where none is."""
+    proved = proved_by_coq(results, theory)
+    if not proved:
+        return Told("")
+    versions = _listed(sorted({one.coq for one in proved.values()}))
+    begun = f"What these files state is a theorem, checked by Coq {versions}. Of each statement the SHA-256:"
+    each = (f"- `{name}`, `{'` and `'.join(of.theorems.values())}`: `{of.statement}`" for name, of in proved.items())
+    return Told("\n".join((begun, "", *each)))
+
+
+def printed_by_coq(results: Results, method: str, theory: Path = THEORY) -> str:
+    """Return the theorem of a method's certificate as Coq prints it, and the words in it."""
+    proved = proved_by_coq(results, theory).get(method)
+    if proved is None:
+        return "The certificate that is there now is not checked by Coq: `make theorem` lets it."
+    return f"{proved.printed}\n\nchecked by Coq {proved.coq}; the statement has the SHA-256 {proved.statement}"
 
 
 def told_of_loops(results: Results) -> Told:

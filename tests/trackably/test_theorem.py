@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 from copy import deepcopy
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -12,6 +13,9 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
+from pipeline.storage.results import Results
+from pipeline.storage.theorems import Proved, files_of, proved_by_coq, read_record
+from pipeline.theorem import proved_in, run_coq
 from tests.project import ROOT
 from trackably.__main__ import main
 from trackably.errors import InputError
@@ -40,17 +44,17 @@ def coq(tmp_path_factory):
             ["coqc", "-q", "-Q", ".", "Trackably", name], cwd=folder, capture_output=True, text=True, check=False
         )
 
-    for name in (*THEORY, "Assumptions"):
-        shutil.copy(ROOT / "theorem" / f"{name}.v", folder)
+    for name in (*(f"{name}.v" for name in (*THEORY, "Assumptions")), "assumptions.txt"):
+        shutil.copy(ROOT / "theorem" / name, folder)
     for name in THEORY:
         assert run(f"{name}.v").returncode == 0
 
     def compiled(content, emulated=False, more=""):
         (folder / "given.json").write_text(json.dumps(content))
-        (folder / "stated.v").write_text(theorem(folder / "given.json", emulated) + more)
+        (folder / "stated.v").write_text(theorem(folder / "given.json", emulated).text + more)
         return run("stated.v")
 
-    compiled.run = run
+    compiled.run, compiled.folder = run, folder
     return compiled
 
 
@@ -302,6 +306,37 @@ def test_nothing_else_is_taken_on_trust(coq):
         assert used <= trusted
 
 
+@pytest.mark.parametrize("name", ["joint", "robust", "unconstrained.counterexample"])
+def test_coq_proves_what_is_on_record(coq, name):
+    stated = theorem(RESULTS / "example1" / "certificates" / f"{name}.json")
+    run = run_coq(stated, coq.folder)
+    assert run.accepted, run.complaint
+    on_record, proved = read_record(ROOT / "theorem")["example1"][name], proved_in(stated, run, coq.folder)
+    if proved.coq != on_record.coq:  # another version may print it otherwise, and name its axioms otherwise
+        proved = Proved(
+            **proved.model_dump(exclude={"coq", "axioms", "printed"}),
+            **on_record.model_dump(include={"coq", "axioms", "printed"}),
+        )
+    assert proved == on_record
+
+
+def test_a_proof_that_rests_on_another_axiom_is_not_recorded(coq):
+    stated = theorem(RESULTS / "example1" / "certificates" / "joint.json")
+    (only,) = stated.parts
+    assumed = f"{only.definition}\nAxiom Assumed : true = true -> holds reference.\n"
+    unproved = replace(stated, parts=(replace(only, definition=assumed, lemma="Assumed"),))
+    run = run_coq(unproved, coq.folder)
+    assert run.accepted, run.complaint
+    with pytest.raises(InputError, match="Assumed"):
+        proved_in(unproved, run, coq.folder)
+
+
+def test_all_that_coq_covers_is_on_record():
+    for name in ("example1", "example1-resampled", "example2", "robot-axis", "vehicle"):
+        results = Results(name, RESULTS)
+        assert {file.stem for file in files_of(results)} == set(proved_by_coq(results, ROOT / "theorem"))
+
+
 def test_the_theory_has_no_axioms_of_its_own():
     for file in (ROOT / "theorem").glob("*.v"):
         assert not re.search(
@@ -312,7 +347,7 @@ def test_the_theory_has_no_axioms_of_its_own():
 @pytest.mark.parametrize("name", ["example1/joint", "example2/joint", "vehicle/joint", "robot-axis/joint"])
 def test_each_number_of_the_signals_is_written_exactly(name, tmp_path):
     content = certificate(name)
-    text = theorem(RESULTS / (name.replace("/", "/certificates/") + ".json"))
+    text = theorem(RESULTS / (name.replace("/", "/certificates/") + ".json")).text
     written = [
         (Fraction(int(n), eval(d.replace("^", "**"))), Fraction(int(m), eval(e.replace("^", "**"))))
         for n, d, m, e in re.findall(r"weight := \((-?\d+) # ([\d ^]+)\); centre := \((-?\d+) # ([\d ^]+)\)", text)
@@ -333,7 +368,7 @@ def test_the_command_writes_the_file_and_says_what_it_leaves_out(tmp_path, capsy
     output = tmp_path / "example.v"
     file = RESULTS / "example1" / "certificates" / "joint.json"
     assert main(["theorem", str(file), "--output", str(output)]) == 0
-    assert output.read_text() == theorem(file)
+    assert output.read_text() == theorem(file).text
     printed = capsys.readouterr().out
     assert "coqc -Q theorem Trackably" in printed
     assert "nothing about evaluation in float64" in printed

@@ -35,6 +35,7 @@ def test_the_committed_results_bear_the_claims_out(monkeypatch: pytest.MonkeyPat
         ("example1/certificates/joint.json", "", "claim.covers.state.ends[1]", "boxes of a proof"),
         ("example2/figures/margins.svg", "", "coordinates", "points on paper, Example 2"),
         ("notebooks/example1.ipynb", "", "numbers", "numbers in notebooks"),
+        ("notebooks/example1.ipynb", "", "theorem", "what Coq has proved"),
     ],
 )
 def test_rules_reach_what_they_are_meant_for(artifact: str, topic: str, field: str, rule: str) -> None:

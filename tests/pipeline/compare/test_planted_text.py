@@ -28,6 +28,15 @@ def test_a_changed_output_of_a_notebook(base: Path, new: Path, old: str, changed
     assert (row.artifact, row.worst[0].place, row.beyond) == ("notebooks/example1.ipynb", place, 1)
 
 
+@pytest.mark.parametrize("of_new", ["theorem of 9 samples, not checked by Coq", ""])
+def test_what_coq_has_proved_of_other_bits_is_not_compared(base: Path, new: Path, of_new: str) -> None:
+    for root, text in ((base, "theorem of 7 samples, checked by Coq"), (new, of_new)):
+        output = {"output_type": "stream", "name": "stdout", "text": text}
+        cell = {"cell_type": "code", "id": "cell-9", "metadata": {}, "source": "theorem", "outputs": [output]}
+        edit_json(root / "notebooks/example1.ipynb", lambda notebook, cell=cell: notebook["cells"].append(cell))
+    assert compared(base, new).within
+
+
 def test_a_new_cell_of_prose_moves_no_output(base: Path, new: Path) -> None:
     prose = {"cell_type": "markdown", "id": "cell-9", "metadata": {}, "source": "More prose"}
     edit_json(new / "notebooks/example1.ipynb", lambda notebook: notebook["cells"].insert(0, prose))

@@ -1,7 +1,9 @@
 """Sentences of notebooks: what the results hold is what the words say."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +14,7 @@ from pipeline.storage.archive import read_fit, read_margins
 from pipeline.storage.loops import table_of_loops
 from pipeline.storage.results import Results
 from pipeline.storage.story import (
+    printed_by_coq,
     told_of_disturbances,
     told_of_edges,
     told_of_loops,
@@ -19,13 +22,16 @@ from pipeline.storage.story import (
     told_of_proofs,
     told_of_room,
     told_of_system,
+    told_of_theorems,
     told_of_unconstrained,
 )
 from pipeline.storage.tables import table_of_hyperparameters
+from pipeline.storage.theorems import Proved, write_record
 from tests.project import ROOT
 from trackably.gp.hyperparameter import Learned
 from trackably.systems.margins import MarginProfile
 from trackably.systems.quantity import Quantity
+from trackably.theorem import theorem
 
 EXPERIMENTS = load_experiments(ROOT / "params.yaml")
 COMMITTED = ROOT / "data" / "results"
@@ -115,6 +121,41 @@ def test_proofs_are_told_as_they_are(tmp_path: Path) -> None:
     }
     told = told_of_proofs(written(tmp_path, metrics=metrics))
     assert told == "- `unconstrained`: the state certainly breaks [0, 1]\n- `joint`: proved for all real t"
+
+
+def test_a_theorem_is_told_of_the_very_certificate_that_is_on_record(tmp_path: Path) -> None:
+    theory, results = tmp_path / "theorem", Results("mine", tmp_path / "results")
+    words = (ROOT / "theorem" / "Statement.v").read_text()
+    files = COMMITTED / "example1" / "certificates"
+    text = (files / "joint.json").read_text()
+    proved = Proved(
+        coq="8.16.1",
+        statement=theorem(files / "joint.json").fingerprint,
+        meaning=sha256(words.encode()).hexdigest(),
+        axioms="",
+        theorems={"trackable": "holds reference"},
+        printed="trackable : holds reference",
+    )
+
+    def told(certificate: str, statement: str, record: Mapping[str, Mapping[str, Proved]]) -> str:
+        for path, content in ((results.certificate("joint"), certificate), (theory / "Statement.v", statement)):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(content)
+        write_record(record, theory)
+        printed, sentence = printed_by_coq(results, "joint", theory), told_of_theorems(results, theory)
+        assert ("not checked by Coq" in printed) == (sentence == "")
+        return sentence
+
+    said = told(text, words, {"mine": {"joint": proved}})
+    assert "checked by Coq 8.16.1" in said
+    assert f"- `joint`, `holds reference`: `{proved.statement}`" in said
+    assert "trackable : holds reference" in printed_by_coq(results, "joint", theory)
+    wider = json.loads(text)
+    wider["reference"]["plant"]["state_set"]["upper"] = [0.0500001]
+    assert told(json.dumps(wider), words, {"mine": {"joint": proved}}) == ""
+    assert told(text, words.replace("<=", "<"), {"mine": {"joint": proved}}) == ""
+    assert told(text, words, {"other": {"joint": proved}, "mine": {"robust": proved}}) == ""
+    assert told(text, words, {}) == ""
 
 
 def test_loops_are_told_by_what_is_lost_and_what_rises(tmp_path: Path) -> None:

@@ -1,0 +1,144 @@
+"""Let Coq prove what certificates state, and record it: the command line, `main.add_command(theorem)`."""
+
+import os
+import re
+import subprocess
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from pathlib import Path
+from tempfile import TemporaryDirectory, TemporaryFile
+from typing import IO
+
+import click
+
+from pipeline.experiments import PARAMS, load_experiment, load_experiments
+from pipeline.storage.results import Results
+from pipeline.storage.theorems import THEORY, Proved, files_of, meaning, read_record, write_record
+from trackably.errors import InputError
+from trackably.theorem import Theorem
+from trackably.theorem import theorem as stated_in
+
+_LONGEST = 8000  # characters that are recorded of what Coq prints: nobody reads more
+_QUERY = """From Coq Require Import QArith List Reals.
+From Trackably Require Import Statement.
+From Given Require Import stated.
+Import ListNotations.
+Set Printing Width 110.
+Open Scope Q_scope.
+{}
+Open Scope R_scope.
+Print {}.
+{}
+"""
+_DEFINED = re.compile(r"^Definition (\w+)", re.MULTILINE)
+_AXIOM = re.compile(r"^[A-Z][\w.]+", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Run:
+    """What Coq answered to a file: all that it printed, and its processor time [s] and memory [bytes]."""
+
+    accepted: bool
+    printed: str
+    complaint: str
+    seconds: float
+    memory: int
+
+
+@click.command("theorem", short_help="Let Coq prove what certificates state, and record it.")
+@click.argument("experiments", nargs=-1)
+@click.option("--params", type=click.Path(path_type=Path), default=PARAMS, show_default=True, help="Parameter file.")
+@click.option("--results", type=click.Path(path_type=Path), default=Path("data/results"), show_default=True)
+@click.pass_context
+def theorem(context: click.Context, experiments: tuple[str, ...], params: Path, results: Path) -> None:
+    """Prove the certificates and counterexamples of EXPERIMENTS with Coq; without names, those of all experiments.
+
+    `make theorem NAME=…` compiles the theory first. What is proved is written to theorem/proved.json. Exit codes: 0 all
+    that Coq covers is proved; 1 Coq refuses a file.
+    """
+    known = read_record() if experiments else {}
+    proved: dict[str, dict[str, Proved]] = {}
+    refused = False
+    for name in experiments or load_experiments(params):
+        proved[load_experiment(name, params).name] = {}
+        for file in files_of(Results(name, results)):
+            try:
+                stated = stated_in(file)
+            except InputError as error:
+                click.echo(f"not covered: {error}")
+                continue
+            run = run_coq(stated)
+            cost = f"{run.seconds:.1f} s, {run.memory / 1e9:.2f} GB"
+            if run.accepted:
+                proved[name][file.stem] = proved_in(stated, run)
+                said = ", ".join(f"{part.name} : {part.says}" for part in stated.parts)
+                click.echo(f"{file}: {said}, proved by Coq ({cost}); statement SHA-256 {stated.fingerprint}")
+            else:
+                refused = True
+                click.echo(f"{file}: REFUSED by Coq ({cost}): {run.complaint}", err=True)
+    write_record({**known, **proved})
+    context.exit(1 if refused else 0)
+
+
+def run_coq(stated: Theorem, theory: Path = THEORY) -> Run:
+    """Let Coq prove a file, and then print its theorems and the axioms on which they rest: only the proof is timed.
+
+    Raises InputError where there is no Coq.
+    """
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "stated.v"
+        file.write_text(stated.text, encoding="utf-8")
+        run = _coqc(file, theory)
+        if not run.accepted:
+            return run
+        query = file.with_name("query.v")
+        query.write_text(_query(stated), encoding="utf-8")
+        return replace(run, printed=_coqc(query, theory).printed)
+
+
+def _query(stated: Theorem) -> str:
+    names = [name for part in stated.parts for name in _DEFINED.findall(part.definition)]
+    shown = "\n".join((*(f"Print {name}." for name in names), *(f"Check {part.name}." for part in stated.parts)))
+    words = stated.parts[-1].says.removeprefix("~ ").split()[0]
+    return _QUERY.format(shown, words, "\n".join(f"Print Assumptions {part.name}." for part in stated.parts))
+
+
+def _coqc(file: Path, theory: Path) -> Run:
+    command = ["coqc", "-q", "-Q", str(theory), "Trackably", "-Q", str(file.parent), "Given", str(file)]
+    with TemporaryFile() as out, TemporaryFile() as err:
+        try:
+            process = subprocess.Popen(command, stdout=out, stderr=err)
+        except FileNotFoundError as error:
+            raise InputError("Coq with CoqInterval is needed: apt-get install coq libcoq-interval") from error
+        _, status, used = os.wait4(process.pid, 0)  # unlike `wait`, of this process alone
+        process.returncode = os.waitstatus_to_exitcode(status)
+        printed, complaint = _all_of(out), " ".join(_all_of(err).split())
+    seconds = used.ru_utime + used.ru_stime
+    return Run(process.returncode == 0, printed, complaint, seconds, 1024 * used.ru_maxrss)
+
+
+def _all_of(stream: IO[bytes]) -> str:
+    stream.seek(0)
+    return stream.read().decode()
+
+
+def proved_in(stated: Theorem, run: Run, theory: Path = THEORY) -> Proved:
+    """Return what is recorded of a proof. Raises InputError where it rests on axioms that are not on the list."""
+    printed, *resting = run.printed.split("Axioms:\n")
+    axioms = sorted({name for one in resting for name in _AXIOM.findall(one)})
+    trusted, _ = ({*_AXIOM.findall(one)} for one in (theory / "assumptions.txt").read_text().split("Axioms:")[1:])
+    if len(resting) != len(stated.parts) or not trusted.issuperset(axioms):
+        raise InputError(f"a proof rests on what theorem/assumptions.txt does not name: {', '.join(axioms)}")
+    return Proved(
+        coq=version(),
+        statement=stated.fingerprint,
+        meaning=meaning(theory),
+        axioms=sha256("\n".join(axioms).encode()).hexdigest(),
+        theorems={part.name: part.says for part in stated.parts},
+        printed=printed.strip() if len(printed) <= _LONGEST else "",
+    )
+
+
+def version() -> str:
+    """Return Coq's version."""
+    return subprocess.run(["coqc", "--print-version"], capture_output=True, text=True, check=True).stdout.split()[0]
