@@ -13,13 +13,14 @@
 # make rivals   side by side with everything else that hands out trajectories, in an environment of its own (minutes)
 # make study    10,000 drawn problems for all rivals, into .study; goes on where it was stopped (up to an hour)
 # make theorem  Coq proves its checker sound, and with NAME=example1 (or all) certificates, for the record; needs Coq
+# make extracted  the same checker as a program, theorem/extracted/check, for files that are written for Coq; needs OCaml
 # make lock     pin the newest versions that pyproject.toml allows, with hashes
 
 PYTHON ?= python3
 BIN := $(CURDIR)/.venv/bin
 export PATH := $(BIN):$(PATH)
 
-.PHONY: install repro test lint style types user-types force status checker attack lab view bench rivals study theorem lock
+.PHONY: install repro test lint style types user-types force status checker attack lab view bench rivals study theorem extracted lock
 .DELETE_ON_ERROR:
 
 install: .venv/installed
@@ -100,6 +101,16 @@ theorem/Disturbance.vo: theorem/Statement.vo
 theorem/Checker.vo: theorem/Forms.vo theorem/Disturbance.vo
 theorem/%.vo: theorem/%.v | coq
 	$(COQC) $<
+
+extracted: theorem/extracted/check
+
+theorem/extracted/check: theorem/Extraction.v theorem/program.ml theorem/Checker.vo
+	@ocamlfind query coq-core.kernel zarith > /dev/null 2>&1 || \
+		{ echo "OCaml with Coq's libraries is needed: apt-get install ocaml-findlib libcoq-core-ocaml-dev" >&2; exit 1; }
+	@mkdir -p theorem/extracted
+	cp theorem/Extraction.v theorem/program.ml theorem/extracted
+	cd theorem/extracted && coqc -q -Q .. Trackably Extraction.v && ocamlfind ocamlopt -thread -rectypes -O3 -w -a \
+		-package coq-core.kernel,zarith -linkpkg verified.mli verified.ml program.ml -o check
 
 .PHONY: coq
 coq:

@@ -291,6 +291,49 @@ def test_coq_refuses_disturbances_that_break_a_bound(coq):
     assert refused(coq(content))
 
 
+@pytest.fixture(scope="module")
+def extracted(coq):
+    """Build the program that Coq extracts from its checker; return what tells its answers of some contents."""
+    query = ["ocamlfind", "query", "coq-core.kernel", "zarith"]
+    if shutil.which("ocamlfind") is None or subprocess.run(query, capture_output=True, check=False).returncode:
+        pytest.skip("OCaml with Coq's libraries is not installed")
+    folder = coq.folder / "theorem"
+    folder.mkdir()
+    for file in (*coq.folder.glob("*.vo"), ROOT / "theorem" / "Extraction.v", ROOT / "theorem" / "program.ml"):
+        shutil.copy(file, folder)
+    make = ["make", "--silent", "--file", ROOT / "Makefile", "--old-file", "theorem/Checker.vo", "extracted"]
+    subprocess.run(make, cwd=coq.folder, capture_output=True, check=True)
+
+    def decided(content):
+        (folder / "given.json").write_text(json.dumps(content))
+        (folder / "stated.v").write_text(theorem(folder / "given.json").text)
+        command = [folder / "extracted" / "check", folder / "stated.v"]
+        answer = subprocess.run(command, capture_output=True, text=True, check=False)
+        return answer.returncode, re.findall(r"^  (.*: (?:holds|NOT DECIDED))$", answer.stdout, re.MULTILINE)
+
+    return decided
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("example1/joint", ["holds reference: holds"]),
+        ("example1/robust", ["holds reference: holds", "withstands reference disturbed: holds"]),
+        ("example1/sound", ["holds reference: holds"]),
+        ("example1/unconstrained.counterexample", ["~ holds reference: holds"]),
+        ("example2/joint", ["holds reference: holds"]),
+        ("vehicle/joint", ["holds reference: holds"]),
+    ],
+)
+def test_the_extracted_checker_accepts_what_coq_proves(extracted, name, said):
+    assert extracted(certificate(name)) == (0, said)
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_the_extracted_checker_refuses_what_is_false(extracted, fault):
+    assert extracted(fault()[0]) == (1, ["holds reference: NOT DECIDED"])
+
+
 def names_of(printed: str) -> list[set[str]]:
     """Return the axioms of each theorem from what `Print Assumptions` prints."""
     return [set(re.findall(r"^[A-Z][\w.]+", one, re.MULTILINE)) for one in printed.split("Axioms:")[1:]]
