@@ -64,13 +64,13 @@ if TYPE_CHECKING:
     from trackably.gp.kernels.squared_exponential import SquaredExponential as SquaredExponential
     from trackably.gp.samples import Samples as Samples
     from trackably.learn import learn_reference as learn_reference
-    from trackably.recordings.csv_file import Column as Column
     from trackably.recordings.csv_file import CsvLayout as CsvLayout
     from trackably.recordings.csv_file import read_csv as read_csv
     from trackably.recordings.mcap_file import Field as Field
     from trackably.recordings.mcap_file import read_mcap as read_mcap
     from trackably.recordings.parquet_file import read_parquet as read_parquet
     from trackably.recordings.recording import Recording as Recording
+    from trackably.recordings.tables import Column as Column
     from trackably.reference import TrackableReference as TrackableReference
     from trackably.streams.learn import learn_stream as learn_stream
     from trackably.streams.reference import StreamReference as StreamReference
@@ -95,7 +95,7 @@ _MODULES = {
     "BudgetExceeded": "control.online",
     "CertifiedReference": "given.certified",
     "CertifiedTable": "given.table",
-    "Column": "recordings.csv_file",
+    "Column": "recordings.tables",
     "ConstrainedSystem": "systems.constrained",
     "Controller": "control.controller",
     "ConvexHull": "systems.disturbance.hull",

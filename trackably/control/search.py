@@ -156,7 +156,7 @@ class Found:
         return self.missed <= FOLLOWED
 
 
-def restored(trajectories: Trajectories, start: Window) -> Found:
+def minimise_missed(trajectories: Trajectories, start: Window) -> Found:
     """Minimise what the system misses, from a `start` that keeps all bounds.
 
     The result is a local minimum: zero, up to `FOLLOWED`, where a plan is found.
@@ -174,16 +174,16 @@ def restored(trajectories: Trajectories, start: Window) -> Found:
     return Found(at, missed)
 
 
-def cheaper(trajectories: Trajectories, start: Window) -> Found:
+def minimise_cost(trajectories: Trajectories, start: Window) -> Found:
     """Minimise the merit w V + Σ_i ‖f(x_i, u_i) − x_(i+1)‖₁ from a trajectory that the system follows.
 
-    V is the cost in its scale. The weight w starts at one and falls as `_steered` says: the penalty is exact where w is
-    smaller than one over the largest multiplier. The result is followed, up to `FOLLOWED`, unless the search was given
-    up before.
+    V is the cost in its scale. The weight w starts at one and falls as `_steer_weight` says: the penalty is exact where
+    w is smaller than one over the largest multiplier. The result is followed, up to `FOLLOWED`, unless the search was
+    given up before.
     """
     at, radius, weight = start, 1.0, 1.0
     for _ in range(MAX_CHANGES):
-        weight, change = _steered(trajectories, at, weight, radius)
+        weight, change = _steer_weight(trajectories, at, weight, radius)
         if change is None:
             break
         trial = trajectories.moved(at, change)
@@ -202,7 +202,7 @@ def cheaper(trajectories: Trajectories, start: Window) -> Found:
     return Found(at, trajectories.missed(at))
 
 
-def followed(trajectories: Trajectories, found: Found) -> Window:
+def follow_exactly(trajectories: Trajectories, found: Found) -> Window:
     """Return the trajectory near by that the system follows up to rounding; bounds are kept up to `FOLLOWED`.
 
     Raises LinAlgError where Newton's method finds no step.
@@ -217,7 +217,7 @@ def _merit(trajectories: Trajectories, at: Window, weight: float) -> float:
     return weight * trajectories.cost(at) + trajectories.missed(at)
 
 
-def _steered(trajectories: Trajectories, at: Window, weight: float, radius: float) -> tuple[float, Change | None]:
+def _steer_weight(trajectories: Trajectories, at: Window, weight: float, radius: float) -> tuple[float, Change | None]:
     """Return a weight, and the best change for it; None where there is none.
 
     The weight falls until the change follows the linearised dynamics where any within the trust region does, and where
@@ -267,21 +267,21 @@ def solve_by_linearisation(
     and the cost never rises, whatever the search does. Raises ArithmeticError where no plan is found and the
     linearisation at the end of the search does not tell why, and where the system is not defined along the reference.
     """
-    reference = _linearised(formulation, k, state, window, window)
-    problem, kept = (reference, None) if initial_guess is None else _guessed(reference, initial_guess)
+    reference = _linearise(formulation, k, state, window, window)
+    problem, kept = (reference, None) if initial_guess is None else _problem_at_guess(reference, initial_guess)
     near = _by_full_steps(problem)
     if isinstance(near, Plan) and (kept is None or near.cost <= kept.cost + _AS_CHEAP * formulation.scales.cost):
         return near if kept is None or near.cost <= kept.cost else kept
     if kept is not None:
-        return _improved(problem, kept)
-    return _searched(problem, initial_guess, near)
+        return _improve(problem, kept)
+    return _search(problem, initial_guess, near)
 
 
-def _guessed(reference: StepProblem, guess: Array) -> tuple[StepProblem, Plan | None]:
+def _problem_at_guess(reference: StepProblem, guess: Array) -> tuple[StepProblem, Plan | None]:
     """Return the problem along the trajectory of a guess, and its plan where that is admissible; the problem along the
     reference where the system is not defined along the guess."""
     try:
-        problem = _along(reference, apply_inputs(reference.formulation.plant.system, reference.state, guess))
+        problem = _linearise_along(reference, apply_inputs(reference.formulation.plant.system, reference.state, guess))
         plan = problem.plan(guess - reference.window.inputs, Status.KEPT)
     except ArithmeticError:
         return reference, None
@@ -297,13 +297,13 @@ def _by_full_steps(problem: StepProblem) -> Plan | Infeasible | None:
             nominal = Window(plan.states, plan.inputs)
             if _is_followed(problem.formulation, nominal):
                 return problem.optimum or problem.infeasible
-            problem = _along(problem, nominal)
+            problem = _linearise_along(problem, nominal)
     except (ArithmeticError, np.linalg.LinAlgError):
         return None
     return None
 
 
-def _improved(problem: StepProblem, kept: Plan) -> Plan:
+def _improve(problem: StepProblem, kept: Plan) -> Plan:
     """Return the cheapest plan that is found from an admissible one."""
     trajectories = Trajectories(problem.formulation, problem.window)
     guess = between(problem.formulation, Window(kept.states, kept.inputs), problem.state, problem.window)
@@ -311,14 +311,14 @@ def _improved(problem: StepProblem, kept: Plan) -> Plan:
     return plan if plan is not None and plan.cost < kept.cost else kept
 
 
-def _searched(problem: StepProblem, initial_guess: Array | None, near: Infeasible | Plan | None) -> Plan | Infeasible:
+def _search(problem: StepProblem, initial_guess: Array | None, near: Infeasible | Plan | None) -> Plan | Infeasible:
     """Return a plan that is found from one of the starts, or why there is none near by."""
     trajectories = Trajectories(problem.formulation, problem.window)
     closest: Found | None = None
     for start in starts(problem.formulation, problem.state, problem.window, initial_guess):
-        found = restored(trajectories, start)
+        found = minimise_missed(trajectories, start)
         if found.is_followed:
-            plan = _cheaper(problem, trajectories, found.trajectory) or _finished(problem, trajectories, found)
+            plan = _cheaper(problem, trajectories, found.trajectory) or _converge_from(problem, trajectories, found)
             if plan is not None:
                 return plan
         if closest is None or found.missed < closest.missed:
@@ -327,41 +327,43 @@ def _searched(problem: StepProblem, initial_guess: Array | None, near: Infeasibl
         return near
     if closest is None or not np.isfinite(closest.missed):
         raise ArithmeticError("a plan leads where the system is not defined")
-    return _explained(problem, closest)
+    return _explain(problem, closest)
 
 
 def _cheaper(problem: StepProblem, trajectories: Trajectories, start: Window) -> Plan | None:
     """Return the plan at which a search for lower costs ends; None where that is none."""
-    found = cheaper(trajectories, start)
-    return _finished(problem, trajectories, found if found.is_followed else restored(trajectories, found.trajectory))
+    found = minimise_cost(trajectories, start)
+    return _converge_from(
+        problem, trajectories, found if found.is_followed else minimise_missed(trajectories, found.trajectory)
+    )
 
 
-def _finished(problem: StepProblem, trajectories: Trajectories, found: Found) -> Plan | None:
+def _converge_from(problem: StepProblem, trajectories: Trajectories, found: Found) -> Plan | None:
     """Return the plan to which full steps converge from what was found, or else what was found itself; None where that
     is no plan."""
     if not found.is_followed:
         return None
     try:
-        converged = _by_full_steps(_along(problem, found.trajectory))
-        return converged if isinstance(converged, Plan) else _as_found(problem, followed(trajectories, found))
+        converged = _by_full_steps(_linearise_along(problem, found.trajectory))
+        return converged if isinstance(converged, Plan) else _as_found(problem, follow_exactly(trajectories, found))
     except (ArithmeticError, np.linalg.LinAlgError):
         return None
 
 
 def _as_found(problem: StepProblem, nominal: Window) -> Plan | None:
     """Return a trajectory that the system follows as a plan; None where it keeps the sets not even up to tolerances."""
-    near = _along(problem, nominal)
+    near = _linearise_along(problem, nominal)
     plan = near.plan(nominal.inputs - problem.window.inputs, Status.ADMISSIBLE)
     return plan if near.is_feasible(plan) else None
 
 
-def _explained(problem: StepProblem, closest: Found) -> Infeasible:
+def _explain(problem: StepProblem, closest: Found) -> Infeasible:
     """Return why the linearisation along the trajectory that is followed best has no plan.
 
     Raises ArithmeticError where it has one, though the search did not find it, and where the solver does not tell.
     """
     try:
-        near = _along(problem, closest.trajectory)
+        near = _linearise_along(problem, closest.trajectory)
         result = _by_full_steps(near)
         if isinstance(result, Infeasible):
             return result
@@ -373,12 +375,12 @@ def _explained(problem: StepProblem, closest: Found) -> Infeasible:
     raise ArithmeticError(f"no plan was found; the system misses the best trajectory of the search by {missed}")
 
 
-def _along(problem: StepProblem, nominal: Window) -> StepProblem:
+def _linearise_along(problem: StepProblem, nominal: Window) -> StepProblem:
     """Return the same problem, linearised along another trajectory."""
-    return _linearised(problem.formulation, problem.k, problem.state, problem.window, nominal)
+    return _linearise(problem.formulation, problem.k, problem.state, problem.window, nominal)
 
 
-def _linearised(formulation: Formulation, k: int, state: Array, window: Window, nominal: Window) -> StepProblem:
+def _linearise(formulation: Formulation, k: int, state: Array, window: Window, nominal: Window) -> StepProblem:
     model = formulation.local_model(window, nominal)
     if not all(np.all(np.isfinite(part)) for part in (model.error_model.A, model.error_model.B, model.defects)):
         raise ArithmeticError("a plan leads where the system is not defined")

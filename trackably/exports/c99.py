@@ -90,7 +90,7 @@ _FUNCTIONS = frozenset({"exp", "log", "sqrt", "sin", "cos", "atan"})
 """Those that the C library has under the same name."""
 
 
-def assigned(coordinate: Coordinate, target: str, written: Callable[[Functional], str]) -> list[str]:
+def assignment_lines(coordinate: Coordinate, target: str, written: Callable[[Functional], str]) -> list[str]:
     """Return the lines that put a coordinate's value into `target`; functionals are `written` as expressions.
 
     ValueError: a function that has no counterpart in C.
@@ -101,7 +101,7 @@ def assigned(coordinate: Coordinate, target: str, written: Callable[[Functional]
     lines += [f"    const double {names[name]} = {written(functional)};" for name, functional in coordinate.arguments]
     steps = coordinate.formula.steps
     lines += [
-        f"    const double v{i} = {_computed(node, [f'v{place}' for place in places], names)};"
+        f"    const double v{i} = {_operation(node, [f'v{place}' for place in places], names)};"
         for i, (node, places) in enumerate(steps)
     ]
     return [*lines, f"    {target} = v{len(steps) - 1};", "}"]
@@ -126,7 +126,7 @@ def plain_sum(functional: Functional) -> str:
     return found
 
 
-def _computed(node: Expression, operands: list[str], names: dict[str, str]) -> str:
+def _operation(node: Expression, operands: list[str], names: dict[str, str]) -> str:
     match node:
         case Constant(value):
             return number(value)
@@ -243,7 +243,7 @@ def pieces_function(signal: PolynomialPieces, prefix: str, name: str) -> list[st
         "",
         f"static inline {prefix}_dd {name}({prefix}_time t)",
         "{",
-        *(f"    {line}" for line in _moved(signal, prefix)),
+        *(f"    {line}" for line in _move_lines(signal, prefix)),
         f"    int low = 0, high = {count};",
         "    while (high - low > 1) {",
         "        const int middle = low + (high - low) / 2;",
@@ -263,7 +263,7 @@ def pieces_function(signal: PolynomialPieces, prefix: str, name: str) -> list[st
     ]
 
 
-def _moved(signal: PolynomialPieces, prefix: str) -> list[str]:
+def _move_lines(signal: PolynomialPieces, prefix: str) -> list[str]:
     """Return the lines that move t to where a piece holds."""
     first, last = float(signal.breakpoints[0]), float(signal.breakpoints[-1])
     match signal.beyond:
@@ -339,7 +339,7 @@ def header(proved: Proved, name: str) -> str:
         "",
         *_signals(reference, name),
         *_values(reference, name),
-        *_guarded(proved, name),
+        *_guarded_functions(proved, name),
         f"#endif // {guard}",
     ]
     return "\n".join(parts) + "\n"
@@ -410,14 +410,14 @@ def _values(reference: Reference, name: str) -> list[str]:
         body += [f"for (int j = 0; j < {count}; ++j)", f"    z{c}[j] = {name}_z{c}({ahead});"]
     for symbol, side in (("x", coordinates["state"]), ("u", coordinates["input"])):
         for i, coordinate in enumerate(side):
-            body += assigned(coordinate, f"{symbol}[{i}]", written)
+            body += assignment_lines(coordinate, f"{symbol}[{i}]", written)
     if reference.plant.allocation is not None:
         body.append(f"{name}_smallest(u);")
     time = f"{name}_time" if reference.pieces else "double"
     return [f"static inline void {name}_values({time} t, double *x, double *u)", *_block(body)]
 
 
-def _guarded(proved: Proved, name: str) -> list[str]:
+def _guarded_functions(proved: Proved, name: str) -> list[str]:
     reference, certificate = proved.reference, proved.certificate
     step = number(reference.plant.sampling_time)
     at_t, at_step = "t", "t"
@@ -432,7 +432,7 @@ def _guarded(proved: Proved, name: str) -> list[str]:
             f"{name}_phase({name}_two_product((double)k, {step}))",
         )
     at, by = (
-        [*_refused(certificate, tolerance), f"{name}_values({time}, x, u);", "return 0;"]
+        [*_refusal_lines(certificate, tolerance), f"{name}_values({time}, x, u);", "return 0;"]
         for time, tolerance in ((at_t, _tolerance_of_times(certificate)), (at_step, certificate.time_tolerance))
     )
     found = [f"static inline int {name}_at(double t, double *x, double *u)", *_block(at)]
@@ -442,7 +442,7 @@ def _guarded(proved: Proved, name: str) -> list[str]:
     return [*found, f"static inline int {name}_step(long long k, double *x, double *u)", *_block(by)]
 
 
-def _refused(certificate: Certificate, tolerance: float) -> list[str]:
+def _refusal_lines(certificate: Certificate, tolerance: float) -> list[str]:
     """Return the lines that refuse a time t outside of what is proved by more than `tolerance` |t|."""
     first, last = certificate.claim.span
     ends = [f"t >= {number(first)}{' - tolerance' * bool(tolerance)}"] if math.isfinite(first) else []

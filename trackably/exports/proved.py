@@ -110,7 +110,7 @@ def shown_times(proved: Proved, count: int, start: float | None = None, end: flo
     return np.asarray(proved.reference.instants(np.arange(from_step, to_step + 1, stride)))
 
 
-def reached(proved: Proved) -> list[Reached]:
+def margins_found(proved: Proved) -> list[Reached]:
     """Return all bounded quantities at up to 2000 times: evidence of how near they come, beside what is proved."""
     times = shown_times(proved, _MOST)
     signals = proved.reference.signals

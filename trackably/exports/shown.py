@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trackably.exports.proved import Proved, Reached, ends, proved_times, reached, shown_times
+from trackably.exports.proved import Proved, Reached, ends, margins_found, proved_times, shown_times
 from trackably.extras import optional
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def html(proved: Proved) -> str:
     others = [sentence for sentence in proved.explanation.split("; ") if sentence not in said]
     details = "".join(f"<li>{escape(sentence)}</li>" for sentence in others)
     more = f"<details><summary>what else is known of it</summary><ul>{details}</ul></details>"
-    rows = "".join(map(_row, reached(proved)))
+    rows = "".join(map(_row, margins_found(proved)))
     head = "".join(f"<th {_style(i)}>{name}</th>" for i, name in enumerate(_HEADINGS))
     return (
         '<div class="trackably-reference" style="color:inherit;background:none;line-height:1.45">'

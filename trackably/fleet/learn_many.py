@@ -182,7 +182,7 @@ def learn_many(
             closing(answers(asked, request, processes, address)) as answered,
         ):
             for each in answered:
-                found[each.row.name] = each.row if each.is_kept else _written(where, each)
+                found[each.row.name] = each.row if each.is_kept else _write_answer(where, each)
                 count()
     except KeyboardInterrupt:
         kept = f"{len(found)} of {len(sources)} recordings are answered and kept in {where.path}"
@@ -192,7 +192,7 @@ def learn_many(
     return Fleet(where.path, rows)
 
 
-def _written(where: FleetFolder, answer: Answer) -> Row:
+def _write_answer(where: FleetFolder, answer: Answer) -> Row:
     """Write an answer and return its row; another row where the files cannot have this name."""
     try:
         where.write(answer.row, answer.files)

@@ -99,20 +99,10 @@ class Request:
 
 def _refuse_options(options: Mapping[str, object], learn: Learn) -> None:
     """Raise TypeError for an option that `learn` does not take, and where it lacks one."""
-    takes = {each: _named(each) for each in _KNOWN}
-    for name in options:
-        if name not in takes[learn]:
-            other = next((f"; learn={each.__name__} takes it" for each in _KNOWN if name in takes[each]), "")
-            raise TypeError(f"learn_many: {learn.__name__} takes no option {name!r}{other}")
-    lacking = [name for name, option in takes[learn].items() if option.default is option.empty and name not in options]
-    if lacking:
-        raise TypeError(f"learn_many: {learn.__name__} needs the option {lacking[0]!r}")
-
-
-def _named(learn: Learn) -> dict[str, inspect.Parameter]:
-    """Return the options by name."""
-    found = inspect.signature(learn).parameters
-    return {name: option for name, option in found.items() if option.kind is option.KEYWORD_ONLY}
+    try:
+        inspect.signature(learn).bind("samples", "plant", "kernel", "claim", **options)
+    except TypeError as error:
+        raise TypeError(f"learn_many: {learn.__name__}: {error}") from None
 
 
 def _recorded(samples: Samples | Mapping[str, Samples], step: float) -> tuple[float, float]:
@@ -169,12 +159,12 @@ def answer(source: Source, request: Request, kept: Row | None) -> Answer:
             reference = request.learned(samples)
         except NotTrackableError as failure:
             is_refuted = isinstance(failure.outcome, Counterexample)
-            files = _saved(counterexample=failure.save_counterexample) if is_refuted else {}
+            files = _file_contents(counterexample=failure.save_counterexample) if is_refuted else {}
             row = Row(source.name, outcome_of(failure), str(failure), fingerprint, files=_digests(files))
             return Answer(row, files)
         except (ValueError, ArithmeticError) as error:
             return Answer(Row(source.name, "unusable", str(error), fingerprint), {})
-    files = _saved(certificate=reference.save_certificate, reference=reference.save)
+    files = _file_contents(certificate=reference.save_certificate, reference=reference.save)
     return Answer(Row.of_proved(source.name, fingerprint, reference, tuple(questions), _digests(files)), files)
 
 
@@ -203,7 +193,7 @@ def _questions() -> Iterator[list[str]]:
 _OURS = (DoubtfulInputWarning, IgnoresSamplesWarning)
 
 
-def _saved(**saves: Callable[[Path], object]) -> dict[str, bytes]:
+def _file_contents(**saves: Callable[[Path], object]) -> dict[str, bytes]:
     """Return what each of these writes as `name`.json."""
     with TemporaryDirectory() as folder:
         paths = {Path(folder) / f"{name}.json": save for name, save in saves.items()}

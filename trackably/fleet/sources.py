@@ -14,12 +14,14 @@ from trackably.errors import InputError
 from trackably.extras import optional
 from trackably.files import path_of
 from trackably.gp.samples import Samples
+from trackably.recordings import csv_file, parquet_file
 from trackably.recordings.clocks import Clock, Origin
-from trackably.recordings.csv_file import PLAIN, Column, CsvLayout, CsvReading, CsvTable
+from trackably.recordings.csv_file import PLAIN, CsvLayout, csv_reading
 from trackably.recordings.file_kinds import path_given
-from trackably.recordings.parquet_file import ParquetReading
+from trackably.recordings.parquet_file import parquet_reading
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
+from trackably.recordings.tables import Cells, Column, TableReading
 
 if TYPE_CHECKING:
     from trackably.recordings.mcap_file import Field
@@ -119,19 +121,8 @@ def parts_of_csv(
     The file is read once, here; its cells become numbers where they are learned from. InputError: the file is
     unreadable, lacks a column, or a row has no name.
     """
-    reading = CsvReading.of(path_given(path), time, time_unit, signals, layout, repairs, origin)
-    table = reading.table(by)
-    column = table.header.index(by)
-    names = [row[column].strip() for row in table.rows]
-    for line, name in zip(table.lines, names, strict=True):
-        if layout.is_missing(name):
-            raise InputError(f"{reading.path}, line {line}, column {by!r}: expected the name of a recording, got none")
-
-    def part(rows: Sequence[int]) -> Callable[[], Recording]:
-        lines, cells = [table.lines[row] for row in rows], [table.rows[row] for row in rows]
-        return partial(reading.recording, CsvTable(table.header, lines, cells))
-
-    return _sources(names, part)
+    reading = csv_reading(path, time, time_unit, signals, layout, repairs, origin)
+    return _parts(reading, csv_file.read_cells(reading.path, layout, [*dict.fromkeys((*reading.names, by))]), by)
 
 
 def parts_of_parquet(
@@ -147,16 +138,8 @@ def parts_of_parquet(
 
     InputError: the file is unreadable, lacks a column, or a row has no name; pyarrow is not installed.
     """
-    reading = ParquetReading.of(path_given(path), time, time_unit, signals, repairs, origin)
-    cells = reading.cells(by)
-    names = []
-    for row, name in zip(cells.rows, cells.columns[by], strict=True):
-        if not isinstance(name, str | int) or not str(name).strip():
-            raise InputError(
-                f"{reading.path}, row {row}, column {by!r}: expected the name of a recording, got {name!r}"
-            )
-        names.append(str(name).strip())
-    return _sources(names, lambda rows: partial(reading.recording, cells.part(rows)))
+    reading = parquet_reading(path, time, time_unit, signals, repairs, origin)
+    return _parts(reading, parquet_file.read_cells(reading.path, [*dict.fromkeys((*reading.names, by))]), by)
 
 
 def topics_of(
@@ -195,9 +178,12 @@ def _named(signals: Mapping[str, Field], name: str) -> dict[str, Field]:
     return {signal: replace(field, topic=field.topic.replace(_NAME, name)) for signal, field in signals.items()}
 
 
-def _sources(names: Sequence[str], part: Callable[[Sequence[int]], Callable[[], Recording]]) -> tuple[Source, ...]:
-    """Return a source for each name, in the order of first appearance, with the rows that have it."""
+def _parts(reading: TableReading, cells: Cells, by: str) -> tuple[Source, ...]:
+    """Return a source for each name in a column, in the order of first appearance, with the rows that have it."""
     rows: dict[str, list[int]] = {}
-    for row, name in enumerate(names):
-        rows.setdefault(name, []).append(row)
-    return tuple(Source(name, part(of_name)) for name, of_name in rows.items())
+    for row, (place, name) in enumerate(zip(cells.places, cells.columns[by], strict=True)):
+        if reading.form.is_missing(name) or not isinstance(name, str | int) or not str(name).strip():
+            got = "none" if reading.form.is_missing(name) else repr(name)
+            raise InputError(f"{reading.path}, {place}, column {by!r}: expected the name of a recording, got {got}")
+        rows.setdefault(str(name).strip(), []).append(row)
+    return tuple(Source(name, partial(reading.recording, cells.part(of))) for name, of in rows.items())

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from trackably.extras import optional
 from trackably.recordings.clocks import CLOCKS, Clock, DateTimes, Ticks, frames
-from trackably.recordings.csv_file import KITTI, TUM, Column, CsvLayout, read_csv
+from trackably.recordings.csv_file import KITTI, TUM, CsvLayout, read_csv
 from trackably.recordings.recording import Cleaning, Finding, Recording, Signal
 from trackably.recordings.rows import (
     REPAIRS,
@@ -22,6 +22,7 @@ from trackably.recordings.rows import (
     keep_last_of_repeated,
     sort_rows,
 )
+from trackably.recordings.tables import Column
 
 if TYPE_CHECKING:
     from trackably.recordings.mcap_file import LOG_TIME, PUBLISH_TIME, Field, MessageTime, Stamp, read_mcap

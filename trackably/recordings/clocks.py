@@ -239,7 +239,7 @@ def zero_of(origin: Origin, absolute: bool, first: Decimal) -> int:
     return int(EXACT.divide(first, NANOSECOND).to_integral_value(ROUND_FLOOR))
 
 
-def described(origin: int, absolute: bool) -> str:
+def describe_origin(origin: int, absolute: bool) -> str:
     """Format an `origin` [ns] for people: as a date if it is `absolute` (counts from 1970), otherwise in seconds."""
     if not absolute:
         return f"{plain(EXACT.multiply(Decimal(origin), NANOSECOND))} s on the file's own clock"

@@ -28,10 +28,10 @@ def parse(text: str, mark: str) -> Decimal:
     other = COMMA if mark == POINT else POINT
     if _is_number(stripped, mark):
         if not _is_short(number := Decimal(stripped.replace(mark, POINT))):
-            raise ValueError(f"expected a number of {_LONGEST} digits at most, got {shown(text)}")
+            raise ValueError(f"expected a number of {_LONGEST} digits at most, got {shorten(text)}")
         return number
     hint = f' (with decimal="{other}" it would be one)' if _is_number(stripped, other) else ""
-    raise ValueError(f"expected a number, got {shown(text)}{hint}")
+    raise ValueError(f"expected a number, got {shorten(text)}{hint}")
 
 
 def exact(value: object) -> Decimal | None:
@@ -47,10 +47,10 @@ def exact(value: object) -> Decimal | None:
                 return None
             if number.is_finite() and _is_short(number):
                 return number
-    raise ValueError(f"expected a finite number, got {shown(value)}")
+    raise ValueError(f"expected a finite number, got {shorten(value)}")
 
 
-def scaled(number: Decimal, scale: float, offset: float = 0.0) -> float:
+def scale_once(number: Decimal, scale: float, offset: float = 0.0) -> float:
     """Return `number` times `scale` plus `offset` (as they are written in decimal), rounded once.
 
     ValueError: too large for float64.
@@ -78,7 +78,7 @@ def plain(number: Decimal) -> str:
     return text.rstrip("0").rstrip(POINT) if POINT in text else text
 
 
-def shown(value: object) -> str:
+def shorten(value: object) -> str:
     """Format a decoded value for a message: a number as it was written, anything else shortened."""
     text = str(value) if isinstance(value, Decimal) else repr(value).replace("\n", " ")
     return text if len(text) <= 80 else f"{text[:79]}…"

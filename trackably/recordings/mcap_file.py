@@ -29,7 +29,7 @@ from trackably.arrays import Array
 from trackably.errors import DoubtfulInputWarning, InputError
 from trackably.files import opened
 from trackably.recordings.clocks import Clock, DateTimes, Origin, checked_origin, clock_named, first_doubt, zero_of
-from trackably.recordings.decimals import EXACT, NANOSECOND, check_scale, exact, scaled, shown
+from trackably.recordings.decimals import EXACT, NANOSECOND, check_scale, exact, scale_once, shorten
 from trackably.recordings.file_kinds import LARGEST, check_mapping, checked_window, path_given, refuse_no_mcap
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair, Rows, chosen_repairs, recording_from_rows, rows_between
@@ -243,7 +243,7 @@ def _records(path: Path) -> Iterator[McapRecord]:
             for record in StreamReader(file, validate_crcs=True, record_size_limit=size, emit_chunks=True).records:
                 match record:
                     case Chunk():
-                        yield from breakup_chunk(_unpacked(path, record), validate_crc=True)
+                        yield from breakup_chunk(_unpack(path, record), validate_crc=True)
                     case _:
                         yield record
     except InputError:
@@ -254,7 +254,7 @@ def _records(path: Path) -> Iterator[McapRecord]:
         raise InputError(f"{path}: no MCAP file, or damaged: {reason}") from error
 
 
-def _unpacked(path: Path, chunk: Chunk) -> Chunk:
+def _unpack(path: Path, chunk: Chunk) -> Chunk:
     """Return the chunk without compression. InputError: it is larger than it says, or than any recorder makes it."""
     size = len(chunk.data) if chunk.compression not in _UNPACK else chunk.uncompressed_size
     if size > _CHUNK:
@@ -364,7 +364,7 @@ class Stamp:
         clock = clock_named(self.unit)
         if isinstance(clock, DateTimes):
             if not isinstance(found, str):
-                raise ValueError(f"expected a date and a time of day as text, got {shown(found)}")
+                raise ValueError(f"expected a date and a time of day as text, got {shorten(found)}")
             return clock.seconds(found)
         number = exact(found)
         return None if number is None else clock.seconds(number)
@@ -383,7 +383,7 @@ def _pair(stamp: object) -> Decimal:
             continue
         if seconds is not None and nanoseconds is not None:
             return EXACT.add(seconds, EXACT.multiply(nanoseconds, NANOSECOND))
-    raise ValueError(f"expected seconds and nanoseconds, got {shown(stamp)} (a number or a text needs its unit said)")
+    raise ValueError(f"expected seconds and nanoseconds, got {shorten(stamp)} (a number or a text needs its unit said)")
 
 
 _T = TypeVar("_T")
@@ -548,7 +548,7 @@ class _Column(Generic[_T]):
 def _numbers(path: str, scale: float, offset: float = 0.0) -> _Column[float]:
     def read(_: Received, content: object) -> float | None:
         number = exact(find(content, path))
-        return None if number is None else scaled(number, scale, offset)
+        return None if number is None else scale_once(number, scale, offset)
 
     return _Column(path, read)
 

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
-from typing import Any, Self, TypeVar
+from typing import Any
 
-import numpy as np
-
-from trackably.arrays import Array
 from trackably.errors import InputError
 from trackably.extras import optional
-from trackably.recordings.clocks import Clock, DateTimes, Origin, checked_origin, clock_named
-from trackably.recordings.csv_file import Column, column_given
-from trackably.recordings.decimals import EXACT, NANOSECOND, exact, scaled
-from trackably.recordings.file_kinds import LARGEST, check_mapping, path_given
+from trackably.recordings.clocks import Clock, DateTimes, Origin
+from trackably.recordings.decimals import EXACT, NANOSECOND, exact
+from trackably.recordings.file_kinds import LARGEST, path_given
 from trackably.recordings.recording import Recording
-from trackably.recordings.rows import Repair, Rows, chosen_repairs, recording_of_table
-
-_T = TypeVar("_T")
+from trackably.recordings.rows import Repair
+from trackably.recordings.tables import Cells, Column, Form, TableReading
 
 
 def read_parquet(
@@ -57,112 +52,46 @@ def read_parquet(
         repair mends: names file and row, counted from 1.
 
     """
-    reading = ParquetReading.of(path_given(path), time, time_unit, signals, repairs, origin)
-    return reading.recording(reading.cells())
+    reading = parquet_reading(path, time, time_unit, signals, repairs, origin)
+    return reading.recording(read_cells(reading.path, reading.names))
 
 
-@dataclass(frozen=True)
-class Cells:
-    """The columns of a table, by name, as Python's values; `rows` are the numbers of the rows in the file, from 1."""
+def parquet_reading(
+    path: str | Path,
+    time: str,
+    time_unit: str | Clock,
+    signals: Mapping[str, Column | str],
+    repairs: Sequence[Repair | str],
+    origin: Origin,
+) -> TableReading:
+    """Return the arguments of `read_parquet`, checked. InputError: one of them is wrong."""
+    if not isinstance(time, str):
+        raise InputError(f"time: expected the name of a column, got {time!r}")
+    form = Form(lambda cell: cell is None or cell != cell, _counted, _date, lambda _: "")  # noqa: PLR0124  NaN
+    return TableReading.of(path_given(path), form, time, time_unit, signals, repairs, origin)
 
-    columns: Mapping[str, Sequence[object]]
-    rows: Sequence[int]
 
-    def part(self, chosen: Sequence[int]) -> Cells:
-        """Return these rows, given as positions from 0, in this order."""
-        columns = {name: [column[i] for i in chosen] for name, column in self.columns.items()}
-        return Cells(columns, [self.rows[i] for i in chosen])
-
-
-@dataclass(frozen=True)
-class ParquetReading:
-    """The columns of a file with their names in the recording, its clock, and what mends its rows."""
-
-    path: Path
-    time: str
-    clock: Clock
-    columns: Mapping[str, Column]
-    repairs: tuple[Repair, ...]
-    origin: Origin
-
-    @classmethod
-    def of(
-        cls,
-        path: Path,
-        time: str,
-        time_unit: str | Clock,
-        signals: Mapping[str, Column | str],
-        repairs: Sequence[Repair | str],
-        origin: Origin,
-    ) -> Self:
-        """Return the arguments of `read_parquet`, checked. InputError: one of them is wrong."""
-        check_mapping(path, signals, 'a mapping from names to columns, as {"position": "x"}')
-        if not isinstance(time, str):
-            raise InputError(f"time: expected the name of a column, got {time!r}")
-        columns = {name: column_given(name, wanted) for name, wanted in signals.items()}
-        chosen = tuple(chosen_repairs(repairs))
-        return cls(path, time, clock_named(time_unit), columns, chosen, checked_origin(origin))
-
-    def cells(self, *also: str) -> Cells:
-        """Return the columns that are needed, and `also` these. InputError: unreadable, or a column is missing."""
-        with optional(f"{self.path}: Parquet"):
-            from pyarrow import ArrowException, parquet, types  # noqa: PLC0415
-        names = (self.time, *(n for c in self.columns.values() for n in (c.name, c.noise_std)), *also)
-        wanted = list(dict.fromkeys(name for name in names if name is not None))
-        try:
-            schema = parquet.read_schema(self.path)
-            if missing := [name for name in wanted if name not in schema.names]:
-                listed = ", ".join(map(repr, schema.names))
-                raise InputError(f"{self.path}: there is no column {missing[0]!r}; there are {listed}")
-            if _size(parquet.read_metadata(self.path), wanted) > LARGEST:
-                raise InputError(f"{self.path}: its columns unpack to more than {LARGEST} bytes")
-            table = parquet.read_table(self.path, columns=wanted)
-        except (ArrowException, OSError) as error:
-            raise InputError(f"{self.path}: cannot be read as Parquet ({error})") from error
-        if not table.num_rows:
-            raise InputError(f"{self.path}: there are no rows")
-        columns = {
-            name: _nanoseconds(column) if types.is_timestamp(column.type) else column.to_pylist()
-            for name, column in zip(table.column_names, table.columns, strict=True)
-        }
-        return Cells(columns, range(1, table.num_rows + 1))
-
-    def recording(self, cells: Cells) -> Recording:
-        """Return the recording of rows with these columns. Raises InputError; warns of stamps in another unit."""
-        rows = Rows(
-            str(self.path),
-            [f"row {row}" for row in cells.rows],
-            self._stamps(cells),
-            {
-                name: self._numbers(cells, column.name, column.scale, column.offset)
-                for name, column in self.columns.items()
-            },
-            {
-                name: self._numbers(cells, column.noise_std, abs(column.scale))
-                for name, column in self.columns.items()
-                if column.noise_std is not None
-            },
-        )
-        return recording_of_table(rows, self.clock, self.repairs, self.origin)
-
-    def _stamps(self, cells: Cells) -> list[Decimal | None]:
-        clock = self.clock
-        if isinstance(clock, DateTimes):
-            return self._converted(cells, self.time, lambda cell: _date(clock, cell))
-        return self._converted(cells, self.time, lambda cell: clock.seconds(_counted(cell)))
-
-    def _numbers(self, cells: Cells, name: str, scale: float, offset: float = 0.0) -> Array:
-        found = self._converted(cells, name, lambda cell: scaled(_counted(cell), scale, offset))
-        return np.array([np.nan if number is None else number for number in found])
-
-    def _converted(self, cells: Cells, name: str, convert: Callable[[object], _T]) -> list[_T | None]:
-        found: list[_T | None] = []
-        for row, cell in zip(cells.rows, cells.columns[name], strict=True):
-            try:
-                found.append(None if cell is None or cell != cell else convert(cell))  # noqa: PLR0124  NaN is not itself
-            except ValueError as error:
-                raise InputError(f"{self.path}, row {row}, column {name!r}: {error}") from error
-        return found
+def read_cells(path: Path, names: Sequence[str]) -> Cells:
+    """Read columns. InputError: the file is unreadable, a column is missing, or pyarrow is not installed."""
+    with optional(f"{path}: Parquet"):
+        from pyarrow import ArrowException, parquet, types  # noqa: PLC0415
+    try:
+        schema = parquet.read_schema(path)
+        if missing := [name for name in names if name not in schema.names]:
+            listed = ", ".join(map(repr, schema.names))
+            raise InputError(f"{path}: there is no column {missing[0]!r}; there are {listed}")
+        if _size(parquet.read_metadata(path), names) > LARGEST:
+            raise InputError(f"{path}: its columns unpack to more than {LARGEST} bytes")
+        table = parquet.read_table(path, columns=list(names))
+    except (ArrowException, OSError) as error:
+        raise InputError(f"{path}: cannot be read as Parquet ({error})") from error
+    if not table.num_rows:
+        raise InputError(f"{path}: there are no rows")
+    columns = {
+        name: _nanoseconds(column) if types.is_timestamp(column.type) else column.to_pylist()
+        for name, column in zip(table.column_names, table.columns, strict=True)
+    }
+    return Cells(columns, [f"row {row}" for row in range(1, table.num_rows + 1)])
 
 
 def _size(metadata: Any, wanted: Sequence[str]) -> int:

@@ -10,7 +10,7 @@ from trackably.arguments import is_number, numbers
 from trackably.arrays import Array
 from trackably.errors import InputError
 from trackably.gp.samples import Samples
-from trackably.recordings.clocks import described
+from trackably.recordings.clocks import describe_origin
 from trackably.systems.sets.interval import ends_shown
 
 
@@ -176,7 +176,7 @@ class Recording:
             f"{name}: {len(signal)} samples from {' to '.join(_span(signal))} s{_gaps(signal)}"
             for name, signal in self.signals.items()
         )
-        return [*signals, f"time zero: {described(self.origin, self.absolute)}"]
+        return [*signals, f"time zero: {describe_origin(self.origin, self.absolute)}"]
 
 
 def _span(signal: Signal) -> tuple[str, str]:

@@ -299,13 +299,13 @@ def recording_from_rows(tables: Sequence[Rows], absolute: bool, repairs: Sequenc
     "first" is the first sample of all signals. None is the same if the stamps are `absolute`, otherwise the file's own
     zero. InputError, with the place: something is wrong that no chosen repair mends, or a signal has no value.
     """
-    repaired = [_repaired(rows, repairs) for rows in tables]
+    repaired = [_repair_and_check(rows, repairs) for rows in tables]
     zero = zero_of(origin, absolute, min(_first(rows) for rows, _ in repaired))
     signals = {name: _signal(rows, name, zero) for rows, _ in repaired for name in rows.values}
     return Recording(signals, zero, tuple(cleaning for _, cleaning in repaired), absolute)
 
 
-def _repaired(rows: Rows, repairs: Sequence[Repair]) -> tuple[Rows, Cleaning]:
+def _repair_and_check(rows: Rows, repairs: Sequence[Repair]) -> tuple[Rows, Cleaning]:
     count = len(rows)
     findings = [*_missing(rows)]
     for repair in repairs:

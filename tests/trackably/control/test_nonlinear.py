@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from pipeline.loops.feasible_set import feasible_set
 from tests.trackably.control import naive
 from trackably.control.controller import Controller
 from trackably.control.search import apply_inputs
@@ -52,18 +51,6 @@ CASES = {
 @pytest.fixture(params=CASES)
 def case(request):
     return CASES[request.param]
-
-
-@pytest.mark.parametrize("plant", [TANK, PAIR], ids=["tank", "pair"])
-def test_slopes_are_those_of_differences(plant):
-    rng = np.random.default_rng(1)
-    x, u = rng.uniform(0.4, 1.2, (5, plant.state_set.dimension)), rng.uniform(-0.1, 0.1, (5, plant.input_set.dimension))
-    A, B = plant.system.slopes(x, u)
-    for j, e in enumerate(1e-6 * np.eye(x.shape[1])):
-        by_state = (plant.system.successor(x + e, u) - plant.system.successor(x - e, u)) / 2e-6
-        by_input = (plant.system.successor(x, u + e) - plant.system.successor(x, u - e)) / 2e-6
-        np.testing.assert_allclose(A[..., j], by_state, atol=1e-8)
-        np.testing.assert_allclose(B[..., j], by_input, atol=1e-8)
 
 
 def test_the_optimum_is_that_of_a_general_method(case):
@@ -122,9 +109,3 @@ def test_a_linear_system_written_as_nonlinear_has_the_same_optimum():
         assert type(linear) is type(nonlinear)
         value = "cost" if isinstance(linear, Plan) else "widening"
         assert getattr(nonlinear, value) == pytest.approx(getattr(linear, value), rel=1e-7)
-
-
-def test_the_feasible_set_of_a_nonlinear_system_is_refused():
-    controller, reference, _ = CASES["tank"]
-    with pytest.raises(ValueError, match="linear systems only"):
-        feasible_set(controller, reference, 0)

@@ -13,7 +13,6 @@ from trackably.control.references import TabulatedReference
 from trackably.control.simulation import simulate
 from trackably.control.stepping import Plan
 from trackably.gp.samples import Samples
-from trackably.gp.stencil import Stencil
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
@@ -23,14 +22,6 @@ PLANT = instances.double_integrator()
 _, STENCIL = PLANT.flatness.states[0].stencil
 TIMES = np.arange(0.0, 2.1, 0.5)
 POSITIONS = Samples(TIMES, np.array([0.0, 0.4, 0.4, -0.2, 0.1]), stencil=STENCIL)
-
-
-def test_lines_go_through_the_samples_of_a_scalar_system(example):
-    (samples,) = example.learning.samples
-    window = example.interpolated.window(0, 500)
-    at = np.round(samples.times / 0.01).astype(int)
-    np.testing.assert_allclose(window.states[at, 0], samples.values, atol=1e-12)
-    np.testing.assert_allclose(window.states[at[-1] :, 0], samples.values[-1])
 
 
 def test_the_system_tracks_the_lines_with_their_inputs(example):
@@ -52,27 +43,11 @@ def test_lines_through_positions_are_straight_between_the_samples_and_there_at_t
     np.testing.assert_allclose(window.states[at, 0], POSITIONS.values, atol=0.05 * np.max(np.abs(slopes)))
 
 
-def test_samples_that_measure_changes_only_are_refused():
-    with pytest.raises(ValueError, match="only changes"):
-        InterpolatedReference((Samples(TIMES, TIMES, stencil=Stencil((-20.0, 20.0), 0.05)),), PLANT)
-
-
-def test_one_set_of_samples_for_each_signal_is_needed():
-    with pytest.raises(ValueError, match="needs 1 signals, got 2"):
-        InterpolatedReference((POSITIONS, POSITIONS), PLANT)
-
-
 def test_a_table_has_the_windows_of_its_reference(example):
     table = TabulatedReference.of(example.certified, 5, 90)
     for k in (5, 33, 70):
         for mine, original in zip(table.window(k, 20), example.certified.window(k, 20), strict=True):
             np.testing.assert_allclose(mine, original, atol=1e-12)
-
-
-@pytest.mark.parametrize("k", [4, 71])
-def test_windows_outside_a_table_are_refused(example1, k):
-    with pytest.raises(ValueError, match="tabulated from step 5 to 90"):
-        TabulatedReference.of(example1.certified, 5, 90).window(k, 20)
 
 
 @pytest.mark.parametrize("varying", [False, True])
@@ -136,11 +111,3 @@ def test_what_counts_is_the_system_and_not_the_object_or_the_sets(own):
     again = cubic(0.1) if isinstance(own, NonlinearSystem) else replace(own, A=own.A * (1 + 1e-15))
     reference = still(replace(box(again), state_set=Polytope.box([-2.0] * len(own.states), [2.0] * len(own.states))))
     assert isinstance(Controller(box(own), 5).step(0, reference.window(0, 1).states[0], reference), Plan)
-
-
-def test_windows_of_another_shape_are_refused_in_a_sentence():
-    """A table does not say of which system it is."""
-    table = TabulatedReference.of(still(box(cubic(0.1))), 0, 9)
-    said = r"must give states of shape \(6, 2\) and inputs of shape \(5, 1\), got \(6, 1\) and \(5, 1\)"
-    with pytest.raises(ValueError, match=said):
-        Controller(box(OWN), 5).step(0, [0.0, 0.0], table)

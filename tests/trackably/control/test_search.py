@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from tests.local_search.cases import Case, cases, plant
-from tests.local_search.reachability import Sine
+from tests.local_search.cases import Case, cases
 from trackably.control.controller import Controller
 from trackably.control.references import TabulatedReference
-from trackably.control.search import Trajectories, cheaper, followed, restored, starts
 from trackably.control.simulation import simulate
 from trackably.control.stepping import Infeasible, Plan, Status
 from trackably.systems.constrained import ConstrainedSystem
@@ -71,26 +69,6 @@ def test_the_closed_loop_converges_and_its_cost_falls():
     assert np.max(loop.cost_increases) <= 1e-9 * loop.costs[0]
     assert np.max(np.abs(loop.errors[-5:])) < 1e-6
     assert np.min(case.controller.plant.state_set.margin(loop.states[1:])) >= -1e-6
-
-
-@pytest.mark.parametrize("horizon", [1, 2])
-@pytest.mark.parametrize("reach", [2.0, np.inf])
-def test_short_horizons_and_states_without_bounds(horizon, reach):
-    given = plant(Sine(0.7))
-    free = ConstrainedSystem(given.system, Polytope.box([-reach], [reach]), given.input_set)
-    controller = Controller(free, horizon, np.eye(1), np.eye(1))
-    at_rest = TabulatedReference(0, Window(np.zeros((horizon + 1, 1)), np.zeros((horizon, 1))))
-    trajectories = Trajectories(controller.formulation, at_rest.window(0, horizon))
-    state = np.array([0.1])
-    for start in starts(controller.formulation, state, trajectories.window, None):
-        found = restored(trajectories, start)
-        assert found.is_followed
-        least = cheaper(trajectories, found.trajectory)
-        assert trajectories.missed(followed(trajectories, least)) < 1e-14
-        result = controller.step(0, state, at_rest)
-        assert trajectories.cost(least.trajectory) * controller.formulation.scales.cost == pytest.approx(
-            result.cost, rel=1e-6
-        )
 
 
 def test_coupled_states_far_from_the_reference():

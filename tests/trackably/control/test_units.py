@@ -10,7 +10,7 @@ from pipeline.loops.feasible_set import feasible_set
 from tests.trackably.control import instances
 from tests.trackably.control.test_nonlinear import TANK, bump
 from trackably.control.bounds import Scales
-from trackably.control.controller import Controller, scaled_controller
+from trackably.control.controller import Controller
 from trackably.control.references import TabulatedReference
 from trackably.control.stepping import Infeasible, Plan
 from trackably.systems.constrained import ConstrainedSystem
@@ -148,26 +148,6 @@ def test_the_cases_show_plans_with_active_bounds_and_both_kinds_of_infeasibility
 def corners(name):
     """Return the corners of the feasible set in the case's own units."""
     return feasible_set(CASES[name].controller, CASES[name].reference, 0)
-
-
-@pytest.mark.parametrize("unit", UNITS[2:], ids=str)
-@pytest.mark.parametrize("name", ["example 1", "integrator"])
-def test_feasible_sets_and_weights_are_the_same_in_other_units(name, unit):
-    case = CASES[name]
-    x, u = units(case, *unit[:2])
-    other = in_units(case, x, u, unit[2])
-    np.testing.assert_allclose(feasible_set(other.controller, other.reference, 0) / x, corners(name), atol=ACCURACY)
-    mine, found = (scaled_controller(c.controller.plant, 20) for c in (case, other))
-    np.testing.assert_allclose(found.Q * np.outer(x, x), mine.Q, rtol=1e-12)
-    np.testing.assert_allclose(found.R * np.outer(u, u), mine.R, rtol=1e-12)
-
-
-def test_scales_are_the_widths_of_the_sets():
-    plant = instances.double_integrator()
-    scales = Scales.of(plant, np.diag([10.0, 1.0]), 0.1 * np.eye(1))
-    np.testing.assert_allclose(scales.states, [2.2, 4.0])
-    np.testing.assert_allclose(scales.inputs, [8.0])
-    assert scales.cost == pytest.approx(10 * 2.2**2)
 
 
 @pytest.mark.parametrize(

@@ -3,13 +3,10 @@
 import numpy as np
 import pytest
 
-from pipeline.loops.metrics import loop_metrics
-from pipeline.loops.online import decide_update
 from tests.trackably.control import instances
 from tests.trackably.control.test_nonlinear import CASES, TANK
-from trackably.control import search
 from trackably.control.controller import Controller
-from trackably.control.programs import ElasticProgram, StepPrograms
+from trackably.control.programs import StepPrograms
 from trackably.control.references import TabulatedReference
 from trackably.control.simulation import apply_fallback, shifted_inputs, simulate
 from trackably.control.stepping import Plan, Status, Unsolved
@@ -64,14 +61,6 @@ def _sets() -> tuple[Polytope, Polytope]:
     return Polytope.box([-1.0], [1.0]), Polytope.box([-1.0], [1.0])
 
 
-@pytest.mark.parametrize("weight", [1e-20, 1e-200, 1e200])
-def test_weights_of_any_size_raise_nothing(weight):
-    controller = Controller(PLANT, 20, np.eye(2), weight * np.eye(1))
-    for state in (TIGHT, np.array([1.2, 0.0]), np.array([0.0, 0.0])):
-        result = controller.step(0, state, AT_REST)
-        assert isinstance(result, Plan) or PLANT.input_set.margin(result.fallback) >= 0
-
-
 def test_a_formula_that_is_not_defined():
     controller, reference, _ = CASES["tank"]
     found = controller.step(0, np.array([-0.5]), reference, np.full((12, 1), 0.03))
@@ -90,27 +79,6 @@ def test_a_reference_that_is_not_defined():
     np.testing.assert_allclose(found.fallback, [4.0])  # pulled inside
 
 
-def test_a_search_that_ends_without_an_explanation(monkeypatch):
-    controller, reference, state = CASES["tank"]
-    first = controller.step(0, state, reference)
-    here = TANK.system.successor(state, first.input)
-    monkeypatch.setattr(search, "_CONVERGED", 0.0)
-    monkeypatch.setattr(ElasticProgram, "change", lambda *_: None)
-    found = unsolved(controller.step(1, here, reference), "no plan was found; the system misses the best trajectory")
-    assert TANK.input_set.margin(found.fallback) >= 0
-    kept = controller.step(1, here, reference, shifted_inputs(first, reference))
-    assert isinstance(kept, Plan)
-    assert kept.status is Status.KEPT
-    assert kept.cost == pytest.approx(first.cost - first.stage_cost, rel=1e-6)
-
-
-def test_a_guess_along_which_the_system_is_not_defined_is_left_out():
-    controller, reference, state = CASES["tank"]
-    emptied = np.full((12, 1), -1.0)
-    found = controller.step(0, state, reference, emptied)
-    assert found.cost == pytest.approx(controller.step(0, state, reference).cost, rel=1e-9)
-
-
 def test_a_guess_that_is_a_plan_outlasts_a_broken_solver(monkeypatch):
     controller, reference, state = CASES["tank"]
     first = controller.step(0, state, reference)
@@ -121,29 +89,9 @@ def test_a_guess_that_is_a_plan_outlasts_a_broken_solver(monkeypatch):
     assert kept.status is Status.KEPT
 
 
-def test_loops_tell_unsolved_steps_from_infeasible_ones(broken_solver):
-    stopped = simulate(CONTROLLER, AT_REST, TIGHT, 5)
-    assert (len(stopped.inputs), len(stopped.unsolved), stopped.infeasible) == (0, 1, ())
-    loop = simulate(CONTROLLER, AT_REST, TIGHT, 5, on_infeasible=apply_fallback)
-    assert len(loop.inputs) == 5
-    assert len(loop.unsolved) == np.sum(np.isnan(loop.costs)) > 0
-    metrics = loop_metrics(loop, PLANT)
-    assert (metrics["infeasible_steps"], metrics["unsolved_steps"]) == (0, len(loop.unsolved))
-    assert "no answer" in metrics["why"]
-
-
 def test_a_loop_ends_where_the_system_is_not_defined():
     controller, reference, _ = CASES["tank"]
     loop = simulate(controller, reference, np.array([-0.5]), 5, on_infeasible=apply_fallback)
     assert len(loop.inputs) == 0
     assert len(loop.states) == 1
     assert "under the input applied" in loop.unsolved[-1].reason
-
-
-def test_an_offer_without_an_answer_is_refused(example1, broken_solver):
-    update = decide_update(
-        Controller(example1.learning.plant, 20, np.eye(1), np.eye(1)), 0, np.array([-9.0]), (), example1.learned
-    )
-    assert not update.accepted
-    assert "no answer" in update.reason
-    assert update.widening is None

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.trackably.exports.references import EVERY, all_times, on_window
+from tests.trackably.exports.references import EVERY, all_times
 
 every = pytest.mark.parametrize("name", EVERY)
 
@@ -40,16 +40,3 @@ def test_a_solver_is_told_of_all_stages() -> None:
     for stage in range(5):
         np.testing.assert_array_equal(solver.told[stage, "yref"], yref[stage])
     np.testing.assert_array_equal(solver.told[5, "yref"], yref_e)
-
-
-def test_stages_beyond_what_is_proved_are_refused() -> None:
-    sliding = on_window().to_acados(10)
-    sliding.at(50)
-    with pytest.raises(ValueError, match="outside of what is proved"):
-        sliding.at(51)
-    with pytest.raises(ValueError, match="outside of what is proved"):
-        sliding.at(-1)
-    with pytest.raises(TypeError, match="expected a whole number"):
-        sliding.at(0.5)  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="horizon must be at least 1"):
-        on_window().to_acados(0)

@@ -5,19 +5,17 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from tests.trackably.exports.c_programs import CC, compiled, run
 from tests.trackably.exports.test_c99 import require_within_certified_errors
-from tests.trackably.systems.forms.instances import PERIOD, T_S, eight
+from tests.trackably.systems.forms.instances import T_S, eight
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.prove import prove
 from trackably.given.certified import CertifiedReference
 
 K = np.arange(300)
-NAMES = ("x", "y", "heading", "speed", "turn")
 
 
 @cache
@@ -41,12 +39,6 @@ def test_what_others_simulate_does_not_jump() -> None:
         x = eight().plant.system.successor(x, answer.inputs[:, k])
         np.testing.assert_allclose(x, answer.states[:, k + 1], atol=1e-7)
     np.testing.assert_allclose(answer.states[2], headings(), atol=1e-9)
-
-
-def test_tables_do_not_jump(tmp_path: Path) -> None:
-    table = pd.read_csv(robot().to_csv(tmp_path / "r.csv", 0, K.size))
-    np.testing.assert_allclose(table["heading"], headings(), atol=1e-9)
-    assert table["time [s]"].max() > 2 * PERIOD
 
 
 def test_do_mpc_sees_one_heading_from_step_to_step() -> None:

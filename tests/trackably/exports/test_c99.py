@@ -10,8 +10,8 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from tests.trackably.exports.c_programs import CC, STRICT, compiled, run
-from tests.trackably.exports.references import EVERY, all_times, on_window, periodic
-from tests.trackably.plants import AXIS, CART
+from tests.trackably.exports.references import EVERY, on_window, periodic
+from tests.trackably.plants import AXIS
 from tests.trackably.systems.redundant_instances import random_case
 from trackably import (
     ConstrainedSystem,
@@ -165,21 +165,6 @@ def test_values_of_proved_references_are_within_the_certified_error(name: str, t
     np.testing.assert_allclose(values[:, : len(proved.reference.plant.system.states)], proved(times), atol=1e-11)
 
 
-def test_several_inputs_have_a_signal_each(tmp_path: Path) -> None:
-    proved = stub(Reference((random_sum(SquaredExponential(1.0, 0.5)), random_sum(Matern52(1.0, 0.5), -0.5)), CART))
-    _, values = run(compiled(proved, tmp_path), TIMES)
-    require_within_certified_errors(proved, TIMES, values)
-
-
-def test_steps_are_times(tmp_path: Path) -> None:
-    program = compiled(all_times(), tmp_path, "reference_step((long)t, x, u)")
-    k = np.arange(40.0)
-    refused, values = run(program, k)
-    assert not refused.any()
-    expected = np.hstack([all_times().reference.state(k), all_times().reference.input(k)])
-    np.testing.assert_allclose(values, expected, atol=1e-11)
-
-
 def test_times_that_are_not_proved_are_refused_as_in_python(tmp_path: Path) -> None:
     times = np.array([-1e-9, -1.0, 0.0, 1.5, 3.0, 3.0 + 1e-9, 1e9, np.inf])
     refused, values = run(compiled(on_window(), tmp_path), times)
@@ -203,13 +188,6 @@ def test_arithmetic_that_is_not_certified_does_not_compile(tmp_path: Path) -> No
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
         assert (done.returncode == 0) == works, done.stderr
     assert "certified for IEEE double precision without fast-math" in done.stderr
-
-
-def test_several_references_share_a_program(tmp_path: Path) -> None:
-    on_window().to_c(tmp_path / "axis.h", "axis")
-    periodic().to_c(tmp_path / "swing.h", "swing")
-    (tmp_path / "a.c").write_text('#include "axis.h"\n#include "swing.h"\n#include "axis.h"\n')
-    subprocess.run([str(CC), *STRICT, "-fsyntax-only", "a.c"], cwd=tmp_path, check=True)
 
 
 def test_what_cannot_be_written_is_refused(tmp_path: Path) -> None:

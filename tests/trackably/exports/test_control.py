@@ -30,38 +30,6 @@ def test_control_simulates_a_nonlinear_system() -> None:
     np.testing.assert_allclose(simulated.states, mine.states, atol=1e-9)
 
 
-def test_it_has_what_a_trajectory_and_a_response_of_control_have() -> None:
-    """Shapes, too, are those that python-control gives for a flat system of the same size."""
-    mine = all_times().to_control()
-    axis = control.flatsys.FlatSystem(
-        lambda x, u, params: [np.array([x[0], x[1], u[0]])],
-        lambda flag, params: (flag[0][:2], flag[0][2:3]),
-        lambda t, x, u, params: np.array([x[1], u[0]]),
-        lambda t, x, u, params: x,
-        inputs=1,
-        states=2,
-        outputs=2,
-    )
-    theirs = control.flatsys.point_to_point(axis, 1.0, [0, 0], [0], [1, 0], [0])
-    times = np.linspace(0, 1, 7)
-    for ours, of_control in zip(mine.eval(times), theirs.eval(times), strict=True):
-        assert ours.shape == of_control.shape
-    answer, response = mine.response(times), theirs.response(times)
-    for name in ("time", "states", "inputs", "outputs"):
-        assert np.shape(getattr(answer, name)) == np.shape(getattr(response, name)), name
-    for name in ("state_labels", "input_labels", "output_labels"):
-        assert len(getattr(answer, name)) == len(getattr(response, name))
-    time, outputs = answer
-    np.testing.assert_array_equal(time, times)
-    np.testing.assert_array_equal(outputs, all_times()(times).T)
-    assert (mine.nstates, mine.ninputs) == (theirs.nstates, theirs.ninputs)
-
-
-def test_times_that_are_not_proved_are_refused() -> None:
-    with pytest.raises(ValueError, match="outside of what is proved"):
-        on_window().to_control().eval([0.0, 3.1])
-
-
 @every
 def test_a_response_covers_the_steps_that_are_proved(name: str) -> None:
     reference = EVERY[name]()

@@ -1,6 +1,5 @@
 """A proved reference is called, drawn and shown as Python's users expect, and only where it is proved."""
 
-import json
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -10,13 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.trackably.exports.references import EVERY, KERNEL, all_times, on_window, periodic
-from tests.trackably.plants import AXIS, CART, SAMPLES
-from trackably import RationalQuadratic, TrackableReference, learn_reference
-from trackably.certificates.claim import AllTimes, AtInstants
+from tests.trackably.exports.references import EVERY, all_times, on_window, periodic
+from tests.trackably.plants import AXIS, SAMPLES
+from trackably.certificates.claim import AtInstants
 from trackably.exports.mixin import ExportMixin
-from trackably.exports.proved import reached, shown_times
-from trackably.exports.shown import curve, html
+from trackably.exports.proved import margins_found, shown_times
+from trackably.exports.shown import html
 from trackably.request.samples import samples_by_name
 from trackably.systems.reference import Reference
 
@@ -52,15 +50,6 @@ def test_an_input_leads_to_the_state_one_sampling_time_later(name: str) -> None:
     np.testing.assert_allclose(after, reference(t + system.sampling_time), atol=1e-9)
 
 
-@every
-def test_at_steps_it_is_what_steps_say(name: str) -> None:
-    reference = EVERY[name]()
-    k = np.arange(10)
-    states, inputs = reference.eval(reference.reference.instants(k))
-    np.testing.assert_array_equal(states, reference.state(k))
-    np.testing.assert_array_equal(inputs, reference.input(k))
-
-
 @pytest.mark.parametrize("t", [-0.01, 3.001, np.nan, [0.0, 7.0]])
 def test_times_that_are_not_proved_are_refused(t: object) -> None:
     for use in (on_window(), on_window().eval):
@@ -84,15 +73,6 @@ def test_a_figure_needs_no_arguments(name: str) -> None:
     assert "samples" in figure.axes[0].get_legend_handles_labels()[1]
 
 
-def test_a_figure_shows_the_times_that_are_asked_for() -> None:
-    assert on_window().plot(0.5, 1.0).axes[0].get_xlim() == (0.5, 1.0)
-    assert on_window().plot(end=2.0).axes[0].get_xlim() == (0.0, 2.0)
-    with pytest.raises(ValueError, match="outside of what is proved"):
-        on_window().plot(end=3.5)
-    with pytest.raises(ValueError, match="needs start < end, got 2 s and 1 s"):
-        on_window().plot(2.0, 1.0)
-
-
 def test_between_instants_nothing_is_shown_where_nothing_is_proved() -> None:
     proved = Stub(all_times().reference, replace(all_times().certificate, claim=AtInstants(40)))
     steps = shown_times(proved, 800) / AXIS.sampling_time  # type: ignore[arg-type]
@@ -105,15 +85,6 @@ def test_between_instants_nothing_is_shown_where_nothing_is_proved() -> None:
     np.testing.assert_array_equal(proved(0.3), all_times()(0.3))
     with pytest.raises(ValueError, match="between the sampled instants, which alone are proved"):
         proved(0.32)
-
-
-def test_hours_in_which_nothing_happens_are_not_shown() -> None:
-    """A kernel with a heavy tail is settled after 27,000 s, of which nobody wants a table."""
-    kernel = RationalQuadratic(0.3, 0.5, 0.3)
-    reference = learn_reference(SAMPLES, AXIS, kernel, "all_times", noise_std=0.02, mean=0.0, starts=1)
-    assert isinstance(reference.certificate.claim, AllTimes)
-    assert reference.certificate.claim.tail_start > 10_000
-    assert shown_times(reference, 100)[-1] == pytest.approx(10)
 
 
 class Texts(HTMLParser):
@@ -141,7 +112,7 @@ def test_a_notebook_shows_bounds_and_margins(name: str) -> None:
     ElementTree.fromstring(shown)  # well-formed
     texts = Texts()
     texts.feed(shown)
-    for quantity, found in zip(reference.reference.quantities, reached(reference), strict=True):
+    for quantity, found in zip(reference.reference.quantities, margins_found(reference), strict=True):
         first = texts.cells.index(quantity.name)
         assert texts.cells[first + 1] == str(quantity.bounds)
         least = float(texts.cells[first + 4])
@@ -151,27 +122,6 @@ def test_a_notebook_shows_bounds_and_margins(name: str) -> None:
         assert least >= 0
     assert shown.count("<polyline") == len(reference.reference.quantities)
     assert reference.certificate.explanation in "".join(ElementTree.fromstring(shown).itertext())
-
-
-@every
-def test_a_small_picture_shows_the_curve_between_its_bounds(name: str) -> None:
-    """Heights are affine in the values: the bounds are lines, and the dot lies where the margin is least."""
-    for found in reached(EVERY[name]()):
-        picture = ElementTree.fromstring(curve(found))
-        points = np.array([list(map(float, pair.split(","))) for pair in picture[-2].attrib["points"].split()])
-        bounds, (left, top, width, height) = found.quantity.bounds, map(float, picture.attrib["viewBox"].split())
-        assert (points >= [left, top]).all()
-        assert (points <= [width, height]).all()
-        values = np.interp(points[:, 0] / width, np.linspace(0, 1, found.values.size), found.values)
-        slope, shift = np.polyfit(values, points[:, 1], 1)
-        np.testing.assert_allclose(slope * values + shift, points[:, 1], atol=0.2)
-        lines = [float(line.attrib["y1"]) for line in picture if line.tag == "line"]
-        expected = [slope * bound + shift for bound in (bounds.lower, bounds.upper)]
-        assert all(min(abs(y - level) for level in expected) < 0.5 for y in lines)
-        margin, time = found.least
-        assert float(picture[-1].attrib["cx"]) == pytest.approx(time / found.times[-1] * width, abs=0.1)
-        if margin < 1e-3 * bounds.width:
-            assert min(abs(float(picture[-1].attrib["cy"]) - y) for y in lines) < 0.5
 
 
 def test_texts_are_escaped() -> None:
@@ -197,30 +147,6 @@ def test_frames_are_samples() -> None:
     ):
         np.testing.assert_allclose(found.times, times, rtol=1e-9)
         np.testing.assert_array_equal(found.values, values)
-
-
-def test_a_reference_learned_from_a_frame_is_the_same() -> None:
-    found = learn_reference(
-        pd.Series(SAMPLES.values, SAMPLES.times), AXIS, KERNEL, (0.0, 3.0), noise_std=0.02, starts=1
-    )
-    assert isinstance(found, TrackableReference)
-    assert found.fingerprint == on_window().fingerprint
-
-
-def test_an_index_that_says_no_times_is_refused() -> None:
-    with pytest.raises(TypeError, match=r"^samples: expected an index of times in seconds, got row numbers"):
-        samples_by_name(pd.Series(SAMPLES.values), AXIS)
-    dates = pd.DataFrame({"a": [1.0, 2.0]}, pd.to_datetime(["2026-01-01", "2026-01-02"]))
-    with pytest.raises(TypeError, match=r"^samples\['a'\]: index: expected numbers, got datetime64"):
-        samples_by_name(dates, CART)
-    with pytest.raises(ValueError, match="must increase strictly"):
-        samples_by_name(pd.Series([1.0, 2.0], [1.0, 0.0]), AXIS)
-    with pytest.raises(TypeError, match="expected Samples, or a mapping"):
-        samples_by_name([1.0], AXIS)  # type: ignore[arg-type]
-
-
-def test_what_is_shown_is_the_same_each_time() -> None:
-    assert json.dumps(on_window()._repr_html_()) == json.dumps(on_window()._repr_html_())
 
 
 @pytest.mark.parametrize("write", ["save", "save_certificate", "to_csv", "to_parquet", "to_c", "to_ros2"])

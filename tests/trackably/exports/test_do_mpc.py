@@ -1,13 +1,12 @@
 """do-mpc follows references that are handed over as its time-varying parameters."""
 
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from tests.trackably.exports.do_mpc_loop import MPC, Model, Simulator, loop, model_of
-from tests.trackably.exports.references import all_times, nonlinear, on_window
+from tests.trackably.exports.references import all_times, on_window
 
 pytestmark = pytest.mark.filterwarnings("ignore::FutureWarning")  # what do-mpc does with CasADi's matrices
 HORIZON = 15
@@ -82,9 +81,3 @@ def test_a_horizon_beyond_what_is_proved_is_refused() -> None:
         tvp(3.05 - HORIZON * 0.05)
     with pytest.raises(ValueError, match=r"^tvp_fun: t_now = 0.07 s is no multiple of T_s = 0.05 s"):
         tvp(0.07)
-
-
-def test_another_sampling_time_is_refused() -> None:
-    other = SimpleNamespace(settings=SimpleNamespace(t_step=0.1))
-    with pytest.raises(ValueError, match=r"t_step is 0.1 s, but the reference is proved for T_s = 0.2 s"):
-        nonlinear().to_do_mpc(other)

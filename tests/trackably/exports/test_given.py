@@ -1,8 +1,6 @@
 """What others made and what is proved of it is exported like what was learned."""
 
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,7 +9,7 @@ from scipy.interpolate import CubicSpline
 
 from tests.trackably.exports.c_programs import CC, compiled, run
 from tests.trackably.plants import AXIS
-from trackably import ConstrainedSystem, LinearSystem, Polytope, certify, repair
+from trackably import certify
 from trackably.given.certified import CertifiedReference
 
 SPLINE = CubicSpline([0.0, 1.0, 2.5, 3.5], [0.0, -0.4, -0.9, -0.7], bc_type="clamped")
@@ -44,33 +42,3 @@ def test_a_given_spline_in_c_ends_where_its_proof_ends(tmp_path: Path) -> None:
     np.testing.assert_allclose(values[1:4, :2], reference([0.0, 1.7, 3.5]), atol=1e-11)
     with pytest.raises(ValueError, match="outside of what is proved"):
         reference.to_csv(tmp_path / "r.csv", 0, 72)
-
-
-def test_a_repaired_spline_is_exported_too(tmp_path: Path) -> None:
-    hasty = CubicSpline([0.0, 0.6, 1.6, 2.2], [0.0, -0.5, -1.05, -0.7], bc_type="clamped")
-    assert not isinstance(certify(hasty, AXIS, "all_times"), CertifiedReference)
-    reference = repair(hasty, AXIS, "all_times")
-    assert isinstance(reference, CertifiedReference)
-    table = pd.read_csv(reference.to_csv(tmp_path / "r.csv"))
-    assert table["velocity"].abs().max() <= 1.0
-    assert table["force"].abs().max() <= 2.5
-
-
-def test_do_mpc_meets_the_steps_of_a_signal_that_jumps_there() -> None:
-    """The force of straight lines between samples jumps at steps k T, next to which float64 times may lie."""
-    values = 0.002 * np.arange(60.0) * (-1.0) ** np.arange(60) % 0.05
-    cart = ConstrainedSystem(LinearSystem([[1.0]], [[0.1]], sampling_time=0.1), *(Polytope.box([-9], [9]),) * 2)
-    reference = certify(values, cart, interpolation="linear")
-    assert isinstance(reference, CertifiedReference)
-    filled: dict[Any, Any] = {}
-    stub = SimpleNamespace(
-        settings=SimpleNamespace(t_step=0.1, n_horizon=6),
-        model=SimpleNamespace(tvp={"state_ref": 0, "input_ref": 0}),
-        get_tvp_template=lambda: filled,
-    )
-    tvp = reference.to_do_mpc(stub, start=0.3)
-    for k in range(40):
-        tvp(0.1 * k)
-        got = np.stack([np.append(filled["_tvp", j, "state_ref"], filled["_tvp", j, "input_ref"]) for j in range(7)])
-        steps = 3 + k + np.arange(7)
-        np.testing.assert_array_equal(got, np.hstack([reference.state(steps), reference.input(steps)]))

@@ -6,12 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from mcap.reader import NonSeekingReader, make_reader
-from mcap_ros2.decoder import DecoderFactory
+from mcap.reader import NonSeekingReader
 
 from tests.trackably.exports.cdr import joint_trajectory
 from tests.trackably.exports.references import on_window, periodic
-from trackably import Field, read_mcap
 
 JOINTS = {"slide": {"positions": "position", "velocities": "velocity", "effort": "force"}}
 K = np.arange(61.0)
@@ -47,20 +45,6 @@ def test_an_mcap_file_comes_back_by_its_bytes(file: Path) -> None:
     assert since == [50_000_000 * k for k in range(61)]
 
 
-def test_an_mcap_file_comes_back_by_the_decoder_of_its_makers(file: Path) -> None:
-    with file.open("rb") as stream:
-        ((*_, message),) = make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages()
-    for name, expected in columns().items():
-        np.testing.assert_array_equal([getattr(point, name) for point in message.points], expected)
-    assert message.points[30].time_from_start.sec == 1
-
-
-def test_the_first_point_of_a_message_can_be_read_as_samples(file: Path) -> None:
-    """By the library's own reader of recordings."""
-    recording = read_mcap(file, {"position": Field("/slide", "points[0].positions[0]")})
-    assert recording.samples("position").values.tolist() == [on_window().reference.state(K)[0, 0]]
-
-
 def test_a_yaml_file_comes_back(tmp_path: Path) -> None:
     text = on_window().to_ros2(tmp_path / "r.yaml", JOINTS).read_text()
     found: Any = yaml.safe_load(text)
@@ -87,12 +71,6 @@ def test_several_joints_stand_side_by_side(tmp_path: Path) -> None:
     expected = np.hstack([periodic().state(np.arange(3.0, 7.0)), periodic().input(np.arange(3.0, 7.0))])
     np.testing.assert_array_equal([point["positions"] for point in found["points"]], expected)
     assert found["points"][0]["time_from_start"] == {"sec": 0, "nanosec": 0}
-
-
-def test_the_same_trajectory_gives_the_same_bytes(tmp_path: Path) -> None:
-    for name in ("r.mcap", "r.yaml"):
-        first = on_window().to_ros2(tmp_path / name, JOINTS).read_bytes()
-        assert on_window().to_ros2(tmp_path / name, JOINTS).read_bytes() == first
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from pyarrow import parquet
 
 from tests.trackably.fleet.recordings import KERNEL, PLANT, motion, motions
-from tests.trackably.fleet.test_learn_many import contents, learned, written
+from tests.trackably.fleet.test_learn_many import learned
 from trackably import Fleet, Samples, Source, TrackableReference, learn_many
 from trackably.errors import InputError
 from trackably.files import from_json, to_json
@@ -100,28 +100,6 @@ def test_every_file_system_takes_the_folders_and_none_is_a_file_of_the_fleet(nam
         assert part.lower() not in FILES
 
 
-@pytest.mark.parametrize("name", ["run 1", "a/b", "2026-05-01_12.30.00", "left~2", "50 percent"])
-def test_plain_names_are_their_own_folders(name):
-    assert folder_of(name) == name
-
-
-ALIKE = ("/x", "x", "X", "x/", "a//b", "a/b", "a", "a/row.json", "fleet.csv", "..", ".", "%", "a\nb", "a%0Ab", "\udcff")
-
-
-def test_names_that_look_alike_have_their_own_references(tmp_path):
-    fleet = learned({name: motion(i) for i, name in enumerate(ALIKE)}, tmp_path)
-    assert [row.outcome for row in fleet.rows] == ["proved"] * len(ALIKE)
-    assert len({row.fingerprint for row in fleet.rows}) == len(ALIKE)
-    for i in range(3):
-        alone = learned({"alone": motion(i)}, tmp_path / "others" / str(i))
-        assert fleet.reference(ALIKE[i]).fingerprint == alone.rows[0].fingerprint
-    for row in fleet.rows:
-        assert fleet.reference(row.name).fingerprint == row.fingerprint
-    before = written(tmp_path)
-    learned({name: motion(i) for i, name in enumerate(ALIKE)}, tmp_path)
-    assert written(tmp_path) == before
-
-
 def test_a_name_that_cannot_be_a_folder_is_a_row(tmp_path):
     tmp_path.joinpath("taken").write_text("a file of somebody's")
     bad = ("x" * 300, "/".join(["x" * 200] * 30), "taken", "taken/too")
@@ -133,12 +111,6 @@ def test_a_name_that_cannot_be_a_folder_is_a_row(tmp_path):
     with pytest.raises(InputError, match="give it another name"):
         fleet.reference("taken")
     assert tmp_path.joinpath("taken").read_text() == "a file of somebody's"
-
-
-def test_a_folder_that_cannot_be_written_is_an_error_of_all(tmp_path):
-    tmp_path.joinpath("file").write_text("")
-    with pytest.raises(OSError, match="file"):
-        learned(motions(1), tmp_path / "file")
 
 
 @pytest.fixture(scope="module")
@@ -168,16 +140,6 @@ def test_what_is_loaded_is_what_the_row_says(two, tmp_path, harm):
     assert isinstance(fleet.reference("run 1"), TrackableReference)
 
 
-@pytest.mark.parametrize("file", ["", "\0", "x" * 300, "..", "row.json/x"])
-def test_a_row_that_names_files_which_cannot_be_is_written_again(two, tmp_path, file):
-    shutil.copytree(two.folder, tmp_path, dirs_exist_ok=True)
-    path = tmp_path / "run 0" / "row.json"
-    before, row = path.read_bytes(), from_json(path.read_bytes())
-    path.write_bytes(to_json({**row, "files": {file: "0" * 64}}))
-    assert learned(motions(2), tmp_path).rows == two.rows
-    assert path.read_bytes() == before
-
-
 RUN = ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "\n=1", "'=1", "''=1", "\uff1d1", '=HYPERLINK("x","y")', "a=1"]
 
 
@@ -204,10 +166,3 @@ def test_names_from_elsewhere_print_as_lines_and_stand_in_every_table(tmp_path):
     fleet.to_parquet(tmp_path / "fleet.parquet")
     assert parquet.read_table(tmp_path / "fleet.parquet").to_pydict() == fleet.columns()
     assert fleet.columns()["name"] == [*names[:3], "\\udcff"]
-
-
-def test_files_of_a_table_with_such_names_have_the_same_bytes_by_two_workers(tmp_path):
-    given = {name: motion(0) for name in ("/x", "\udcff", "x" * 300)}
-    learned(given, tmp_path / "one")
-    learned(given, tmp_path / "two", workers=2)
-    assert contents(tmp_path / "one") == contents(tmp_path / "two")

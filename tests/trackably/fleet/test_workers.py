@@ -75,10 +75,3 @@ def test_an_interrupt_ends_all_processes_and_says_what_is_kept(tmp_path, workers
     assert said.count("Traceback") == 1
     assert "joblib" not in said
     assert "Warning" not in said
-
-
-def test_an_interrupt_of_the_run_alone_ends_its_workers_too(tmp_path):
-    """As from a notebook, whose button interrupts no other process."""
-    with running(tmp_path, workers=2) as run:
-        run.send_signal(signal.SIGINT)
-        assert "learn_many: 1 of 3 recordings are answered" in run.communicate(timeout=SECONDS)[0]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.trackably.recordings.tables import NAN, findings, record, rows
+from tests.trackably.recordings.tables import findings, record, rows
 from trackably import DoubtfulInputWarning
 from trackably.recordings import Column, Rows, average_repeated, keep_first_of_repeated, read_csv, sort_rows
 
@@ -55,19 +55,6 @@ def test_two_sensors_at_each_time_are_asked_about_in_whatever_order(seed: int) -
     assert len(said(rows(stamps, x=mixed.tolist()))) == 1
     alone = 0.1 * rng.standard_normal(600)
     assert said(rows(stamps, x=alone.tolist())) == []
-
-
-def test_one_wrong_stamp_is_asked_about_by_its_line() -> None:
-    values = np.sin(np.arange(40) / 5)
-    table = rows([*map(str, range(40)), "7"], x=[*values.tolist(), 9.0])
-    (found,) = (of for of in findings(record(table, sort_rows, average_repeated)) if of.is_doubtful)
-    assert (found.count, found.first) == (1, "line 9")
-
-
-def test_few_samples_and_constant_ones_say_nothing_of_noise() -> None:
-    assert said(twice(np.arange(4.0), np.array([50.0]))) == []
-    assert said(twice(np.zeros(40), np.array([50.0]))) == []
-    assert average_repeated(rows(["0", "0"], x=[NAN, NAN]))[1] == ()
 
 
 def test_readers_warn_and_average_nevertheless(tmp_path: Path) -> None:

@@ -13,7 +13,6 @@ from trackably.recordings import (
     Finding,
     Recording,
     Repair,
-    average_repeated,
     drop_rows_out_of_order,
     drop_zero_rows,
     keep_first_of_repeated,
@@ -63,16 +62,6 @@ def test_dirt_is_counted(path: Path) -> None:
         Finding("zero in every signal, dropped", 1, "line 9"),
         Finding("out of order, dropped", 1, "line 5"),
         Finding("time repeated, first kept", 1, "line 7"),
-    )
-
-
-def test_other_choices(path: Path) -> None:
-    recording = read(path, drop_zero_rows, sort_rows, average_repeated)
-    assert recording["z"].times.tolist() == [0.0, 0.0256, 0.1, 0.2, 0.433, 0.5]
-    np.testing.assert_allclose(recording["z"].values, [0.0661, 0.0645, 0.0655, 0.065, 0.0641, 0.0641], rtol=1e-12)
-    assert recording.cleanings[0].findings[1:] == (
-        Finding("out of order, sorted", 1, "line 5"),
-        Finding("time repeated, averaged", 1, "line 7"),
     )
 
 

@@ -1,13 +1,11 @@
 """A stamp keeps every digit, whatever it counts."""
 
-import re
 from decimal import Decimal
-from typing import Any
 
 import pytest
 
 from trackably.errors import InputError
-from trackably.recordings.clocks import CLOCKS, Ticks, clock_named, frames
+from trackably.recordings.clocks import CLOCKS, Ticks, frames
 
 TICKS = {
     "s": ("12.7", "12.7"),
@@ -46,22 +44,3 @@ def test_frames() -> None:
 def test_no_frames(rate: float) -> None:
     with pytest.raises(InputError, match=f"clock: expected a positive finite number of frames per second, got {rate}"):
         frames(rate)
-
-
-@pytest.mark.parametrize("length", ["0", "-1", "NaN", "Infinity"])
-def test_no_ticks(length: str) -> None:
-    with pytest.raises(InputError, match=f"clock: a tick must take a positive finite time, got {length} s"):
-        Ticks(Decimal(length))
-
-
-def test_by_name() -> None:
-    own = frames(100)
-    assert clock_named(own) is own
-    assert clock_named("ms") is CLOCKS["ms"]
-
-
-@pytest.mark.parametrize("unit", ["seconds", "", 1])
-def test_unknown_name(unit: Any) -> None:
-    with pytest.raises(InputError, match=re.escape("one of s, ms, us, µs, ns, min, h, epoch s, ")) as caught:
-        clock_named(unit)
-    assert str(caught.value).endswith(f"ISO 8601, got {unit!r}")

@@ -2,7 +2,6 @@
 
 import gzip
 import re
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -36,14 +35,6 @@ def test_other_kinds_are_named(tmp_path: Path, kind: str, reader: str) -> None:
         READERS[reader](tmp_path / "some")
 
 
-@pytest.mark.parametrize("reader", READERS)
-def test_a_spreadsheet_is_named(tmp_path: Path, reader: str) -> None:
-    with zipfile.ZipFile(tmp_path / "some.xlsx", "w") as archive:
-        archive.writestr("xl/workbook.xml", "<workbook/>")
-    with pytest.raises(InputError, match=re.escape("a zip archive, as spreadsheets are (.xlsx, .ods): save it as CSV")):
-        READERS[reader](tmp_path / "some.xlsx")
-
-
 def test_gzip_is_unpacked(tmp_path: Path) -> None:
     packed, path = gzip.compress(TABLE), tmp_path / "some.csv.gz"
     path.write_bytes(packed)
@@ -52,13 +43,6 @@ def test_gzip_is_unpacked(tmp_path: Path) -> None:
         path.write_bytes(broken)
         with pytest.raises(InputError, match=r"some\.csv\.gz: a gzip file that cannot be unpacked .*: is it whole"):
             read_csv(path, "t", "s", {"x": "x"})
-
-
-def test_mcap_is_not_unpacked_and_tables_are_told(tmp_path: Path) -> None:
-    for data, said in ((gzip.compress(TABLE), "a gzip file: unpack it"), (TABLE, "a text file, not MCAP: read_csv")):
-        (tmp_path / "some").write_bytes(data)
-        with pytest.raises(InputError, match=re.escape(said)):
-            READERS["mcap"](tmp_path / "some")
 
 
 TRAJECTORY = (

@@ -5,14 +5,11 @@ from decimal import Decimal
 import numpy as np
 import pytest
 
-from tests.trackably.recordings.tables import NAN, REPEATED, content, record, rows
+from tests.trackably.recordings.tables import NAN, REPEATED, record, rows
 from trackably.errors import InputError
 from trackably.recordings import (
     Repair,
     Rows,
-    average_repeated,
-    drop_zero_rows,
-    sort_rows,
 )
 from trackably.recordings.rows import recording_from_rows
 
@@ -20,11 +17,6 @@ REFUSALS: dict[str, tuple[Rows, tuple[Repair, ...], str]] = {
     "no time": (
         rows(["0", None], x=[1, 2]),
         (),
-        "a.csv, line 3: the row has no time (drop_rows_without_time leaves such rows out)",
-    ),
-    "no time to sort by": (
-        rows(["0", None], x=[1, 2]),
-        (sort_rows,),
         "a.csv, line 3: the row has no time (drop_rows_without_time leaves such rows out)",
     ),
     "out of order": (
@@ -44,21 +36,10 @@ REFUSALS: dict[str, tuple[Rows, tuple[Repair, ...], str]] = {
         (),
         "a.csv: 'y' has no value in any of the 2 rows left",
     ),
-    "nothing left": (rows(["0"], x=[0]), (drop_zero_rows,), "a.csv: 'x' has no value in any of the 0 rows left"),
     "noise of zero": (
         rows(["0", "1"], noise=[0.1, 0], x=[1, 2]),
         (),
         "a.csv, line 3: expected a positive standard deviation of 'x', got 0",
-    ),
-    "no noise": (
-        rows(["0", "1"], noise=[0.1, NAN], x=[1, 2]),
-        (),
-        "a.csv, line 3: expected a positive standard deviation of 'x', got none",
-    ),
-    "noise of zero in a mean": (
-        rows(["0", "0"], noise=[0.1, 0], x=[1, 2]),
-        (average_repeated,),
-        "a.csv, line 2: expected a positive standard deviation of 'x', got none",
     ),
     "closer than a float64 can tell": (
         rows(["1", "1.00000000000000000001"], x=[1, 2]),
@@ -81,12 +62,6 @@ def test_refused(name: str) -> None:
     assert str(caught.value) == message
 
 
-def test_noise_matters_only_where_there_is_a_value() -> None:
-    recording = record(rows(["0", "1"], noise=[0.1, NAN], x=[1, NAN]))
-    assert recording["x"].noise_std is not None
-    assert recording["x"].noise_std.tolist() == [0.1]
-
-
 EPOCH = ["1700000000.000000001", "1700000000.100000001", "1700000000.300000002"]
 
 
@@ -103,20 +78,6 @@ def test_the_origin_is_rounded_down(stamp: str, origin: int) -> None:
     recording = record(rows([stamp], x=[1]), absolute=True)
     assert recording.origin == origin
     assert recording["x"].times[0] == float(Decimal(stamp) - Decimal(origin).scaleb(-9))
-
-
-def test_a_stated_origin_is_kept() -> None:
-    recording = record(rows(EPOCH, x=[1, 2, 3]), absolute=True, origin=1700000000_000000000)
-    assert recording.origin == 1700000000_000000000
-    assert recording["x"].times.tolist() == [1e-9, 0.100000001, 0.300000002]
-
-
-@pytest.mark.parametrize("absolute", [True, False])
-def test_the_first_sample_as_origin(absolute: bool) -> None:
-    table = rows(["1", "184.2304", "184.3304"], x=[NAN, 1, 2], y=[NAN, NAN, 3])
-    recording = record(table, absolute=absolute, origin="first")
-    assert (recording.origin, recording.absolute) == (184_230_400_000, absolute)
-    assert content(recording) == {"x": [(0.0, 1.0), (0.1, 2.0)], "y": [(0.1, 3.0)]}
 
 
 def test_several_tables_have_one_origin() -> None:

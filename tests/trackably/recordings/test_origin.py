@@ -1,13 +1,12 @@
 """An origin is a number of nanoseconds, the first sample, or nothing; and is told so that people can read it."""
 
-from decimal import Decimal
 from typing import Any
 
 import numpy as np
 import pytest
 
 from trackably.errors import InputError
-from trackably.recordings.clocks import checked_origin, described
+from trackably.recordings.clocks import checked_origin, describe_origin
 
 NS = 1772442900_090000000
 
@@ -17,11 +16,6 @@ def test_origins(origin: Any) -> None:
     assert checked_origin(origin) == origin
 
 
-def test_whole_numbers_of_numpy() -> None:
-    found = checked_origin(np.int64(NS))
-    assert (found, type(found)) == (NS, int)
-
-
 @pytest.mark.parametrize("origin", ["nonsense", "0", "First", "", 0.0, 1.5e9, float("nan"), np.float64(1), True, [0]])
 def test_no_origin(origin: Any) -> None:
     with pytest.raises(InputError) as caught:
@@ -29,11 +23,6 @@ def test_no_origin(origin: Any) -> None:
     assert str(caught.value) == (
         f'origin: expected a whole number of nanoseconds, "first" (the first sample of all) or None, got {origin!r}'
     )
-
-
-def test_no_decimal() -> None:
-    with pytest.raises(InputError, match="whole number of nanoseconds"):
-        checked_origin(Decimal(1))
 
 
 ABSOLUTE = {
@@ -47,16 +36,16 @@ ABSOLUTE = {
 
 @pytest.mark.parametrize("origin", ABSOLUTE)
 def test_dates(origin: int) -> None:
-    assert described(origin, absolute=True) == f"{ABSOLUTE[origin]} ({origin} ns since 1970)"
+    assert describe_origin(origin, absolute=True) == f"{ABSOLUTE[origin]} ({origin} ns since 1970)"
 
 
 @pytest.mark.parametrize("origin", [10**30, -(10**30), 10**21])
 def test_beyond_all_calendars(origin: int) -> None:
-    assert described(origin, absolute=True) == f"{origin} ns since 1970"
+    assert describe_origin(origin, absolute=True) == f"{origin} ns since 1970"
 
 
 @pytest.mark.parametrize(
     ("origin", "seconds"), [(0, "0"), (184_230_400_000, "184.2304"), (-1, "-0.000000001"), (10**40, "1" + "0" * 31)]
 )
 def test_seconds(origin: int, seconds: str) -> None:
-    assert described(origin, absolute=False) == f"{seconds} s on the file's own clock"
+    assert describe_origin(origin, absolute=False) == f"{seconds} s on the file's own clock"

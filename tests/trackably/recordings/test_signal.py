@@ -26,12 +26,6 @@ def same(a: Signal, b: Signal) -> bool:
     return content(a) == content(b)
 
 
-def test_samples() -> None:
-    samples = UNEVEN.samples()
-    assert samples.times.tobytes() == UNEVEN.times.tobytes()
-    assert samples.values.tobytes() == UNEVEN.values.tobytes()
-
-
 def test_arrays_are_the_signals_own() -> None:
     deviations = np.ones(2)
     own = Signal(np.array([0.0, 1.0]), np.zeros(2), deviations)
@@ -64,43 +58,12 @@ def test_select_takes_both_ends() -> None:
     assert len(UNEVEN.select(0.1, 0.1)) == 1
 
 
-@pytest.mark.parametrize(("start", "end"), [(1, 2), (4, 9), (0.2, 0.1), (float("nan"), 1)])
-def test_nothing_selected(start: float, end: float) -> None:
-    message = re.escape(f"no sample lies in [{start:g}, {end:g}] s; there are samples from -1 to 3 s")
-    with pytest.raises(InputError, match=message):
-        UNEVEN.select(start, end)
-
-
-@given(TIMES, st.floats(0.01, 50))
-def test_thinning(times: list[float], seconds: float) -> None:
-    whole = signal(times)
-    thin = whole.every(seconds)
-    at = np.searchsorted(whole.times, thin.times)
-    assert thin.times[0] == whole.times[0]
-    assert same(thin, Signal(whole.times[at], whole.values[at], (whole.times + 1)[at]))
-    assert np.all(np.diff(thin.times) >= seconds / 2 * (1 - 1e-9))
-    assert same(thin.every(seconds), thin)
-
-
 @given(TIMES, st.floats(0.01, 50))
 def test_thinning_as_it_is_described(times: list[float], seconds: float) -> None:
     chosen = [times[0]]
     while later := [t for t in times if t > chosen[-1] and t >= chosen[-1] + seconds - seconds / 2]:
         chosen.append(min(later, key=lambda t: abs(t - (chosen[-1] + seconds))))
     assert signal(times).every(seconds).times.tolist() == chosen
-
-
-def test_thinning_follows_jitter() -> None:
-    jitter = np.random.default_rng(1).uniform(-0.02, 0.02, 1000)
-    thin = signal((0.1 * np.arange(1000) + jitter).tolist()).every(0.5)
-    assert 199 <= len(thin) <= 201
-    assert np.max(np.abs(np.diff(thin.times)[:-1] - 0.5)) < 0.06  # behind the last there may be none to choose
-
-
-@pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), float("inf")])
-def test_no_thinning(seconds: float) -> None:
-    with pytest.raises(InputError, match=f"expected a time between samples above 0 s, got {seconds} s"):
-        UNEVEN.every(seconds)
 
 
 REPORT = Cleaning("a.csv", 7, (Finding("no value of x", 2, "line 3"),))
@@ -117,16 +80,6 @@ def test_a_recording_does_what_its_signals_do() -> None:
         assert (part.origin, part.cleanings) == (17, (REPORT,))
 
 
-def test_a_recording_says_which_signal_has_nothing() -> None:
-    with pytest.raises(InputError, match=re.escape("'y': no sample lies in [0.1, 0.3] s")):
-        RECORDING.select(0.1, 0.3)
-
-
-def test_unknown_signal() -> None:
-    with pytest.raises(InputError, match="the recording has no signal 'z'; it has x, y"):
-        RECORDING.samples("z")
-
-
 def test_beside() -> None:
     other = Recording({"z": UNEVEN}, 17, (Cleaning("b.csv", 5),))
     both = RECORDING.beside(other)
@@ -136,21 +89,6 @@ def test_beside() -> None:
         RECORDING.beside(Recording({"z": UNEVEN}, 18))
     with pytest.raises(InputError, match="both recordings have a signal 'x'"):
         RECORDING.beside(Recording({"x": UNEVEN}, 17))
-
-
-def test_zeros_of_different_clocks() -> None:
-    absolute = Recording({"z": UNEVEN}, 17, absolute=True)
-    assert absolute.select(0, 3).absolute
-    assert absolute.beside(Recording({"a": UNEVEN}, 17, absolute=True)).absolute
-    assert not absolute.beside(RECORDING).absolute
-    assert not RECORDING.beside(absolute).absolute
-
-
-def test_a_date_is_printed() -> None:
-    recording = Recording({"x": UNEVEN}, 1772442900_090000000, absolute=True)
-    assert str(recording).splitlines()[1] == (
-        "time zero: 2026-03-02 09:15:00.09 UTC (1772442900090000000 ns since 1970)"
-    )
 
 
 def test_printed() -> None:

@@ -13,7 +13,7 @@ from tests.trackably.systems.disturbance.instances import ALL, CART, EXAMPLE1
 from trackably.control.controller import Controller
 from trackably.control.programs import StepPrograms
 from trackably.control.simulation import shifted_inputs, simulate
-from trackably.control.stepping import Infeasible, Plan, Status, Unsolved
+from trackably.control.stepping import Infeasible, Plan, Status
 from trackably.control.tube import TubeController, TubeProblem
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbance.tightening import tightening
@@ -174,22 +174,6 @@ def test_the_last_plan_is_kept_by_a_system_that_forgets_its_start(horizon):
         assert loop.controller.errors.contains((1 - 1e-6) * (state - plan.states[0]))
         assert plan.terminal_residual < 1e-6
         assert plan.slack > -1e-6
-
-
-def test_a_guess_that_is_no_plan_is_not_kept(monkeypatch):
-    loop = LOOPS["pushed cart"]
-    monkeypatch.setattr(TubeProblem, "without_bounds", fails)
-    monkeypatch.setattr(StepPrograms, "solve", lambda *given: None)
-    result = loop.controller.step(0, off(loop, 0.1), loop.reference, np.full((12, 1), 1.9))
-    assert isinstance(result, Unsolved)
-    with pytest.raises(ValueError, match=r"initial_guess must have shape \(12, 1\)"):
-        loop.controller.step(0, off(loop, 0.1), loop.reference, np.zeros(3))
-
-
-def test_numbers_beyond_floating_point_have_no_answer():
-    loop = LOOPS["example1"]
-    result = loop.controller.step(0, np.array([1e308]), loop.reference)
-    assert isinstance(result, Unsolved | Infeasible)
 
 
 def test_without_disturbance_the_costs_are_those_of_the_nominal_controller():

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.trackably.recordings.csv_files.files import COMMAS, EXPECTED, X, pairs, read
+from tests.trackably.recordings.csv_files.files import COMMAS, EXPECTED, pairs, read
 from trackably.errors import InputError
-from trackably.recordings import Column, CsvLayout, DateTimes, Finding, frames, read_csv, sort_rows
+from trackably.recordings import Column, CsvLayout, Finding
 
 FLOATS = st.floats(allow_nan=False, allow_infinity=False)
 
@@ -22,27 +22,18 @@ def path(tmp_path: Path) -> Path:
 WRITTEN: dict[str, tuple[str | bytes, CsvLayout]] = {
     "comma": ("t,x\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout()),
     "semicolon": ("t;x\n0;1.5\n0.1;-2\n0.25;3e-7\n", CsvLayout()),
-    "tab": ("t\tx\n0\t1.5\n0.1\t-2\n0.25\t3e-7\n", CsvLayout()),
     "given separator": ("t|x\n0|1.5\n0.1|-2\n0.25|3e-7\n", CsvLayout(separator="|")),
     "decimal commas": ("t;x\n0;1,5\n0,1;-2\n0,25;3e-7\n", COMMAS),
     "quoted decimal commas": ('"t","x"\n"0","1,5"\n"0,1","-2"\n"0,25","3e-7"\n', COMMAS),
-    "quoted names": ('"t";"x"\n0;1,5\n0,1;-2\n0,25;3e-7\n', COMMAS),
     "other columns": ("a,x,b,t\n?,1.5,,0\n,-2,text,0.1\n,3e-7,,0.25\n", CsvLayout()),
     "a name with a separator in quotes": ('"a;b",t,x\n1,0,1.5\n1,0.1,-2\n1,0.25,3e-7\n', CsvLayout()),
-    "a name with a line break in quotes": ('"a\nb",t,x\n1,0,1.5\n1,0.1,-2\n1,0.25,3e-7\n', CsvLayout()),
     "spaces": (' t ; "x"\n 0 ; 1.5 \n0.1;  -2\n0.25; "3e-7"\n', CsvLayout()),
     "carriage returns": ("t,x\r\n0,1.5\r\n0.1,-2\r\n0.25,3e-7\r\n", CsvLayout()),
-    "carriage returns alone": ("t,x\r0,1.5\r0.1,-2\r0.25,3e-7", CsvLayout()),
-    "no last line break": ("t,x\n0,1.5\n0.1,-2\n0.25,3e-7", CsvLayout()),
     "blank lines": ("\nt,x\n\n0,1.5\n  \n0.1,-2\n0.25,3e-7\n\n\n", CsvLayout()),
     "separator at the end": ("t,x,\n0,1.5,\n0.1,-2,\n0.25,3e-7,\n", CsvLayout()),
-    "separator at the end of rows": ("t,x\n0,1.5,\n0.1,-2,\n0.25,3e-7,\n", CsvLayout()),
     "comments": ("# a; b; c\nt,x\n0,1.5\n#0.05,7\n0.1,-2\n0.25,3e-7\n", CsvLayout()),
-    "other comments": ("% a\nt,x\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout(comment="%")),
     "lines to skip": ("Device,7\n\nt,x\n[s],[mm]\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout(skip=(1, 4))),
     "mark of UTF-8": (b"\xef\xbb\xbft,x\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout()),
-    "mark of UTF-8, said": (b"\xef\xbb\xbft,x\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout(encoding="UTF-8-SIG")),
-    "UTF-8": ("t,x,größe\n0,1.5,µ\n0.1,-2,µ\n0.25,3e-7,µ\n", CsvLayout()),
     "Latin-1": ("t,x,größe\n0,1.5,µ\n0.1,-2,µ\n0.25,3e-7,µ\n".encode("latin-1"), CsvLayout(encoding="latin-1")),
     "UTF-16": ("t,x\n0,1.5\n0.1,-2\n0.25,3e-7\n".encode("utf-16"), CsvLayout(encoding="utf-16")),
 }
@@ -54,12 +45,6 @@ def test_layouts(path: Path, name: str) -> None:
     recording = read(path, text, layout=layout)
     assert pairs(recording) == EXPECTED
     assert (recording.origin, recording.cleanings[0].findings, recording.cleanings[0].rows) == (0, (), 3)
-
-
-def test_a_name_with_a_comment_sign_can_be_had(path: Path) -> None:
-    text = "#t,x\n0,1\n"
-    path.write_text(text)
-    assert pairs(read_csv(path, "#t", "s", X, CsvLayout(comment=""))) == [(0.0, 1.0)]
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -93,15 +78,9 @@ def test_units_and_scales(path: Path) -> None:
         assert found.tolist() == noise_std
 
 
-def test_frames_as_stamps(path: Path) -> None:
-    assert pairs(read(path, "t,x\n0,1\n768,2\n", frames(60))) == [(0.0, 1.0), (12.8, 2.0)]
-
-
 STAMPED: dict[str, tuple[str, str]] = {
     "ISO 8601": ("ISO 8601", "2023-11-14T22:13:20.000000001Z 2023-11-14T23:13:20.1+01:00"),
     "epoch s": ("epoch s", "1700000000.000000001 1700000000.1"),
-    "epoch ms": ("epoch ms", "1700000000000.000001 1700000000100"),
-    "epoch us": ("epoch us", "1700000000000000.001 1700000000100000"),
     "epoch ns": ("epoch ns", "1700000000000000001 1700000000100000000"),
 }
 
@@ -132,38 +111,6 @@ def test_missing_values(path: Path, cell: str) -> None:
 def test_what_is_missing_can_be_said(path: Path) -> None:
     recording = read(path, "t,x\n0,1\n1,-9999\n2,LOST\n", layout=CsvLayout(missing=("-9999", "lost")))
     assert pairs(recording) == [(0.0, 1.0)]
-
-
-def test_a_text_is_the_column_of_that_name(path: Path) -> None:
-    text = "t;Weg [mm];x\n0;1.5;2\n1;-2;3\n"
-    recording = read(path, text, signals={"p": "Weg [mm]", "x": Column("x", scale=2)})
-    assert pairs(recording, "p") == [(0.0, 1.5), (1.0, -2.0)]
-    assert pairs(recording, "x") == [(0.0, 4.0), (1.0, 6.0)]
-
-
-def test_repairs_by_name(path: Path) -> None:
-    text = "t,x\n1,1\n0,2\n0,3\n"
-    by_name = read(path, text, repairs=("sort_rows", "keep_last_of_repeated"))
-    assert pairs(by_name) == [(0.0, 3.0), (1.0, 1.0)]
-    mixed = read(path, text, repairs=[sort_rows, "keep_last_of_repeated"])
-    assert (pairs(mixed), mixed.cleanings) == (pairs(by_name), by_name.cleanings)
-
-
-def test_times_from_the_first_sample_on(path: Path) -> None:
-    signals = {"x": Column("x"), "y": Column("y")}
-    text = "t,x,y\n184230.4,,1\n184330.4,2,\n184430.4,3,4\n"
-    assert pairs(read(path, text, "ms"))[0] == (184.3304, 2.0)
-    recording = read(path, text, "ms", signals=signals, origin="first")
-    assert recording.origin == 184_230_400_000
-    assert pairs(recording, "x") == [(0.1, 2.0), (0.2, 3.0)]
-    assert pairs(recording, "y") == [(0.0, 1.0), (0.2, 4.0)]
-
-
-def test_dates_in_a_format_of_ones_own(path: Path) -> None:
-    text = "t;x\n14.11.2023 23:13:20,000000001;1,5\n14.11.2023 23:13:20,1;2\n"
-    recording = read(path, text, DateTimes("%d.%m.%Y %H:%M:%S", "+01:00"), layout=COMMAS)
-    assert recording.origin == 1700000000_000000001
-    assert pairs(recording) == [(0.0, 1.5), (0.099999999, 2.0)]
 
 
 def test_truncated_anywhere(path: Path) -> None:

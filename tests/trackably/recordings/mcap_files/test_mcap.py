@@ -11,26 +11,20 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.writer import CompressionType
 
-from pipeline.storage.logs import Log, Series, read_log, write_log
-from tests.project import ROOT
 from tests.trackably.recordings.mcap_files.writers import START, STATES, TOPIC, WRITERS, WriteFile, write_plain
 from trackably.recordings import (
     LOG_TIME,
     PUBLISH_TIME,
-    DateTimes,
     Field,
     Finding,
     MessageTime,
     Recording,
     Stamp,
-    frames,
     read_mcap,
-    sort_rows,
 )
 
 FLOATS = st.floats(allow_nan=False, allow_infinity=False)
 STAMP = Stamp("stamp")
-MS = Stamp("t", "ms")
 each_encoding = pytest.mark.parametrize("write", [pytest.param(write, id=name) for name, write in WRITERS.items()])
 
 
@@ -102,34 +96,6 @@ def test_arrays_and_maps(path: Path, name: str) -> None:
     assert read(path, field)["x"].values.tolist() == values
 
 
-def test_bytes_are_numbers_too(path: Path) -> None:
-    WRITERS["ros2"](path, STATES, CompressionType.NONE)
-    assert read(path, "raw[0]")["x"].values.tolist() == [7.0] * len(STATES)
-
-
-@each_encoding
-def test_messages_come_in_the_order_of_their_log_times(path: Path, write: WriteFile) -> None:
-    write(path, STATES[::-1], CompressionType.ZSTD)
-    recording = read(path, "position.x")
-    assert recording["x"].values.tolist() == [s.x for s in STATES]
-    assert recording.cleanings[0].findings == ()
-
-
-def test_repairs_are_those_of_tables(path: Path) -> None:
-    late = [
-        replace(STATES[0], log_time=STATES[1].log_time + 1),
-        *STATES[1:5],
-        replace(STATES[5], stamp=STATES[4].stamp),
-    ]
-    WRITERS["ros2"](path, late, CompressionType.ZSTD)
-    recording = read(path, "position.x", STAMP, repairs=(sort_rows, "average_repeated"))
-    assert recording["x"].values.tolist() == [*(s.x for s in STATES[:4]), (STATES[4].x + STATES[5].x) / 2]
-    assert recording.cleanings[0].findings == (
-        Finding("out of order, sorted", 1, "message 2"),
-        Finding("time repeated, averaged", 1, "message 6"),
-    )
-
-
 def written(path: Path, *messages: object) -> Path:
     write_plain(path, [json.dumps(message).encode() for message in messages])
     return path
@@ -137,19 +103,11 @@ def written(path: Path, *messages: object) -> Path:
 
 STAMPS: dict[str, tuple[Stamp, list[object], int, list[float]]] = {
     "s": (Stamp("t", "s"), [0.1, 0.30000000000000004, 7], 0, [0.1, 0.30000000000000004, 7.0]),
-    "ms": (Stamp("t", "ms"), [100, 300.5, 7000], 0, [0.1, 0.3005, 7.0]),
-    "frames": (Stamp("t", frames(60)), [6, 12, 18], 0, [0.1, 0.2, 0.3]),
     "epoch s": (Stamp("t", "epoch s"), [1700000000.000000001, 1700000000.5, 1700000001], START - 1, [0.0, 0.5, 1.0]),
     "epoch ns": (Stamp("t", "epoch ns"), [START, START + 1, START + 5 * 10**8], START, [0.0, 1e-9, 0.5]),
     "dates": (
         Stamp("t", "ISO 8601"),
         ["2023-11-14T22:13:20.000000001Z", "2023-11-14T22:13:20.000000002Z", "2023-11-14T22:13:21.000000001Z"],
-        START,
-        [0.0, 1e-9, 1.0],
-    ),
-    "German dates": (
-        Stamp("t", DateTimes("%d.%m.%Y %H:%M:%S")),
-        ["14.11.2023 22:13:20.000000001", "14.11.2023 22:13:20.000000002", "14.11.2023 22:13:21.000000001"],
         START,
         [0.0, 1e-9, 1.0],
     ),
@@ -166,15 +124,6 @@ def test_stamps(path: Path, name: str) -> None:
     assert recording["x"].times.tolist() == times
 
 
-def test_times_from_the_first_sample_on(path: Path) -> None:
-    recording = read(written(path, {"t": 100, "x": None}, {"t": 300.5, "x": 1}, {"t": 400.5, "x": 2}), "x", MS)
-    assert (recording.origin, recording["x"].times.tolist()) == (0, [0.3005, 0.4005])
-    recording = read(path, "x", MS, origin="first")
-    assert (recording.origin, recording["x"].times.tolist()) == (300_500_000, [0.0, 0.1])
-    logged = read(path, "x", origin="first")
-    assert (logged.origin, logged.absolute) == (STATES[1].log_time, True)
-
-
 def test_stamps_in_json_keep_every_digit(path: Path) -> None:
     texts = ["1700000000.000000001", "1700000000.000000002"]
     write_plain(path, [f'{{"t": {text}, "x": 1}}'.encode() for text in texts])
@@ -182,61 +131,10 @@ def test_stamps_in_json_keep_every_digit(path: Path) -> None:
     assert (recording.origin, recording["x"].times.tolist()) == (START, [0.0, 1e-9])
 
 
-def test_no_value(path: Path) -> None:
-    messages = [{"x": 1}, {"x": None}, {"x": float("nan")}, {}, {"x": 2.5}]
-    recording = read(written(path, *messages), "x")
-    assert recording["x"].values.tolist() == [1.0, 2.5]
-    assert recording.cleanings[0].findings == (Finding("no value of x", 3, "message 2"),)
-
-
-def test_nothing_where_something_around_is_missing(path: Path) -> None:
-    messages = [{"p": {"x": [1, 2]}}, {"p": None}, {"p": {"x": [1]}}, {"p": {"x": [1, 4]}}]
-    assert read(written(path, *messages), "p.x[1]")["x"].values.tolist() == [2.0, 4.0]
-
-
 def test_names_with_dots_and_brackets(path: Path) -> None:
     messages = [{"left.rate": 1, "left": {"rate": 2}, "a": {"b.c": {"x [m]": [5, 6]}}}] * 2
     for field, value in {"left.rate": 1.0, "a.b.c.x [m][1]": 6.0}.items():
         assert read(written(path, *messages), field)["x"].values.tolist() == [value] * 2
-
-
-def test_two_topics_differently_spaced(path: Path) -> None:
-    log = Log(
-        (
-            Series("/a", np.array([0.5, 1.5]), {"v": np.array([1.0, 2.0])}),
-            Series("/b", np.array([0.25, 0.5, 4.0]), {"v": np.array([3.0, 4.0, 5.0])}),
-        ),
-        {},
-        {"a.json": b"[]"},
-    )
-    write_log(path, log)
-    recording = read_mcap(path, {"b": Field("/b", "v"), "a": Field("/a", "v"), "minus": Field("/b", "v", scale=-1)})
-    assert recording.origin == 250_000_000
-    assert list(recording.signals) == ["b", "a", "minus"]
-    assert recording["b"].times.tolist() == [0.0, 0.25, 3.75]
-    assert recording["a"].times.tolist() == [0.25, 1.25]
-    assert [cleaning.rows for cleaning in recording.cleanings] == [3, 2]
-
-
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(
-    times=st.lists(st.floats(0, 1e6), min_size=1, max_size=20, unique=True).map(sorted),
-    values=st.lists(FLOATS, min_size=20, max_size=20),
-)
-def test_logs_of_this_project(path: Path, times: list[float], values: list[float]) -> None:
-    series = Series("/s", np.array(times), {"left.rate": np.array(values[: len(times)])})
-    write_log(path, Log((series,), {}, {"a.json": b"[]"}))
-    recording = read_mcap(path, {"x": Field("/s", "left.rate", time=Stamp("t", "s"))})
-    assert recording["x"].times.tobytes() == series.times.tobytes()
-    assert recording["x"].values.tobytes() == series.fields["left.rate"].tobytes()
-
-
-def test_samples_of_example_1() -> None:
-    path = ROOT / "data/results/example1/samples.mcap"
-    (expected,) = [series for series in read_log(path).series if series.topic == "/samples/state"]
-    samples = read_mcap(path, {"x": Field("/samples/state", "value", time=Stamp("t", "s"))}).samples("x")
-    assert samples.times.tobytes() == expected.times.tobytes()
-    assert samples.values.tobytes() == expected.fields["value"].tobytes()
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])

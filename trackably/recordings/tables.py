@@ -1,0 +1,162 @@
+"""Tables of named columns, from whatever kind of file: their cells become numbers and times, or an error names one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+from pathlib import Path
+from typing import Any, NamedTuple, Self, TypeVar
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.errors import InputError
+from trackably.recordings.clocks import Clock, DateTimes, Origin, checked_origin, clock_named, zero_of
+from trackably.recordings.decimals import check_scale, scale_once
+from trackably.recordings.file_kinds import check_mapping, checked_window
+from trackably.recordings.recording import Recording
+from trackably.recordings.rows import Repair, Rows, chosen_repairs, recording_of_table, rows_between
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True)
+class Column:
+    """The column `name`; its numbers are multiplied by `scale` (1e-3 converts millimetres to metres).
+
+    Then `offset` is added, in the new unit: 273.15 makes kelvins of degrees Celsius, and -0.012 takes away what a
+    sensor shows at zero. `noise_std` names the column with the standard deviation of each sample, in the file's unit of
+    the values; it is scaled too. InputError: a scale or an offset that is not finite, a scale of zero, or names that
+    are none.
+    """
+
+    name: str
+    scale: float = 1.0
+    noise_std: str | None = None
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        for what, name in (("name", self.name), ("noise_std", self.noise_std)):
+            if not isinstance(name, str) and not (what == "noise_std" and name is None):
+                raise InputError(f"Column: {what}: expected the name of a column, got {name!r}")
+        check_scale(self.name, self.scale, self.offset)
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Columns of a table by name, as they are in the file; `places` names each row, "line 12" or "row 3"."""
+
+    columns: Mapping[str, Sequence[Any]]
+    places: Sequence[str]
+
+    def part(self, chosen: Sequence[int]) -> Cells:
+        """Return these rows, given as positions from 0, in this order."""
+        columns = {name: [column[i] for i in chosen] for name, column in self.columns.items()}
+        return Cells(columns, [self.places[i] for i in chosen])
+
+
+class Form(NamedTuple):
+    """How a kind of file writes values in its cells. ValueError: a cell holds something else."""
+
+    is_missing: Callable[[Any], bool]
+    number: Callable[[Any], Decimal]
+    date: Callable[[DateTimes, Any], Decimal]
+    hint: Callable[[Any], str]
+    """Says what may help where a cell is refused."""
+
+
+@dataclass(frozen=True)
+class TableReading:
+    """The columns of a file with their names in the recording, its clock and its form, and what mends its rows."""
+
+    path: Path
+    form: Form
+    time: str | None
+    clock: Clock
+    columns: Mapping[str, Column]
+    repairs: tuple[Repair, ...]
+    origin: Origin
+    between: tuple[float, float] | None
+
+    @classmethod
+    def of(
+        cls,
+        path: Path,
+        form: Form,
+        time: str | None,
+        time_unit: str | Clock,
+        signals: Mapping[str, Column | str],
+        repairs: Sequence[Repair | str],
+        origin: Origin,
+        between: tuple[float, float] | None = None,
+    ) -> Self:
+        """Return the arguments of a reader, checked. InputError: one of them is wrong."""
+        check_mapping(path, signals, 'a mapping from names to columns, as {"position": "x"}')
+        columns = {name: _column(name, wanted) for name, wanted in signals.items()}
+        clock, chosen, zero = clock_named(time_unit), tuple(chosen_repairs(repairs)), checked_origin(origin)
+        return cls(path, form, time, clock, columns, chosen, zero, checked_window(between))
+
+    @property
+    def names(self) -> list[str]:
+        """The columns that have to be in the file, each once."""
+        names = (self.time, *(name for column in self.columns.values() for name in (column.name, column.noise_std)))
+        return list(dict.fromkeys(name for name in names if name is not None))
+
+    def recording(self, cells: Cells) -> Recording:
+        """Return the recording of a table with these columns. Raises InputError; warns of stamps in another unit."""
+        stamps, origin = self._stamps(cells), self.origin
+        if self.between:
+            origin = zero_of(origin, self.clock.absolute, self._first(cells, stamps))
+            inside = rows_between(stamps, self.between, origin)
+            cells, stamps = cells.part(inside), [stamps[i] for i in inside]
+        values = {name: self._numbers(cells, of.name, of.scale, of.offset) for name, of in self.columns.items()}
+        noise_std = {
+            name: self._numbers(cells, of.noise_std, abs(of.scale))
+            for name, of in self.columns.items()
+            if of.noise_std is not None
+        }
+        rows = Rows(str(self.path), cells.places, stamps, values, noise_std)
+        return recording_of_table(rows, self.clock, self.repairs, origin)
+
+    def _stamps(self, cells: Cells) -> list[Decimal | None]:
+        clock, form = self.clock, self.form
+        if isinstance(clock, DateTimes):
+            if self.time is None:
+                raise InputError(
+                    f"{self.path}: time=None counts rows, and no count is a date: give frames(rate) as unit"
+                )
+            return self._convert(cells, self.time, lambda cell: form.date(clock, cell))
+        if self.time is None:
+            return [clock.seconds(Decimal(row)) for row in range(len(cells.places))]
+        return self._convert(cells, self.time, lambda cell: clock.seconds(form.number(cell)))
+
+    def _first(self, cells: Cells, stamps: Sequence[Decimal | None]) -> Decimal:
+        """Return the first stamp [s] of a row that has a value in one of the columns; 0 where there is none."""
+        rows = zip(*(cells.columns[column.name] for column in self.columns.values()), strict=True)
+        pairs = zip(stamps, rows, strict=True)
+        timed = (t for t, row in pairs if t is not None and not all(map(self.form.is_missing, row)))
+        return min(timed, default=Decimal(0))
+
+    def _numbers(self, cells: Cells, name: str, scale: float, offset: float = 0.0) -> Array:
+        found = self._convert(cells, name, lambda cell: scale_once(self.form.number(cell), scale, offset))
+        return np.array([np.nan if number is None else number for number in found])
+
+    def _convert(self, cells: Cells, name: str, convert: Callable[[Any], _T]) -> list[_T | None]:
+        found: list[_T | None] = []
+        for place, cell in zip(cells.places, cells.columns[name], strict=True):
+            try:
+                found.append(None if self.form.is_missing(cell) else convert(cell))
+            except ValueError as error:
+                hint = self.form.hint(cell)
+                raise InputError(f"{self.path}, {place}, column {name!r}: {error}{hint}") from error
+        return found
+
+
+def _column(signal: str, wanted: object) -> Column:
+    """Return a column that is given as such, or by its name. InputError: anything else."""
+    if isinstance(wanted, Column):
+        return wanted
+    if isinstance(wanted, str):
+        return Column(wanted)
+    raise InputError(f"signal {signal!r}: expected a Column, or the name of one, got {wanted!r}")
