@@ -18,7 +18,7 @@ from trackably.arrays import Array
 from trackably.errors import DoubtfulInputWarning, NoReferenceError
 from trackably.explanation import IgnoresSamplesWarning, ignored, outlying
 from trackably.files import write_json, write_text
-from trackably.fit.fit import Fit as TrackableFit
+from trackably.fit import Fit as TrackableFit
 from trackably.progress.bar import progress_bar
 from trackably.systems.reference import Reference
 

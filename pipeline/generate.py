@@ -10,10 +10,10 @@ from pipeline.experiments.sources import STEPS, CsvColumn, Drawn, Excerpt, McapF
 from pipeline.published.ground_truth import GROUND_TRUTHS, draw
 from pipeline.storage.archive import Sampled, write_samples
 from pipeline.storage.results import Results
-from trackably.condensed.asked import MANY, condensed_by_name
-from trackably.doubts import doubts
+from trackably.condensed import MANY, condensed_by_name
 from trackably.errors import DoubtfulInputWarning, InputError
 from trackably.gp.samples import Samples
+from trackably.input_warnings import doubts
 from trackably.learning.problem import ConstrainedProblem
 from trackably.recordings import Column, CsvLayout, Field, Signal, read_csv, read_mcap
 from trackably.systems.sampling import kinds_by_name, sampled_signals

@@ -5,8 +5,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from trackably.certificates.pinned import Pinned
-from trackably.fit.fit import Fit
-from trackably.fit.misfit import Misfit
+from trackably.fit import Fit, Misfit
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.prior import NOISE, Prior

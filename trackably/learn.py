@@ -14,25 +14,24 @@ import numpy as np
 
 from trackably.arguments import instance, real
 from trackably.arrays import ArrayLike
-from trackably.beforehand import Beforehand, Mean, learned_beforehand, levels, split_means
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.goal import Claim, goal_for
 from trackably.certificates.judge import NotTrackableError, found_or_raise
 from trackably.certificates.pinned import prove_pinned
 from trackably.certificates.prove import Failure
 from trackably.certificates.robust import robust_of
-from trackably.condensed.asked import Centres
-from trackably.condensed.cost import Condensation
-from trackably.doubts import ask, doubts
+from trackably.condensed import Centres, Condensation
+from trackably.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, levels, split_means
 from trackably.explanation import IgnoresSamplesWarning, given_too_narrowly, ignored, inflated, outlying
 from trackably.feasibility.impossible import impossible
-from trackably.fit.fit import Fit
+from trackably.fit import Fit
 from trackably.gp.factors.threads import one_blas_thread
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.samples import Samples
-from trackably.learning.joint.learn import learn_from as learn_from_starts
-from trackably.learning.joint.learn import learn_function, learn_jointly
+from trackably.input_warnings import ask, doubts
+from trackably.learning.joint.search import learn_from as learn_from_starts
+from trackably.learning.joint.search import learn_function, learn_jointly
 from trackably.learning.learner import FUNCTION, HYPERPARAMETERS, JOINT, Learner
 from trackably.learning.prior import prior_for
 from trackably.learning.problem import ConstrainedProblem, Method, NoSolution, OutOfTime, Solution
@@ -202,9 +201,9 @@ def learn_reference(
     at_rest, keep = kept_at_rest(claim, plant), learn_from is not None
     pins = tuple(pin for values in pinned for pin in values.pins(plant))
 
-    def beforehand(of: tuple[Samples, ...]) -> Beforehand:
+    def beforehand(of: tuple[Samples, ...]) -> EmpiricalPrior:
         ends = levels(between, measured.names, of)
-        return found_or_raise(learned_beforehand(of, prior, ends, starts, keep, method == "joint", at_rest))
+        return found_or_raise(empirical_prior(of, prior, ends, starts, keep, method == "joint", at_rest))
 
     with progress_bar("learn reference", shown=progress):
         with _in_time(budget, end):
@@ -213,7 +212,7 @@ def learn_reference(
         ask(first.questions, _CALLER)
         refuse_mean(claim, first.prior, plant, tightening)
 
-        def learn(first: Beforehand, learner: Learner, starts: int = starts) -> Found:
+        def learn(first: EmpiricalPrior, learner: Learner, starts: int = starts) -> Found:
             def certified(of: tuple[Samples, ...], prior: JointPrior) -> Certified | NoSolution | Failure:
                 space = SearchSpace.around(measured.signals, prior, starts)
                 return learn_certified(of, prior, plant, space, goal, learner=learner, pins=pins)
@@ -264,7 +263,7 @@ def _learner(method: object, at: object, learn_from: object, near: object) -> Le
     return _LEARNERS[method]
 
 
-def _of_neighbour(near: TrackableReference, first: Beforehand) -> tuple[Beforehand, Learner]:
+def _of_neighbour(near: TrackableReference, first: EmpiricalPrior) -> tuple[EmpiricalPrior, Learner]:
     """Return what learns the function for the hyperparameters and means of a neighbour, beginning with its function.
 
     ValueError: it is of other names or kernels, or of other hyperparameters than those that are known here.
@@ -277,7 +276,7 @@ def _of_neighbour(near: TrackableReference, first: Beforehand) -> tuple[Beforeha
     return held, replace(FUNCTION, solve=partial(learn_function, near=near.fit.solution))
 
 
-def _also_from(near: TrackableReference, first: Beforehand, learner: Learner) -> Learner:
+def _also_from(near: TrackableReference, first: EmpiricalPrior, learner: Learner) -> Learner:
     """Return a learner whose search starts at the neighbour's hyperparameters too."""
     theta = np.log([near.prior.hyperparameters[name] for name in first.prior.learned])
     return replace(learner, solve=partial(learn_jointly, also=(theta,)))
@@ -333,7 +332,7 @@ def _is_no_worse(one: Found, other: Found) -> bool:
 
 
 def _quick(
-    first: Beforehand, measured: Measurements, starts: int, learner: Learner, learn: Callable[..., Found]
+    first: EmpiricalPrior, measured: Measurements, starts: int, learner: Learner, learn: Callable[..., Found]
 ) -> Iterator[Callable[[], Found]]:
     """Yield what proves a reference sooner than the whole search, from hyperparameters that are likely without bounds.
 
@@ -351,7 +350,7 @@ def _quick(
         theta = likely.hyperparameters
         start = np.log([theta[name] for name in held.prior.learned])
         yield partial(learn, replace(held, prior=likely), FUNCTION)
-        yield partial(learn, held, replace(JOINT, solve=partial(learn_from_starts, [start]), second_choice=None))
+        yield partial(learn, held, replace(JOINT, solve=partial(learn_from_starts, [start]), fallback=None))
     else:
         yield partial(learn, held, learner, starts=1)
 

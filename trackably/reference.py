@@ -23,7 +23,7 @@ from trackably.explanation import (
     unfinished,
 )
 from trackably.files import new_file, path_of
-from trackably.fit.fit import Fit
+from trackably.fit import Fit
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ActiveBound, Method

@@ -17,7 +17,7 @@ from trackably.certificates.prove import Failure, prove, prove_on_window
 from trackably.certificates.robust import robust_of
 from trackably.errors import InputError
 from trackably.files import LEFT_OUT, read_bytes, write_atomically
-from trackably.fit.fit import Fit
+from trackably.fit import Fit
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbance.sets import DisturbanceSet
 from trackably.systems.disturbance.tightening import Tightening, tightening

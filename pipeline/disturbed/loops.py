@@ -21,7 +21,7 @@ from trackably.control.simulation import ClosedLoop, apply_fallback_for, simulat
 from trackably.control.stepping import Disturbances, SteppedController
 from trackably.control.tube import TubeController
 from trackably.learning import learner
-from trackably.learning.joint.learn import learn_from
+from trackably.learning.joint.search import learn_from
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbance.invariant import InvariantSet
 from trackably.systems.disturbance.tightening import Tightening, tightening
@@ -202,7 +202,7 @@ def _learned_for(
     except ValueError:  # nothing is left
         return None
     task = experiment.task(sampled.samples)
-    nearby = replace(learner.JOINT, solve=partial(learn_from, (start,)), second_choice=None)
+    nearby = replace(learner.JOINT, solve=partial(learn_from, (start,)), fallback=None)
     found = learn_certified(task.samples, task.prior, plant, task.space, task.goal, learner=nearby)
     return found if isinstance(found, Certified) else None
 

@@ -23,8 +23,7 @@ from pipeline.yaml_file import Fields
 from trackably.arguments import is_number
 from trackably.arrays import Array
 from trackably.certificates.goal import Claim
-from trackably.condensed.asked import Centres
-from trackably.condensed.bins import NODES
+from trackably.condensed import NODES, Centres
 from trackably.gp.hyperparameter import hyperparameter
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.elementary import Elementary

@@ -39,8 +39,8 @@ from pipeline.experiments.sources import GROUND_TRUTHS_FILE, Drawn, Source, Sour
 from pipeline.methods import METHODS, REQUIRED, ROBUST, Algorithm1, Method, Parameters, Periodic, Task
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
 from pipeline.yaml_file import Fields, raise_all
-from trackably.beforehand import Beforehand, learned_beforehand, levels
 from trackably.certificates.goal import Goal, goal_for, refusal
+from trackably.empirical_bayes import EmpiricalPrior, empirical_prior, levels
 from trackably.errors import DoubtfulInputWarning, NoReferenceError
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
@@ -396,8 +396,8 @@ def with_learned_means(experiment: Experiment, samples: tuple[Samples, ...]) -> 
         return experiment
     prior = experiment.learned_prior
     ends = levels(between, prior.names, samples)
-    found = learned_beforehand(samples, prior, ends, experiment.search.starts, keep=False)
-    if not isinstance(found, Beforehand):
+    found = empirical_prior(samples, prior, ends, experiment.search.starts, keep=False)
+    if not isinstance(found, EmpiricalPrior):
         raise NoReferenceError(f"experiment {experiment.name}: prior.mean: {found.explanation}")
     for question in found.questions:
         warnings.warn(f"experiment {experiment.name}: {question}", DoubtfulInputWarning, stacklevel=2)

@@ -8,7 +8,7 @@ from pipeline.storage.archive import Fitted
 from pipeline.storage.results import Results
 from pipeline.storage.theorems import THEORY, proved_by_coq
 from trackably.files import read_json
-from trackably.fit.edges import edges_of
+from trackably.fit import edges_of
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.margins import MarginProfile
 

@@ -16,9 +16,8 @@ from trackably import (
     TrackableReference,
     learn_reference,
 )
-from trackably.fit.misfit import Misfit
+from trackably.fit import Misfit, contacts
 from trackably.gp.joint import JointPosterior
-from trackably.learning.joint.contacts import contacts
 from trackably.learning.problem import ActiveBound
 
 SLOW = ConstrainedSystem(AXIS.system, Polytope.box([-1.1, -0.9], [0.2, 0.9]), AXIS.input_set)

@@ -8,7 +8,7 @@ import pytest
 from tests.trackably.control.tube.instances import LOOPS
 from trackably import Controller, Infeasible, Plan, Zonotope, mobile_robot, simulate
 from trackably.control.stepping import Status, Unsolved
-from trackably.learning.joint.contacts import Contact
+from trackably.fit import Contact
 from trackably.recordings import Recording, Signal
 
 LOOP = LOOPS["example1"]

@@ -21,11 +21,11 @@ from trackably import (
 )
 from trackably.gp.prior import Prior
 from trackably.learning.index_set import Window
-from trackably.learning.joint.learn import learn_function
+from trackably.learning.joint.search import learn_function
 from trackably.learning.prior import prior_for
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.space import SearchSpace
-from trackably.progress import messages, work
+from trackably.progress import bar, work
 from trackably.progress.bar import progress_bar, recordings_bar
 from trackably.progress.work import BudgetEnded, Work, done, until, watched
 from trackably.streams.windows import constraints_at
@@ -132,7 +132,7 @@ def test_one_may_watch_within_another(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_who_asks_for_messages_hears_how_far_long_work_is(monkeypatch, caplog) -> None:
     quiet = learned()
-    monkeypatch.setattr(messages, "_EVERY", 0.0)
+    monkeypatch.setattr(bar, "_EVERY", 0.0)
     caplog.set_level(logging.INFO, "trackably")
     heard = learned()
     assert {(record.name, record.levelno) for record in caplog.records} == {("trackably", logging.INFO)}
@@ -146,16 +146,16 @@ def test_who_asks_for_messages_hears_how_far_long_work_is(monkeypatch, caplog) -
 
 def test_a_message_comes_every_few_seconds(monkeypatch, caplog) -> None:
     now = iter([100.0, 109.9, 110.0, 110.1, 119.9, 125.0])
-    monkeypatch.setattr(messages, "monotonic", lambda: next(now))
+    monkeypatch.setattr(bar, "monotonic", lambda: next(now))
     caplog.set_level(logging.INFO, "trackably")
-    told = messages.Messages()
+    told = bar.Messages()
     for count in range(5):
         told(lambda count=count: f"at {count}")
     assert caplog.messages == ["at 1 [10 s]", "at 4 [25 s]"]
 
 
 def test_recordings_are_counted_in_messages(monkeypatch, caplog) -> None:
-    monkeypatch.setattr(messages, "_EVERY", 0.0)
+    monkeypatch.setattr(bar, "_EVERY", 0.0)
     caplog.set_level(logging.INFO, "trackably")
     with recordings_bar("learn references", 2) as count:
         count()
@@ -168,7 +168,7 @@ def test_recordings_are_counted_in_messages(monkeypatch, caplog) -> None:
 
 
 def test_a_terminal_is_told_by_its_line_alone(monkeypatch, caplog) -> None:
-    monkeypatch.setattr(messages, "_EVERY", 0.0)
+    monkeypatch.setattr(bar, "_EVERY", 0.0)
     caplog.set_level(logging.INFO, "trackably")
     terminal(monkeypatch)
     learned()
@@ -179,7 +179,7 @@ def test_a_terminal_is_told_by_its_line_alone(monkeypatch, caplog) -> None:
 
 def test_the_command_line_says_how_far_a_long_check_is(tmp_path) -> None:
     learned().save_certificate(tmp_path / "proof.json")
-    soon = "from trackably.progress import messages; messages._EVERY = 0"
+    soon = "from trackably.progress import bar; bar._EVERY = 0"
     run = "import runpy, sys; runpy.run_module('trackably', run_name='__main__')"
     command = [sys.executable, "-c", f"{soon}; {run}", "check", str(tmp_path / "proof.json")]
     found = subprocess.run(command, capture_output=True, text=True, check=True)

@@ -31,7 +31,7 @@ from trackably.certificates.form import encode_certificate
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.pinned import Pinned, coordinates
 from trackably.explanation import given_values
-from trackably.learning.joint.learn import learn_jointly
+from trackably.learning.joint.search import learn_jointly
 from trackably.learning.learner import JOINT
 from trackably.learning.problem import Contradiction
 from trackably.systems.sets.interval import Interval

@@ -92,9 +92,9 @@ def learn_certified(
     goal = goal or for_all_times(samples, prior, plant)
     learning = _Learning(samples, prior, plant, space, on_attempt, learner, pins, last=last)
     found = _learn(goal, learning)
-    if learner.second_choice is None or pins or (isinstance(found, Certified) and not _may_cost_more(found.solution)):
+    if learner.fallback is None or pins or (isinstance(found, Certified) and not _may_cost_more(found.solution)):
         return found
-    other = _learn(goal, replace(learning, learner=learner.second_choice, attempts=0, last=None))
+    other = _learn(goal, replace(learning, learner=learner.fallback, attempts=0, last=None))
     if not isinstance(found, Certified):
         return other if isinstance(other, Certified) else _nearer(found, other)
     is_better = isinstance(other, Certified) and other.solution.objective < found.solution.objective

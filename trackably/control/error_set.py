@@ -8,7 +8,7 @@ from math import comb
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.gp.bounded.least_squares import nonnegative_least_squares
+from trackably.gp.bounded import nonnegative_least_squares
 from trackably.systems.disturbance.invariant import InvariantSet
 from trackably.systems.disturbance.rationals import as_array
 from trackably.systems.disturbance.zonotope import Zonotope

@@ -19,7 +19,7 @@ from trackably.learning.space import SearchSpace
 Clock = Callable[[], float]
 """Returns seconds."""
 
-_MOVING = replace(JOINT, second_choice=None)
+_MOVING = replace(JOINT, fallback=None)
 
 
 @dataclass(frozen=True)

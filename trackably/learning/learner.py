@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from trackably.learning.constraint import ROUNDING_BACKOFF
-from trackably.learning.joint import learn as joint
+from trackably.learning.joint import search as joint
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.search import best_solution, continued
 
@@ -17,22 +17,20 @@ class Learner:
 
     `solve` starts from nothing, `continued` from the solution of a problem with other bounds, `extended` from that of a
     problem with fewer times. `first_backoff` is the part of a bound's width that is kept free at first. The
-    `second_choice` is taken where no reference of this learner can be proved.
+    `fallback` is taken where no reference of this learner can be proved.
     """
 
     solve: Callable[[ConstrainedProblem], Outcome]
     continued: Callable[[Solution, ConstrainedProblem], Outcome]
     extended: Callable[[Solution, ConstrainedProblem], Outcome]
     first_backoff: float
-    second_choice: "Learner | None" = None
+    fallback: "Learner | None" = None
 
 
 HYPERPARAMETERS = Learner(best_solution, continued, lambda _, problem: best_solution(problem), ROUNDING_BACKOFF)
 """The hyperparameters alone, as in the paper: the reference is a posterior mean."""
 
-JOINT = Learner(
-    joint.learn_jointly, joint.continued, joint.continued, first_backoff=1e-6, second_choice=HYPERPARAMETERS
-)
+JOINT = Learner(joint.learn_jointly, joint.continued, joint.continued, first_backoff=1e-6, fallback=HYPERPARAMETERS)
 """The function together with its hyperparameters; the hyperparameters alone where that cannot be proved."""
 
 FUNCTION = Learner(

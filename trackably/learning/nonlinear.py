@@ -9,10 +9,9 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import IllConditioned
-from trackably.learning.constraint import Bounded, Constraint
+from trackably.learning import sqp
+from trackably.learning.constraint import Bounded, Constraint, Sums
 from trackably.learning.problem import ConstrainedProblem
-from trackably.learning.solvers import sqp
-from trackably.learning.sums import Sums
 
 
 @dataclass(frozen=True)

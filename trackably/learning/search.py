@@ -3,8 +3,7 @@
 from dataclasses import replace
 
 from trackably.arrays import Array
-from trackably.learning.candidate import Candidate
-from trackably.learning.exchange import Exchange
+from trackably.learning.exchange import Candidate, Exchange
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.screening import can_screen, screened
 

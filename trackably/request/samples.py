@@ -8,8 +8,7 @@ from typing import Self, TypeVar
 import numpy as np
 
 from trackably.arguments import is_number
-from trackably.condensed.asked import MANY, Centres, checked_centres, condensed_by_name, cost_of
-from trackably.condensed.cost import Condensation
+from trackably.condensed import MANY, Centres, Condensation, checked_centres, condensed_by_name, cost_of
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel

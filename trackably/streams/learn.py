@@ -10,24 +10,22 @@ from typing import Never
 
 from trackably.arguments import real
 from trackably.arrays import ArrayLike
-from trackably.beforehand import Beforehand, Mean, learned_beforehand, levels, split_means
 from trackably.certificates.goal import Claim, refusal
 from trackably.certificates.judge import found_or_raise
 from trackably.certificates.pinned import prove_pinned
 from trackably.certificates.robust import robust_of
-from trackably.condensed.asked import Centres
-from trackably.condensed.bins import NODES
-from trackably.doubts import ask, doubts
+from trackably.condensed import NODES, Centres
+from trackably.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, levels, split_means
 from trackably.explanation import IgnoresSamplesWarning, ignored
 from trackably.feasibility.impossible import impossible
-from trackably.fit.edges import edges_of
-from trackably.fit.fit import Fit
+from trackably.fit import Fit, edges_of
 from trackably.gp.factors.threads import one_blas_thread
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.samples import Samples
+from trackably.input_warnings import ask, doubts
 from trackably.learning.index_set import Window
-from trackably.learning.joint.learn import learn_jointly
+from trackably.learning.joint.search import learn_jointly
 from trackably.learning.prior import prior_for
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.space import SearchSpace
@@ -36,9 +34,8 @@ from trackably.request.claim import check_rest, claimed
 from trackably.request.plant import drawn_in
 from trackably.request.prior import Noise
 from trackably.request.samples import Measurements, SamplesLike
-from trackably.streams.continued import part_of
 from trackably.streams.reference import StreamReference
-from trackably.streams.windows import Stream, constraints_at, learn_proved
+from trackably.streams.windows import Stream, constraints_at, learn_proved, part_of
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbance.sets import DisturbanceSet
 from trackably.systems.reference import Reference
@@ -132,9 +129,9 @@ def learn_stream(
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
     begun = _first(measured, length)
 
-    def beforehand(of: tuple[Samples, ...]) -> Beforehand:
+    def beforehand(of: tuple[Samples, ...]) -> EmpiricalPrior:
         ends = levels(between, measured.names, of)
-        return found_or_raise(learned_beforehand(of, prior, ends, starts, False, True, plant.quantities))
+        return found_or_raise(empirical_prior(of, prior, ends, starts, False, True, plant.quantities))
 
     with progress_bar("learn stream", shown=progress):
         first, _ = begun.learned(beforehand, lambda found: found.likely)
@@ -177,7 +174,7 @@ def _part_of(centres: Centres, share: float) -> Centres:
     return max(NODES, round(centres * share)) if isinstance(centres, int) else centres
 
 
-def _known(begun: Measurements, first: Beforehand, plant: ConstrainedSystem, starts: int) -> JointPrior:
+def _known(begun: Measurements, first: EmpiricalPrior, plant: ConstrainedSystem, starts: int) -> JointPrior:
     """Return the prior with the hyperparameters of least J, all known. NotTrackableError: no function keeps bounds."""
     if not first.prior.learned:
         return first.prior.as_known()

@@ -1,26 +1,62 @@
-"""A reference learned window by window, with the proof of the whole."""
+"""A reference learned window by window, with the proof of the whole.
+
+What is saved of a stream: all that it was learned from; its proof is found again when it is read.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Self
 
 from trackably.certificates.certificate import Certificate
+from trackably.certificates.goal import Claim
 from trackably.certificates.judge import found_or_raise
-from trackably.certificates.pinned import prove_pinned
-from trackably.condensed.cost import Condensation
+from trackably.certificates.pinned import Pinned, prove_pinned
+from trackably.condensed import Condensation
 from trackably.explanation import given_values, kept_free, means
-from trackably.files import new_file, path_of
-from trackably.fit.misfit import Misfit
+from trackably.files import LEFT_OUT, new_file, path_of
+from trackably.fit import Misfit
+from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.proved.reference import ProvedReference
-from trackably.saved import SavedTightening, window_of
-from trackably.streams.saved import SavedStream
+from trackably.saved import Saved, SavedTightening, window_of
 from trackably.streams.windows import Stream
 from trackably.systems.disturbance.tightening import Tightening
 from trackably.systems.reference import Reference
+
+
+@dataclass(frozen=True, eq=False)
+class SavedStream(Saved):
+    """A reference `learned` in windows of a `length` [s], with the times of its proof. ValueError: parts do not fit."""
+
+    learned: Reference
+    samples: tuple[Samples, ...]
+    prior: JointPrior
+    length: float
+    proved_from: float | None
+    proved_until: float | None
+    condensed: tuple[Condensation, ...] = field(default=(), metadata={LEFT_OUT: True})
+    tightening: SavedTightening | None = field(default=None, metadata={LEFT_OUT: True})
+    pinned: tuple[Pinned, ...] = field(default=(), metadata={LEFT_OUT: True})
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        counts = {len(self.samples), len(self.prior.parts), len(self.learned.kernel_sums)}
+        if len(counts) > 1 or self.prior.learned or not self.length > 0:
+            raise ValueError("stream: expected samples, a known prior and a signal of each flat output, and a length")
+
+    @property
+    def reference(self) -> Reference:
+        return self.learned
+
+    @property
+    def stream(self) -> Stream:
+        """What the reference was learned from."""
+        start, end = self.proved_from, self.proved_until
+        claim: Claim = "all_times" if start is None or end is None else (start, end)
+        return Stream(self.samples, self.prior, self.learned.plant, self.length, claim, self.pinned)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.robust import robust_of
 from trackably.control.online import BudgetExceeded, Clock, WindowLearner, holds_for_all_times
 from trackably.control.stepping import Plan, SteppedController, StepResult
-from trackably.fit.fit import Fit
+from trackably.fit import Fit
 from trackably.learning.problem import NoSolution
 from trackably.learning.space import SearchSpace
 from trackably.reference import TrackableReference

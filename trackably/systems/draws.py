@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.gp.bounded.normal import BoundedNormal
+from trackably.gp.bounded import BoundedNormal
 from trackably.gp.joint import JointPosterior
 from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem

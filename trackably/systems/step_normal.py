@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.gp.bounded.root import root
+from trackably.gp.bounded import root
 from trackably.gp.joint import JointPosterior
 from trackably.gp.row_posterior import RowPosterior
 from trackably.gp.rows import Rows, Terms

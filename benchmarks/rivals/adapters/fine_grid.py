@@ -11,7 +11,7 @@ from benchmarks.rivals.adapters.conic import Conic, Unsolved
 from benchmarks.rivals.adapters.rows import POINTS, Grid
 from benchmarks.rivals.judge.kernels import KernelCurve
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
-from trackably.gp.bounded.root import root
+from trackably.gp.bounded import root
 from trackably.gp.row_posterior import RowPosterior
 from trackably.systems.reference import Reference
 

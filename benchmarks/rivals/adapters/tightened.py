@@ -16,7 +16,7 @@ from benchmarks.rivals.adapters.rows import POINTS, Grid, prior_covariance, rows
 from benchmarks.rivals.judge.kernels import KernelCurve
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
-from trackably.gp.bounded.root import root
+from trackably.gp.bounded import root
 from trackably.gp.joint import JointPosterior
 from trackably.gp.row_kernel import row_kernel
 from trackably.gp.rows import Rows, Terms

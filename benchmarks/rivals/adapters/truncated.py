@@ -20,8 +20,7 @@ from benchmarks.rivals.judge.curves import of_flat_outputs
 from benchmarks.rivals.judge.polynomials import Pieces
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
-from trackably.gp.bounded.normal import BoundedNormal, NoRoom
-from trackably.gp.bounded.root import root
+from trackably.gp.bounded import BoundedNormal, NoRoom, root
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.samples import Samples
 

@@ -13,7 +13,7 @@ from benchmarks.rivals.model import Answer, Found, Problem
 from trackably.certificates.certified import Certified
 from trackably.gp.joint import JointPrior
 from trackably.learning.exchange import Exchange
-from trackably.learning.joint import learn as joint
+from trackably.learning.joint import search as joint
 from trackably.learning.learner import HYPERPARAMETERS, JOINT, Learner
 from trackably.learning.problem import ConstrainedProblem, Contradiction, NoSolution, Solution
 from trackably.learning.screening import can_screen
@@ -77,4 +77,4 @@ def jointly(free: Solution, alone: Learned | None) -> Learner:
             return known
         return found
 
-    return replace(JOINT, solve=solve, second_choice=None)
+    return replace(JOINT, solve=solve, fallback=None)

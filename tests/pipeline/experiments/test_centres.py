@@ -14,7 +14,7 @@ from pipeline.storage.archive import read_samples
 from pipeline.storage.results import Results
 from tests.pipeline.params import changed, written_to
 from trackably import DoubtfulInputWarning, Samples
-from trackably.condensed.condense import condensed, condensed_enough
+from trackably.condensed import condensed, condensed_enough
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
 

@@ -13,8 +13,8 @@ from pipeline.storage.results import Results
 from tests.pipeline.params import changed, written_to
 from tests.trackably.recordings.mcap_files.writers import START, TOPIC, write_plain
 from trackably import DoubtfulInputWarning
-from trackably.doubts import doubts
 from trackably.errors import InputError
+from trackably.input_warnings import doubts
 
 LEVEL = """mcap: data/recordings/tank.mcap
         topic: /tank/level

@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 
 from pipeline.published.scalar import coefficients, interval_sets
 from tests.pipeline.published.periodic_instances import SEEDS, Instance, instance
-from trackably.learning.solvers import sqp
+from trackably.learning import sqp
 
 NOWHERE = 1e9
 COARSE, FINE = 100, 6000

@@ -86,8 +86,8 @@ def test_of_two_failures_that_is_told_in_which_less_is_missing(missing):
             problem.posterior(prior.log_hyperparameters), plant.quantities[0], 0.5, by, ()
         )
 
-    first, second = (replace(JOINT, solve=failing(by), second_choice=None) for by in missing)
-    found = learn_certified(samples, prior, plant, space, learner=replace(first, second_choice=second))
+    first, second = (replace(JOINT, solve=failing(by), fallback=None) for by in missing)
+    found = learn_certified(samples, prior, plant, space, learner=replace(first, fallback=second))
     assert isinstance(found, NothingFeasible)
     assert found.violation == min(missing)
 

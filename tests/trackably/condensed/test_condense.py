@@ -11,7 +11,7 @@ import pytest
 
 from tests.trackably.condensed.instances import INSTANCES, REGULAR, seen
 from trackably import Matern52, Samples, SquaredExponential
-from trackably.condensed.condense import condensed, condensed_enough, finer
+from trackably.condensed import condensed, condensed_enough, finer
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Scatter

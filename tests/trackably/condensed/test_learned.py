@@ -8,7 +8,7 @@ import pytest
 
 from tests.trackably.plants import AXIS
 from trackably import Samples, SquaredExponential, TrackableReference, learn_reference
-from trackably.condensed.asked import MANY, condensed_by_name
+from trackably.condensed import MANY, condensed_by_name
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPosterior
 

@@ -9,7 +9,7 @@ from pipeline.loops.online import receding_window, simulate_online
 from tests.pipeline.loops.test_online import CONTROLLER, PRIOR, STREAM, certified_by_search
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.control.online import BudgetExceeded, WindowLearner
-from trackably.learning.joint.learn import learn_function
+from trackably.learning.joint.search import learn_function
 from trackably.learning.learner import JOINT
 from trackably.learning.problem import ConstrainedProblem, Contradiction, Pin
 from trackably.learning.space import SearchSpace
@@ -35,7 +35,7 @@ def test_the_function_is_the_one_that_is_found_from_nothing(first):
     for samples in WINDOWS[1:5]:
         space = SearchSpace.around(samples, known, starts=1)
         warm = learner(samples)
-        cold = learn_certified(samples, known, first.reference.plant, space, learner=replace(JOINT, second_choice=None))
+        cold = learn_certified(samples, known, first.reference.plant, space, learner=replace(JOINT, fallback=None))
         assert isinstance(warm, Certified)
         assert isinstance(cold, Certified)
         assert warm.solution.objective == pytest.approx(cold.solution.objective, abs=1e-3)

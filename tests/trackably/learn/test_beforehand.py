@@ -8,7 +8,7 @@ import scipy
 
 from tests.trackably.plants import AXIS, CART, SAMPLES, TIMES
 from trackably import DoubtfulInputWarning, Matern52, Samples, SquaredExponential, TrackableReference, learn_reference
-from trackably.beforehand import levels, split_means
+from trackably.empirical_bayes import levels, split_means
 from trackably.gp.joint import JointPrior
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior

@@ -17,7 +17,7 @@ from trackably import (
     learn_reference,
 )
 from trackably.certificates.goal import Claim
-from trackably.doubts import doubts
+from trackably.input_warnings import doubts
 
 KNOWN = SquaredExponential(0.1, 0.5)
 X, U = Polytope.box([-9, -9], [9, 9]), Polytope.box([-9], [9])

@@ -7,7 +7,7 @@ import pytest
 
 from tests.trackably.plants import AXIS, SAMPLES
 from trackably import DoubtfulInputWarning, SquaredExponential, TrackableReference, learn_reference
-from trackably.fit.edges import Edge
+from trackably.fit import Edge
 from trackably.gp.hyperparameter import Learned
 from trackably.systems.sets.interval import Interval
 

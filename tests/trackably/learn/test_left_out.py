@@ -26,8 +26,8 @@ from trackably import (
     learn_reference,
     learn_stream,
 )
-from trackably.beforehand import Beforehand, learned_beforehand, levels, split_means
 from trackably.certificates.goal import Claim
+from trackably.empirical_bayes import EmpiricalPrior, empirical_prior, levels, split_means
 from trackably.gp.posterior import Posterior
 from trackably.learning.prior import prior_for
 from trackably.learning.problem import NothingFactored, Solution
@@ -132,13 +132,13 @@ def beforehand(
     claim: Claim = "all_times",
     noise_std: float | None = 0.05,
     hold_noise: bool = False,
-) -> tuple[Measurements, Beforehand]:
+) -> tuple[Measurements, EmpiricalPrior]:
     measured = Measurements.of(given, plant, noise_std, None)
     level, between = split_means(None, measured.names, measured.given)
     prior = prior_for(plant, measured.priors(KNOWN, level))
     ends = levels(between, measured.names, measured.signals)
-    found = learned_beforehand(measured.signals, prior, ends, 1, False, hold_noise, kept_at_rest(claim, plant))
-    assert isinstance(found, Beforehand)
+    found = empirical_prior(measured.signals, prior, ends, 1, False, hold_noise, kept_at_rest(claim, plant))
+    assert isinstance(found, EmpiricalPrior)
     return measured, found
 
 
@@ -244,7 +244,7 @@ def test_where_samples_show_no_noise_it_is_learned_with_the_bounds() -> None:
     assert found.hyperparameters["noise_std"] > 1e-3
 
 
-def solution(found: Beforehand, method: Literal["joint", "hyperparameters"], extra: float) -> Solution:
+def solution(found: EmpiricalPrior, method: Literal["joint", "hyperparameters"], extra: float) -> Solution:
     """A solution that costs `extra` more than the likeliest without bounds."""
     assert found.likeliest is not None
     least, _ = found.likeliest.negative_log_marginal_likelihood()

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from trackably.arrays import Array
-from trackably.learning.solvers.sqp import Evaluation, minimise
+from trackably.learning.sqp import Evaluation, minimise
 
 Problem = Callable[[Array], Evaluation]
 WIDE = np.full(2, -50.0), np.full(2, 50.0)

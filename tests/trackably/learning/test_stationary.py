@@ -15,12 +15,11 @@ from pipeline.generate import sampled_by
 from tests.project import ROOT
 from tests.trackably.learning.searches import followed
 from trackably.arrays import Array
-from trackably.learning import exchange
+from trackably.learning import exchange, sqp
 from trackably.learning.methods import all_phases
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.screening import screened
-from trackably.learning.solvers import sqp
-from trackably.learning.solvers.quadratic import QuadraticProgram
+from trackably.learning.sqp import QuadraticProgram
 
 _ACTIVE = 1e-6
 _MOST_EVALUATIONS = 150

@@ -17,10 +17,9 @@ from trackably.gp.joint import JointPrior
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.signal import KernelSum
-from trackably.learning.joint.learn import learn_function
+from trackably.learning.joint.search import learn_function
 from trackably.learning.problem import NoFunction, NoSolution
-from trackably.streams.continued import Continued, part_of, together, with_memory
-from trackably.streams.windows import Stream, learn_proved
+from trackably.streams.windows import Continued, Stream, learn_proved, part_of, together, with_memory
 from trackably.systems.sampling import sampled_signals
 
 TIMES = np.cumsum(np.random.default_rng(7).uniform(0.05, 0.25, 200))

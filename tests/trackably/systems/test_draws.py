@@ -10,7 +10,7 @@ from pipeline.published.ground_truth import setpoint_change
 from tests.project import ROOT
 from tests.trackably.checker.redundant import learned as redundant
 from tests.trackably.plants import CART
-from trackably.gp.bounded.normal import NoRoom
+from trackably.gp.bounded import NoRoom
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.squared_exponential import SquaredExponential

@@ -9,7 +9,7 @@ from tests.trackably.certificates.instances import case, general_case
 from tests.trackably.systems.nonlinear_instances import INSTANCES, moving
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import Steps, Window
-from trackably.learning.joint.minima import Seen
+from trackably.learning.joint.places import Seen
 from trackably.systems.quantities import Quantities
 from trackably.systems.reference import Reference
 

@@ -1,19 +1,27 @@
-"""Places of bounds in the program of the function: a time and a side; and the rows that they are."""
+"""Places of bounds in the program of the function: a time and a side; and the rows that they are.
+
+Where a function comes near to its bounds: local minima of all margins, sought together.
+"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import accumulate
+from dataclasses import dataclass, replace
+from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from trackably.arrays import Array, Flags
+from trackably.gp.factors.cached import cached
+from trackably.gp.remembered import Remembered
 from trackably.gp.rows import Rows, Terms
 from trackably.gp.signal import KernelSum
+from trackably.learning.constraint import PARTS, Bounded, Constraint, local_minima
+from trackably.learning.index_set import Indices
 from trackably.learning.problem import ActiveBound, ConstrainedProblem, Side
 from trackably.systems.flat.functional import Functional
 from trackably.systems.flat.trajectory import Trajectory
+from trackably.systems.quantities import Quantities
 
 LOWER, UPPER = 1.0, -1.0
 _MANY, _MOST = 500, 1200  # active places: steps in θ are taken with no more
@@ -144,3 +152,145 @@ def _linearised(
         offsets += slopes[name] * (float(functional.offset) - at[name])
         parts.append((functional, slopes[name]))
     return offsets, parts
+
+
+_PARTS = (np.arange(1, PARTS) / PARTS)[:, None]
+_CLOSE = 0.05  # of a bound's width: closer local minima are places too, for the steps of θ that follow
+_NEW = 0.1  # of the distance of regular times: closer ones are places already
+
+Minima = list[tuple[Array, Array]]
+"""For each constraint times [s], and relative margins there: parts of the bounds' widths."""
+
+
+@dataclass(frozen=True, eq=False)
+class MarginScan:
+    """The function with these `signals`, as the `constraints` see it. TypeError: some of them have no index set."""
+
+    constraints: Sequence[Bounded]
+    signals: tuple[KernelSum, ...]
+
+    def closest(self, places: Places) -> Minima:
+        """Return the local minima of each margin, and where it is negative between neighbouring places.
+
+        A function bent at two places may leave its bounds between them, where the grid of the index set has no time.
+        """
+        return _joined(self._minima, self._between([at[:, 0] for at in places]))
+
+    def with_overlooked(self, found: Minima) -> Minima:
+        """Add the places where a bound is violated that the coarse grid of `closest` missed."""
+        unseen = [constraint.unseen(self) for constraint in self._known]
+        rough = self._between([constraint.examined(self) for constraint in self._known])
+        return _joined(_joined(found, unseen), rough)
+
+    def thinned(self, found: Minima, places: Places, apart: Sequence[float], by: float) -> Minima:
+        """Return the times at which bounds are broken `by` a part of their width, or by more: few at first.
+
+        They are regular, `apart` [s] for each constraint, and minima far from those, until bounds are broken between
+        them and the `places` only. One minimum at a time, a function that is held to its bound for long would be bent
+        at ever more places.
+        """
+        found = [(times[margins < -by], margins[margins < -by]) for times, margins in found]
+        regular = [self._regular(k, times, by, apart[k]) for k, (times, _) in enumerate(found)]
+        known = [np.sort(at[:, 0]) for at in places]
+        new = [_distances(times, at) > _NEW * d for (times, _), at, d in zip(regular, known, apart, strict=True)]
+        if not any(np.any(each) for each in new):
+            return found
+        kept = []
+        for (times, margins), (at, least), known_at, d, fresh in zip(found, regular, known, apart, new, strict=True):
+            far = _distances(times, np.sort(np.concatenate([at, known_at]))) > d
+            kept.append((np.concatenate([times[far], at[fresh]]), np.concatenate([margins[far], least[fresh]])))
+        return kept
+
+    def _regular(self, k: int, broken: Array, by: float, apart: float) -> tuple[Array, Array]:
+        """Return multiples of `apart` between `broken` times at which a bound is broken, and the relative margins."""
+        if not len(broken):
+            return np.empty(0), np.empty(0)
+        count = np.arange(np.floor(np.min(broken) / apart) + 1, np.ceil(np.max(broken) / apart))
+        regular = self._known[k].index_set.nearest(apart * count)
+        least = self._all.margins(regular)[k] / self._known[k].quantity.bounds.width
+        return regular[least < -by], least[least < -by]
+
+    def places(self, found: Minima) -> Places:
+        """Return the places (n, 2) of those minima whose margin is small, each at the nearer bound."""
+        times = [at[np.isfinite(margins) & (margins < _CLOSE)] for at, margins in found]
+        which, (lower, upper) = _owners(times), self._all.bounds
+        places = np.empty((len(which), 2))
+        places[:, 0] = np.concatenate([np.empty(0), *times])
+        values = self._all.values_of(which, places[:, 0])
+        places[:, 1] = np.where(values - lower[which] < upper[which] - values, LOWER, UPPER)
+        return tuple(_parted(places, times))
+
+    @property
+    def _minima(self) -> Minima:
+        return local_minima(self._known, [signal.kernel for signal in self.signals], self._several)
+
+    def _between(self, places: Sequence[Array]) -> Minima:
+        """Return for each constraint the lowest margin between neighbouring places, in order, where it is negative."""
+        if all(len(at) < 2 for at in places):
+            return [(np.empty(0), np.empty(0)) for _ in places]
+        times = [
+            constraint.index_set.nearest(at[:-1] + _PARTS * (at[1:] - at[:-1]))
+            for constraint, at in zip(self._known, places, strict=True)
+        ]
+        if times and all(np.array_equal(at, times[0]) for at in times[1:]):  # signals are evaluated there once
+            found = [_lowest(*pair) for pair in zip(times, self._all.margins(times[0]), strict=True)]
+        else:
+            pairs, every = [at[0] for at in times], np.concatenate([np.empty((PARTS - 1, 0)), *times], axis=1)
+            parts = [_parted(of_all, pairs) for of_all in _lowest(every, self._all.margins_of(_owners(pairs), every))]
+            found = list(zip(*parts, strict=True))
+        widths = [constraint.quantity.bounds.width for constraint in self._known]
+        return [(at[least < 0], least[least < 0] / w) for (at, least), w in zip(found, widths, strict=True)]
+
+    @cached
+    def _all(self) -> Quantities:
+        return self._quantities(self._known)
+
+    def _several(self, constraints: Sequence[Constraint]) -> Quantities:
+        return self._all if len(constraints) == len(self._known) else self._quantities(constraints)
+
+    def _quantities(self, constraints: Sequence[Constraint]) -> Quantities:
+        quick = tuple(signal.nearly for signal in self.signals)
+        several = Quantities(tuple(constraint.quantity for constraint in constraints), quick)
+        return several if several.is_linear else replace(several, signals=self._remembered.signals)
+
+    @cached
+    def _remembered(self) -> Remembered:
+        return Remembered.of(self.signals)
+
+    @cached
+    def _known(self) -> list[Constraint]:
+        known = [constraint for constraint in self.constraints if isinstance(constraint, Constraint)]
+        if len(known) < len(self.constraints):
+            raise TypeError("a function is learned with constraints that have an index set")
+        return known
+
+
+def _distances(times: Array, others: Array) -> Array:
+    """Return how far each time [s] is from the nearest of the sorted `others`; infinity where there is none."""
+    padded = np.concatenate([[-np.inf], others, [np.inf]])
+    after = np.searchsorted(padded, times)
+    return np.asarray(np.minimum(times - padded[after - 1], padded[after] - times))
+
+
+def _lowest(times: Array, margins: Array) -> tuple[Array, Array]:
+    """Return the time of the lowest margin in each column, and that margin."""
+    lowest, every = np.argmin(margins, axis=0), np.arange(margins.shape[1])
+    return times[lowest, every], margins[lowest, every]
+
+
+def _joined(one: Minima, other: Minima) -> Minima:
+    return [
+        (np.concatenate([times, more]), np.concatenate([margins, below]))
+        for (times, margins), (more, below) in zip(one, other, strict=True)
+    ]
+
+
+def _owners(parts: Sequence[Array]) -> Indices:
+    """Return the index of the part that each entry of the joined parts belongs to."""
+    return np.repeat(np.arange(len(parts)), [len(part) for part in parts])
+
+
+def _parted(joined: Array, parts: Sequence[Array]) -> list[Array]:
+    """Divide an array into parts as long as these."""
+    ends = list(accumulate(map(len, parts), initial=0))
+    return [joined[first:last] for first, last in pairwise(ends)]

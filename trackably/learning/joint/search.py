@@ -2,9 +2,11 @@
 
 A program with few places is a relaxation. Its minimiser may be far from any minimum of J: a step is taken only if it
 makes J smaller, at all times; otherwise the places that it has shown stay, and the next step is shorter.
+
+Learn hyperparameters and function together, from several starts: those of the likelihood and of θ alone.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,12 +15,20 @@ from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import IllConditioned
 from trackably.gp.signal import KernelSum
-from trackably.learning.joint.bent import BentMean, bent_mean, is_linear
+from trackably.learning import sqp
+from trackably.learning.joint.constrained_mean import ConstrainedMean, WorkingSet, constrained_mean, is_linear
+from trackably.learning.joint.exchange import CROWD, ExchangeResult, exchange_bounds, merged, no_places, same_time
 from trackably.learning.joint.places import Places, chosen, demands, fewer, flags
-from trackably.learning.joint.settle import CROWD, Settled, merged, no_places, same_time, settled
-from trackably.learning.joint.working import WorkingSet
-from trackably.learning.problem import ConstrainedProblem
-from trackably.learning.solvers import sqp
+from trackably.learning.problem import (
+    ConstrainedProblem,
+    Contradiction,
+    NoFunction,
+    NoSolution,
+    NothingFeasible,
+    Solution,
+)
+from trackably.learning.search import best_solution, better_solution
+from trackably.learning.search import continued as continued_alone
 
 _MAX_ROUNDS = 30
 _SAME_VALUE = 1e-9
@@ -55,22 +65,22 @@ class JointProgram:
         working = self._working_set(active)
 
         def evaluate(log_theta: Array) -> sqp.Evaluation | None:
-            return self._evaluated(log_theta, working.bent if working else self._bent)
+            return self._evaluated(log_theta, working.mean_for if working else self._mean_for)
 
         found = sqp.minimise(evaluate, start, lower, upper, _NEARBY, curvature, precision)
         return None if found is None else (found, chosen(self.places, working.chosen) if working else self.places)
 
     def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
         """Return J with its gradient, which the envelope theorem gives; None where J has no value."""
-        return self._evaluated(log_theta, self._bent)
+        return self._evaluated(log_theta, self._mean_for)
 
     def _evaluated(
-        self, log_theta: Array, bent_for: Callable[[JointPosterior], BentMean | None]
+        self, log_theta: Array, mean_for: Callable[[JointPosterior], ConstrainedMean | None]
     ) -> sqp.Evaluation | None:
         posterior = self.problem.posterior(log_theta)
         try:
             value, gradient = posterior.negative_log_marginal_likelihood()
-            bent = bent_for(posterior)
+            bent = mean_for(posterior)
         except IllConditioned:
             return None
         if bent is None:
@@ -78,8 +88,8 @@ class JointProgram:
         by_theta = gradient + bent.price_gradient()
         return sqp.Evaluation(value + bent.price, by_theta, np.empty(0), np.empty((0, len(log_theta))))
 
-    def _bent(self, posterior: JointPosterior) -> BentMean | None:
-        return bent_mean(self.problem, posterior, self.places, self.near)
+    def _mean_for(self, posterior: JointPosterior) -> ConstrainedMean | None:
+        return constrained_mean(self.problem, posterior, self.places, self.near)
 
     def _working_set(self, active: Places) -> WorkingSet | None:
         """Return a set that begins with active places and the pins; None where rows depend on the function."""
@@ -97,21 +107,21 @@ class Point:
 
     log_theta: Array
     nlml: float
-    function: Settled
+    function: ExchangeResult
 
     @property
     def objective(self) -> float:
         """J = l + D."""
-        return self.nlml + self.function.bent.price
+        return self.nlml + self.function.mean.price
 
     @property
     def is_solution(self) -> bool:
         """Whether the function keeps its bounds, up to what a back-off mends."""
-        return not self.function.bent.contradicts and self.function.margin >= -_ALMOST
+        return not self.function.mean.contradicts and self.function.margin >= -_ALMOST
 
     def is_unfinished(self, ceiling: float) -> bool:
         """Whether bounds are broken though the exchange ended below the ceiling of J: it needs too many places."""
-        return not (self.is_solution or self.function.bent.contradicts or self.objective > ceiling)
+        return not (self.is_solution or self.function.mean.contradicts or self.objective > ceiling)
 
     @property
     def ceiling(self) -> float:
@@ -130,7 +140,7 @@ class _Path:
 
     def met(self, point: Point) -> Places:
         """Return the places with those of a point."""
-        return merged(self.places, point.function.places, same_time(self.point.function.bent.signals))
+        return merged(self.places, point.function.places, same_time(self.point.function.mean.signals))
 
 
 @dataclass
@@ -156,7 +166,7 @@ class JointSearch:
             return
         crowded = sum(map(len, coarse.function.active)) > CROWD
         tolerance = _ALMOST / 10 if crowded else 0.0
-        fine = self._at(coarse.log_theta, coarse.function.places, coarse.function.bent.signals, tolerance)
+        fine = self._at(coarse.log_theta, coarse.function.places, coarse.function.mean.signals, tolerance)
         if fine is not None and fine.function.margin > -_ROUGH and not crowded:
             again = replace(path, point=fine, reach=max(path.reach, _NEARBY))
             fine = self._descended(again, 0.0, _FINE_GAIN).point
@@ -168,7 +178,7 @@ class JointSearch:
         """Find the function for these hyperparameters alone: there are no steps in θ to prepare."""
         begun = no_places(self.problem) if places is None else places
         point = self._at(log_theta, begun, near, 0.0)
-        if point is not None and not (point.is_solution or point.function.bent.contradicts):  # too many places
+        if point is not None and not (point.is_solution or point.function.mean.contradicts):  # too many places
             point = self._at(log_theta, begun, near, _ALMOST / 10)
         if point is not None and point.is_solution:
             self.best = point
@@ -181,9 +191,9 @@ class JointSearch:
         """
         for _ in range(_MAX_ROUNDS):
             point = path.point
-            if not (point.is_solution or point.function.bent.contradicts):
+            if not (point.is_solution or point.function.mean.contradicts):
                 break
-            signals = point.function.bent.signals
+            signals = point.function.mean.signals
             program = JointProgram(self.problem, fewer(path.met(point), point.function.active), signals)
             precision = max(least_gain * _EXACT, _PRECISION)
             minimised = program.minimise(point.log_theta, path.curvature, path.reach, point.function.active, precision)
@@ -231,7 +241,7 @@ class JointSearch:
         posterior = self.problem.posterior(log_theta)
         try:
             nlml, _ = posterior.negative_log_marginal_likelihood()
-            function = settled(self.problem, posterior, places, near, tolerance, ceiling - nlml)
+            function = exchange_bounds(self.problem, posterior, places, near, tolerance, ceiling - nlml)
         except IllConditioned:
             return None
         if function is None:
@@ -243,3 +253,134 @@ class JointSearch:
 
     def _is_no_better(self, value: float) -> bool:
         return self.best is not None and value >= self.best.objective - _SAME_VALUE * (1 + abs(self.best.objective))
+
+
+_OTHER_MINIMA = 3  # of the likelihood: they are starts too
+_MANY_SAMPLES = 200  # the search over θ alone takes longer than that for functions
+_TOLD = 4  # bounds that contradict each other
+
+
+def learn_jointly(problem: ConstrainedProblem, also: Sequence[Array] = ()) -> Solution | NoSolution:
+    """Return the best local minimum of J = l + D that keeps every bound at all times, or why there is none.
+
+    Starts are the likelihood's minima, the minimum over θ alone (the paper's problem, in which D = 0), so that J is
+    never larger than there, and the ln θ in `also`. Where the function can be found from no start (formulas may lead
+    nowhere), the minimum over θ alone is returned: it has no active bounds. Deterministic.
+    """
+    free = best_solution(ConstrainedProblem(problem.samples, problem.prior, problem.space))
+    if not isinstance(free, Solution):
+        return free
+    search = JointSearch(problem)
+    search.follow(free.posterior.prior.log_hyperparameters)
+    alone = _alone(replace(problem, pins=()), free, search.best)
+    if isinstance(alone, Solution):
+        search.follow(alone.posterior.prior.log_hyperparameters)
+    for other in (*also, *free.others[:_OTHER_MINIMA]):
+        if search.best is None or _nlml(problem, other) < search.best.objective:
+            search.follow(other)
+    fits = search.fits + sum(found.fits for found in (free, alone) if isinstance(found, Solution))
+    least = search.best.objective if search.best else np.inf
+    if isinstance(alone, Solution) and not problem.pins and alone.objective < least:
+        return replace(alone, fits=fits, unconstrained=free.posterior, alone=alone.objective)
+    if search.best is not None:
+        known = alone.objective if isinstance(alone, Solution) else np.inf
+        return replace(_solution(search.best, fits, free.posterior), alone=known)
+    if search.closest is not None:
+        return _no_solution(problem, search.closest)
+    return NoFunction(problem.pins) if problem.pins or alone is None else alone
+
+
+def learn_from(starts: Sequence[Array], problem: ConstrainedProblem) -> Solution | NoSolution:
+    """Return the best local minimum of J = l + D from these ln θ alone, each of shape (p,), or why there is none.
+
+    For a problem that differs little from one whose hyperparameters are known, where a search from everywhere is not
+    needed. `problem.pins` are not met by hyperparameters alone: where no function is found, there is no solution.
+    """
+    search = JointSearch(problem)
+    for log_theta in starts:
+        search.follow(log_theta)
+    if search.best is not None:
+        return _solution(search.best, search.fits, None)
+    return _no_solution(problem, search.closest) if search.closest is not None else NoFunction(problem.pins)
+
+
+def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
+    """Solve a problem whose bounds or times differ a little from those of `solution`: search from its minimiser.
+
+    Where that finds no function, a solution of hyperparameters alone is continued as such; any other is sought anew. It
+    may cost more than hyperparameters alone would: `alone` is still that of `solution`, and tells.
+    """
+    search = JointSearch(problem)
+    places = solution.active if solution.active_bounds else None
+    if solution.missed or solution.is_rough:  # hyperparameters hardly move where J does not
+        search.settle(solution.posterior.prior.log_hyperparameters, places, solution.signals)
+        if search.best and search.best.objective - solution.objective <= 2 * solution.allowed_gap:
+            return replace(_solution(search.best, search.fits, solution.unconstrained), alone=solution.alone)
+    search.follow(solution.posterior.prior.log_hyperparameters, places, solution.signals)
+    if search.best:
+        return replace(_solution(search.best, search.fits, solution.unconstrained), alone=solution.alone)
+    if solution.method == "hyperparameters" and not problem.pins:
+        alone = continued_alone(solution, problem)
+        if not isinstance(alone, Solution):
+            return alone
+        return replace(alone, unconstrained=solution.unconstrained, alone=solution.alone)
+    return learn_jointly(problem)
+
+
+def _alone(problem: ConstrainedProblem, free: Solution, best: Point | None) -> Solution | NoSolution | None:
+    """Return the minimum over θ alone; of many samples only where it is better than the `best` function.
+
+    Each of its programs has a Gram matrix of all samples at each step, and many of them: a search that cannot end below
+    a function that is known is given up as soon as that is seen.
+    """
+    if best is None or sum(map(len, problem.samples)) < _MANY_SAMPLES:
+        return best_solution(problem, free=free)
+    return better_solution(problem, free, best.objective)
+
+
+def learn_function(problem: ConstrainedProblem, near: Solution | None = None) -> Solution | NoSolution:
+    """Return the function that keeps every bound at all times, for hyperparameters that are all known; or why not.
+
+    `near` is the solution of a problem that differs a little, with other samples or bounds: its places come first.
+    Raises ValueError where hyperparameters are to be learned.
+    """
+    if problem.prior.learned:
+        raise ValueError(f"function: hyperparameters have to be known, but {', '.join(problem.prior.learned)}")
+    search = JointSearch(problem)
+    known, places = problem.prior.log_hyperparameters, near.active if near and near.active_bounds else None
+    search.settle(known, places, near.signals if near else None)
+    if search.best is not None:
+        return _solution(search.best, search.fits, None)
+    return NoFunction(problem.pins) if search.closest is None else _no_solution(problem, search.closest)
+
+
+def _nlml(problem: ConstrainedProblem, log_theta: Array) -> float:
+    try:
+        return problem.posterior(log_theta).negative_log_marginal_likelihood()[0]
+    except IllConditioned:
+        return np.inf
+
+
+def _solution(point: Point, fits: int, unconstrained: JointPosterior | None) -> Solution:
+    bent = point.function.mean
+    return Solution(
+        bent.posterior,
+        bent.signals,
+        point.objective,
+        point.function.places,
+        fits,
+        active_bounds=bent.active_bounds,
+        method="joint",
+        unconstrained=unconstrained,
+        missed=max(0.0, -point.function.margin),
+    )
+
+
+def _no_solution(problem: ConstrainedProblem, closest: Point) -> NoSolution:
+    bent, function = closest.function.mean, closest.function
+    if bent.contradicts:
+        given_first = sorted(bent.most_influential, key=lambda bound: bound.side != "equal")
+        return Contradiction(bent.posterior, tuple(given_first[:_TOLD]))
+    quantity = problem.constraints[function.constraint].quantity
+    violation = -function.margin * quantity.bounds.width
+    return NothingFeasible(bent.posterior, quantity, function.time, violation, problem.broken_at_rest)

@@ -6,10 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import optimize, stats
 
-from trackably.gp.bounded.least_norm import least_norm
-from trackably.gp.bounded.normal import BoundedNormal, NoRoom
-from trackably.gp.bounded.particles import Particles, Walls
-from trackably.gp.bounded.root import root
+from trackably.gp.bounded import BoundedNormal, NoRoom, Particles, Walls, least_norm, root
 
 INF = np.inf
 

@@ -19,7 +19,7 @@ from trackably.gp.samples import Samples
 from trackably.gp.stencil import POINT, Stencil
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import Steps
-from trackably.learning.joint.settle import Settled, no_places, settled
+from trackably.learning.joint.exchange import ExchangeResult, exchange_bounds, no_places
 from trackably.learning.problem import ConstrainedProblem, Pin
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
@@ -180,9 +180,9 @@ ALL = CASES | PINNED
 
 
 @cache
-def solved(name: str) -> Settled:
+def solved(name: str) -> ExchangeResult:
     """The function for the case's θ."""
     case = ALL[name]
-    found = settled(case.problem, case.posterior, no_places(case.problem))
+    found = exchange_bounds(case.problem, case.posterior, no_places(case.problem))
     assert found is not None
     return found

@@ -7,7 +7,7 @@ import cvxpy as cp
 import numpy as np
 
 from tests.trackably.learning.joint.instances import Case
-from trackably.learning.joint.bent import BentMean
+from trackably.learning.joint.constrained_mean import ConstrainedMean
 from trackably.systems.flat.functional import Functional
 
 _NEGLIGIBLE = 1e-14  # of the largest variance: of directions in which the functions do not differ
@@ -101,7 +101,7 @@ def _sample(case: Case, process: int, t: float) -> Linear:
     return Linear(terms, stencil.offset)
 
 
-def dual_value(case: Case, bent: BentMean) -> float:
+def dual_value(case: Case, bent: ConstrainedMean) -> float:
     """2 λᵀ (b − L m⁺) − λᵀ K⁺ λ at the multipliers found, which no function in the bounds can be below."""
     seen = [_sample(case, c, t) for c, samples in enumerate(case.samples) for t in samples.times]
     quantities = {q.name: q for q in case.plant.quantities}

@@ -7,7 +7,7 @@ import pytest
 from tests.trackably.learning.joint.instances import ALL, Case, pinned
 from trackably.gp.joint import JointPrior
 from trackably.gp.prior import Prior
-from trackably.learning.joint.learn import learn_jointly
+from trackably.learning.joint.search import learn_jointly
 from trackably.learning.problem import Contradiction, Solution
 
 SCALAR, AXIS, MIXED = (ALL[name] for name in ("squared_exponential", "axis", "mixed"))

@@ -8,7 +8,7 @@ from tests.trackably.gp.instances import over
 from tests.trackably.learning.joint.instances import ALL, KERNELS, Case, solved
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.registry import KERNELS as REGISTRY
-from trackably.learning.joint.bent import bent_mean
+from trackably.learning.joint.constrained_mean import constrained_mean
 from trackably.learning.joint.places import Places
 from trackably.learning.joint.search import JointProgram
 
@@ -42,10 +42,10 @@ def test_the_price_alone_has_its_own_slope(name):
     case, places = ALL[name], solved(name).places
 
     def price(prior: JointPrior) -> float:
-        return bent_mean(case.problem, JointPosterior(prior, case.samples), places).price
+        return constrained_mean(case.problem, JointPosterior(prior, case.samples), places).price
 
     slopes = naive.by_log_hyperparameters(price, case.prior)
-    found = bent_mean(case.problem, case.posterior, places).price_gradient()
+    found = constrained_mean(case.problem, case.posterior, places).price_gradient()
     np.testing.assert_allclose(found, slopes, atol=_RELATIVE * np.max(np.abs(slopes)))
 
 
@@ -53,7 +53,7 @@ def test_the_price_alone_has_its_own_slope(name):
 def test_the_value_is_likelihood_and_price(case):
     places = tuple(np.column_stack([case.times[::13], np.ones(len(case.times[::13]))]) for _ in case.plant.quantities)
     found = program(case, places).evaluate(case.prior.log_hyperparameters)
-    price = bent_mean(case.problem, case.posterior, places).price
+    price = constrained_mean(case.problem, case.posterior, places).price
     likelihood, _ = case.posterior.negative_log_marginal_likelihood()
     assert found.value == pytest.approx(likelihood + price, rel=1e-12)
     assert price >= 0 or case.pins
@@ -64,6 +64,7 @@ def test_more_places_cost_more(name):
     """Every program on the way is a relaxation."""
     case, places = ALL[name], solved(name).places
     prices = [
-        bent_mean(case.problem, case.posterior, tuple(p[:count] for p in places)).price for count in (0, 1, 2, 3, 1000)
+        constrained_mean(case.problem, case.posterior, tuple(p[:count] for p in places)).price
+        for count in (0, 1, 2, 3, 1000)
     ]
     assert np.all(np.diff(prices) >= -1e-9 * prices[-1])

@@ -10,9 +10,8 @@ from tests.trackably.learning.instances import Instance, instance, tight, wild
 from tests.trackably.learning.joint import naive
 from tests.trackably.learning.joint.instances import Case
 from trackably.gp.joint import JointPosterior
-from trackably.learning.joint.learn import continued, learn_jointly
-from trackably.learning.joint.search import JointProgram, JointSearch
-from trackably.learning.joint.settle import no_places, settled
+from trackably.learning.joint.exchange import exchange_bounds, no_places
+from trackably.learning.joint.search import JointProgram, JointSearch, continued, learn_jointly
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
 
@@ -113,7 +112,7 @@ def test_no_hyperparameters_nearby_are_better(name):
         near = np.clip(at + step * rng.normal(size=at.size), problem.space.log_lower, problem.space.log_upper)
         posterior = problem.posterior(near)
         value = posterior.negative_log_marginal_likelihood()[0]
-        value += settled(problem, posterior, no_places(problem)).bent.price
+        value += exchange_bounds(problem, posterior, no_places(problem)).mean.price
         assert value >= found.objective - 1e-7 * (1 + abs(found.objective))
 
 

@@ -12,10 +12,9 @@ from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.matern import Matern32
 from trackably.gp.prior import Prior
 from trackably.learning.index_set import Steps
-from trackably.learning.joint import learn, search
-from trackably.learning.joint.minima import Seen
-from trackably.learning.joint.places import fewer
-from trackably.learning.joint.settle import no_places, settled
+from trackably.learning.joint import search
+from trackably.learning.joint.exchange import exchange_bounds, no_places
+from trackably.learning.joint.places import MarginScan, fewer
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution, better_solution
 
@@ -48,13 +47,13 @@ def test_the_exchange_ends_where_its_price_shows_that_j_is_no_smaller(name, monk
 
     def seen(problem, posterior, places, near, tolerance, ceiling):
         nlml, _ = posterior.negative_log_marginal_likelihood()
-        found = settled(problem, posterior, places, near, tolerance, ceiling)
+        found = exchange_bounds(problem, posterior, places, near, tolerance, ceiling)
         if np.isfinite(ceiling):
             examined.append(min(abs(nlml + ceiling - objective) for objective in known))
-        known.append(nlml + found.bent.price)
+        known.append(nlml + found.mean.price)
         return found
 
-    monkeypatch.setattr(search, "settled", seen)
+    monkeypatch.setattr(search, "exchange_bounds", seen)
     problem = problem_of(name)
     joint = search.JointSearch(problem)
     joint.follow(free_of(problem).posterior.prior.log_hyperparameters)
@@ -71,7 +70,7 @@ def test_of_many_samples_function_and_hyperparameters_are_no_worse_than_these_al
     asked = (Samples(times, values), plant, SquaredExponential(), (0.0, 1.18))
     whole = learn_reference(*asked, noise_std=(0.005, 0.5), starts=2)
     alone = learn_reference(*asked, noise_std=(0.005, 0.5), starts=2, method="hyperparameters")
-    monkeypatch.setattr(learn, "_MANY_SAMPLES", 10)
+    monkeypatch.setattr(search, "_MANY_SAMPLES", 10)
     many = learn_reference(*asked, noise_std=(0.005, 0.5), starts=2)
     assert many.method == "joint"
     assert many.objective < alone.objective - 1
@@ -84,13 +83,13 @@ def test_functions_that_break_bounds_though_bent_at_hundreds_of_times_end_the_se
     counts: list[int] = []
 
     def seen(*asked):
-        found = settled(*asked)
+        found = exchange_bounds(*asked)
         counts.append(0)
         if len(counts) == 1:
             return found
-        return replace(found, margin=-0.1, bent=replace(found.bent, price=1e9), active=(np.zeros((bent, 2)),))
+        return replace(found, margin=-0.1, mean=replace(found.mean, price=1e9), active=(np.zeros((bent, 2)),))
 
-    monkeypatch.setattr(search, "settled", seen)
+    monkeypatch.setattr(search, "exchange_bounds", seen)
     problem = problem_of("tight_2")
     joint = search.JointSearch(problem)
     start = free_of(problem).posterior.prior.log_hyperparameters
@@ -116,13 +115,13 @@ def test_functions_that_are_held_to_their_bounds_for_long_are_found_at_few_place
     problem = held_for_long()
     counts = {}
     for crowded in (20, np.inf):
-        monkeypatch.setattr("trackably.learning.joint.settle._CROWDED", crowded)
-        found = settled(problem, problem.posterior(np.empty(0)), no_places(problem), None, 3e-3)
+        monkeypatch.setattr("trackably.learning.joint.exchange._CROWDED", crowded)
+        found = exchange_bounds(problem, problem.posterior(np.empty(0)), no_places(problem), None, 3e-3)
         assert found is not None
         assert found.margin > -3e-3
         counts[crowded] = found
     assert sum(map(len, counts[20].active)) < 0.55 * sum(map(len, counts[np.inf].active))
-    assert counts[20].bent.price == pytest.approx(counts[np.inf].bent.price, rel=1e-2)
+    assert counts[20].mean.price == pytest.approx(counts[np.inf].mean.price, rel=1e-2)
 
 
 def test_steps_take_few_of_many_places():
@@ -135,7 +134,7 @@ def test_steps_take_few_of_many_places():
 
 def test_minima_wait_until_regular_times_are_places():
     problem = held_for_long()
-    seen, apart = Seen(problem.constraints, problem.posterior(np.empty(0)).signals), 0.1
+    seen, apart = MarginScan(problem.constraints, problem.posterior(np.empty(0)).signals), 0.1
     minima = seen.closest(no_places(problem))
     broken, _ = minima[1]
     known = np.column_stack([np.sort(broken) + 0.02, np.ones(len(broken))])

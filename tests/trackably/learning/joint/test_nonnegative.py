@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from trackably.learning.joint import nonnegative
-from trackably.learning.joint.nonnegative import nonnegative_minimum
+from trackably.learning.joint import dual
+from trackably.learning.joint.dual import nonnegative_minimum
 
 
 def gram(count: int, directions: int, seed: int, jitter: float = 1e-10) -> np.ndarray:
@@ -40,7 +40,7 @@ def test_the_minimum_is_optimal_wherever_the_search_begins(name):
 @programs
 def test_the_minimum_is_that_of_the_active_set_method(name):
     G, b = PROGRAMS[name]
-    x, other = nonnegative_minimum(G, b), nonnegative._by_single_steps(G, b)
+    x, other = nonnegative_minimum(G, b), dual._by_single_steps(G, b)
     rounding = 10 * np.finfo(float).eps * np.linalg.cond(G)
     assert x @ b == pytest.approx(other @ b, rel=1e-9 + rounding, abs=1e-12)
 
@@ -48,7 +48,7 @@ def test_the_minimum_is_that_of_the_active_set_method(name):
 def test_where_exchanges_do_not_end_the_active_set_method_takes_over(monkeypatch):
     G, b = PROGRAMS["60 rows in 80 directions, demands of both signs"]
     expected = nonnegative_minimum(G, b)
-    monkeypatch.setattr(nonnegative, "_MOST_EXCHANGES", 1)
+    monkeypatch.setattr(dual, "_MOST_EXCHANGES", 1)
     assert nonnegative_minimum(G, b) == pytest.approx(expected, rel=1e-9, abs=1e-12)
 
 
@@ -56,6 +56,6 @@ def test_where_exchanges_go_in_circles_one_variable_is_exchanged_at_a_time(monke
     """From the sets that are all wrong: with no patience at all, the minimum is still found."""
     G, b = PROGRAMS["60 rows in 80 directions, demands hardly ever met"]
     expected = nonnegative_minimum(G, b)
-    monkeypatch.setattr(nonnegative, "_PATIENCE", 0)
-    monkeypatch.setattr(nonnegative, "_by_single_steps", lambda *_: pytest.fail("it is not needed"))
+    monkeypatch.setattr(dual, "_PATIENCE", 0)
+    monkeypatch.setattr(dual, "_by_single_steps", lambda *_: pytest.fail("it is not needed"))
     assert nonnegative_minimum(G, b, expected <= 0) == pytest.approx(expected, rel=1e-9, abs=1e-12)

@@ -5,8 +5,8 @@ import pytest
 
 from tests.trackably.learning.joint import naive
 from tests.trackably.learning.joint.instances import ALL, Case, solved
-from trackably.learning.joint import settle
-from trackably.learning.joint.settle import Settled, settled
+from trackably.learning.joint import exchange
+from trackably.learning.joint.exchange import ExchangeResult, exchange_bounds
 
 # Where a row spans a small part of a correlation time, seven kernels stand for it, up to this part of its bounds.
 STANDS_FOR = {"axis_with_short_steps": 1e-4}
@@ -22,10 +22,10 @@ def energy(case: Case) -> float:
     )
 
 
-def misfit_and_norm(case: Case, found: Settled) -> float:
+def misfit_and_norm(case: Case, found: ExchangeResult) -> float:
     """‖y − S g‖²_{Σ⁻¹} + ‖g − m‖²_H, from the kernels of g."""
     total = 0.0
-    for part, samples, g in zip(case.prior.parts, case.samples, found.bent.signals, strict=True):
+    for part, samples, g in zip(case.prior.parts, case.samples, found.mean.signals, strict=True):
         misfit = (samples.values - samples.stencil.measured(g, samples.times)) / (
             part.noise_std * samples.relative_noise
         )
@@ -37,24 +37,24 @@ def misfit_and_norm(case: Case, found: Settled) -> float:
 def test_is_the_optimum_of_the_dense_program(name):
     case, found = ALL[name], solved(name)
     least = naive.least(case)
-    assert found.bent.price == pytest.approx(least.value - energy(case), rel=1e-6)
-    assert found.bent.price > 0.05 * energy(case), "bounds that cost nothing show nothing"
+    assert found.mean.price == pytest.approx(least.value - energy(case), rel=1e-6)
+    assert found.mean.price > 0.05 * energy(case), "bounds that cost nothing show nothing"
     for quantity, values in zip(case.plant.quantities, least.quantities, strict=True):
         tolerance = STANDS_FOR.get(name, 1e-7) * quantity.bounds.width
-        np.testing.assert_allclose(quantity(found.bent.signals, case.times), values, atol=tolerance)
+        np.testing.assert_allclose(quantity(found.mean.signals, case.times), values, atol=tolerance)
 
 
 @cases
 def test_keeps_its_bounds_and_its_pins_at_every_step(name):
     case, found = ALL[name], solved(name)
-    assert not found.bent.contradicts
+    assert not found.mean.contradicts
     assert found.keeps_bounds or name in STANDS_FOR
-    margins = [c.relative_margin(found.bent, case.times) for c in case.problem.constraints]
+    margins = [c.relative_margin(found.mean, case.times) for c in case.problem.constraints]
     assert np.min(margins) >= -STANDS_FOR.get(name, 0.0)
     rounding = 1e-12 + 1e-6 * STANDS_FOR.get(name, 0.0)  # it grows where rows divide by short steps
     assert found.margin == pytest.approx(np.min(margins), abs=rounding)
     for pin in case.pins:
-        value = pin.trajectory(found.bent.signals, np.array(pin.time))
+        value = pin.trajectory(found.mean.signals, np.array(pin.time))
         assert value == pytest.approx(pin.value, abs=pin.tolerance)
 
 
@@ -63,20 +63,20 @@ def test_no_function_is_better_as_the_dual_shows(name):
     """A primal value and a dual one: both are computed from kernels here, and enclose the optimum."""
     case, found = ALL[name], solved(name)
     upper = misfit_and_norm(case, found) - energy(case)
-    lower = naive.dual_value(case, found.bent)
+    lower = naive.dual_value(case, found.mean)
     assert lower <= upper + 1e-9 * (energy(case) + upper)
     assert upper - lower <= 1e-6 * upper or name in STANDS_FOR
-    assert found.bent.price == pytest.approx(lower, rel=1e-6)
+    assert found.mean.price == pytest.approx(lower, rel=1e-6)
 
 
 @cases
 def test_active_bounds_are_touched_and_their_prices_are_the_whole(name):
     case, found = ALL[name], solved(name)
-    active, quantities = found.bent.active_bounds, {q.name: q for q in case.plant.quantities}
-    assert sum(bound.price for bound in active) == pytest.approx(found.bent.price, rel=1e-9)
+    active, quantities = found.mean.active_bounds, {q.name: q for q in case.plant.quantities}
+    assert sum(bound.price for bound in active) == pytest.approx(found.mean.price, rel=1e-9)
     for bound in active:
         quantity = quantities[bound.name]
-        value = quantity(found.bent.signals, np.array(bound.time))
+        value = quantity(found.mean.signals, np.array(bound.time))
         if bound.side == "equal":
             (wanted,) = (pin.value for pin in case.pins if (pin.name, pin.time) == (bound.name, bound.time))
         else:
@@ -91,16 +91,16 @@ def test_starts_from_elsewhere_end_at_the_same_function(name):
     case, found = ALL[name], solved(name)
     sides = np.where(np.arange(len(case.times[::11])) % 2, 1.0, -1.0)
     places = tuple(np.column_stack([case.times[::11], sides]) for _ in case.problem.constraints)
-    again = settled(case.problem, case.posterior, places)
-    assert again.bent.price == pytest.approx(found.bent.price, rel=1e-7)
+    again = exchange_bounds(case.problem, case.posterior, places)
+    assert again.mean.price == pytest.approx(found.mean.price, rel=1e-7)
 
 
 @pytest.mark.parametrize("name", ["matern52", "tight", "axis"])
 def test_of_many_places_those_that_are_only_near_a_bound_are_not_needed(name, monkeypatch):
     """As if two places were many already: the function is the same, from a smaller program."""
     case, whole = ALL[name], solved(name)
-    monkeypatch.setattr(settle, "_MANY_PLACES", 2)
-    found = settle.settled(case.problem, case.posterior, settle.no_places(case.problem))
+    monkeypatch.setattr(exchange, "_MANY_PLACES", 2)
+    found = exchange.exchange_bounds(case.problem, case.posterior, exchange.no_places(case.problem))
     assert found.keeps_bounds
-    assert found.bent.price == pytest.approx(whole.bent.price, rel=1e-6)
+    assert found.mean.price == pytest.approx(whole.mean.price, rel=1e-6)
     assert sum(map(len, found.places)) < sum(map(len, whole.places))

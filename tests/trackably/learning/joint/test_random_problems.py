@@ -77,7 +77,7 @@ def test_the_independent_checker_agrees(seed):
 
 
 def test_where_the_function_would_need_too_many_places_hyperparameters_alone_are_proved(monkeypatch):
-    monkeypatch.setattr("trackably.learning.joint.settle._MOST_PLACES", 60)
+    monkeypatch.setattr("trackably.learning.joint.exchange._MOST_PLACES", 60)
     found = learned(ROUGH)
     assert found.solution.method == "hyperparameters"
     assert (

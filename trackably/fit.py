@@ -1,5 +1,13 @@
-"""A reference with what it was learned from: how far it is from its samples, and what its bounds cost."""
+"""A reference with what it was learned from: how far it is from its samples, and what its bounds cost.
 
+Contacts: bounds that hold the function back for a while, made of the active bounds at single times.
+
+How far a reference is from the samples that it was learned from.
+
+Learned hyperparameters that lie at an end of the interval in which they were sought.
+"""
+
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -9,19 +17,146 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.certificates.pinned import Pinned
-from trackably.condensed.cost import Condensation
+from trackably.condensed import Condensation
 from trackably.files import LEFT_OUT
-from trackably.fit.edges import Edge, edges_of
-from trackably.fit.misfit import Misfit
+from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.prior import NOISE
 from trackably.gp.samples import Samples
-from trackably.learning.joint.contacts import Contact, contacts
 from trackably.learning.joint.places import places_of
-from trackably.learning.problem import ActiveBound, Method, Solution
+from trackably.learning.problem import ActiveBound, Method, Side, Solution
+from trackably.learning.space import SearchSpace
 from trackably.systems.flat.functional import Functional
 from trackably.systems.flat.trajectory import Coordinate
 from trackably.systems.reference import Reference
+from trackably.systems.sets.interval import Interval
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A bound of the quantity `name`, active from `start` to `end` [s], that costs `price` in the unit of l."""
+
+    name: str
+    side: Side
+    start: float
+    end: float
+    price: float
+
+    def __str__(self) -> str:
+        bound = "the given value of " + self.name if self.side == "equal" else f"the {self.name} {self.side} bound"
+        start, end = f"{self.start:.3g}", f"{self.end:.3g}"
+        when = f"at {start} s" if start == end else f"between {start} and {end} s"
+        return f"{bound} costs {self.price:.3g} {when}"
+
+
+def contacts(active: Iterable[ActiveBound], apart: float) -> tuple[Contact, ...]:
+    """Join active bounds of the same quantity and side that are less than `apart` [s] apart; the dearest come first.
+
+    Given values stay alone.
+    """
+    found: list[Contact] = []
+    for bound in sorted(active, key=lambda bound: (bound.name, bound.side, bound.time)):
+        last = found[-1] if found and bound.side != "equal" else None
+        if last and (last.name, last.side) == (bound.name, bound.side) and bound.time - last.end < apart:
+            found[-1] = Contact(last.name, last.side, last.start, bound.time, last.price + bound.price)
+        else:
+            found.append(Contact(bound.name, bound.side, bound.time, bound.time, bound.price))
+    return tuple(sorted(found, key=lambda contact: -contact.price))
+
+
+# A reference follows its samples unless it is further off than all of these.
+_TIMES_UNCONSTRAINED = 3.0
+_TIMES_NOISE = 1.0
+_OF_SPREAD = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Misfit:
+    """The samples called `name`, minus the reference (`off`) and minus the `unconstrained` fit, each of shape (n,).
+
+    `noise_std` is σ_n of the reference, `noise_unconstrained` that of the unconstrained fit, learned from the samples
+    if `is_learned` holds. Where the samples stand for more of them, sizes are those of all, each weighted by its
+    relative noise.
+    """
+
+    name: str
+    samples: Samples
+    off: Array
+    unconstrained: Array
+    noise_std: float
+    noise_unconstrained: float
+    is_learned: bool
+
+    @property
+    def size(self) -> float:
+        """The root mean square of `off`, in the unit of the samples."""
+        return self._size(self.off)
+
+    @property
+    def size_unconstrained(self) -> float:
+        """The same of the unconstrained fit."""
+        return self._size(self.unconstrained)
+
+    @property
+    def in_noise(self) -> float:
+        """The root mean square of `off`, in standard deviations of each sample's noise."""
+        return self._weighted(self.off) / self.noise_std
+
+    @property
+    def is_large(self) -> bool:
+        """Whether the reference ignores the samples.
+
+        Three conditions have to hold; samples count by their relative noise. The reference is more than 3 times as far
+        off as the unconstrained fit: so neither the kernel nor the noise explains it. It is off by more than the noise
+        of that fit: one that passes through all samples is no measure. It is off by more than a tenth of their spread:
+        less is hardly seen in a plot, however small the noise.
+        """
+        w = self.samples.relative_noise**-2
+        about = self.samples.values - np.average(self.samples.values, weights=w)
+        return self._weighted(self.off) > max(
+            _TIMES_UNCONSTRAINED * self._weighted(self.unconstrained),
+            _TIMES_NOISE * self.noise_unconstrained,
+            _OF_SPREAD * self._weighted(about),
+        )
+
+    def _size(self, values: Array) -> float:
+        return math.sqrt(self.samples.mean_square(values))
+
+    def _weighted(self, values: Array) -> float:
+        scatter = self.samples.scatter
+        squares = float(np.sum((values / self.samples.relative_noise) ** 2)) + scatter.squares
+        return float(np.sqrt(squares / (len(values) + scatter.count)))
+
+
+_AT_EDGE = 1e-4  # of ln θ: an optimiser stops there where its bound holds it back
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A learned hyperparameter that lies at an end of its search `interval`; `is_given` if the user chose it."""
+
+    name: str
+    value: float
+    interval: Interval
+    is_given: bool
+
+    @classmethod
+    def of(cls, name: str, value: float, interval: Interval) -> Self | None:
+        """Return the edge at which a value lies; None where it lies inside."""
+        inside = np.log([value / interval.lower, interval.upper / value]) > _AT_EDGE
+        given = isinstance(value, Learned) and value.interval is not None
+        return None if inside.all() else cls(name, float(value), interval, given)
+
+    def __str__(self) -> str:
+        end = "lower" if self.value < math.sqrt(self.interval.lower) * math.sqrt(self.interval.upper) else "upper"
+        return f"{self.name} = {self.value:.4g} lies at the {end} end of the interval in which it was sought"
+
+
+def edges_of(prior: JointPrior, samples: tuple[Samples, ...]) -> tuple[Edge, ...]:
+    """Return the hyperparameters, learned from these samples, that lie at an end of their search interval."""
+    space, learned = SearchSpace.around(samples, prior), prior.hyperparameters
+    found = (Edge.of(name, learned[name], interval) for name, interval in space.bounds.items())
+    return tuple(edge for edge in found if edge)
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,9 +10,8 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.row_kernel import row_kernel
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Bounded, Constraint
-from trackably.learning.joint.bent import BentMean, bent_mean, is_linear
-from trackably.learning.joint.minima import Minima, Seen
-from trackably.learning.joint.places import LOWER, UPPER, Places, chosen, demands, flags
+from trackably.learning.joint.constrained_mean import ConstrainedMean, constrained_mean, is_linear
+from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Minima, Places, chosen, demands, flags
 from trackably.learning.problem import ConstrainedProblem
 
 _MAX_ROUNDS = 40
@@ -28,14 +27,14 @@ _NO_GAIN = 1e-9  # of the price: what is broken then is not worth another progra
 
 
 @dataclass(frozen=True)
-class Settled:
+class ExchangeResult:
     """A function with its `places`, and those `active` among them; `margin` is the smallest relative one.
 
     It is that of the `constraint` with this index, at `time` [s]. The function keeps all bounds at all times if
     `keeps_bounds` holds. `rounds` counts the programs that were solved.
     """
 
-    bent: BentMean
+    mean: ConstrainedMean
     places: Places
     active: Places
     margin: float
@@ -45,32 +44,32 @@ class Settled:
 
     @property
     def keeps_bounds(self) -> bool:
-        return self.margin >= 0 and not self.bent.contradicts
+        return self.margin >= 0 and not self.mean.contradicts
 
 
-def settled(
+def exchange_bounds(
     problem: ConstrainedProblem,
     posterior: JointPosterior,
     places: Places,
     near: tuple[KernelSum, ...] | None = None,
     tolerance: float = 0.0,
     ceiling: float = np.inf,
-) -> Settled | None:
+) -> ExchangeResult | None:
     """Return the function that keeps all bounds at all times of their index sets, or the last one of the exchange.
 
     The exchange ends where bounds are broken by no more than `tolerance`, a part of their width, and where the price
     exceeds the `ceiling`: more places would only make it larger. None where the function cannot be computed (formulas
     that lead nowhere). Raises IllConditioned.
     """
-    best: Settled | None = None
+    best: ExchangeResult | None = None
     kept: Places | None = None
     apart: tuple[float, ...] = ()
     price, same = -np.inf, same_time(posterior.signals)
     for count in range(1, _MAX_ROUNDS + 1):
-        bent = bent_mean(problem, posterior, places, near, kept)
+        bent = constrained_mean(problem, posterior, places, near, kept)
         if bent is None:
             return best
-        seen = Seen(problem.constraints, bent.signals)
+        seen = MarginScan(problem.constraints, bent.signals)
         minima = seen.closest(places)
         if min((np.min(margins, initial=np.inf) for _, margins in minima), default=np.inf) >= 0:
             minima = seen.with_overlooked(minima)
@@ -84,7 +83,7 @@ def settled(
         met = merged(kept, at_steps(problem, seen.places(minima), places), same)
         if _count(met) > _MANY_PLACES:
             met = merged(kept, at_steps(problem, seen.places(_broken(minima)), places), same)
-        best = Settled(bent, met, kept, margin, constraint, time, count)
+        best = ExchangeResult(bent, met, kept, margin, constraint, time, count)
         gain, price = bent.price - price, bent.price
         if margin >= -tolerance or bent.contradicts or price > ceiling or is_same(met, places):
             return best

@@ -4,12 +4,18 @@
 
 a convex program whose minimum is that of the posterior mean plus D(θ) = min ‖g − m⁺‖²_{H⁺}. Formulas are linearised at
 the last function, until the function does not change any more.
+
+A working set: of the places that a program has, those that hold the function back for some θ on the way.
+
+A search meets hundreds of places; few are active at once. The covariance of the rows in the working set is much smaller
+than that of all rows, and the function that they give is that of all places once it breaks no bound at the others.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from trackably.arrays import Array, Flags
 from trackably.gp.factors.cached import cached
@@ -29,7 +35,7 @@ _NEGLIGIBLE = 1e-6
 
 
 @dataclass(frozen=True)
-class BentMean:
+class ConstrainedMean:
     """m⁺ + Σ_a λ_a κ⁺(·, L_a), with `multipliers` λ (r,) of the rows, and the price D(θ) as `price`.
 
     `given` is what the samples say of the rows that are `demanded`.
@@ -89,13 +95,13 @@ class BentMean:
         return self.given.price_gradient(self.multipliers)
 
 
-def bent_mean(
+def constrained_mean(
     problem: ConstrainedProblem,
     posterior: JointPosterior,
     places: Places,
     near: Sequence[KernelSum] | None = None,
     active: Places | None = None,
-) -> BentMean | None:
+) -> ConstrainedMean | None:
     """Return the function that meets its bounds at the places; None where formulas lead nowhere.
 
     `near` are the signals at which formulas are linearised first, by default those of the posterior. Places that are
@@ -107,7 +113,7 @@ def bent_mean(
         demanded = demands(problem, places, at)
         if not (np.all(np.isfinite(demanded.limits)) and np.all(np.isfinite(demanded.rows.offsets))):
             return None
-        found = bent_by(posterior, demanded, likely)
+        found = mean_meeting(posterior, demanded, likely)
         if found is None or found.contradicts or is_linear(problem):
             return found
         if _is_linearised_at(problem, places, found):
@@ -121,8 +127,8 @@ def is_linear(problem: ConstrainedProblem) -> bool:
     return all(c.quantity.functional is not None for c in problem.constraints)
 
 
-def bent_by(posterior: JointPosterior, demanded: Demands, likely: Flags | None = None) -> BentMean | None:
-    """Return the function that meets the demands; None where they are not understood in float64. See `bent_mean`.
+def mean_meeting(posterior: JointPosterior, demanded: Demands, likely: Flags | None = None) -> ConstrainedMean | None:
+    """Return the function that meets the demands; None where float64 does not do. See `constrained_mean`.
 
     Rows that are `likely` active, shape (r,), save work.
     """
@@ -131,12 +137,55 @@ def bent_by(posterior: JointPosterior, demanded: Demands, likely: Flags | None =
     dual = solve_dual(given.covariance, demanded.limits - given.mean, demanded.is_equation, likely)
     if dual is None:
         return None
-    return BentMean(given, demanded, dual.multipliers, dual.value, dual.contradicts)
+    return ConstrainedMean(given, demanded, dual.multipliers, dual.value, dual.contradicts)
 
 
-def _is_linearised_at(problem: ConstrainedProblem, places: Places, found: BentMean) -> bool:
+def _is_linearised_at(problem: ConstrainedProblem, places: Places, found: ConstrainedMean) -> bool:
     """Whether the rows, linearised at the function found, have the values that they had before."""
     again = demands(problem, places, found.signals)
     before, after = found.demanded.rows.values(found.signals), again.rows.values(found.signals)
     with np.errstate(invalid="ignore"):
         return bool(np.all(np.abs(after - before) <= _SAME * found.demanded.widths))
+
+
+_MISSED = 1e-9  # of a bound's width
+_MAX_ROUNDS = 30
+
+
+@dataclass
+class WorkingSet:
+    """The `demanded` rows, and those `chosen` so far, shape (r,). The set only grows: J stays smooth near a minimum.
+
+    Rows that held the last function back are where the search for those of the next one begins.
+    """
+
+    demanded: Demands
+    chosen: Flags
+    _active: Flags | None = None
+    _own: Demands | None = None
+    """The chosen rows: the same object for every θ between which none is added, as it remembers its terms' order."""
+
+    def mean_for(self, posterior: JointPosterior) -> ConstrainedMean | None:
+        """Return the function that meets all demands. Raises IllConditioned."""
+        for _ in range(_MAX_ROUNDS):
+            rows = np.flatnonzero(self.chosen)
+            likely = None if self._active is None else self._active[rows]
+            self._own = self._own or self.demanded.among(rows)
+            found = mean_meeting(posterior, self._own, likely)
+            if found is None or found.contradicts:
+                return found
+            self._active = np.zeros_like(self.chosen)
+            self._active[rows] = found.multipliers > 0
+            added = self._missed(found)
+            if not len(added):
+                return found
+            self.chosen[added], self._own = True, None
+        return mean_meeting(posterior, self.demanded)
+
+    def _missed(self, found: ConstrainedMean) -> npt.NDArray[np.intp]:
+        """Return the rows outside the set that are missed, of neighbouring ones that which is missed most."""
+        values = self.demanded.rows.values(found.given.signals(found.multipliers))
+        missed = (self.demanded.limits - values) / self.demanded.widths
+        rows = np.flatnonzero((missed > _MISSED) & ~self.chosen)
+        runs = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
+        return np.array([run[np.argmax(missed[run])] for run in runs if len(run)], dtype=np.intp)

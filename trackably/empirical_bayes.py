@@ -12,8 +12,8 @@ import numpy.typing as npt
 from trackably.arguments import is_number
 from trackably.arrays import Array
 from trackably.certificates.certified import Certified
-from trackably.fit.edges import edges_of
-from trackably.gp.bounded.least_norm import least_norm
+from trackably.fit import edges_of
+from trackably.gp.bounded import least_norm
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.prior import NOISE, Prior
@@ -43,7 +43,7 @@ _SAME = 1e-9  # relative, of two steps
 
 
 @dataclass(frozen=True)
-class Beforehand:
+class EmpiricalPrior:
     """The `prior` to go on with, and the sentences that ask about intervals which held it back.
 
     `likeliest` is the posterior without bounds from which means and noise were taken, None where all were given. In
@@ -86,7 +86,7 @@ def _solution_of(found: object) -> Solution | None:
     return solution if isinstance(solution, Solution) else None
 
 
-def learned_beforehand(
+def empirical_prior(
     samples: tuple[Samples, ...],
     prior: JointPrior,
     between: Ends,
@@ -94,7 +94,7 @@ def learned_beforehand(
     keep: bool,
     hold_noise: bool = False,
     at_rest: Sequence[Quantity] = (),
-) -> Beforehand | NoSolution:
+) -> EmpiricalPrior | NoSolution:
     """Learn means, noise and hyperparameters from samples, without bounds: by maximum likelihood.
 
     `keep`: all of them are known from now on. Otherwise hyperparameters are learned again, with the bounds. Only means
@@ -104,7 +104,7 @@ def learned_beforehand(
     """
     left_out = [hold_noise and _is_left_out(part) for part in prior.parts]
     if not (keep or any(between) or any(left_out)):
-        return Beforehand(prior)
+        return EmpiricalPrior(prior)
     space = SearchSpace.around(samples, prior, starts)
     found = best_solution(ConstrainedProblem(samples, prior, space, means=between))
     if not isinstance(found, Solution):
@@ -115,7 +115,7 @@ def learned_beforehand(
     if keep:
         narrow = [edge for edge in edges_of(likeliest, samples) if edge.is_given]
         questions += [f"{edge}, {edge.interval}: was it meant as a limit?" for edge in narrow]
-        return Beforehand(_with_means(likeliest, means).as_known(), tuple(questions))
+        return EmpiricalPrior(_with_means(likeliest, means).as_known(), tuple(questions))
     with_noise = _with_means(prior, means)
     least = [space.bounds[name].lower if (name := prior.called(of, NOISE)) in space.bounds else 0 for of in prior.names]
     parts = zip(with_noise.parts, likeliest.parts, left_out, least, strict=True)
@@ -124,7 +124,9 @@ def learned_beforehand(
         for own, of, may, low in parts
     )
     together = JointPrior(known, prior.names, prior.shared)
-    return Beforehand(together, tuple(questions), found.posterior, with_noise if known != with_noise.parts else None)
+    return EmpiricalPrior(
+        together, tuple(questions), found.posterior, with_noise if known != with_noise.parts else None
+    )
 
 
 def split_means(

@@ -1,0 +1,257 @@
+"""The samples of a short time as a few: exactly, for every signal that is a polynomial there.
+
+Let samples y_i = g(t_i) + ε_i have noise of variance σ_n²/w_i, and let g be a polynomial of a degree below d. Gauss's
+quadrature for the measure Σ_i w_i δ(t − t_i) has d nodes τ_a and masses λ_a > 0; the Lagrange polynomials L_a of these
+nodes are orthogonal, Σ_i w_i L_a(t_i) L_b(t_i) = λ_a δ_ab. So
+
+    Σ_i w_i (y_i − g(t_i))² = Σ_a λ_a (Y_a − g(τ_a))² + R,    Y_a = Σ_i w_i L_a(t_i) y_i / λ_a:
+
+d samples Y_a of g at τ_a with independent noise of variance σ_n²/λ_a, and a sum of squares R that g does not change.
+
+What it costs to learn from fewer samples than there are.
+
+Samples at their own rate as fewer ones: a given number of them, or as few as the samples allow.
+
+Fewer samples to learn from where there are many: how many a user asks for, and what that costs.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal, NamedTuple, Self
+
+import numpy as np
+
+from trackably.arguments import is_number, whole
+from trackably.arrays import Array
+from trackably.gp.factorise import LARGEST_DENSE
+from trackably.gp.hyperparameter import Learned
+from trackably.gp.joint import JointPrior
+from trackably.gp.posterior import IllConditioned, Posterior
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples, Scatter
+from trackably.gp.stencils import Stencils
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.sampling import sampled_signals
+
+NODES = 4
+"""d: a smooth signal errs by its fourth derivative then."""
+
+
+class Condensed(NamedTuple):
+    """Samples at `times` [s] with `values` and `relative_noise`, all (m,), and what is left of more of them."""
+
+    times: Array
+    values: Array
+    relative_noise: Array
+    scatter: Scatter
+
+
+def condensed_bin(times: Array, values: Array, relative_noise: Array) -> Condensed:
+    """Return `NODES` samples for n of them, all (n,); the same samples where n is no larger.
+
+    The orthonormal polynomials at the samples are the columns of Q in a QR decomposition of √w times the powers of t.
+    The nodes are the eigenvalues of Qᵀ diag(t) Q, the Jacobi matrix (Golub and Welsch, 1969).
+    """
+    if len(times) <= NODES:
+        return Condensed(times, values, relative_noise, Scatter())
+    middle, half = (times[0] + times[-1]) / 2, (times[-1] - times[0]) / 2
+    x, root = (times - middle) / half, 1 / relative_noise
+    q, _ = np.linalg.qr(root[:, None] * np.polynomial.legendre.legvander(x, NODES - 1))
+    nodes, directions = np.linalg.eigh(q.T @ (x[:, None] * q))
+    at_nodes = q @ directions  # √w L_a/√λ_a: orthonormal
+    root_of_mass = root @ at_nodes
+    along = (root * values) @ at_nodes
+    left = root * values - at_nodes @ along
+    scale = 2 * float(np.sum(np.log(relative_noise)) + np.sum(np.log(np.abs(root_of_mass))))
+    scatter = Scatter(len(times) - NODES, float(left @ left), scale)
+    return Condensed(middle + half * nodes, along / root_of_mass, 1 / np.abs(root_of_mass), scatter)
+
+
+_OF_L = 4.0  # twice the log of likelihoods: as much as one hyperparameter gains by chance
+_OF_NOISE = 0.1  # σ_n
+
+
+@dataclass(frozen=True)
+class Condensation:
+    """`centres` samples stood for `count` samples called `name`; they are compared with `beside` of them.
+
+    `change_of_l` is l of the compared samples minus l of the centres, for the same hyperparameters, and `apart` is how
+    far the two posterior means are apart at worst, at the times of both and halfway between these, in standard
+    deviations σ_n of the noise. Both are those of all samples if `beside` is `count`, and estimates otherwise. None:
+    they could not be computed in float64.
+    """
+
+    name: str
+    count: int
+    centres: int
+    beside: int
+    change_of_l: float | None
+    apart: float | None
+
+    @classmethod
+    def of(cls, name: str, prior: Prior, fewer: Samples, more: Samples) -> Self:
+        """Compare the posteriors of `fewer` and of `more` samples, which both stand for the same ones."""
+        count = len(fewer) + fewer.scatter.count
+
+        stencil = next(iter(fewer.by_name(name).values())).stencil
+        times = np.unique(np.concatenate([fewer.times, more.times]))
+        between = np.concatenate([times, (times[1:] + times[:-1]) / 2])
+
+        def judged(samples: Samples) -> tuple[float, Array]:
+            """Return l, and the posterior mean as the first kind of samples measures it; no large matrices are kept."""
+            posterior = Posterior(prior, samples)
+            return posterior.negative_log_likelihood, stencil.measured(posterior.signal, between)
+
+        try:
+            (l_one, one), (l_other, other) = judged(fewer), judged(more)
+        except IllConditioned:
+            return cls(name, count, len(fewer), len(more), None, None)
+        apart = float(np.max(np.abs(other - one))) / prior.noise_std
+        return cls(name, count, len(fewer), len(more), l_other - l_one, apart)
+
+    @property
+    def is_large(self) -> bool:
+        """Whether all samples say something else: l by more than chance does, or the mean by more than is seen."""
+        return abs(self.change_of_l or 0.0) > _OF_L or (self.apart or 0.0) > _OF_NOISE
+
+    def __str__(self) -> str:
+        said = f"of {self.count} samples of {self.name} by {self.centres} centres"
+        if self.change_of_l is None or self.apart is None:
+            return f"{said}, at a cost that could not be computed in float64"
+        of = "all" if self.beside == self.count else f"{self.beside} centres (an estimate of what all would change)"
+        mean = f"the mean by up to {self.apart:.2g} of the noise"
+        return f"{said}: with {of}, l changes by {self.change_of_l:.2g} and {mean}"
+
+
+_LEAST_GAIN = 4  # samples for each centre: for fewer it is not worth the while
+_LOST = 0.01  # of the mean square of what polynomials leave
+_DEVIATIONS = 3.0  # standard deviations that are chance: a mean square of n normal numbers has √(2/n) of itself
+
+
+def condensed(samples: Samples, centres: int) -> Samples:
+    """Return at most `centres` samples that stand for all of them; the same where they are no more.
+
+    The time between the first sample and the last is divided into equal bins. In each the samples are those of
+    `condensed_bin`: nothing is lost of a signal that is a cubic polynomial in each bin. ValueError: fewer centres than
+    one bin needs, or samples of several kinds.
+    """
+    if len(samples) <= centres:
+        return samples
+    if centres < NODES:
+        raise ValueError(f"centres: at least {NODES} are needed, got {centres}")
+    if isinstance(samples.stencil, Stencils):
+        raise ValueError("centres: samples of several kinds must be condensed before they are joined")
+    ends = np.linspace(samples.times[0], samples.times[-1], centres // NODES + 1)[1:-1]
+    cuts = [0, *np.searchsorted(samples.times, ends).tolist(), len(samples)]
+    bins = [_bin(samples, slice(a, b)) for a, b in pairwise(cuts) if a < b]
+    scatter = sum((each.scatter for each in bins), samples.scatter)
+    times, values, noise = (np.concatenate(parts) for parts in zip(*(each[:3] for each in bins), strict=True))
+    return Samples(times, values, noise, samples.stencil, (scatter,))
+
+
+def condensed_enough(samples: Samples, noise_std: float | None = None) -> Samples:
+    """Return as few samples as leave hardly more of all to the noise; all of them where half is not enough.
+
+    That is what samples say, whatever the kernel: `Condensation` says what they lose for a kernel.
+
+    From a quarter on, centres are halved while the mean square of what polynomials leave grows by less than 1 % and
+    what chance explains: percentages of σ_n² where `noise_std` σ_n is known and larger. It would be wrong to begin with
+    few: two numbers of centres leave the same where neither resolves the signal. The fewest that pass are doubled, to
+    lose far less still. Where less than a quarter does not pass, a quarter does if it leaves no more than half of them.
+    """
+    quarter, half = len(samples) // _LEAST_GAIN, len(samples) // 2
+    for finest in (quarter, half):
+        centres, allowed = finest, _allowed(samples, finest, noise_std)
+        while centres // 2 >= NODES and _mean_square(condensed(samples, centres // 2).scatter) <= allowed:
+            centres //= 2
+        if centres < finest:
+            return condensed(samples, 2 * centres)
+    return samples
+
+
+def _allowed(samples: Samples, finest: int, noise_std: float | None) -> float:
+    """Return the mean square that fewer centres than the `finest` may leave."""
+    least = _mean_square(condensed(samples, finest).scatter)
+    chance = _DEVIATIONS * np.sqrt(2 / len(samples) * finest / (len(samples) - finest))
+    return float(least + (_LOST + chance) * max(least, (noise_std or 0.0) ** 2))
+
+
+def finer(samples: Samples, fewer: Samples, most: int) -> Samples:
+    """Return samples to compare `fewer` with: all where they are no more than `most`, or twice as many as `fewer`."""
+    return samples if len(samples) <= most else condensed(samples, 2 * len(fewer))
+
+
+def _bin(samples: Samples, of: slice) -> Condensed:
+    return condensed_bin(samples.times[of], samples.values[of], samples.relative_noise[of])
+
+
+def _mean_square(scatter: Scatter) -> float:
+    return scatter.squares / max(scatter.count, 1)
+
+
+MANY = 2000
+"""Samples of one name that are all learned from where nothing else is asked for."""
+
+Centres = int | Literal["auto"] | None
+"""At most so many centres for the samples of each name; None: every sample is one."""
+
+
+def checked_centres(given: object) -> Centres:
+    """Return what was asked for. TypeError or ValueError: neither "auto", None, nor a whole number that will do."""
+    if given is None:
+        return None
+    if isinstance(given, str):
+        if given != "auto":
+            raise ValueError(f"centres: expected a whole number, 'auto' or None, got {given!r}")
+        return "auto"
+    return whole("centres", given, least=NODES)
+
+
+def condensed_by_name(
+    given: Mapping[str, Samples],
+    kinds: Iterable[Iterable[str]],
+    centres: Centres,
+    noise_std: object,
+    many: int = MANY,
+    times: int = 1,
+) -> dict[str, Samples]:
+    """Return the samples to learn from: "auto" leaves up to `many` of a name as they are.
+
+    `kinds` are the names that show each flat output, the first with σ_n. "auto" takes as many centres as the samples
+    need alone, and `times` as many where the kernel needs more; all samples where that is more than half of them.
+    """
+    known = {name: _known(noise_std, first) for first, *others in map(tuple, kinds) for name in (first, *others)}
+    return {name: _condensed(samples, centres, known[name], many, times) for name, samples in given.items()}
+
+
+def cost_of(
+    plant: ConstrainedSystem, given: Mapping[str, Samples], fewer: Mapping[str, Samples], prior: JointPrior
+) -> tuple[Condensation, ...]:
+    """Return what it costs, for the hyperparameters of `prior`, that `fewer` samples stand for those `given`.
+
+    One for each flat output with fewer samples. They are compared with all where a dense matrix of these is feasible.
+    """
+    most = LARGEST_DENSE // max(1, len(given) - plant.signal_count + 1)
+    more = {name: finer(samples, fewer[name], most) for name, samples in given.items()}
+    names, few = sampled_signals(plant, fewer)
+    _, many = sampled_signals(plant, more)
+    parts = zip(names, prior.parts, few, many, strict=True)
+    return tuple(Condensation.of(name, part, one, other) for name, part, one, other in parts if one.scatter.count)
+
+
+def _condensed(samples: Samples, centres: Centres, noise_std: float | None, many: int, times: int) -> Samples:
+    if centres is None or (centres == "auto" and len(samples) <= many):
+        return samples
+    if centres != "auto":
+        return condensed(samples, centres)
+    few = condensed_enough(samples, noise_std)
+    if times == 1 or len(few) == len(samples):
+        return few
+    return condensed(samples, times * len(few)) if 2 * times * len(few) <= len(samples) else samples
+
+
+def _known(noise_std: object, name: str) -> float | None:
+    """Return σ_n of a name where it is a number; None where it is learned."""
+    of = noise_std.get(name) if isinstance(noise_std, Mapping) else noise_std
+    return float(of) if is_number(of) and not isinstance(of, Learned) else None

@@ -1,0 +1,216 @@
+"""Draws from a normal distribution between bounds, by exact Hamiltonian Monte Carlo.
+
+A. Pakman and L. Paninski: Exact Hamiltonian Monte Carlo for truncated multivariate Gaussians. Journal of Computational
+and Graphical Statistics 23 (2014), 518–542. A particle at w gets a random velocity v, moves along w cos t + v sin t for
+some time and is reflected by the bounds; where it is then is the next draw. All of this is in closed form: nothing is
+rejected, and the truncated distribution is left as it is, up to rounding. The time is random, between π/4 and 3π/4
+(there it is always π/2), as a particle that is reflected with just this period would return to where it was (R. M.
+Neal, MCMC using Hamiltonian dynamics, 2011, says so of all such methods).
+
+Least squares whose unknowns are not negative.
+
+The shortest vector between bounds: where a standard normal distribution is most dense among the admissible vectors.
+
+It is the least distance program of C. L. Lawson and R. J. Hanson, Solving Least Squares Problems (1974), chapter 23.
+The non-negative u that brings Nᵀ u nearest to 0 and −gᵀ u nearest to 1 is positive for the rows that keep w from zero.
+
+A root of a covariance: from independent standard normal numbers to values with this covariance.
+
+Particles in the potential ‖w‖²/2 between walls: they move along w cos t + v sin t and are reflected.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+import scipy
+
+from trackably.arrays import Array
+
+_MOST_STEPS = 30  # for each unknown: one step makes it positive or zero, and some do so again
+
+
+def nonnegative_least_squares(matrix: Array, aim: Array) -> Array:
+    """Return argmin ‖A x − b‖ over x ≥ 0, shape (n,), for `matrix` A (m, n) and `aim` b (m,).
+
+    By the active-set method of C. L. Lawson and R. J. Hanson, Solving Least Squares Problems (1974), chapter 23. Raises
+    LinAlgError where it does not end: rounding then makes it go round in circles.
+    """
+    steps = _MOST_STEPS * matrix.shape[1]
+    try:
+        found, _ = scipy.optimize.nnls(matrix, aim, maxiter=steps)
+    except RuntimeError as error:
+        raise np.linalg.LinAlgError(f"the active-set method does not end in {steps} steps") from error
+    return np.asarray(found)
+
+
+_HELD = 1e-9  # the distances of the program's own walls that count as zero
+
+
+def least_norm(normals: Array, offsets: Array) -> Array | None:
+    """Return the w of least norm with N w + g ≥ 0, for `normals` N (W, r) of length one and `offsets` g (W,).
+
+    The result keeps all rows up to 1e-9. None: there is no such w. Only rows that would be broken enter the program.
+    Raises LinAlgError where w is not found in float64.
+    """
+    w, walls = np.zeros(normals.shape[1]), list[int]()
+    while (height := normals @ w + offsets).min(initial=0.0) < -_HELD:
+        worst = int(np.argmin(height))
+        if worst in walls:
+            return None
+        walls.append(worst)
+        system, target = np.vstack([normals[walls].T, -offsets[walls]]), np.append(np.zeros(len(w)), 1.0)
+        pushes = np.array(walls)[nonnegative_least_squares(system, target) > 0]
+        w = np.linalg.lstsq(normals[pushes], -offsets[pushes])[0]
+    return w
+
+
+_NEGLIGIBLE = 1e-12  # of the largest eigenvalue: covariances of smooth processes are known no better
+
+
+def root(covariance: Array) -> Array:
+    """Return F (n, r) with F Fᵀ = Σ, up to 1e-12 n of each variance, for a covariance Σ (n, n) of any rank.
+
+    F has few columns where the values depend on each other, as those of a smooth process at close times do. Rows are
+    scaled to the same variance before, so that their units do not matter.
+    """
+    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    scale = np.where(std > 0, std, np.inf)
+    values, vectors = np.linalg.eigh(covariance / scale / scale[:, None])
+    kept = values > _NEGLIGIBLE * values[-1]
+    return np.asarray(std[:, None] * vectors[:, kept] * np.sqrt(values[kept]))
+
+
+@dataclass(frozen=True)
+class Walls:
+    """The walls N w + g = 0 of the region N w + g ≥ 0: `normals` N (W, r) of length one, `offsets` g (W,)."""
+
+    normals: Array
+    offsets: Array
+
+    @cached_property
+    def gram(self) -> Array:
+        """N Nᵀ, shape (W, W)."""
+        return np.asarray(self.normals @ self.normals.T)
+
+
+@dataclass(frozen=True)
+class Particles:
+    """P particles: positions `w` and velocities `v` (P, r), and both along the normals, `height` and `rate` (P, W)."""
+
+    w: Array
+    v: Array
+    height: Array
+    rate: Array
+
+    @classmethod
+    def at(cls, w: Array, v: Array, walls: Walls) -> Self:
+        return cls(w, v, w @ walls.normals.T, v @ walls.normals.T)
+
+    def those(self, chosen: npt.NDArray[np.bool_]) -> Self:
+        """Return the chosen ones only."""
+        return type(self)(self.w[chosen], self.v[chosen], self.height[chosen], self.rate[chosen])
+
+    def after(self, t: Array) -> Self:
+        """Return all of them after times t (P,), as if there were no walls."""
+        c, s = np.cos(t)[:, None], np.sin(t)[:, None]
+        w, v = c * self.w + s * self.v, c * self.v - s * self.w
+        return type(self)(w, v, c * self.height + s * self.rate, c * self.rate - s * self.height)
+
+    def reflected(self, wall: npt.NDArray[np.intp], walls: Walls) -> Self:
+        """Return them with velocities reflected, each at the `wall` of that index (P,)."""
+        twice = 2 * self.rate[np.arange(len(wall)), wall][:, None]
+        v, rate = self.v - twice * walls.normals[wall], self.rate - twice * walls.gram[wall]
+        return type(self)(self.w, v, self.height, rate)
+
+    def next_wall(self, walls: Walls) -> tuple[Array, npt.NDArray[np.intp]]:
+        """Return when each particle leaves the region, and through which wall: (P,) both; infinity if it never does.
+
+        h cos t + ḣ sin t = R cos(t − φ) falls below −g at t = φ + arccos(−g/R). A particle that falls towards a wall
+        reaches it in less than π: if it seems to take longer, rounding has put it there, or just beyond.
+        """
+        times = np.full((len(self.w), len(walls.offsets) + 1), np.inf)
+        radius = np.hypot(self.height, self.rate)
+        p, j = np.nonzero(radius > walls.offsets)
+        rate = self.rate[p, j]
+        turn = np.arctan2(rate, self.height[p, j])
+        t = (turn + np.arccos(np.clip(-walls.offsets[j] / radius[p, j], -1, 1))) % (2 * np.pi)
+        times[p, j] = np.where((rate < 0) & (t > np.pi), 0.0, t)
+        first = np.argmin(times, axis=1)
+        return times[np.arange(len(first)), first], first
+
+
+_CHAINS = 50
+_BURN_IN = 25  # moves of each chain that are thrown away: without bounds, one would do
+_INSIDE = 1e-6  # standard deviations from each bound to the start
+_MOST_REFLECTIONS = 5_000  # of one particle in one move
+
+
+class NoRoom(ArithmeticError):
+    """Nothing lies between the bounds, or too little to draw from."""
+
+
+@dataclass(frozen=True)
+class BoundedNormal:
+    """w ~ N(0, I) of dimension r on the side of all `walls` where N w + g ≥ 0."""
+
+    walls: Walls
+
+    @classmethod
+    def between(cls, rows: Array, lower: Array, upper: Array) -> Self:
+        """Return w ~ N(0, I), given `lower` ≤ D w ≤ `upper` with `rows` D (M, r) and bounds (M,), infinite or not.
+
+        Raises NoRoom where a row is zero and its bounds exclude zero.
+        """
+        lengths = np.linalg.norm(rows, axis=1)
+        if np.any((lengths == 0) & ((lower > 0) | (upper < 0))):
+            raise NoRoom("a value without any uncertainty is outside of its bounds")
+        normals, offsets = np.vstack([rows, -rows]), np.concatenate([-lower, upper])
+        lengths = np.concatenate([lengths, lengths])
+        some = (lengths > 0) & np.isfinite(offsets)
+        return cls(Walls(normals[some] / lengths[some, None], offsets[some] / lengths[some]))
+
+    @cached_property
+    def start(self) -> Array:
+        """The most likely w that is 1e-6 inside all bounds, (r,). Raises NoRoom: there is none, or it is not found."""
+        try:
+            found = least_norm(self.walls.normals, self.walls.offsets - _INSIDE)
+        except np.linalg.LinAlgError as error:
+            raise NoRoom(f"what is most likely between the bounds is not found in float64: {error}") from error
+        if found is None:
+            raise NoRoom(f"nothing lies inside all bounds by {_INSIDE:g} standard deviations")
+        return found
+
+    def draws(self, count: int, seed: int) -> Array:
+        """Return `count` draws, shape (count, r): the same for the same seed, and the first of any larger count.
+
+        They are of 50 independent chains in turn, after 25 moves of each: two draws depend on each other only if their
+        indices differ by a multiple of 50. Raises NoRoom.
+        """
+        rng = np.random.default_rng(seed)
+        w = np.tile(self.start, (_CHAINS, 1))
+        kept = [np.empty((0, w.shape[1]))]
+        for move in range(_BURN_IN + -(-count // _CHAINS)):
+            w = self._moved(w, rng.standard_normal(w.shape), rng.uniform(np.pi / 4, 3 * np.pi / 4, len(w)))
+            if move >= _BURN_IN:
+                kept.append(w)
+        return np.concatenate(kept)[:count]
+
+    def _moved(self, w: Array, v: Array, left: Array) -> Array:
+        """Return where particles from w with velocities v, both (P, r), are when the times `left` (P,) have passed."""
+        moving, arrived_at = Particles.at(w, v, self.walls), np.empty_like(w)
+        which = np.arange(len(w))
+        for _ in range(_MOST_REFLECTIONS):
+            free, wall = moving.next_wall(self.walls)
+            moving, arrives = moving.after(np.minimum(free, left)), free >= left
+            arrived_at[which[arrives]] = moving.w[arrives]
+            if arrives.all():
+                return arrived_at
+            on = ~arrives
+            which, left = which[on], (left - free)[on]
+            moving = moving.those(on).reflected(wall[on], self.walls)
+        raise NoRoom(
+            f"{_MOST_REFLECTIONS} reflections do not end one move: the bounds are too close together, or too far out"
+        )

@@ -1,1 +1,0 @@
-"""Normal distributions between bounds."""
