@@ -15,6 +15,7 @@ _ALL = (
     "likelihood",
     "constrained",
     "jointly",
+    "active",
     "recordings.bounded",
     "recordings.defaults",
     "growth",

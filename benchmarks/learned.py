@@ -35,6 +35,10 @@ class Task:
         assert isinstance(found, Certified), found.explanation
         return found
 
+    def with_known(self, prior: JointPrior) -> "Task":
+        """Return the same task with the hyperparameters of a prior, all known."""
+        return replace(self, prior=prior.as_known())
+
     def with_upper_state_bound(self, bound: float) -> "Task":
         """Return the same task of a scalar system with another upper bound of its state."""
         lower = [

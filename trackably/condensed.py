@@ -8,11 +8,8 @@ nodes are orthogonal, Σ_i w_i L_a(t_i) L_b(t_i) = λ_a δ_ab. So
 
 d samples Y_a of g at τ_a with independent noise of variance σ_n²/λ_a, and a sum of squares R that g does not change.
 
-What it costs to learn from fewer samples than there are.
-
-Samples at their own rate as fewer ones: a given number of them, or as few as the samples allow.
-
-Fewer samples to learn from where there are many: how many a user asks for, and what that costs.
+Where there are many samples, a user asks for a given number of them, or for as few as the samples allow: then l and the
+mean of all samples are compared with those of the fewer ones.
 """
 
 from collections.abc import Iterable, Mapping

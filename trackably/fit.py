@@ -1,10 +1,7 @@
 """A reference with what it was learned from: how far it is from its samples, and what its bounds cost.
 
-Contacts: bounds that hold the function back for a while, made of the active bounds at single times.
-
-How far a reference is from the samples that it was learned from.
-
-Learned hyperparameters that lie at an end of the interval in which they were sought.
+A misfit is that of one name, beside what it is without bounds. A contact is a bound that holds the function back for a
+while: active bounds at single times are joined. An edge is a hyperparameter at an end of its search interval.
 """
 
 import math

@@ -7,16 +7,10 @@ rejected, and the truncated distribution is left as it is, up to rounding. The t
 (there it is always π/2), as a particle that is reflected with just this period would return to where it was (R. M.
 Neal, MCMC using Hamiltonian dynamics, 2011, says so of all such methods).
 
-Least squares whose unknowns are not negative.
-
-The shortest vector between bounds: where a standard normal distribution is most dense among the admissible vectors.
-
-It is the least distance program of C. L. Lawson and R. J. Hanson, Solving Least Squares Problems (1974), chapter 23.
-The non-negative u that brings Nᵀ u nearest to 0 and −gᵀ u nearest to 1 is positive for the rows that keep w from zero.
-
-A root of a covariance: from independent standard normal numbers to values with this covariance.
-
-Particles in the potential ‖w‖²/2 between walls: they move along w cos t + v sin t and are reflected.
+Chains start at the shortest vector between bounds, where a standard normal distribution is densest among the admissible
+ones. It solves the least distance program of C. L. Lawson and R. J. Hanson, Solving Least Squares Problems (1974),
+chapter 23: the non-negative u that brings Nᵀ u nearest to 0 and −gᵀ u nearest to 1 is positive for the rows that keep w
+from zero. A root of a covariance leads from independent standard normal numbers to values with this covariance.
 """
 
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 """Constraints of the learning problem: a quantity, its bounds, and the places (times) at which they have to hold.
 
-Weighted sums of signals at some times: functionals at their places, all evaluated together with their gradients.
+Functionals at their places are weighted sums of signals at some times: all are evaluated together, with gradients.
 """
 
 from abc import ABC, abstractmethod

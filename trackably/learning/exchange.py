@@ -5,7 +5,7 @@ program on the way is a relaxation of the whole problem: the first minimiser tha
 problem, and a minimiser that is no better than a known solution can be given up. So programs are solved roughly first,
 and precisely only where the rough minimiser violates no bound at a new place.
 
-A point of the search, with the values of the objective and the constraints there.
+A candidate is a point of the search with the values of objective and constraints there.
 """
 
 import heapq

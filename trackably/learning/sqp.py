@@ -13,11 +13,8 @@ would be tiny. The merit is f there, whatever the penalty.
 B is the Hessian of the Lagrangian as the steps have shown it. Where f has an `information`, as likelihoods do, B begins
 with it, and takes it up again where it foretells the last step better.
 
-Quadratic programs of a few variables d and one slack s, solved by their duals:
-
-    min ½ dᵀ B d + cᵀ d + ρ (s + s²/2)   subject to   g + J d + s ≥ 0,   s ≥ 0,   lower ≤ d ≤ upper.
-
-With z = (d, s), H = diag(B, ρ) = L Lᵀ, h = (c, ρ) and y = Lᵀ z + L⁻¹ h this asks for the shortest y in a polyhedron.
+Each step's program is solved by its dual. With c = ∇f, z = (d, s), H = diag(B, ρ) = L Lᵀ, h = (c, ρ) and
+y = Lᵀ z + L⁻¹ h it asks for the shortest y in a polyhedron.
 """
 
 from collections.abc import Callable

@@ -1,6 +1,6 @@
 """What is done, and how long it has taken: in a line on a terminal, in messages of a log elsewhere.
 
-Messages of long work, for those who watch no terminal: INFO of the logger "trackably".
+Messages are for those who watch no terminal: INFO of the logger "trackably".
 """
 
 import logging

@@ -1,6 +1,6 @@
 """A reference learned window by window, with the proof of the whole.
 
-What is saved of a stream: all that it was learned from; its proof is found again when it is read.
+All that it was learned from is saved with it; its proof is found again when it is read.
 """
 
 from __future__ import annotations

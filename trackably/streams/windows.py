@@ -1,7 +1,4 @@
 """One reference from many windows: each window continues what is known, and leaves the earlier past as it is.
-
-A process that is known from earlier samples, given more of them: the update of its mean by windows.
-
 Given y₁ the mean of g is g₁ = m + Σ_i c_i κ(·, t_i). Given y₁ and y₂ it is g₁ + δ, where δ is what a process of mean
 zero has for mean given zeros in place of y₁, and y₂ − g₁: its covariance given zeros is that given y₁, which does not
 depend on values. Of the zeros only those within the kernel's memory matter.

@@ -9,7 +9,7 @@ from tests.trackably.certificates.instances import case, general_case
 from tests.trackably.systems.nonlinear_instances import INSTANCES, moving
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import Steps, Window
-from trackably.learning.joint.places import Seen
+from trackably.learning.joint.places import MarginScan
 from trackably.systems.quantities import Quantities
 from trackably.systems.reference import Reference
 
@@ -71,7 +71,7 @@ def test_local_minima_are_those_of_each_constraint_alone(reference, steps):
         for quantity, (low, high) in zip(several.quantities, bounds, strict=True)
     ]
     constraints = [Constraint(quantity, index_set) for quantity in quantities]
-    seen = Seen(constraints, several.signals)
+    seen = MarginScan(constraints, several.signals)
     places = tuple(
         np.column_stack([np.sort(np.linspace(0.1, 0.9, 3 + i) * end), np.ones(3 + i)]) for i in range(len(constraints))
     )

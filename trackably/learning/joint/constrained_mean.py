@@ -5,9 +5,8 @@
 a convex program whose minimum is that of the posterior mean plus D(θ) = min ‖g − m⁺‖²_{H⁺}. Formulas are linearised at
 the last function, until the function does not change any more.
 
-A working set: of the places that a program has, those that hold the function back for some θ on the way.
-
-A search meets hundreds of places; few are active at once. The covariance of the rows in the working set is much smaller
+A working set holds those places that hold the function back for some θ on the way. A search meets hundreds of places;
+few are active at once. The covariance of the rows in the working set is much smaller
 than that of all rows, and the function that they give is that of all places once it breaks no bound at the others.
 """
 

@@ -1,6 +1,6 @@
 """Places of bounds in the program of the function: a time and a side; and the rows that they are.
 
-Where a function comes near to its bounds: local minima of all margins, sought together.
+New places are where a function comes near to its bounds: local minima of all margins, sought together.
 """
 
 from collections.abc import Sequence

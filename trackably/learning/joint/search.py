@@ -3,7 +3,7 @@
 A program with few places is a relaxation. Its minimiser may be far from any minimum of J: a step is taken only if it
 makes J smaller, at all times; otherwise the places that it has shown stay, and the next step is shorter.
 
-Learn hyperparameters and function together, from several starts: those of the likelihood and of θ alone.
+Starts are those of the likelihood and of θ alone.
 """
 
 from collections.abc import Callable, Sequence
