@@ -8,7 +8,9 @@
 # make attack   20,000 changed certificates and 2,000 random references against prover and checker (minutes)
 # make lab      Jupyter on the notebooks
 # make view     the logs of the experiment NAME (example1) in a viewer in the browser, until Ctrl-C; needs npm
-# make report   write report/site/index.html: all results as pages that need neither a server nor a network
+# make docs     write report/site/index.html: documentation and results as pages that need neither a server nor a network
+# make report   the same
+# make paper    write paper/paper.md with the numbers of the results, and paper.pdf where pandoc is there
 # make bench    measure against other software, in an environment of its own (minutes; on a machine that is idle)
 # make rivals   side by side with everything else that hands out trajectories, in an environment of its own (minutes)
 # make study    10,000 drawn problems for all rivals, into .study; goes on where it was stopped (up to an hour)
@@ -20,7 +22,7 @@ PYTHON ?= python3
 BIN := $(CURDIR)/.venv/bin
 export PATH := $(BIN):$(PATH)
 
-.PHONY: install repro test lint style types user-types force status checker attack lab view bench rivals study theorem extracted lock
+.PHONY: install repro test docs report paper lint style types user-types force status checker attack lab view bench rivals study theorem extracted lock
 .DELETE_ON_ERROR:
 
 install: .venv/installed
@@ -70,8 +72,13 @@ view: NAME ?= example1
 view: .venv/installed
 	python -m pipeline view $(NAME)
 
-report: .venv/installed
+docs report: .venv/installed
 	python -m pipeline report
+
+paper: .venv/installed
+	python -m pipeline paper
+	@command -v pandoc > /dev/null || echo "without pandoc there is no PDF"
+	@! command -v pandoc > /dev/null || (cd paper && pandoc paper.md --citeproc --output paper.pdf)
 
 bench: .venv-bench/installed
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-bench/bin/python -m benchmarks

@@ -16,6 +16,7 @@ from pipeline.compare.command import compare
 from pipeline.experiments import PARAMS, Experiment, load_experiment, parameters_of
 from pipeline.reproduce import reproduce
 from pipeline.site.command import report
+from pipeline.site.paper import paper
 from pipeline.storage.logs import LogError
 from pipeline.storage.results import Results
 from pipeline.theorem import theorem
@@ -80,6 +81,7 @@ def _record() -> None:
 main.add_command(compare)
 main.add_command(reproduce)
 main.add_command(view)
+main.add_command(paper)
 main.add_command(report)
 main.add_command(theorem)
 

@@ -111,9 +111,14 @@ def run_without_extras(code: str, folder: Path) -> str:
 
 
 def test_the_readme_runs_without_extras_and_without_a_warning(tmp_path: Path) -> None:
-    code, *_ = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    (code,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    assert len([line for line in code.splitlines() if line]) <= 15
     said = run_without_extras(code, tmp_path)
     assert "proved for all real t ≥ 0: state in [" in said
+
+
+def test_the_readme_is_read_in_five_minutes() -> None:
+    assert len(README.splitlines()) <= 150
 
 
 def test_public_names_need_no_extra_or_say_which_one(tmp_path: Path) -> None:

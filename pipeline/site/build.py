@@ -1,4 +1,4 @@
-"""Build the site with Sphinx, from sources that are written for it."""
+"""Build the site with Sphinx, from the pages of `docs/` and from sources that are written for it."""
 
 import io
 from pathlib import Path
@@ -14,15 +14,22 @@ from trackably.errors import InputError
 _HERE = Path(__file__).parent
 _SETTINGS = {
     "project": "Trackably",
-    "extensions": ["myst_nb", "pipeline.site.formulas"],
+    "extensions": ["myst_nb", "sphinx.ext.autodoc", "pipeline.site.formulas", "pipeline.site.reference"],
     "html_theme": "furo",
     "html_title": "Trackably",
     "html_static_path": [str(_HERE / "static")],
     "html_css_files": ["report.css"],
+    "html_js_files": ["filter.js"],
     "html_math_renderer": "drawn",
     "html_show_sphinx": False,
     "html_show_copyright": False,
     "html_copy_source": False,
+    "html_show_sourcelink": False,
+    "add_module_names": False,
+    "autodoc_member_order": "bysource",
+    "autodoc_preserve_defaults": True,
+    "autodoc_typehints_format": "short",
+    "python_maximum_signature_line_length": 80,
     "nb_execution_mode": "off",
     "nb_render_markdown_format": "myst",
     "myst_enable_extensions": ["dollarmath"],
@@ -30,7 +37,14 @@ _SETTINGS = {
     "myst_heading_anchors": 3,
     "myst_links_external_new_tab": False,
     # A notebook names files of the project, which are not pages.
-    "suppress_warnings": ["myst.xref_missing", "misc.highlighting_failure", "toc.not_included", "config.cache"],
+    "suppress_warnings": [
+        "myst.xref_missing",
+        "misc.highlighting_failure",
+        "toc.not_included",
+        "toc.empty_glob",
+        "myst.header",
+        "config.cache",
+    ],
 }
 
 

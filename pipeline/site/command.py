@@ -7,11 +7,11 @@ import click
 _FOLDER = click.Path(file_okay=False, path_type=Path)
 
 
-@click.command("report", short_help="Write a static site about all results.")
+@click.command("report", short_help="Write a static site: the documentation and all results.")
 @click.option("--project", type=_FOLDER, default=Path(), help="Where params.yaml and the results are.")
 @click.option("--output", type=_FOLDER, default=Path("report/site"), show_default=True)
 def report(project: Path, output: Path) -> None:
-    """Write pages about what the stages left: claims, experiments, benchmark, errata of the paper.
+    """Write the documentation, and pages about what the stages left: claims, experiments, benchmarks, errata.
 
     They need neither a server nor a network: open index.html.
     """

@@ -26,6 +26,8 @@ _TEMPLATE = "template.ipynb"
 def write_sources(project: Path, into: Path) -> list[Page]:
     """Write the sources of a project's site into a folder, and return the pages of its experiments.
 
+    These are the pages of its `docs/`, and those of the report, which begins with `results`.
+
     Experiments without results are left out. Raises InputError where none has any.
     """
     root = project / "data" / "results"
@@ -43,6 +45,7 @@ def write_sources(project: Path, into: Path) -> list[Page]:
     more = [*_write_notebooks(project, notebooks, into), *_write_benchmark(project / "benchmarks", into)]
     claimed = load_claims(project / "claims.yaml")
     claims = [judge_claim(claim, project, project) for claim in claimed.claims]
+    shutil.copytree(project / "docs", into, dirs_exist_ok=True)
     _render(pages, claims, more, into)
     return pages
 
@@ -53,8 +56,9 @@ def _render(pages: Sequence[Page], claims: Sequence[JudgedClaim], more: Sequence
     )
     templates.filters |= {"cell": _cell, "found": _found, "plain": _plain}
     held = sum(claim.new.holds for claim in claims)
-    text = templates.get_template("index.md.j2").render(pages=pages, claims=claims, held=held, more=more)
-    write_text(into / "index.md", text)
+    text = templates.get_template("results.md.j2").render(pages=pages, claims=claims, held=held, more=more)
+    write_text(into / "results.md", text)
+    write_text(into / "gallery.md", templates.get_template("gallery.md.j2").render(pages=pages))
     for page in pages:
         write_text(into / f"{page.name}.md", templates.get_template("experiment.md.j2").render(page=page))
 
@@ -71,12 +75,14 @@ def _write_notebooks(project: Path, notebooks: Sequence[Path], into: Path) -> li
 
 
 def _write_benchmark(benchmarks: Path, into: Path) -> list[str]:
-    table = benchmarks / "README.md"
-    if not table.exists():
-        return []
-    write_text(into / "benchmark.md", table.read_text(encoding="utf-8"))
-    _copy((benchmarks / "figures").glob("*.svg"), into / "figures")
-    return ["benchmark"]
+    """Write the pages that benchmarks left, as far as they are there, and name them."""
+    written = []
+    for folder, page in ((benchmarks, "benchmark"), (benchmarks / "rivals", "rivals/page")):
+        if (table := folder / "README.md").exists():
+            write_text(into / f"{page}.md", table.read_text(encoding="utf-8"))
+            _copy((folder / "figures").glob("*.svg"), (into / page).parent / "figures")
+            written.append(page)
+    return written
 
 
 def _copy(files: Iterable[Path], into: Path) -> None:

@@ -35,6 +35,8 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     bounds = [{**claim, "at_most": 1e6}, {**claim, "claim": "is cheap", "at_most": -1.0}]
     (folder / "claims.yaml").write_text(json.dumps({"claims": bounds}), encoding="utf-8")
     _notebook(folder / "notebooks" / f"{NAME}.ipynb")
+    (folder / "docs").mkdir()
+    (folder / "docs" / "index.md").write_text("# Docs\n\n```{toctree}\nresults\n```\n", encoding="utf-8")
     _copy("benchmarks/README.md", folder)
     _copy("benchmarks/figures/ratios.svg", folder)
     _copy("data/recordings/tank.mcap", folder)

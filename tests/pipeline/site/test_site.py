@@ -49,7 +49,7 @@ def test_no_asset_comes_from_a_network(built: Built) -> None:
 
 
 def test_the_front_page_has_every_claim_and_its_state(built: Built) -> None:
-    told = words(page(built, "index"))
+    told = words(page(built, "results"))
     assert "1 of 2 claims hold" in told
     assert re.search(r"costs \| little own .*? holds", told)
     assert re.search(r"is cheap own .*? fails", told)
@@ -113,7 +113,7 @@ def test_pages_show_what_titles_say_and_run_none_of_it(project: Path, tmp_path: 
             assert attributes.get("src") != "x", page.name
         scripts = re.findall(r"<script[^>]*>(.*?)</script>", page.read_text(encoding="utf-8"), re.DOTALL)
         assert not [script for script in scripts if "alert(" in script], page.name
-        if page.stem in ("index", NAME):
+        if page.stem in ("results", NAME):
             assert " ".join(HOSTILE.split()) in " ".join(elements.text.split())
 
 
