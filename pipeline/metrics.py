@@ -11,7 +11,6 @@ from pipeline.published.algorithm1 import tail
 from pipeline.published.scalar import is_scalar, state_and_input
 from pipeline.storage.archive import Sampled
 from trackably.arrays import Array
-from trackably.certificates.prove import reference_period
 from trackably.learning.problem import ActiveBound
 from trackably.systems.defect import smallest_defect
 from trackably.systems.margins import MarginProfile, margin_profile
@@ -119,7 +118,7 @@ def _at_instants(reference: Reference, last_step: int) -> list[MarginProfile]:
 
     The instants of each period fall on other phases than those before.
     """
-    period = reference_period(reference)
+    period = reference.period
     if period is not None:
         last_step = round(_PERIODS * period / reference.plant.sampling_time)
     return [margin_profile(reference, q, last_step, 1) for q in reference.quantities]

@@ -45,13 +45,13 @@ if TYPE_CHECKING:
     from trackably.fleet.sources import parts_of_parquet as parts_of_parquet
     from trackably.fleet.sources import recordings_in as recordings_in
     from trackably.fleet.sources import topics_of as topics_of
-    from trackably.given.certified import CertifiedReference as CertifiedReference
+    from trackably.given.certify import CertifiedReference as CertifiedReference
     from trackably.given.certify import certify as certify
     from trackably.given.repair import repair as repair
     from trackably.given.table import CertifiedTable as CertifiedTable
     from trackably.given.table import RefutedTable as RefutedTable
     from trackably.given.table import Table as Table
-    from trackably.given.table_proof import certify_table as certify_table
+    from trackably.given.table import certify_table as certify_table
     from trackably.gp.kernels.base import Kernel as Kernel
     from trackably.gp.kernels.base import Product as Product
     from trackably.gp.kernels.base import Sum as Sum
@@ -93,7 +93,7 @@ __version__ = "0.2.0"
 
 _MODULES = {
     "BudgetExceeded": "control.online",
-    "CertifiedReference": "given.certified",
+    "CertifiedReference": "given.certify",
     "CertifiedTable": "given.table",
     "Column": "recordings.tables",
     "ConstrainedSystem": "systems.constrained",
@@ -144,7 +144,7 @@ _MODULES = {
     "Unsolved": "control.stepping",
     "Zonotope": "systems.disturbance.zonotope",
     "certify": "given.certify",
-    "certify_table": "given.table_proof",
+    "certify_table": "given.table",
     "check": "checking",
     "kinematic_bicycle": "systems.library",
     "learn_many": "fleet.learn_many",

@@ -31,7 +31,6 @@ from pipeline.storage.loops import Disturbed, read_loop_metrics, read_loops
 from pipeline.storage.results import Results
 from pipeline.storage.tables import read_columns
 from trackably.arrays import Array
-from trackably.certificates.prove import reference_period
 from trackably.exports import figures
 from trackably.gp.joint import JointPrior
 from trackably.learning.landscape import Landscape, landscape
@@ -87,7 +86,7 @@ def _path(experiment: Experiment, fitted: Fitted) -> Figure:
     assert experiment.plane is not None, "drawn only where there is one"
     shown = {method.name: fitted.learned[method.name].reference for method in methods_in_figures(fitted.learned)}
     last = experiment.verified(fitted.sampled.samples).last_step * experiment.plant.sampling_time
-    period = reference_period(fitted.learned[JOINT.name].reference)
+    period = fitted.learned[JOINT.name].reference.period
     times = np.linspace(0, last if period is None else min(period, last), _POINTS)
     truths, samples = experiment.truths, fitted.sampled.by_name
     first, second = experiment.plane

@@ -549,7 +549,7 @@ READ = """
 import sys
 from pathlib import Path
 from trackably.errors import InputError
-from trackably.given.plant_file import read_plant
+from trackably.given.files import read_plant
 from trackably.recordings import Field, Stamp, read_csv, read_mcap
 
 path = Path(sys.argv[1])

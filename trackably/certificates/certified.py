@@ -13,7 +13,7 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import evaluated_until, evaluation_errors
 from trackably.certificates.goal import Goal, for_all_times
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.certificates.prove import Failure, reference_period
+from trackably.certificates.prove import Failure
 from trackably.gp.factors.threads import one_blas_thread
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
@@ -30,7 +30,6 @@ from trackably.systems.sets.interval import Interval
 _LENGTHSCALE = "lengthscale"
 _LARGEST_BACKOFF = 1e-2
 _MOST_ATTEMPTS = 30
-_TIMES = 101  # at which errors of flat forms are looked at
 _SAME_VALUE = 1e-6  # of 1 + |J|: so much a back-off costs anyway
 _NEARLY = 1e-3  # of 1 + |J|: more than a smaller back-off gains
 
@@ -263,6 +262,6 @@ def _relative_error(reference: Reference) -> float:
     It is bounded up to as many periods as the proof claims, or as many times the latest centre if there is no period.
     """
     latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.kernel_sums)
-    window = reference_period(reference) or latest
-    errors = evaluation_errors(reference, evaluated_until(reference, window), np.linspace(0.0, window, _TIMES))
+    window = reference.period or latest
+    errors = evaluation_errors(reference, evaluated_until(reference, window), window)
     return max(errors[q.name] / q.bounds.width for q in reference.quantities)

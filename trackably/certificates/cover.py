@@ -40,20 +40,14 @@ def cover(
     Quantities share boxes, which are parts of one another: so each signal is enclosed once in a box. Unless it `asks`,
     narrow boxes are proposed about which the checker has not been asked.
     """
-    signals = [signal.summed for signal in reference.kernel_sums]
-    margins = Quantities(reference.quantities, signals)
-    errors = np.array([draft.errors[q.name] for q in draft.quantities])
-    centres = sum(len(signal.centres) for signal in draft.subject.signals)
-    most = _MOST_BOXES + _MOST_BY_CENTRE * centres
     edges = _first_edges(draft, reference, start, end, asks)
-    boxes, wanted = np.stack([edges[:-1], edges[1:]]), np.ones((len(errors), len(edges) - 1), dtype=bool)
+    boxes, wanted = np.stack([edges[:-1], edges[1:]]), np.ones((len(draft.quantities), len(edges) - 1), dtype=bool)
     if not asks:
         one = _joined(start, [np.vstack([boxes, _radii(draft, reference, *boxes)])])
         return {q.name: one for q in draft.quantities}
     accepted: list[list[Array]] = [[] for _ in draft.quantities]
     for halvings in range(_MOST_HALVINGS):
-        radii = _radii(draft, reference, *boxes)
-        tried = np.vstack([boxes, radii])
+        tried = np.vstack([boxes, _radii(draft, reference, *boxes)])
         missing, reasons = _refused(draft, tried, wanted, exactly=False)
         if halvings >= _EXACT_FROM and 0 < np.count_nonzero(np.any(missing, axis=0)) <= _MOST_EXACT:
             missing, reasons = _refused(draft, tried, missing, exactly=True)
@@ -63,21 +57,40 @@ def cover(
                 done("box")
         if not np.any(missing):
             return {q.name: _joined(start, found) for q, found in zip(draft.quantities, accepted, strict=True)}
+        if (given_up := _given_up(draft, reference, boxes, missing, halvings)) is not None:
+            q, b = given_up
+            name, first = draft.quantities[q].name, float(boxes[0, b])
+            reason = reasons.get((name, first), "") or "no enclosure found in this box is narrow enough"
+            return UncoveredBox(name, first, float(boxes[1, b]), reason)
         split = np.any(missing, axis=0)
-        (starts, ends), missing = boxes[:, split], missing[:, split]
-        middles = starts + (ends - starts) / 2
-        hopeless = missing & (margins.margins(middles) <= errors[:, None])
-        hopeless |= missing & ~((starts < middles) & (middles < ends))
-        # Where narrow boxes are refused nearly everywhere, rounding takes what there is of margins: halves do not help.
-        is_in_vain = halvings >= _NARROW_ENOUGH and len(starts) > max(_MOST_EXACT, 0.875 * wanted.shape[1])
-        if np.any(hopeless) or is_in_vain or len(starts) > most or halvings == _MOST_HALVINGS - 1:
-            q, b = np.argwhere(hopeless if np.any(hopeless) else missing)[0]
-            name = draft.quantities[q].name
-            reason = reasons.get((name, float(starts[b])), "") or "no enclosure found in this box is narrow enough"
-            return UncoveredBox(name, float(starts[b]), float(ends[b]), reason)
+        starts, middles, ends = boxes[0, split], _middles(boxes[:, split]), boxes[1, split]
         boxes = np.stack([np.stack([starts, middles], axis=1).ravel(), np.stack([middles, ends], axis=1).ravel()])
-        wanted = np.repeat(missing, 2, axis=1)
-    raise AssertionError("the last halving returns")
+        wanted = np.repeat(missing[:, split], 2, axis=1)
+    raise AssertionError("after the last halving, it is given up")
+
+
+def _given_up(
+    draft: Draft, reference: Reference, boxes: Array, missing: Flags, halvings: int
+) -> tuple[int, int] | None:
+    """Return a quantity and a box for which halves do not help, or are too many; None where they may help."""
+    count, split = boxes.shape[1], np.any(missing, axis=0)
+    starts, ends = boxes
+    middles, hopeless = _middles(boxes), np.zeros_like(missing)
+    margins = Quantities(reference.quantities, [signal.summed for signal in reference.kernel_sums])
+    errors = np.array([draft.errors[q.name] for q in draft.quantities])
+    hopeless[:, split] = margins.margins(middles[split]) <= errors[:, None]
+    hopeless = missing & (hopeless | ~((starts < middles) & (middles < ends)))
+    # Where narrow boxes are refused nearly everywhere, rounding takes what there is of margins: halves do not help.
+    is_in_vain = halvings >= _NARROW_ENOUGH and split.sum() > max(_MOST_EXACT, 0.875 * count)
+    most = _MOST_BOXES + _MOST_BY_CENTRE * sum(len(signal.centres) for signal in draft.subject.signals)
+    if np.any(hopeless) or is_in_vain or split.sum() > most or halvings == _MOST_HALVINGS - 1:
+        q, b = np.argwhere(hopeless if np.any(hopeless) else missing)[0]
+        return int(q), int(b)
+    return None
+
+
+def _middles(boxes: Array) -> Array:
+    return np.asarray(boxes[0] + (boxes[1] - boxes[0]) / 2)
 
 
 def _refused(draft: Draft, boxes: Array, wanted: Flags, exactly: bool) -> tuple[Flags, dict[tuple[str, float], str]]:

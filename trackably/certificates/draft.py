@@ -32,7 +32,7 @@ LATEST = 1e60
 """Times up to which decaying kernels can be evaluated without overflow [s]."""
 
 _PERIODS, _PERIODS_OF_FORMULAS = 1e3, 1e2
-_TIMES = 101
+_TIMES = 101  # of a window, at which errors of flat forms are looked at
 _SLACK = 1.02  # of errors: they are stated so that a small change of the reference needs no other ones
 _FLAT_ERROR = 2.0
 """Errors of formulas are stated this much larger than they are at single times: those in boxes are then no larger."""
@@ -55,14 +55,19 @@ def _errors_grow(kernel: Kernel, far: float) -> bool:
     return not at_most(later, 2 * late)
 
 
-def evaluation_errors(reference: Reference, until: float, times: Array | None = None) -> dict[str, float]:
+def evaluation_errors(reference: Reference, until: float, window: float | None = None) -> dict[str, float]:
     """Return what |float64 − exact| of each bounded quantity is at most at all times |t| ≤ `until` [s].
 
-    Those of a flat form's formulas are those near some `times` [s]: the checker finds in each box whether they hold.
+    Those of a flat form's formulas are those near some times up to the end of a `window` [s], or up to the latest
+    centre: the checker finds in each box whether they hold.
     """
     latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.kernel_sums)
-    near = np.linspace(0.0, latest, _TIMES) if times is None else times
-    return dict(Draft.of(reference, until, near).errors)
+    return dict(Draft.of(reference, until, times_in(0.0, window or latest)).errors)
+
+
+def times_in(start: float, end: float) -> Array:
+    """Return the times [s] of a window at which errors of flat forms are looked at."""
+    return np.linspace(start, end, _TIMES)
 
 
 def has_periodic_part(kernel: Kernel) -> bool:

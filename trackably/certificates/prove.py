@@ -13,11 +13,11 @@ import numpy as np
 from trackably.certificates.certificate import Certificate, Cover
 from trackably.certificates.claim import AllPhases, AllTimes, AtInstants, Claim, OnWindow, latest_time, refuse_empty
 from trackably.certificates.cover import UncoveredBox, cover
-from trackably.certificates.draft import TERMS, Draft, evaluated_until
+from trackably.certificates.draft import TERMS, Draft, evaluated_until, times_in
 from trackably.certificates.judge import judged
 from trackably.certificates.jumps import jump_of
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.certificates.pieces.prove import prove_pieces, prove_pieces_on_window
+from trackably.certificates.pieces import prove_pieces, prove_pieces_on_window
 from trackably.certificates.sketch import sketches
 from trackably.certificates.tail import tail_start
 from trackably.checker.intervals import UndefinedError, exactly
@@ -29,7 +29,7 @@ Failure = Counterexample | Unproved
 Outcome = Certificate | Failure
 
 _MOVES = "; a vehicle has a heading only where it moves: a lower bound of its speed above zero keeps it so"
-_LATEST_STEP, _TIMES, _AT_REST, _FAR = 100_000, 101, 1e3, 1e6
+_LATEST_STEP, _AT_REST, _FAR = 100_000, 1e3, 1e6
 
 
 def prove(reference: Reference, is_likely: bool = False) -> Outcome:
@@ -39,16 +39,15 @@ def prove(reference: Reference, is_likely: bool = False) -> Outcome:
     `is_likely` to be: the checker is asked about the whole proof at once, and about its parts if it refuses that.
     """
     if reference.pieces:
-        return judged(prove_pieces(reference))
-    period = reference_period(reference)
-    if period is None:
+        return prove_pieces(reference)
+    if reference.period is None:
         return prove_while_settling(reference, is_likely)
-    return prove_for_all_phases(reference, period, is_likely)
+    return prove_for_all_phases(reference, reference.period, is_likely)
 
 
 def prove_for_all_phases(reference: Reference, period: float, is_likely: bool = False) -> Outcome:
     """Prove the bounds for all real t, by boxes over one `period` [s]. ValueError unless it is that of all kernels."""
-    if period != reference_period(reference):
+    if period != reference.period:
         raise ValueError(f"claim: {period!r} s is not the period of every part of the kernel")
     problem = _ProofProblem(reference, period, (-np.inf, np.inf))
     return _judged(lambda asks: problem.cover_window(AllPhases(period), 0.0, period, asks), is_likely)
@@ -57,7 +56,7 @@ def prove_for_all_phases(reference: Reference, period: float, is_likely: bool = 
 def prove_on_window(reference: Reference, start: float, end: float) -> Outcome:
     """Prove the bounds for all real t from `start` to `end` [s], and for no other times."""
     if reference.pieces:
-        return judged(prove_pieces_on_window(reference, start, end))
+        return prove_pieces_on_window(reference, start, end)
     claim = OnWindow(start, end)
     return judged(_ProofProblem(reference, max(abs(start), abs(end)), claim.span).cover_window(claim, start, end))
 
@@ -89,11 +88,6 @@ def _judged(propose: Callable[[bool], Outcome], is_likely: bool) -> Outcome:
     return judged(propose(True))
 
 
-def reference_period(reference: Reference) -> float | None:
-    """Return the period [s] that all signals have; None where there is none."""
-    return reference.period
-
-
 @dataclass(frozen=True)
 class _ProofProblem:
     """What is needed to prove a reference at all times in `span` [s], or at the instants k T_s in it.
@@ -113,8 +107,8 @@ class _ProofProblem:
     def draft(self) -> Draft:
         """The certificate in the making. Errors of flat forms are stated near times in the window, and at rest."""
         (start, end), until = self.span, evaluated_until(self.reference, self.window)
-        times = np.append(np.linspace(0.0, self.window, _TIMES), _AT_REST * self.window)
-        return Draft.of(self.reference, until, np.linspace(start, end, _TIMES) if np.isfinite(end) else times)
+        times = np.append(times_in(0.0, self.window), _AT_REST * self.window)
+        return Draft.of(self.reference, until, times_in(start, end) if np.isfinite(end) else times)
 
     def tail_start(self, asks: bool = True) -> float | None:
         """Return a time [s] from which on nothing breaks a bound; None where there is none."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from trackably.arguments import instance, real
@@ -12,16 +12,62 @@ from trackably.certificates.goal import Claim
 from trackably.certificates.judge import judged
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import Outcome, prove, prove_on_window
-from trackably.given.certified import CertifiedReference
 from trackably.given.conversion import Interpolation, as_pieces, repeats
 from trackably.given.flat_outputs import distance, flat_output
 from trackably.given.python_control import is_flat_trajectory, states_as_pieces
 from trackably.gp.stencil import Stencil
+from trackably.proved.reference import ProvedReference
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.reference import Reference
 from trackably.systems.sampling import default_sample, shows_level, stencils_by_name
+from trackably.systems.sets.interval import rounded
 from trackably.systems.signals.pieces import Beyond, PolynomialPieces
+
+
+@dataclass(frozen=True, eq=False)
+class CertifiedReference(ProvedReference):
+    """A given reference with its proof: the system can follow it at all times that `certificate` names.
+
+    `off` says how far the states that were given are from those of the reference at most, by name and in their units:
+    a sampled system follows a curve in discrete time, which a curve of continuous time is not exactly. `moved` says how
+    far a repair moved them; it is None where nothing was repaired.
+    """
+
+    given: Reference
+    certificate: Certificate
+    off: Mapping[str, float] = field(default_factory=dict)
+    moved: Mapping[str, Moved] | None = None
+
+    @property
+    def reference(self) -> Reference:
+        """The reference itself, at all times."""
+        return self.given
+
+    @property
+    def explanation(self) -> str:
+        """What is proved, and how far the states are from those that were given."""
+        said = [self.certificate.explanation]
+        if self.moved is not None:
+            said += [f"{name} was moved by {moved}" for name, moved in self.moved.items()]
+        said += [
+            f"{name} is off the given curve by {rounded(by, 'up')} at most" for name, by in self.off.items() if by > 0
+        ]
+        return "; ".join(said)
+
+    def __repr__(self) -> str:
+        return f"CertifiedReference({self.explanation}; {self.identity})"
+
+
+@dataclass(frozen=True)
+class Moved:
+    """How far a repair moved a trajectory: at most, and as a root mean square, in its unit."""
+
+    most: float
+    rms: float
+
+    def __str__(self) -> str:
+        return f"{rounded(self.most, 'up')} at most, {self.rms:.3g} in the root mean square"
 
 
 def certify(
@@ -131,10 +177,10 @@ class Given:
 
     def off(self, certificate: Certificate) -> dict[str, float]:
         """Return how far states are from the given curves, by name."""
-        step, signals = self.plant.sampling_time, self.signals
+        reference = self.reference
         return {
-            name: distance(curve, signal, self.stencils[name], step, certificate.claim)
-            for (name, curve), signal in zip(self.curves.items(), signals, strict=True)
+            name: distance(curve, signal, self.stencils[name], reference, certificate.claim)
+            for (name, curve), signal in zip(self.curves.items(), reference.pieces, strict=True)
         }
 
 

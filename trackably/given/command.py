@@ -9,12 +9,9 @@ from trackably.certificates.judge import accepted_file
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.errors import InputError
 from trackably.files import new_file, unwritable, write_atomically
-from trackably.given.certified import CertifiedReference
-from trackably.given.certify import certify
-from trackably.given.plant_file import read_plant
-from trackably.given.table import CertifiedTable, RefutedTable
-from trackably.given.table_file import read_columns
-from trackably.given.table_proof import certify_table
+from trackably.given.certify import CertifiedReference, certify
+from trackably.given.files import read_columns, read_plant
+from trackably.given.table import CertifiedTable, RefutedTable, certify_table
 from trackably.progress.bar import progress_bar
 from trackably.systems.constrained import ConstrainedSystem
 

@@ -1,5 +1,6 @@
 """From curves of states to the flat outputs of a sampled system, and how far its states are from the curves then."""
 
+from dataclasses import replace
 from fractions import Fraction
 from math import inf, nextafter
 
@@ -8,13 +9,16 @@ from numpy.polynomial import Polynomial
 
 from trackably.arrays import Array
 from trackably.certificates.claim import Claim
-from trackably.certificates.pieces.cells import ExactPieces, cells, exactly
-from trackably.certificates.pieces.extremes import Search
+from trackably.certificates.form import encode_subject
+from trackably.certificates.pieces import keeps, least_near, times_to_look_at
+from trackably.checker.form import subject_of
+from trackably.checker.subject import Functional, Pieces
 from trackably.gp.stencil import Stencil
-from trackably.systems.flat.functional import Functional
+from trackably.systems.reference import Reference
 from trackably.systems.signals.pieces import PolynomialPieces
 
-_DIGITS = 1e-9  # of a distance, and of the size of the curve
+_PARTS = tuple(1e-13 * 8.0**k for k in range(16))
+"""Parts of the size of a curve by which a distance may be larger than what is seen of it."""
 
 
 def flat_output(curve: PolynomialPieces, stencil: Stencil, order: int, step: float) -> PolynomialPieces:
@@ -53,19 +57,37 @@ def _moved(coefficients: Array, by: float) -> Array:
     return np.asarray(np.pad(moved, (0, len(coefficients) - len(moved))))
 
 
-def distance(curve: PolynomialPieces, output: PolynomialPieces, stencil: Stencil, step: float, claim: Claim) -> float:
-    """Return the largest distance of what the stencil shows from the curve, at the times of a claim; rounded up."""
-    shown = tuple(Fraction(w) for w in stencil.weights)
-    apart = Functional((shown, (Fraction(-1),)), Fraction(stencil.offset), step)
+def distance(
+    curve: PolynomialPieces, output: PolynomialPieces, stencil: Stencil, reference: Reference, claim: Claim
+) -> float:
+    """Return the largest distance of what the stencil shows from the curve, at the times of a claim; rounded up.
+
+    It is sought in float64, and the checker's arithmetic is asked whether it is any larger.
+    """
     first, last = claim.span
     start = max(first, 0.0) if curve.beyond != "end" else first
     end = last if last < inf else max(float(z.breakpoints[-1]) for z in (curve, output))
     if curve.beyond == "period":
         end = start + curve.period
-    found = list(cells(apart, (ExactPieces(output), ExactPieces(curve)), exactly(start), exactly(end)))
-    near = exactly(_DIGITS * max(map(_size, (curve, output))) or 1.0)
-    most = max(Search(found, sign).to(near).at_most for sign in (1, -1))
-    return nextafter(int(most.p) / int(most.q), inf) if most > 0 else 0.0
+    shown = tuple(Fraction(w) for w in stencil.weights)
+    apart = Functional(Fraction(stencil.offset), (shown, (Fraction(-1),)))
+    both = tuple(
+        Pieces(tuple(z.breakpoints.tolist()), tuple(map(tuple, z.coefficients.tolist())), z.beyond)
+        for z in (output, curve)
+    )
+    subject = replace(subject_of(encode_subject(reference)), pieces=both)
+    shifts = reference.plant.sampling_time * np.arange(float(len(shown)))
+    times = times_to_look_at((output, curve), shifts, start, end)
+    size = max(map(_size, (curve, output))) or 1.0
+
+    def closeness(t: Array) -> Array:
+        return -np.abs(stencil.measured(output, t) - curve(t))
+
+    _, seen = least_near(closeness, times, closeness(times))
+    for most in (0.0, *(-seen + part * size for part in _PARTS)):
+        if keeps(subject, (Fraction(1),), (apart,), (start, end), (-Fraction(most), Fraction(most))):
+            return most
+    return inf
 
 
 def _size(curve: PolynomialPieces) -> float:

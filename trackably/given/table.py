@@ -1,21 +1,30 @@
 """Tables of states and inputs at the steps: bounds and dynamics are proved at these instants, and nothing between."""
 
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import partial
+from math import inf, nextafter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trackably.arguments import numbers, whole
+from trackably.arguments import instance, numbers, real, whole
 from trackably.arrays import Array, ArrayLike
+from trackably.certificates.form import as_written
+from trackably.certificates.judge import judged_file
+from trackably.certificates.outcome import Unproved
+from trackably.checker import Proved, Refuted
+from trackably.checker import subject as checked
+from trackably.checker.form import a_system
+from trackably.checker.formulas import Intervals, evaluate
+from trackably.checker.intervals import UndefinedError, exactly
+from trackably.checker.subject import System
+from trackably.checker.tables import FORMAT, REFUTED, VERSION, Part
 from trackably.files import new_file, write_json
-from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.sets.interval import rounded
-
-FORMAT, REFUTED, VERSION = "trackably table", "trackably refuted table", 1
-
-Part = Literal["states", "inputs", "dynamics"]
-"""What a table may break: a row of the state set or of the input set, or the next value of a state."""
+from trackably.systems.constrained import ConstrainedSystem, Side
+from trackably.systems.sets.interval import Interval, rounded
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,3 +130,113 @@ def _written(table: Table, plant: ConstrainedSystem, tolerance: float) -> dict[s
 
     rows = {"first_step": table.first_step, "states": table.states.tolist(), "inputs": table.inputs.tolist()}
     return {"table": rows, "plant": encode(plant), "tolerance": tolerance}
+
+
+_SMALLEST = 5e-324  # a positive float64
+
+
+def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> CertifiedTable | RefutedTable | Unproved:
+    """Prove that a table keeps the plant's bounds at its steps, and its dynamics within a tolerance; or refute it.
+
+    The tolerance is that of each state, in its unit. Of all violations the largest one is told, as a part of the width
+    of its bound, or of the tolerance. Unproved are formulas that may not be defined at a step.
+
+    ValueError: the table does not fit the plant, or the tolerance is not positive.
+    """
+    tolerance = _checked(table, plant, tolerance)
+    refuted = partial(_refuted, table, plant, tolerance)
+    broken, defect = list(_broken(table, plant, refuted)), Fraction(0)
+    system = a_system(as_written(plant.system), "system")
+    for k in range(len(table.states) - 1):
+        try:
+            apart = _defects(system, table.states[k], table.inputs[k], table.states[k + 1])
+        except UndefinedError as undefined:
+            return _unproved(plant, table.first_step + k, tolerance, inf, str(undefined))
+        for i, (name, (least, most)) in enumerate(zip(plant.system.states, apart, strict=True)):
+            defect = max(defect, most)
+            if (by := least - Fraction(tolerance)) > 0:
+                what = (
+                    f"the system leads to another {name} than that of the next step, beyond the tolerance {tolerance!r}"
+                )
+                broken.append((float(by) / tolerance, refuted(k, what, by, "dynamics", i)))
+    if broken:
+        return _judged(max(broken, key=lambda found: found[0])[1])
+    if defect > Fraction(tolerance):
+        short = float(defect - Fraction(tolerance))
+        return _unproved(plant, table.first_step, tolerance, short, "the tolerance is next to what f leads to")
+    return _judged(CertifiedTable(table, plant, tolerance, nextafter(float(defect), inf) if defect else 0.0))
+
+
+def _judged(found: CertifiedTable | RefutedTable) -> CertifiedTable | RefutedTable | Unproved:
+    """Return what the checker accepts, and Unproved where it refuses it.
+
+    The defect is what it accepts as a tolerance, too: it is the tolerance itself where it does not.
+    """
+    _, verdict = judged_file(found.content)
+    if isinstance(found, CertifiedTable) and isinstance(verdict, Proved):
+        _, of_defect = judged_file(replace(found, tolerance=found.defect or _SMALLEST).content)
+        return found if isinstance(of_defect, Proved) else replace(found, defect=found.tolerance)
+    if isinstance(found, RefutedTable) and isinstance(verdict, Refuted):
+        return found
+    why = f"the checker does not accept it ({verdict})"
+    return _unproved(found.plant, found.table.first_step, found.tolerance, 0.0, why)
+
+
+def _checked(table: Table, plant: ConstrainedSystem, tolerance: float) -> float:
+    instance("certify_table: table", table, Table, "a Table")
+    instance("certify_table: plant", plant, ConstrainedSystem, "a ConstrainedSystem")
+    if not (tolerance := real("certify_table: tolerance", tolerance)) > 0:
+        raise ValueError(f"certify_table: tolerance must be positive, got {tolerance}")
+    wanted, given = (len(plant.system.states), len(plant.system.inputs)), (table.states.shape[1], table.inputs.shape[1])
+    if wanted != given:
+        raise ValueError(f"table: expected {wanted[0]} states and {wanted[1]} inputs, got {given[0]} and {given[1]}")
+    return tolerance
+
+
+def _unproved(plant: ConstrainedSystem, step: int, tolerance: float, short: float, reason: str) -> Unproved:
+    t = step * plant.sampling_time
+    return Unproved("difference to the next state", Interval(-tolerance, tolerance), (t, t), short, reason)
+
+
+def _broken(
+    table: Table, plant: ConstrainedSystem, refuted: Callable[..., RefutedTable]
+) -> Iterator[tuple[float, RefutedTable]]:
+    """Yield where bounds are broken, with the part of the width."""
+    sides: tuple[tuple[Part, Side, Array], ...] = (
+        ("states", "state", table.states),
+        ("inputs", "input", table.inputs),
+    )
+    for part, side, values in sides:
+        for i, limit in enumerate(limit for limit in plant.given_constraints if limit.side == side):
+            low, high = Fraction(limit.bounds.lower), Fraction(limit.bounds.upper)
+            for k, row in enumerate(values.tolist()):
+                value = sum((r * Fraction(v) for r, v in zip(limit.row, row, strict=True)), Fraction(0))
+                if (by := max(low - value, value - high)) > 0:
+                    what = f"the {limit.name} breaks {limit.bounds.exactly}"
+                    yield float(by) / limit.bounds.width, refuted(k, what, by, part, i)
+
+
+def _defects(system: System, x: Array, u: Array, successor: Array) -> list[tuple[Fraction, Fraction]]:
+    """Return bounds of |x⁺ − f(x, u)| for each state; they are equal for linear systems."""
+    if isinstance(system, checked.LinearSystem):
+        values = [Fraction(v) for v in (*x.tolist(), *u.tolist(), 1.0)]
+        made = [
+            sum((Fraction(a) * v for a, v in zip((*A, *B, c), values, strict=True) if a), Fraction(0))
+            for A, B, c in zip(system.A, system.B, system.c, strict=True)
+        ]
+        return [(d, d) for d in (abs(m - Fraction(s)) for m, s in zip(made, successor.tolist(), strict=True))]
+    named = dict(zip((*system.states, *system.inputs), map(exactly, (*x.tolist(), *u.tolist())), strict=True))
+    apart = [
+        abs(evaluate(f, named, Intervals()) - exactly(s)) for f, s in zip(system.f, successor.tolist(), strict=True)
+    ]
+    ends = [(float(found.a), float(found.b)) for found in apart]
+    if not np.all(np.isfinite(ends)):
+        raise UndefinedError("its formula is too large for float64, or divides by something that may be zero")
+    return [(Fraction(max(nextafter(low, -inf), 0.0)), Fraction(nextafter(high, inf))) for low, high in ends]
+
+
+def _refuted(
+    table: Table, plant: ConstrainedSystem, tolerance: float, row: int, what: str, by: Fraction, part: Part, index: int
+) -> RefutedTable:
+    step, below = table.first_step + row, max(nextafter(float(by), 0.0), _SMALLEST)
+    return RefutedTable(step, step * plant.sampling_time, what, below, part, index, table, plant, tolerance)

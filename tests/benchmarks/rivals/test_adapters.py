@@ -13,7 +13,7 @@ from benchmarks.rivals.model import Found
 from benchmarks.rivals.problems import problem
 from trackably import certify
 from trackably.certificates.outcome import Counterexample
-from trackably.given.certified import CertifiedReference
+from trackably.given.certify import CertifiedReference
 from trackably.gp.bounded import least_norm
 from trackably.gp.kernels.matern import Matern52
 

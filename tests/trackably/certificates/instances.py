@@ -7,7 +7,6 @@ import numpy as np
 
 from tests.trackably.certificates import naive
 from tests.trackably.systems.instances import controllable
-from trackably.certificates.prove import reference_period
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.kernels.periodic import Periodic
@@ -106,7 +105,7 @@ def general_case(seed: int, margin: float | None = None) -> Case:
         weights = _weights(rng, kernel, centres)
         signals.append(KernelSum(kernel, float(rng.choice([0.0, rng.normal()])), centres, weights))
     reference = Reference(tuple(signals), plant)
-    return _with_bounds(rng, reference, reference_period(reference) or 1.5 * span, margin)
+    return _with_bounds(rng, reference, reference.period or 1.5 * span, margin)
 
 
 def without_redundancy(system: LinearSystem) -> LinearSystem:

@@ -2,15 +2,18 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from trackably.certificates import cover, prove, tail
-from trackably.certificates.certificate import Cover
+from trackably.certificates import cover, pieces, prove, tail
+from trackably.certificates.certificate import Certificate, Cover
 from trackably.certificates.draft import Draft
-from trackably.certificates.outcome import Counterexample
+from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.sketch import Sketch
+from trackably.systems.reference import Reference
+from trackably.systems.sets.interval import Interval
 
 Lie = Callable[[np.random.Generator, Any], Any]
 """Returns what takes the place of a function, given the honest one."""
@@ -74,7 +77,7 @@ LIES: dict[str, tuple[Any, str, Lie]] = {
     "the tail starts at any time": (tail, "_earliest", _after(lambda rng, t: t * rng.uniform(0.05, 1))),
     "every tail is settled": (Draft, "is_settled", _always(True)),
     "errors are smaller": (prove.Draft, "of", _with_smaller_errors),
-    "every kernel repeats": (prove, "reference_period", _always(1.0)),
+    "every kernel repeats": (Reference, "period", lambda rng, honest: property(lambda s: 1.0)),
     "nothing is broken": (prove._ProofProblem, "_broken", _always(None)),
     "the worst is elsewhere": (
         Sketch,
@@ -86,7 +89,34 @@ LIES: dict[str, tuple[Any, str, Lie]] = {
 }
 
 
-def plant(lie: str, seed: int, put: Callable[[Any, str, Any], None]) -> None:
+def _with_smaller_numbers(rng: np.random.Generator, honest: Any) -> Any:
+    return property(lambda s: {name: e * 10 ** rng.uniform(-6, 0.1) for name, e in honest.func(s).items()})
+
+
+LIES_ABOUT_PIECES: dict[str, tuple[Any, str, Lie]] = {
+    "errors are smaller": (pieces._ProofProblem, "errors", _with_smaller_numbers),
+    "sizes are sane": (pieces._ProofProblem, "has_sane_sizes", lambda rng, honest: property(lambda s: True)),
+    "few times are looked at": (pieces, "times_to_look_at", _after(lambda rng, t: np.sort(rng.choice(t, 9)))),
+    "bounds are broken anywhere": (
+        pieces._ProofProblem,
+        "_beyond",
+        _after(lambda rng, by: by + Fraction(rng.random())),
+    ),
+    "nothing is broken": (pieces._ProofProblem, "_beyond", _always(Fraction(-1000))),
+    "everything is broken": (pieces, "judged", lambda rng, honest: _refuses_certificates(honest)),
+}
+
+
+def _refuses_certificates(honest: Any) -> Any:
+    """Say that a certificate is refused, so that a counterexample is sought."""
+    return lambda outcome: (
+        Unproved("", Interval(0, 0), (0, 0), 0, "") if isinstance(outcome, Certificate) else honest(outcome)
+    )
+
+
+def plant(
+    lie: str, seed: int, put: Callable[[Any, str, Any], None], of: dict[str, tuple[Any, str, Lie]] = LIES
+) -> None:
     """Put a lie in the place of what is honest, as `monkeypatch.setattr` does it."""
-    owner, name, lying = LIES[lie]
+    owner, name, lying = of[lie]
     put(owner, name, lying(np.random.default_rng(seed), getattr(owner, name)))

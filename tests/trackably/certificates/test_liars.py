@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -10,13 +11,16 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 import trackably
+from tests.splines.trials import Counts, try_one
 from tests.trackably.certificates.instances import case, general_case
-from tests.trackably.certificates.liars import LIES, plant
+from tests.trackably.certificates.liars import LIES, LIES_ABOUT_PIECES, plant
 from tests.trackably.certificates.references import certified
 from tests.trackably.checker.test_soundness import assert_nothing_false_is_claimed
 from tests.trackably.plants import AXIS, KERNEL, SAMPLES
 from trackably import (
     Counterexample,
+    Impossible,
+    InfeasibleTightening,
     NotTrackableError,
     Relearner,
     SquaredExponential,
@@ -32,8 +36,10 @@ from trackably import (
 )
 from trackably.certificates.judge import accepted_file
 from trackably.checker import Failed, Proved, check
-from trackably.given.certified import CertifiedReference
+from trackably.given import table as table_module
+from trackably.given.certify import CertifiedReference
 from trackably.gp.signal import KernelSum
+from trackably.learning.problem import NoSolution
 from trackably.reference import TrackableReference
 from trackably.streams.reference import StreamReference
 
@@ -50,6 +56,31 @@ def test_nothing_false_is_handed_out_whatever_lies(lie, make, monkeypatch):
     cases = {seed: make(seed) for seed in range(9600, 9612)}
     plant(lie, 7, monkeypatch.setattr)
     assert_nothing_false_is_claimed(cases)
+
+
+@pytest.mark.parametrize("lie", LIES_ABOUT_PIECES)
+def test_no_spline_is_proved_or_refuted_falsely_whatever_lies(lie, monkeypatch):
+    """A bound is put next to a true extreme of a random spline, inside and outside of it."""
+    plant(lie, 7, monkeypatch.setattr, LIES_ABOUT_PIECES)
+    counts: dict[str, Counts] = {}
+    for number in range(14):
+        try_one(counts, 3, number)
+    assert not [what for found in counts.values() for what in found.false]
+
+
+@pytest.mark.parametrize("factor", [0.0, 0.5, 0.999, 2.0])
+def test_no_table_is_proved_or_refuted_falsely_whatever_lies(factor, monkeypatch):
+    """What is made of a step is off by 0.01; what proposes says that it is off by another number."""
+    table, honest, lie = Table([[0.0, 0.0], [0.0, 0.01]], [[0.0]]), table_module._defects, Fraction(factor)
+    monkeypatch.setattr(table_module, "_defects", lambda *of: [(lie * low, lie * high) for low, high in honest(*of)])
+    for tolerance in (0.004, 0.0099, 0.011, 0.03):
+        found = certify_table(table, AXIS, tolerance)
+        if isinstance(found, trackably.CertifiedTable):
+            assert tolerance > 0.01
+            assert found.defect >= 0.01
+        elif isinstance(found, trackably.RefutedTable):
+            assert tolerance < 0.01
+            assert found.violation <= 0.01 - tolerance
 
 
 @pytest.mark.parametrize("example", ["example1", "example2"])
@@ -70,6 +101,9 @@ CLAIMING: dict[str, Callable[[Any, TrackableReference], Any]] = {
     "learn_stream": lambda folder, _: streamed(),
     "learn_many": lambda folder, _: learn_many(
         {"one": SAMPLES}, AXIS, KERNEL, "all_times", folder=folder / "fleet", **QUIET
+    ),
+    "learn_reference, impossible": lambda folder, _: learn_reference(
+        SAMPLES, AXIS, KERNEL, "all_times", starts=1, at={1.0: {"position": -0.9}, 1.05: {"position": 0.15}}, **QUIET
     ),
     "certify": lambda folder, _: certify(CURVE, AXIS),
     "certify, refuted": lambda folder, _: certify(BROKEN, AXIS),
@@ -94,9 +128,9 @@ def claims_something(found: Any) -> bool:
     """Whether an answer says that something is proved, or refuted."""
     if isinstance(found, trackably.Fleet):
         return any(row.outcome in ("proved", "refuted") for row in found.rows)
-    tables = trackably.CertifiedTable, trackably.RefutedTable
+    others = trackably.CertifiedTable, trackably.RefutedTable, Impossible, InfeasibleTightening
     return isinstance(
-        found, (*tables, Counterexample, trackably.CertifiedReference, TrackableReference, StreamReference)
+        found, (*others, Counterexample, trackably.CertifiedReference, TrackableReference, StreamReference)
     )
 
 
@@ -114,7 +148,7 @@ def test_what_the_checker_refuses_is_not_handed_out(name, honest, tmp_path, monk
     monkeypatch.setattr(checker, "check", lambda *_, **__: Failed("it refuses everything"))
     found = answer_of(name, honest, tmp_path / "after")
     assert not claims_something(found)
-    assert isinstance(found, Unproved | trackably.Fleet)
+    assert isinstance(found, Unproved | NoSolution | trackably.Fleet)
 
 
 def test_every_public_name_that_may_claim_something_is_asked():

@@ -13,7 +13,7 @@ from tests.trackably.systems.forms.instances import T_S, eight
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.prove import prove
-from trackably.given.certified import CertifiedReference
+from trackably.given.certify import CertifiedReference
 
 K = np.arange(300)
 

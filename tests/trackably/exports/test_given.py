@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 from tests.trackably.exports.c_programs import CC, compiled, run
 from tests.trackably.plants import AXIS
 from trackably import certify
-from trackably.given.certified import CertifiedReference
+from trackably.given.certify import CertifiedReference
 
 SPLINE = CubicSpline([0.0, 1.0, 2.5, 3.5], [0.0, -0.4, -0.9, -0.7], bc_type="clamped")
 

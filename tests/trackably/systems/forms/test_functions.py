@@ -5,8 +5,8 @@ import pytest
 from flint import arb
 from mpmath import mp
 
-from trackably.certificates.balls.arithmetic import ball_arithmetic
-from trackably.certificates.balls.formulas import UndefinedError, at_balls
+from tests.balls.arithmetic import ball_arithmetic
+from tests.balls.formulas import UndefinedError, at_balls
 from trackably.checker.form import a_formula
 from trackably.checker.formulas import Intervals
 from trackably.checker.formulas import evaluate as checker_evaluate

@@ -4,8 +4,8 @@ from flint import arb
 from hypothesis import strategies as st
 from mpmath import mp
 
-from trackably.certificates.balls.arithmetic import ball_arithmetic
-from trackably.certificates.balls.formulas import UndefinedError, at_balls
+from tests.balls.arithmetic import ball_arithmetic
+from tests.balls.formulas import UndefinedError, at_balls
 from trackably.systems.formulas.evaluation import evaluate
 from trackably.systems.formulas.expression import (
     BINARY,

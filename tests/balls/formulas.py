@@ -1,10 +1,10 @@
-"""Evaluate formulas in ball arithmetic; raise UndefinedError where they may not be defined."""
+"""The tests' oracle: formulas in ball arithmetic; UndefinedError where they may not be defined."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from flint import arb
 
-from trackably.systems.flat.requirements import MOST_MULTIPLIED, Requirement
+from trackably.systems.flat.requirements import MOST_MULTIPLIED
 from trackably.systems.formulas.evaluation import evaluate
 from trackably.systems.formulas.expression import Expression
 
@@ -27,19 +27,6 @@ ANGLE = (
 )
 
 
-def require(needs: Iterable[Requirement], values: Mapping[str, arb]) -> None:
-    """Raise UndefinedError unless all that is needed holds for all `values` in the balls."""
-    for needed in needs:
-        require_of(needed, at_balls(needed.formula, values))
-
-
-def require_of(needed: Requirement, value: arb) -> None:
-    """Raise UndefinedError unless all numbers of a ball are as they are needed to be."""
-    if not (value > 0 or (needed.may_be_negative and value < 0)):
-        raise UndefinedError(f"{NEEDED} {needed}, which may fail; a bound has to keep away from it")
-
-
-NEEDED = "the flat form needs"
 DIVISION = "its formula divides by something that may be zero"
 _POSITIVE = {
     "log": "its formula takes the logarithm of something that may not be positive",

@@ -1,0 +1,1 @@
+"""Formulas in ball arithmetic (python-flint): a second arithmetic to compare with."""

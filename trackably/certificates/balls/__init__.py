@@ -1,1 +1,0 @@
-"""Enclosures in ball arithmetic: kernels, formulas, Taylor models."""

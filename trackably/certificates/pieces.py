@@ -1,0 +1,245 @@
+"""Propose a proof of a claim about a reference of polynomial pieces, or a counterexample: the checker says what holds.
+
+A proof about pieces takes no boxes: the checker finds for itself whether polynomials stay inside their bounds. So it is
+asked first, and only where it refuses, the worst time is sought in float64.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from math import nextafter
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.certificates.certificate import TIME_TOLERANCE_OF_PIECES, Certificate
+from trackably.certificates.claim import AllPhases, AllTimes, Claim, OnWindow, refuse_empty
+from trackably.certificates.form import encode_subject
+from trackably.certificates.judge import judged
+from trackably.certificates.outcome import Counterexample, Unproved
+from trackably.certificates.sketch import refined
+from trackably.checker import certificate as checked
+from trackably.checker.form import subject_of
+from trackably.checker.piecewise import check_sizes, evaluation_errors, is_nowhere_negative, value_of_pieces, whole_sum
+from trackably.checker.quantities import functionals
+from trackably.checker.subject import Functional, Subject
+from trackably.systems.quantities import Quantities
+from trackably.systems.quantity import Quantity
+from trackably.systems.reference import Reference
+from trackably.systems.signals.pieces import PolynomialPieces
+
+Outcome = Certificate | Counterexample | Unproved
+
+_LATEST, _PERIODS = 1e60, 2.0**49  # up to which times evaluation is claimed [s], and after how many periods
+
+_CLOSER, _POINTS = 8, 33
+
+
+def prove_pieces(reference: Reference) -> Outcome:
+    """Prove the bounds for all real t ≥ 0 of signals that come to rest, or for all real t of periodic ones.
+
+    ValueError: signals end, they do not have one period, or the system is not linear.
+    """
+    kinds = {signal.beyond for signal in reference.pieces}
+    if kinds == {"rest"}:
+        last = max(float(signal.breakpoints[-1]) for signal in reference.pieces)
+        return _prove(reference, AllTimes(max(last, reference.plant.sampling_time)))
+    if kinds == {"period"} and len({signal.period for signal in reference.pieces}) == 1:
+        return _prove(reference, AllPhases(reference.pieces[0].period))
+    what = "ends" if "end" in kinds else "neither comes to rest nor has one period"
+    raise ValueError(f"claim: a signal {what}, so that nothing can be claimed for all times; a finite window can be")
+
+
+def prove_pieces_on_window(reference: Reference, start: float, end: float) -> Outcome:
+    """Prove the bounds for all real t from `start` to `end` [s].
+
+    ValueError: a signal ends before the last time on which states and inputs depend, or the system is not linear.
+    """
+    claim = OnWindow(start, end)
+    step = Fraction(reference.plant.sampling_time)
+    for signal, order in zip(reference.pieces, reference.plant.flatness.orders, strict=True):
+        first, last = Fraction(signal.breakpoints[0]), Fraction(signal.breakpoints[-1])
+        if signal.beyond == "end" and not (first <= Fraction(start) and Fraction(end) + order * step <= last):
+            raise ValueError(
+                f"claim: inputs from {start:g} s to {end:g} s depend on a signal until {order} steps of "
+                f"{reference.plant.sampling_time:g} s later, but it is known from {signal.breakpoints[0]:.9g} s to "
+                f"{signal.breakpoints[-1]:.9g} s only"
+            )
+    return _prove(reference, claim)
+
+
+def _prove(reference: Reference, claim: Claim) -> Outcome:
+    problem = _ProofProblem(reference, claim)
+    if not problem.has_sane_sizes:
+        return problem.unproved(reference.quantities[0], "a stored number is too large or too small to bound rounding")
+    found = judged(problem.certificate)
+    if isinstance(found, Certificate) and (beside := problem.broken_beside) is None:
+        return found
+    failures = [failure for quantity in reference.quantities if (failure := problem.failure(quantity))]
+    broken = [failure for failure in failures if isinstance(failure, Counterexample)]
+    if broken:
+        return judged(max(broken, key=lambda failure: failure.violation / (failure.bounds.width or 1.0)))
+    if failures:
+        return failures[0]
+    return problem.unproved(beside, _AT_ENDS) if isinstance(found, Certificate) and beside else found
+
+
+_AT_ENDS = "its limit at a jump is outside, and limits at the ends of a claim count too, as k T_s is rounded"
+
+
+@dataclass(frozen=True)
+class _ProofProblem:
+    reference: Reference
+    claim: Claim
+
+    def __post_init__(self) -> None:
+        refuse_empty(self.reference)
+        if any(quantity.functional is None for quantity in self.reference.quantities):
+            raise ValueError("plant: polynomial pieces are proved for linear systems only")
+
+    @property
+    def certificate(self) -> Certificate:
+        """What the checker is asked about."""
+        return Certificate(self.reference, self.claim, 0, {}, self.errors, self.until)
+
+    @cached_property
+    def window(self) -> tuple[float, float]:
+        """From when to when pieces are looked at [s]."""
+        match self.claim:
+            case AllTimes(tail_start):
+                return 0.0, tail_start
+            case AllPhases(period):
+                return 0.0, period
+        return self.claim.span
+
+    @cached_property
+    def until(self) -> float:
+        """Up to when evaluation is claimed [s]: whole periods have to be counted in float64."""
+        periods = [signal.period for signal in self.reference.pieces if signal.beyond == "period"]
+        return min([_LATEST, *(_PERIODS * period for period in periods)])
+
+    @cached_property
+    def subject(self) -> Subject:
+        """The reference as the checker reads it."""
+        return subject_of(encode_subject(self.reference))
+
+    @property
+    def has_sane_sizes(self) -> bool:
+        """Whether all numbers have sizes for which the analysis of rounding holds."""
+        return check_sizes(checked.Certificate(self.subject, self._cells, self.until, {}, None)) is None
+
+    @cached_property
+    def errors(self) -> dict[str, float]:
+        """The errors of evaluation in float64."""
+        found = evaluation_errors(self.subject, self._cells)
+        return {name: nextafter(error.numerator / error.denominator, math.inf) for name, error in found.items()}
+
+    @property
+    def _cells(self) -> checked.Claim:
+        return checked.Window(*self.window, checked.Cover({}, 0))
+
+    @property
+    def broken_beside(self) -> Quantity | None:
+        """A quantity that may leave its bounds right beside a window, where k T_s may be rounded to; None for none."""
+        if not isinstance(self.claim, OnWindow):
+            return None
+        start, end = self.window
+        by = 2 * TIME_TOLERANCE_OF_PIECES
+        beside = (start - by * abs(start), start), (end, end + by * abs(end))
+        for bound in self.subject.bounds:
+            low, high = (Fraction(end) for end in (bound.lower, bound.upper))
+            error, parts = Fraction(self.errors[bound.name]), functionals(self.subject, bound.of)
+            if not all(keeps(self.subject, bound.row, parts, of, (low + error, high - error)) for of in beside):
+                return self.reference.quantity(bound.name)
+        return None
+
+    @cached_property
+    def seen(self) -> tuple[Array, Array]:
+        """Increasing times [s], shape (N,), and the margins of all quantities at them, shape (Q, N), nearly."""
+        signals = self.reference.pieces
+        shifts = self.reference.plant.sampling_time * np.arange(max(self.reference.plant.flatness.orders) + 1.0)
+        every = Quantities(self.reference.quantities, [signal.summed for signal in signals])
+        times = times_to_look_at(signals, shifts, *self.window)
+        margins = every.margins(times)
+        times = np.unique(np.append(times, np.clip(refined(every, times, margins), *self.window)))
+        return times, every.margins(times)
+
+    def failure(self, quantity: Quantity) -> Counterexample | Unproved | None:
+        """Return where a quantity is seen to leave its bounds, or no room for rounding; None where it is not."""
+        (start, end), reserve = self.window, Fraction(self.errors[quantity.name])
+        times, margins = self.seen
+        signals = [signal.summed for signal in self.reference.pieces]
+        seen = margins[self.reference.quantities.index(quantity)]
+        worst, _ = least_near(lambda t: quantity.margin(signals, t), times, seen)
+        near = [min(max(t, start), end) for t in (worst, nextafter(worst, start), nextafter(worst, end))]
+        time = max(near, key=lambda t: self._beyond(quantity, t))
+        by = self._beyond(quantity, time)
+        if by > 0:
+            below = max(nextafter(by.numerator / by.denominator, 0.0), 5e-324)
+            return Counterexample(quantity.name, quantity.bounds, time, below, self.reference, self.claim.span)
+        if by <= -reserve:
+            return None
+        reason = f"the margin is smaller than the error of float64 evaluation, up to {self.errors[quantity.name]:.3g}"
+        short = by + reserve
+        return self.unproved(quantity, reason, time, short.numerator / short.denominator)
+
+    def _beyond(self, quantity: Quantity, time: float) -> Fraction:
+        """Return how far a quantity is outside of its bounds at a time [s], exactly; it is negative inside."""
+        bound = next(bound for bound in self.subject.bounds if bound.name == quantity.name)
+        value = value_of_pieces(self.subject, bound, Fraction(time))
+        return max(Fraction(bound.lower) - value, value - Fraction(bound.upper))
+
+    def unproved(self, quantity: Quantity, reason: str, time: float | None = None, short: float = math.inf) -> Unproved:
+        """Return what a proof lacks, from the start to the end of what is claimed where no time is given."""
+        box = self.claim.span if time is None else (time, time)
+        return Unproved(quantity.name, quantity.bounds, box, short, reason)
+
+
+def least_near(of: Callable[[Array], Array], times: Array, values: Array) -> tuple[float, float]:
+    """Return the time [s] next to the least of some `values` at which a function is least, and what it is there."""
+    for _ in range(_CLOSER):
+        i = int(np.argmin(values))
+        around = np.linspace(times[max(i - 1, 0)], times[min(i + 1, len(times) - 1)], _POINTS)
+        times = np.unique(np.append(around, times[i]))
+        values = of(times)
+    return float(times[np.argmin(values)]), float(np.min(values))
+
+
+def keeps(
+    subject: Subject,
+    row: Sequence[Fraction],
+    parts: Sequence[Functional],
+    window: Sequence[float],
+    ends: tuple[Fraction, Fraction],
+) -> bool:
+    """Return whether the checker shows that Σ_i row_i part_i stays between two numbers, from one time [s] to another.
+
+    The numbers are rational; denominators of 2^k only.
+    """
+    start, end = map(Fraction, window)
+    q = whole_sum(subject, row, parts, [start, end], list(ends))
+    low, high = (int(bound * q.unit) for bound in ends)
+    return all(
+        is_nowhere_negative([first - low, *others]) and is_nowhere_negative([high - first, *(-c for c in others)])
+        for first, *others in q.cells(int(start * (1 << q.bits)), int(end * (1 << q.bits)))
+    )
+
+
+def times_to_look_at(signals: Sequence[PolynomialPieces], shifts: Array, start: float, end: float) -> Array:
+    """Return increasing times [s]: those at which shifted pieces begin, with their neighbours, and some between."""
+    breaks = [np.array([start, end])]
+    for signal in signals:
+        ends, turns = signal.breakpoints, np.zeros(1)
+        if signal.beyond == "period":
+            last = math.floor((end + shifts[-1] - ends[0]) / signal.period)
+            turns = np.arange(math.floor((start - ends[0]) / signal.period), last + 1.0)
+        breaks.append(
+            np.subtract.outer(np.add.outer(ends, turns * signal.period) if len(turns) else ends, shifts).ravel()
+        )
+    inner = np.unique(np.clip(np.concatenate(breaks), start, end))
+    count = 2 * max(signal.degree for signal in signals) + 3
+    between = inner[:-1] + np.diff(inner) * (1 - np.cos(np.pi * (np.arange(count)[:, None] + 0.5) / count)) / 2
+    beside = np.concatenate([np.nextafter(inner, -np.inf), np.nextafter(inner, np.inf)])
+    return np.unique(np.clip(np.concatenate([inner, between.ravel(), beside]), start, end))

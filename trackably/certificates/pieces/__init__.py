@@ -1,1 +1,0 @@
-"""Proofs about polynomial pieces, in rational arithmetic: extremes are found, not only bounds of them."""
