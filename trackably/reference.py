@@ -27,7 +27,7 @@ from trackably.fit import Fit
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ActiveBound, Method
-from trackably.proved.reference import ProvedReference
+from trackably.proved import ProvedReference
 from trackably.saved import SavedReference
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbance.tightening import Tightening

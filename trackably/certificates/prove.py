@@ -15,10 +15,9 @@ from trackably.certificates.claim import AllPhases, AllTimes, AtInstants, Claim,
 from trackably.certificates.cover import UncoveredBox, cover
 from trackably.certificates.draft import TERMS, Draft, evaluated_until, times_in
 from trackably.certificates.judge import judged
-from trackably.certificates.jumps import jump_of
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.pieces import prove_pieces, prove_pieces_on_window
-from trackably.certificates.sketch import sketches
+from trackably.certificates.sketch import jump_of, sketches
 from trackably.certificates.tail import tail_start
 from trackably.checker.intervals import UndefinedError, exactly
 from trackably.gp.factors.cached import cached

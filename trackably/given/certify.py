@@ -12,11 +12,10 @@ from trackably.certificates.goal import Claim
 from trackably.certificates.judge import judged
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import Outcome, prove, prove_on_window
-from trackably.given.conversion import Interpolation, as_pieces, repeats
+from trackably.given.conversion import Interpolation, as_pieces, is_flat_trajectory, repeats, states_as_pieces
 from trackably.given.flat_outputs import distance, flat_output
-from trackably.given.python_control import is_flat_trajectory, states_as_pieces
 from trackably.gp.stencil import Stencil
-from trackably.proved.reference import ProvedReference
+from trackably.proved import ProvedReference
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.reference import Reference

@@ -20,7 +20,7 @@ from trackably.files import LEFT_OUT, new_file, path_of
 from trackably.fit import Misfit
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
-from trackably.proved.reference import ProvedReference
+from trackably.proved import ProvedReference
 from trackably.saved import Saved, SavedTightening, window_of
 from trackably.streams.windows import Stream
 from trackably.systems.disturbance.tightening import Tightening

@@ -13,8 +13,26 @@ from trackably.certificates.judge import accepted_file, found_or_raise, judged
 from trackably.checker.form import subject_of
 from trackably.exports.mixin import ExportMixin
 from trackably.files import new_file, write_atomically
-from trackably.proved.place import where_it_is
 from trackably.systems.reference import Reference, Window
+
+
+def where_it_is(reference: Reference) -> str:
+    """Return where a reference's kernels of weights other than zero are, or its pieces, and its first states."""
+    span = _pieces(reference) if reference.pieces else _kernels(reference)
+    begun = max((float(z.breakpoints[0]) for z in reference.pieces if z.beyond == "end"), default=0.0)
+    states = zip(reference.plant.system.states, reference.state_at(np.asarray(begun)), strict=True)
+    return f"{span}, {', '.join(f'{name} = {value:.6g}' for name, value in states)} at t = {begun:g} s"
+
+
+def _kernels(reference: Reference) -> str:
+    used = np.concatenate([signal.centres[signal.weights != 0] for signal in reference.kernel_sums])
+    return f"{used.size} kernels centred from {used.min():g} s to {used.max():g} s" if used.size else "no kernel at all"
+
+
+def _pieces(reference: Reference) -> str:
+    ends = np.concatenate([signal.breakpoints for signal in reference.pieces])
+    count = sum(len(signal.coefficients) for signal in reference.pieces)
+    return f"{count} polynomial pieces from {ends.min():g} s to {ends.max():g} s"
 
 
 class ProvedReference(ExportMixin, ABC):
