@@ -133,6 +133,7 @@ try:
 except NotTrackableError as error:
     assert_type(error.outcome.explanation, str)
     if isinstance(error.outcome, Impossible):
+        error.save_contradiction("impossible.json")
         assert_type(error.outcome.missing, float)
     if isinstance(error.outcome, InfeasibleTightening):
         assert_type(error.outcome.tightening.margin, float)
