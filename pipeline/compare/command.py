@@ -16,11 +16,6 @@ FILE = click.Path(dir_okay=False, path_type=Path)
 )
 @click.option("--claims", type=FILE, default=Path("claims.yaml"), show_default=True, help="What the paper claims.")
 @click.option("--markdown", "markdown_file", type=FILE, help="Also write a report for a pull request.")
-@click.option(
-    "--pictures",
-    type=click.Path(file_okay=False, path_type=Path),
-    help="Also draw the figures that differ into this folder.",
-)
 @click.option("--all", "list_all", is_flag=True, help="List identical artifacts too.")
 @click.pass_context
 def compare(
@@ -30,7 +25,6 @@ def compare(
     tolerances: Path,
     claims: Path,
     markdown_file: Path | None,
-    pictures: Path | None,
     list_all: bool,
 ) -> None:
     """Say what moved from BASE to NEW, by how much and where, and which of the paper's claims hold in each.
@@ -49,7 +43,6 @@ def compare(
         remarkable,
         to_markdown,
         to_text,
-        write_pictures,
     )
     from trackably.files import write_text  # noqa: PLC0415
 
@@ -57,8 +50,6 @@ def compare(
     with ExitStack() as stack:
         folders = [stack.enter_context(laid_out(name)) for name in (base, new)]
         comparison = compare_folders(folders[0], folders[1], rules, claimed, base, new)
-        if pictures:
-            write_pictures(comparison, folders[0], folders[1], pictures)
     if markdown_file:
         write_text(markdown_file, to_markdown(comparison))
     click.echo(to_text(comparison, everything if list_all else remarkable), nl=False)

@@ -7,7 +7,7 @@ import json
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from hashlib import sha256
@@ -40,7 +40,7 @@ Leaves = Mapping[str, Leaf]
 class Part:
     """The values of one row of a comparison on both sides; None where a side does not have them.
 
-    `notes` are remarks for the reader; `moved` says why the row differs although every single value agrees.
+    `notes` are remarks for the reader.
     """
 
     topic: str
@@ -48,7 +48,6 @@ class Part:
     base: Leaves | None
     new: Leaves | None
     notes: tuple[str, ...] = ()
-    moved: tuple[str, ...] = ()
 
 
 def judge(artifact: str, part: Part, tolerances: Tolerances) -> Row:
@@ -74,12 +73,12 @@ def judge(artifact: str, part: Part, tolerances: Tolerances) -> Row:
         artifact,
         part.topic,
         part.field,
-        _status(bool(beyond or part.moved), bool(differences or left_out)),
+        _status(bool(beyond), bool(differences or left_out)),
         tuple(differences[i] for i in sorted(range(len(excess)), key=lambda i: -excess[i])[:_SHOWN]),
         compared=len(part.base.keys() | part.new.keys()),
         differing=len(differences),
         beyond=beyond,
-        notes=part.moved + notes,
+        notes=notes,
     )
 
 
@@ -153,9 +152,7 @@ def _walk(content: object, path: str) -> Iterator[tuple[str, Value]]:
 
 def json_parts(base: object, new: object) -> list[Part]:
     """Return one part, whose places are paths."""
-    leaves = told_leaves(base), told_leaves(new)
-    reordered = list(leaves[0]) != list(leaves[1]) and leaves[0].keys() == leaves[1].keys()
-    return [Part("", "", *leaves, notes=("keys in another order",) if reordered else ())]
+    return [Part("", "", told_leaves(base), told_leaves(new))]
 
 
 @dataclass(frozen=True)
@@ -181,47 +178,14 @@ def read_csv(data: bytes) -> CsvTable:
 
 
 def csv_parts(base: CsvTable, new: CsvTable) -> list[Part]:
-    """Return one part, whose places are column and row.
-
-    Rows are paired by their first cells where these are distinct, and otherwise by their numbers.
-    """
-    keys = _keys(base), _keys(new)
-    moved = []
-    if sorted(base.columns) == sorted(new.columns) and base.columns != new.columns:
-        moved.append("reordered: the same columns in another order")
-    if set(keys[0]) & set(keys[1]):
-        if where := _reordered(*keys):
-            moved.append(where)
-    elif base.columns == new.columns and base.rows != new.rows and sorted(base.rows) == sorted(new.rows):
-        moved.append("reordered: the same rows in another order")
-        return [Part("", "", {}, {}, moved=tuple(moved))]
-    if not set(keys[0]) & set(keys[1]) or (len(base.rows) == len(new.rows) and set(keys[0]) != set(keys[1])):
-        keys = _numbers(base), _numbers(new)
-    return [Part("", "", _table_leaves(base, keys[0]), _table_leaves(new, keys[1]), moved=tuple(moved))]
+    """Return one part, whose places are column and line."""
+    return [Part("", "", _table_leaves(base), _table_leaves(new))]
 
 
-def _keys(table: CsvTable) -> Sequence[str]:
-    """Name each row by its first cell; return no names where two rows would have the same."""
-    first = [row[0] for row in table.rows]
-    return [f"{table.columns[0]} = {cell}" for cell in first] if len(set(first)) == len(first) else []
-
-
-def _numbers(table: CsvTable) -> Sequence[str]:
-    return [f"line {number}" for number in range(2, len(table.rows) + 2)]
-
-
-def _reordered(base: Sequence[str], new: Sequence[str]) -> str | None:
-    """Say where rows that both sides have come in another order; None where they do not."""
-    shared = set(base) & set(new)
-    order = [key for key in base if key in shared], [key for key in new if key in shared]
-    first = next((pair for pair in zip(*order, strict=True) if pair[0] != pair[1]), None)
-    return first and f"reordered: the row {first[0]!r} of BASE has another place in NEW, where {first[1]!r} stands"
-
-
-def _table_leaves(table: CsvTable, keys: Sequence[str]) -> Leaves:
+def _table_leaves(table: CsvTable) -> Leaves:
     return {
-        f"column {column}, {key}": Leaf(column, _csv_cell(cell))
-        for key, row in zip(keys, table.rows, strict=True)
+        f"column {column}, line {number}": Leaf(column, _csv_cell(cell))
+        for number, row in enumerate(table.rows, start=2)
         for column, cell in zip(table.columns, row, strict=True)
     }
 
@@ -278,12 +242,9 @@ def recording_parts(base: Log, new: Log) -> Iterator[Part]:
 
 
 def _series_parts(base: Series, new: Series) -> Iterator[Part]:
-    rows = (
-        (_by_number(base), _by_number(base)) if len(base.times) == len(new.times) else (_by_time(base), _by_time(new))
-    )
-    notes = (
-        () if len(base.times) == len(new.times) else (f"{len(base.times)} samples in BASE, {len(new.times)} in NEW",)
-    )
+    counts = len(base.times), len(new.times)
+    rows = _places(base), _places(base if counts[0] == counts[1] else new)
+    notes = () if counts[0] == counts[1] else (f"{counts[0]} samples in BASE, {counts[1]} in NEW",)
     fields = {TIME: base.times, **base.fields}, {TIME: new.times, **new.fields}
     for field in {**fields[0], **fields[1]}:
         columns = [
@@ -295,24 +256,11 @@ def _series_parts(base: Series, new: Series) -> Iterator[Part]:
         yield Part(base.topic, field, columns[0], columns[1], notes)
 
 
-def _by_number(series: Series) -> list[str]:
+def _places(series: Series) -> list[str]:
     """Name samples by their time, and also by their number where several have the same time."""
     times = series.times.tolist()
     often = Counter(times)
     return [f"t = {t!r} s" + (f", sample {i}" if often[t] > 1 else "") for i, t in enumerate(times)]
-
-
-def _by_time(series: Series) -> list[str]:
-    """Name samples by their time in whole nanoseconds: rounding cannot pair them wrongly."""
-    seen: Counter[int] = Counter()
-    places = []
-    for t in series.times.tolist():
-        nanoseconds = round(t * 1e9)
-        seen[nanoseconds] += 1
-        places.append(
-            f"t = {nanoseconds / 1e9!r} s" + (f", number {seen[nanoseconds]}" if seen[nanoseconds] > 1 else "")
-        )
-    return places
 
 
 def _messages(documents: Documents) -> Leaves:

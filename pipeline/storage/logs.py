@@ -197,7 +197,10 @@ def _messages(series: Series) -> Iterator[tuple[int, bytes]]:
 
 
 def decode(data: bytes) -> Log:
-    """Return the log in the bytes of a file. Raises what the MCAP library raises, and ValueError for other mistakes."""
+    """Return the log in the bytes of a file, which is what it seems to be if encoding it gives the same bytes.
+
+    Raises `DAMAGES`.
+    """
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
     messages: dict[int, list[Message]] = {}
@@ -219,16 +222,31 @@ def decode(data: bytes) -> Log:
                 attachments[record.name] = record.data
     if (version := metadata.pop(LIBRARY, {}).get("format")) != _FORMAT:
         raise ValueError(f"its format is {version!r}, and this program reads format {_FORMAT!r}")
-    if unknown := messages.keys() - channels.keys():
-        raise ValueError(f"it has messages of channel {min(unknown)}, which it does not describe")
     series, documents = [], []
     for id_, channel in sorted(channels.items()):
-        schema = _schema(channel, schemas)
+        schema = schemas[channel.schema_id]
+        described, of = _object(schema.data), messages.get(id_, [])
         if schema.name.startswith(KNOWN):
-            documents.append(_documents(channel.topic, schema, messages.get(id_, [])))
+            contents = tuple((message.log_time, _object(message.data)) for message in of)
+            documents.append(Documents(channel.topic, schema.name, described, contents))
         else:
-            series.append(_series(channel.topic, schema, messages.get(id_, [])))
+            rows = [_object(message.data) for message in of]
+            series.append(_series(channel.topic, described["properties"], rows))
     return Log(tuple(series), metadata, attachments, tuple(documents))
+
+
+def _object(data: bytes) -> dict[str, Any]:
+    content = from_json(data)
+    if not isinstance(content, dict):
+        raise TypeError(f"expected an object, got {content!r}")
+    return content
+
+
+def _series(topic: str, properties: Mapping[str, Any], rows: list[dict[str, Any]]) -> Series:
+    columns = {name: np.array([row.get(name, np.nan) for row in rows], dtype=float) for name in properties}
+    units = {name: about["description"] for name, about in properties.items() if "description" in about}
+    units.pop(TIME, None)
+    return Series(topic, columns.pop(TIME), columns, units)
 
 
 def _records(data: bytes) -> Iterator[McapRecord]:
@@ -250,61 +268,9 @@ def compression_of(data: bytes) -> CompressionType:
     return next((_COMPRESSIONS[chunk.compression] for chunk in chunks), CompressionType.ZSTD)
 
 
-def _schema(channel: Channel, schemas: Mapping[int, Schema]) -> Schema:
-    if channel.schema_id not in schemas:
-        raise ValueError(f"{channel.topic}: there is no schema {channel.schema_id}")
-    schema = schemas[channel.schema_id]
-    if (encodings := (channel.message_encoding, schema.encoding)) != ("json", "jsonschema"):
-        raise ValueError(f"{channel.topic}: encodings must be json and jsonschema, got {' and '.join(encodings)}")
-    return schema
-
-
-def _documents(topic: str, schema: Schema, messages: list[Message]) -> Documents:
-    described = from_json(schema.data)
-    if not isinstance(described, dict):
-        raise ValueError(f"{topic}: the schema describes no object")
-    return Documents(topic, schema.name, described, tuple((m.log_time, _object(topic, m)) for m in messages))
-
-
-def _object(topic: str, message: Message) -> dict[str, Any]:
-    content = from_json(message.data)
-    if not isinstance(content, dict):
-        raise ValueError(f"{topic}: a message must be an object, got {content!r}")
-    return content
-
-
-def _series(topic: str, schema: Schema, messages: list[Message]) -> Series:
-    properties = _properties(topic, from_json(schema.data))
-    rows = [_row(f"{topic}[{i}]", message.data, properties) for i, message in enumerate(messages)]
-    columns = {name: np.array([row.get(name, np.nan) for row in rows], dtype=float) for name in properties}
-    units = {name: unit for name, unit in properties.items() if name != TIME and unit is not None}
-    return Series(topic, columns.pop(TIME), columns, units)
-
-
-def _properties(topic: str, schema: object) -> dict[str, str | None]:
-    """Return the unit of each field that a schema allows."""
-    match schema:
-        case {"properties": {"t": _, **_rest} as properties}:
-            return {name: about.get("description") for name, about in properties.items() if isinstance(about, dict)}
-    raise ValueError(f"{topic}: the schema describes no object with a time {TIME!r}")
-
-
-def _row(where: str, data: bytes, properties: Mapping[str, str | None]) -> dict[str, float]:
-    row = from_json(data)
-    if not isinstance(row, dict) or TIME not in row:
-        raise ValueError(f"{where}: a message must be an object with a time {TIME!r}, got {row!r}")
-    if unknown := row.keys() - properties.keys():
-        raise ValueError(f"{where}: the schema knows no field {', '.join(sorted(unknown))}")
-    for name, value in row.items():
-        if not isinstance(value, float):
-            raise ValueError(f"{where}: {name} must be a number with a point or exponent, got {value!r}")
-    return row
-
-
-__all__ = ["DAMAGES", "TIME", "Documents", "Log", "LogError", "Series", "read_log", "write_log"]
-
-DAMAGES = (McapError, ZstdError, struct.error, ValueError, LookupError, OverflowError)
-"""What the MCAP library and the compressor raise for a file that is none, or is damaged."""
+_NO_LOG = (LookupError, TypeError, AttributeError)
+DAMAGES = (McapError, ZstdError, struct.error, ValueError, OverflowError, *_NO_LOG)
+"""What reading raises for a file that is no log, or is damaged."""
 
 
 class LogError(Exception):
@@ -340,6 +306,8 @@ def read_log(path: Path) -> Log:
 def _reason(error: Exception) -> str:
     if isinstance(error, EndOfFile | struct.error):
         return "it ends in the middle of a record"
+    if isinstance(error, _NO_LOG):
+        return "its messages are not what this project writes"
     return str(error) or type(error).__name__
 
 

@@ -1,9 +1,7 @@
 """The command: exit codes, revisions, and what it writes."""
 
-import json
 import subprocess
 from pathlib import Path
-from xml.etree import ElementTree
 
 import pytest
 
@@ -38,27 +36,15 @@ def test_every_format_says_what_moved(base: Path, new: Path, tmp_path: Path) -> 
     edit_json(new / "data/results/example1/metrics.json", lambda m: m["sound"].update(nlml=-3.7160132, final_step=None))
     edit_text(new / "data/results/example1/figures/margins.svg", "#d55e00", "#0072b2")
     out = tmp_path / "out"
-    options = ("--json", str(out / "c.json"), "--markdown", str(out / "c.md"), "--pictures", str(out / "pictures"))
-    done = run(new, str(base), ".", *OPTIONS, *options)
+    done = run(new, str(base), ".", *OPTIONS, "--markdown", str(out / "c.md"))
     assert (done.returncode, done.stderr) == (1, "")
     assert "sound.final_step: 130 → null" in done.stdout
     assert "allowed no change (metrics)" in done.stdout
-
-    record = json.loads((out / "c.json").read_text())
-    metrics = next(row for row in record["artifacts"] if row["artifact"] == "example1/metrics.json")
-    assert (record["within_tolerance"], record["counts"]["DIFFERENT"]) == (False, 2)
-    assert [d["place"] for d in metrics["worst"]] == ["sound.final_step", "sound.nlml"]
-    assert metrics["largest_absolute"]["absolute"] == pytest.approx(2e-5)
-    assert metrics["largest_absolute"]["tolerance"] == {"rule": "metrics", "absolute": 1e-6, "relative": 1e-7}
 
     report = (out / "c.md").read_text()
     assert report.startswith("### Artifacts: ")
     assert "| DIFFERENT | example1/metrics.json | sound.final\\_step | 130 | null |" in report
     assert "NOT within tolerance" in report.splitlines()[0]
-
-    picture = ElementTree.parse(out / "pictures/example1--figures--margins.svg").getroot()
-    assert len(picture.findall(".//{http://www.w3.org/2000/svg}image")) == 4
-    assert "axes_1/line2d_1/path[1]: style stroke" in (out / "pictures/index.html").read_text()
 
 
 def test_base_may_be_a_revision(new: Path) -> None:

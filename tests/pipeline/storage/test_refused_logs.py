@@ -1,6 +1,5 @@
 """A file is one log or one LogError: damage anywhere, and files of other programs, are refused with a sentence."""
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -49,34 +48,29 @@ def test_swapped_bytes_are_found(path: Path, data: bytes) -> None:
         refusal(path, bytes(damaged))
 
 
-@pytest.mark.parametrize(
-    ("data", "complaint"),
-    [
-        (foreign(), "byte .* is not what its content gives"),
-        (foreign(library="other"), "calls itself 'other'"),
-        (foreign(version="2"), "format is '2'"),
-        (foreign(compression=CompressionType.ZSTD), "byte .* is not what its content gives"),
-        (foreign(compression=CompressionType.LZ4), "compressed with 'lz4'"),
-        (foreign(encoding="cbor"), "/x: encodings .* got cbor and jsonschema"),
-        (foreign(schema_encoding="protobuf"), "got json and protobuf"),
-        (foreign(schema_encoding=""), "no schema 0"),
-        (foreign(schema=b"[]"), "describes no object"),
-        (foreign(schema=b'{"properties": {"x": {}}}'), "describes no object with a time"),
-        (foreign(message=b'{"t":0.0,"y":1.0}'), r"/x\[0\]: the schema knows no field y"),
-        (foreign(message=b'{"x":1.0}'), "with a time 't'"),
-        (foreign(message=b"[0.0]"), "must be an object"),
-        (foreign(message=b'{"t":0.0,"x":"1"}'), "x must be a number .* got '1'"),
-        (foreign(message=b'{"t":0.0,"x":true}'), "x must be a number .* got True"),
-        (foreign(message=b'{"t":0.0,"x":NaN}'), "NaN"),
-        (foreign(message=b'{"t":0.0,"x":1e999}'), r"x\[0\] must be finite"),
-        (foreign(message=b'{"t":-1.0}'), r"t\[0\] must be in"),
-        (foreign(message=b'{"t":0.0,"t":0.0}'), "'t' appears twice"),
-        (foreign(message=b'{"t":'), "expected JSON, got the end of the file"),
-        (foreign(message=b"\xff"), "UTF-8"),
-        (b"", "ends in the middle"),
-        (b"not an MCAP file", "invalid magic"),
-    ],
-)
-def test_foreign_files_are_refused_with_a_sentence(path: Path, data: bytes, complaint: str) -> None:
-    sentence = refusal(path, data)
-    assert re.search(complaint, sentence), sentence
+FOREIGN = {
+    "other bytes": foreign(),
+    "another library": foreign(library="other"),
+    "another version": foreign(version="2"),
+    "zstd": foreign(compression=CompressionType.ZSTD),
+    "lz4": foreign(compression=CompressionType.LZ4),
+    "another encoding": foreign(encoding="cbor"),
+    "another schema": foreign(schema_encoding="protobuf"),
+    "no schema": foreign(schema_encoding=""),
+    "a list as schema": foreign(schema=b"[]"),
+    "a schema without time": foreign(schema=b'{"properties": {"x": {}}}'),
+    "nothing": b"",
+    "text": b"not an MCAP file",
+    **{
+        message.decode("latin-1"): foreign(message=message)
+        for message in (
+            *(b'{"t":0.0,"y":1.0}', b'{"x":1.0}', b"[0.0]", b'{"t":0.0,"x":"1"}', b'{"t":0.0,"x":true}', b"\xff"),
+            *(b'{"t":0.0,"x":NaN}', b'{"t":0.0,"x":1e999}', b'{"t":-1.0}', b'{"t":0.0,"t":0.0}', b'{"t":'),
+        )
+    },
+}
+
+
+@pytest.mark.parametrize("data", FOREIGN.values(), ids=FOREIGN)
+def test_what_this_project_did_not_write_is_refused(path: Path, data: bytes) -> None:
+    assert "not a log of this project, or damaged: " in (said := refusal(path, data)) or "another program" in said
