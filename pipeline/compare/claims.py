@@ -7,9 +7,8 @@ from typing import Annotated, Literal, Self, TypeGuard
 
 from pydantic import BeforeValidator, Field, NonNegativeFloat, model_validator
 
-from pipeline.compare.artifacts import results_folder
 from pipeline.compare.content import UnreadableError, json_leaves, numbers_of, read_csv, read_json, read_recording
-from pipeline.compare.model import ABSENT, Found, JudgedClaim, Value, Verdict
+from pipeline.compare.model import ABSENT, Found, JudgedClaim, Value, Verdict, results_folder
 from pipeline.published.paper import printed_numbers
 from pipeline.storage.logs import TIME
 from pipeline.storage.tables import read_columns

@@ -15,6 +15,12 @@ from pydantic import BeforeValidator, NonNegativeFloat, model_validator
 from pipeline.yaml_file import Fields, read_yaml, validated
 
 TOLERANCES = Path("tolerances.yaml")
+RESULTS = Path("data/results")
+
+
+def results_folder(root: Path) -> Path:
+    """Return the results folder of a project, or the folder itself where it is no project."""
+    return root / RESULTS if (root / RESULTS).is_dir() else root
 
 
 def _listed(written: object) -> object:

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from pipeline.published.edge_gap import EDGES, SYSTEM, reference_between_intervals
+from pipeline.published.paper import EDGES, SYSTEM, reference_between_intervals
 from pipeline.published.periodic import GrowthRates, intervals, sound_intervals
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.outcome import Counterexample
