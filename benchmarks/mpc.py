@@ -127,7 +127,7 @@ def tube_rows(horizon: int = 20) -> Iterator[Row]:
             partial(all_steps, tube),
             partial(all_steps, nominal),
             rounds=3,
-            target=2.0,
+            target=3.0,
             at_most=True,
         )
 

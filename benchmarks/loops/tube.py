@@ -19,7 +19,7 @@ from trackably.control.tube import TubeController
 HORIZON, _FIRST = 20, 30
 RANDOM, _STATES = 8, 12
 _CALLS, _ROUNDS = 10, 3
-TARGET = 2.0
+TARGET = 3.0
 DISTANCES = {"in the tube": (0.3, 0.9), "near the tube": (1.05, 1.6), "far off": (2.0, 20.0)}
 """How far states lie from the reference, in parts of the way to the edge of the tube."""
 

@@ -74,6 +74,7 @@ TWO_CARTS = ConstrainedSystem(
 LOOPS: dict[str, Loop] = {
     "example1": Loop(EXAMPLE1, Zonotope.box([-0.01], [0.01])),
     "pushed cart": Loop(CART, Zonotope.box([0.0, -0.05], [0.0, 0.05])),
+    "pushed to one side": Loop(CART, Zonotope.box([0.0, -0.02], [0.0, 0.05])),
     "triangle": Loop(CART, ConvexHull([[0.01, 0.0], [-0.01, 0.02], [0.0, -0.03]])),
     "three states": Loop(random_disturbed(7).plant, random_disturbed(7).disturbance),
     "three states, a hull": Loop(random_disturbed(7).plant, HULL),
