@@ -99,7 +99,8 @@ def told_of_theorems(results: Results, theory: Path = THEORY) -> Told:
     if not proved:
         return Told("")
     versions = _listed(sorted({one.coq for one in proved.values()}))
-    begun = f"What these files state is a theorem, checked by Coq {versions}. Of each statement the SHA-256:"
+    but = "but for evaluation in float64"
+    begun = f"What these files state, {but}, is a theorem, checked by Coq {versions}. Of each statement the SHA-256:"
     each = (f"- `{name}`, `{'` and `'.join(of.theorems.values())}`: `{of.statement}`" for name, of in proved.items())
     return Told("\n".join((begun, "", *each)))
 
