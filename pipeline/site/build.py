@@ -14,7 +14,13 @@ from trackably.errors import InputError
 _HERE = Path(__file__).parent
 _SETTINGS = {
     "project": "Trackably",
-    "extensions": ["myst_nb", "sphinx.ext.autodoc", "pipeline.site.formulas", "pipeline.site.reference"],
+    "extensions": [
+        "myst_nb",
+        "sphinx.ext.autodoc",
+        "sphinx.ext.napoleon",
+        "pipeline.site.formulas",
+        "pipeline.site.reference",
+    ],
     "html_theme": "furo",
     "html_title": "Trackably",
     "html_static_path": [str(_HERE / "static")],
@@ -29,6 +35,7 @@ _SETTINGS = {
     "autodoc_member_order": "bysource",
     "autodoc_preserve_defaults": True,
     "autodoc_typehints_format": "short",
+    "autodoc_type_aliases": {"ArrayLike": "ArrayLike", "Array": "Array"},
     "python_maximum_signature_line_length": 80,
     "nb_execution_mode": "off",
     "nb_render_markdown_format": "myst",

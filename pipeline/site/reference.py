@@ -61,6 +61,6 @@ def _spans(text: str) -> list[nodes.Node]:
 
 def setup(app: Any) -> dict[str, bool]:
     """Register with Sphinx."""
-    app.connect("autodoc-process-docstring", _clean)
+    app.connect("autodoc-process-docstring", _clean, priority=400)  # before sections become fields
     app.add_directive("rooms", Rooms)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -21,6 +21,8 @@ from trackably.files import write_atomically, write_text
 _HERE = Path(__file__).parent
 _FLOAT_DIGITS = 6
 _TEMPLATE = "template.ipynb"
+_OF_FILES = re.compile(r"\[([^\]]+)\]\((?!\w+:|#|figures/)[^)]*\)")
+"""A link to a file of the repository, which is no page of the site."""
 
 
 def write_sources(project: Path, into: Path) -> list[Page]:
@@ -79,7 +81,7 @@ def _write_benchmark(benchmarks: Path, into: Path) -> list[str]:
     written = []
     for folder, page in ((benchmarks, "benchmark"), (benchmarks / "rivals", "rivals/page")):
         if (table := folder / "README.md").exists():
-            write_text(into / f"{page}.md", table.read_text(encoding="utf-8"))
+            write_text(into / f"{page}.md", _OF_FILES.sub(r"\1", table.read_text(encoding="utf-8")))
             _copy((folder / "figures").glob("*.svg"), (into / page).parent / "figures")
             written.append(page)
     return written

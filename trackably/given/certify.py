@@ -91,6 +91,8 @@ def certify(
     interpolation
         What is between samples: "linear", "cubic", "quintic", "pchip", "akima".
 
+    Notes
+    -----
     A flat output z1 is taken as it is. A curve of a state is shown by the flat output that is nearest to it: the states
     are off the curve by `CertifiedReference.off`, which is of second order in the sampling time, and zero where a
     system has as many inputs as states. The states and inputs of the reference obey the system exactly, and its
