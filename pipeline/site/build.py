@@ -48,7 +48,6 @@ _SETTINGS = {
         "myst.xref_missing",
         "misc.highlighting_failure",
         "toc.not_included",
-        "toc.empty_glob",
         "myst.header",
         "config.cache",
     ],
