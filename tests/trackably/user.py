@@ -83,6 +83,7 @@ from trackably import (
 from trackably import (
     tank as draining,
 )
+from trackably.checker import Impossible as Contradicted
 
 kernel = SquaredExponential(lengthscale=(0.1, 2.0))
 assert_type(kernel.lengthscale, float)
@@ -190,7 +191,8 @@ if isinstance(answer, TrackableReference):
 else:
     assert_type(answer.explanation, str)
     assert_type(answer.seconds if isinstance(answer, BudgetExceeded) else 0.0, float)
-assert_type(check(Path("proof.json"), seconds=9.0), Proved | Refuted | Failed | NotACertificate | Undecided)
+verdict = check(Path("proof.json"), seconds=9.0)
+assert_type(verdict, Proved | Refuted | Contradicted | Failed | NotACertificate | Undecided)
 
 # What is wrong is found: without the mistake, mypy complains of the comment.
 SquaredExponential("long")  # type: ignore[arg-type]
