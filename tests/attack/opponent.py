@@ -14,9 +14,10 @@ import sys
 import tarfile
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from io import BytesIO
+from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import process_time
@@ -74,14 +75,14 @@ class Differences:
 
 
 def judge_twice(files: int, seed: int, seconds: float) -> Differences:
-    """Judge so many files, or as many as there is time for [s of the processor]."""
+    """Judge so many files, or as many as there is time for [s of the processor], or until an interrupt (Ctrl-C)."""
     found, begin = Differences(), process_time()
-    with TemporaryDirectory() as folder:
+    with TemporaryDirectory() as folder, suppress(KeyboardInterrupt):
         opponent = Opponent.of(Path(folder))
-        for number in range(-(-files // (_TAMPERED + 1))):
-            if process_time() - begin > seconds:
-                break
+        for number in count():
             for what, kind, data in _files(seed, number):
+                if found.counts.total() >= files or process_time() - begin > seconds:
+                    return found
                 found.add(kind, _checked(data), opponent.says(data), what)
     return found
 
