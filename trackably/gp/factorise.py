@@ -9,19 +9,16 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.gp.factors.band import Band, blocks, reach
-from trackably.gp.factors.chebyshev import ROUNDING, Basis
 from trackably.gp.factors.dense import Dense
 from trackably.gp.factors.factorisation import Covariance, Factorisation
 from trackably.gp.factors.fourier import Fourier
-from trackably.gp.factors.grid import Grid
-from trackably.gp.factors.low_rank import LowRank
-from trackably.gp.factors.markov.markov import Markov
-from trackably.gp.factors.toeplitz import Toeplitz
+from trackably.gp.factors.low_rank import ROUNDING, Basis, LowRank
+from trackably.gp.factors.markov_bands import Markov
+from trackably.gp.factors.toeplitz import Grid, Toeplitz
 from trackably.gp.kernels.matern import Matern
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
-from trackably.gp.stencil import Stencil
-from trackably.gp.stencils import Stencils
+from trackably.gp.stencil import Stencil, Stencils
 
 LARGEST_DENSE = 4000  # samples: a larger dense matrix takes gigabytes of memory and minutes of time
 _LARGEST_BLOCK = LARGEST_DENSE // 2

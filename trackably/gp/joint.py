@@ -7,8 +7,9 @@ from typing import Self
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.gp.factors.cached import cached
+from trackably.cached import cached
 from trackably.gp.hyperparameter import Learned, Scales, Search
+from trackably.gp.kernels.base import Kernel
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
@@ -176,3 +177,34 @@ class JointPosterior:
         found[0] = own[0]
         found[1:][self.prior.places[process]] = own[1:]
         return found
+
+
+# The common period of kernels: if there is one, constraints on one period hold for all times.
+
+
+def common_period(kernels: Sequence[Kernel]) -> float | None:
+    """Return the period [s] that all kernels have, as the same float64; None where there is none."""
+    periods = {kernel.period for kernel in kernels}
+    return periods.pop() if len(periods) == 1 else None
+
+
+def period_of(kernels: Sequence[Kernel]) -> float:
+    """Return the period [s] that all kernels have. Raises TypeError where there is none.
+
+    Without a common period, constraints on a finite window say nothing about other times.
+    """
+    needed = "a guarantee for all times from one period needs"
+    for kernel in kernels:
+        if kernel.period is None:
+            raise TypeError(f"{needed} a periodic kernel, got {type(kernel).__name__}")
+    period = common_period(kernels)
+    if period is None:
+        raise TypeError(f"{needed} one for all signals, got {sorted(kernel.period or 0.0 for kernel in kernels)}")
+    return period
+
+
+def has_period(prior: JointPrior) -> bool:
+    """Whether all kernels have one common period for all values of the learned hyperparameters."""
+    names = [name for name in prior.hyperparameters if name.endswith("period")]
+    is_known = not {*names} & {*prior.learned}
+    return common_period([part.kernel for part in prior.parts]) is not None and (is_known or names == ["period"])

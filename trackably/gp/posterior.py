@@ -8,15 +8,14 @@ from typing import Self
 import numpy as np
 
 from trackably.arrays import Array
+from trackably.cached import cached
 from trackably.gp.factorise import factorise, factorise_kinds, noise_variance
-from trackably.gp.factors.blocks import in_blocks
-from trackably.gp.factors.cached import cached
-from trackably.gp.factors.factorisation import Factorisation
+from trackably.gp.factors.factorisation import Factorisation, in_blocks
 from trackably.gp.prior import Prior
-from trackably.gp.row_kernel import RowKernel
+from trackably.gp.rows import RowKernel
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
-from trackably.gp.stencils import Stencils
+from trackably.gp.stencil import Stencils
 
 _LOG_TAU = math.log(math.tau)
 _NONE = np.empty(0)

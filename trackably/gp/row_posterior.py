@@ -5,11 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.gp.factors.cached import cached
+from trackably.cached import cached
 from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import Posterior
-from trackably.gp.row_kernel import RowKernel, row_kernel
-from trackably.gp.rows import Rows
+from trackably.gp.rows import RowKernel, Rows, row_kernel
 from trackably.gp.signal import KernelSum
 
 

@@ -1,14 +1,21 @@
 """Rows: finitely many linear functionals of the processes, each a weighted sum of values at shifted times."""
 
-from collections.abc import Callable, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Self
+from functools import lru_cache
+from math import factorial
+from typing import NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
+from numpy.lib.stride_tricks import sliding_window_view
 
 from trackably.arrays import Array
-from trackably.gp.factors.cached import cached
+from trackably.cached import cached
+from trackably.gp.factors.factorisation import in_blocks
+from trackably.gp.kernels.base import Kernel, summed_by_moments
+from trackably.gp.kernels.matern import Matern
 
 
 @dataclass(frozen=True)
@@ -101,3 +108,277 @@ class Rows:
         """Return all q_a of some signals, shape (n,)."""
         parts = (terms.summed(g(terms.times), len(self)) for g, terms in zip(signals, self.terms, strict=True))
         return np.asarray(sum(parts, self.offsets))
+
+
+# Long matrices of covariances, evaluated only where two times are within the kernel's reach of each other.
+
+Places = npt.NDArray[np.intp]
+
+_SHORT = 2**18  # entries: for fewer, one call is as fast as several
+_PARTS = 4  # a reach is long if the times span less than that many of it
+
+
+class Nearby(NamedTuple):
+    """Places of a first array of times that are close to each other, and those of a second one within reach of them."""
+
+    first: Places
+    second: Places
+
+
+def nearby(first: Array, second: Array, reach: float) -> list[Nearby] | None:
+    """Return all pairs of places, group by group, whose times [s] are within `reach` [s]: shapes (m,) and (n,).
+
+    The groups also hold some pairs that lie further apart. None where it would save nothing: for short arrays, and for
+    a long reach.
+    """
+    if len(first) * len(second) < _SHORT or not _PARTS * reach < np.ptp(first):
+        return None
+    return list(_groups(first, second, reach))
+
+
+def assembled(groups: list[Nearby], shape: tuple[int, int], entries: Callable[[Places, Places], Array]) -> Array:
+    """Return the matrix with these `entries` in all groups, and zeros elsewhere."""
+    found = np.zeros(shape)
+    for of_first, of_second in groups:
+        found[np.ix_(of_first, of_second)] = entries(of_first, of_second)
+    return found
+
+
+def _groups(first: Array, second: Array, reach: float) -> Iterator[Nearby]:
+    """Divide the first times into groups half as long as the reach."""
+    in_order, other_order = np.argsort(first, kind="stable"), np.argsort(second, kind="stable")
+    times, others = first[in_order], second[other_order]
+    group = np.floor((times - times[0]) / (reach / 2))
+    for part in np.split(np.arange(len(times)), np.flatnonzero(np.diff(group)) + 1):
+        lower, upper = np.searchsorted(others, [times[part[0]] - reach, times[part[-1]] + reach]).tolist()
+        yield Nearby(in_order[part], other_order[lower:upper])
+
+
+# Covariances of rows, and how they move with the hyperparameters: by sums over terms, or by Taylor's series.
+#
+# A row such as (g(t + 2h) − 2 g(t + h) + g(t))/h² is small beside its terms. In sums over terms the rounding errors of
+# κ are multiplied by 1/h⁴: for h = 0.01 s nothing is left of them. Taylor's series about the row's first time,
+#
+#     L g = Σ_p w_p g(t_p) = Σ_n μ_n g⁽ⁿ⁾(t_0),        μ_n = Σ_p w_p (t_p − t_0)ⁿ/n!,
+#
+# has no such differences: L L' κ = Σ_n Σ_m μ_n μ'_m (−1)ᵐ κ⁽ⁿ⁺ᵐ⁾(t_0 − t'_0).
+
+_EPS = float(np.finfo(float).eps)
+_LARGEST_ERROR = 1e-12  # of sums over terms, as a part of a row's variance
+# Of a row's standard deviation: smaller terms end the series. Covariances stay those of one set of functionals, hence
+# positive semidefinite. Sums over terms, taken where the series is too long, would give references enormous weights.
+_NEGLIGIBLE = 1e-11
+_LONGEST = 14
+_FACTORIALS = np.array([float(factorial(n)) for n in range(_LONGEST)])
+_SIGNS = (-1.0) ** np.arange(_LONGEST)
+_MANY = 2**18  # terms: for fewer, moments take longer than the sum
+_NODES, _APART = 9, 0.1  # correlation times: the sums of kernels that stand for rows err by about 0.4⁹/√9!
+
+
+class RowKernel(ABC):
+    """Covariances of `count` rows of one process with each other, and with values at other times."""
+
+    @property
+    @abstractmethod
+    def centres(self) -> Terms:
+        """The times and weights by which κ(·, L_a) is a sum of kernels, up to a small part of it."""
+
+    @abstractmethod
+    def among(self) -> Array:
+        """Return L_a L_b κ: shape (count, count)."""
+
+    @abstractmethod
+    def across(self, t: Array) -> Array:
+        """Return L_a κ(·, t) for times t [s] of shape (n,): shape (count, n)."""
+
+    @abstractmethod
+    def among_gradient(self, multipliers: Array) -> Array:
+        """Return ∂/∂ln θ of νᵀ (L L κ) ν, for multipliers ν (count,): one entry a hyperparameter of the kernel."""
+
+    @abstractmethod
+    def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
+        """Return ∂/∂ln θ of νᵀ (L κ(·, t)) w, for weights w at t, both (n,)."""
+
+
+def row_kernel(kernel: Kernel, terms: Terms, count: int) -> RowKernel:
+    """Return the sums over terms, or Taylor's series where rounding errors of the sums are too large."""
+    direct = Direct(kernel, terms, count)
+    if not (kernel.is_analytic and len(terms.times)):
+        return direct
+    first = terms.first_times(count)
+    after = terms.times - first[terms.of_row]
+    moments = terms.summed(after[:, None] ** np.arange(_LONGEST) / _FACTORIALS, count)
+    spread = _standard_deviations(kernel)
+    sizes = np.abs(moments) * spread
+    row = np.max(sizes, axis=1)
+    error = _EPS * (terms.absolute(count) * spread[0]) ** 2
+    if np.all(error <= _LARGEST_ERROR * row**2):
+        return direct
+    needed = np.flatnonzero(np.any(sizes > _NEGLIGIBLE * row[:, None], axis=0))
+    if needed[-1] == _LONGEST - 1:  # the series does not end: h is not small beside the correlation time
+        return direct
+    return Taylor(kernel, first, moments[:, : needed[-1] + 1])
+
+
+@lru_cache(maxsize=8)
+def _standard_deviations(kernel: Kernel) -> Array:
+    """Return those of g⁽ⁿ⁾ for n < _LONGEST."""
+    return np.sqrt(np.abs(kernel.jet(np.zeros(()), 2 * _LONGEST - 2)[::2]))
+
+
+@lru_cache(maxsize=8)
+def _nodes(kernel: Kernel) -> tuple[Array, Array, Array]:
+    """Return nodes k H [s], scales by which moments are multiplied, and the matrix from weights to scaled moments."""
+    powers = np.arange(_NODES)
+    nodes = np.asarray((powers - _NODES // 2) * (_APART * kernel.correlation_time), dtype=float)
+    scale = nodes[-1] ** -powers
+    return nodes, scale, scale[:, None] * (nodes ** powers[:, None] / _FACTORIALS[:_NODES, None])
+
+
+@dataclass(frozen=True)
+class Direct(RowKernel):
+    """Sums over terms."""
+
+    kernel: Kernel
+    terms: Terms
+    count: int
+
+    @property
+    def centres(self) -> Terms:
+        return self.terms
+
+    def among(self) -> Array:
+        if groups := nearby(self._first, self._first, self._reach):
+            return assembled(groups, (self.count, self.count), self._among)
+        times = self.terms.times
+        (across,) = in_blocks(lambda t: (self._across(t),), times, len(times))
+        return self.terms.summed(across.T, self.count)
+
+    def across(self, t: Array) -> Array:
+        if groups := nearby(self._first, t, self._reach):
+            return assembled(groups, (self.count, len(t)), lambda rows, at: self._those(rows)._across(t[at]))
+        return self._across(t)
+
+    def _among(self, rows: Places, others: Places) -> Array:
+        own = self._those(rows)
+        return own.terms.summed(self._those(others)._across(own.terms.times).T, own.count)
+
+    def _across(self, t: Array) -> Array:
+        return self.terms.summed(self.kernel(self.terms.times[:, None] - t), self.count)
+
+    def _those(self, rows: Places) -> "Direct":
+        """Return some of the rows, in this order."""
+        places = np.full(self.count, -1)
+        places[rows] = np.arange(len(rows))
+        return Direct(self.kernel, self.terms.renumbered(places), len(rows))
+
+    def among_gradient(self, multipliers: Array) -> Array:
+        t, u = self._weighted(multipliers)
+        return self._form_gradient(t, u, t, u)
+
+    def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
+        times, u = self._weighted(multipliers)
+        if isinstance(self.kernel, Matern):
+            return self._form_gradient(times, u, t, weights)
+        if groups := nearby(times, t, self.kernel.negligible_distance):
+            return np.asarray(sum(self._form_gradient(times[p], u[p], t[at], weights[at]) for p, at in groups))
+        return self._form_gradient(times, u, t, weights)
+
+    def _form_gradient(self, times: Array, u: Array, t: Array, weights: Array) -> Array:
+        """Return ∂/∂ln θ of uᵀ κ(times − t) w; long ones from moments, for Matérn kernels."""
+        if len(times) * len(t) > _MANY and isinstance(self.kernel, Matern):
+            sums = [summed_by_moments(decays, t, weights, times, 0)[0] for decays in self.kernel.gradient_decays]
+            return np.asarray(sums) @ u
+        _, by_theta = self.kernel.value_and_gradient(times[:, None] - t)
+        return np.asarray(by_theta @ weights @ u)
+
+    def _weighted(self, multipliers: Array) -> tuple[Array, Array]:
+        """Return the times [s] that have a weight, and the weights."""
+        u = self.terms.spread(multipliers)
+        return self.terms.times[u != 0], u[u != 0]
+
+    @cached
+    def _first(self) -> Array:
+        return self.terms.first_times(self.count)
+
+    @cached
+    def _reach(self) -> float:
+        """The distance [s] of a row's first time beyond which nothing is correlated with any of its terms."""
+        widest = np.max(self.terms.times - self._first[self.terms.of_row], initial=0.0)
+        return float(self.kernel.negligible_distance + 2 * widest)
+
+
+@dataclass(frozen=True)
+class Taylor(RowKernel):
+    """Taylor's series about the first time of each row, shape (count,), with `moments` μ_n of shape (count, N)."""
+
+    kernel: Kernel
+    first: Array
+    moments: Array
+
+    @cached
+    def centres(self) -> Terms:
+        """Terms with the same first moments at times that lie far apart: their weights are smaller by far.
+
+        With h = 0.01 s the weights 1/h² of a second difference would dominate all rounding errors of the reference.
+        """
+        nodes, weights = self._stencil
+        times = self.first[:, None] + nodes
+        of_row = np.broadcast_to(np.arange(len(self.first))[:, None], times.shape)
+        return Terms(times.ravel(), weights.ravel(), of_row.ravel())
+
+    def among(self) -> Array:
+        if groups := nearby(self.first, self.first, self.kernel.negligible_distance):
+            return assembled(groups, (len(self.first), len(self.first)), self._among)
+        return self._among(slice(None), slice(None))
+
+    def across(self, t: Array) -> Array:
+        if groups := nearby(self.first, t, self.kernel.negligible_distance):
+            return assembled(groups, (len(self.first), len(t)), lambda rows, at: self._across(rows, t[at]))
+        return self._across(slice(None), t)
+
+    def _among(self, rows: Places | slice, others: Places | slice) -> Array:
+        jet = self.kernel.jet(self.first[rows, None] - self.first[others], 2 * self._order)
+        by_sum = sliding_window_view(jet, self._order + 1, axis=0)  # κ⁽ⁿ⁺ᵐ⁾ at n, a, b, m
+        by_first = np.einsum("nabm,bm->nab", by_sum, self.moments[others] * _SIGNS[: self._order + 1])
+        return np.asarray(np.einsum("nab,an->ab", by_first, self.moments[rows]))
+
+    def _across(self, rows: Places | slice, t: Array) -> Array:
+        jet = self.kernel.jet(self.first[rows, None] - t, self._order)
+        return np.asarray(np.einsum("an,nai->ai", self.moments[rows], jet))
+
+    def among_gradient(self, multipliers: Array) -> Array:
+        first, moments = self._weighted(multipliers)
+        _, gradient = self.kernel.jet_and_gradient(first[:, None] - first, 2 * self._order)
+        count = self._order + 1
+        by_first = sum(sign * (gradient[:, m : m + count] @ moments[:, m]) for m, sign in enumerate(_SIGNS[:count]))
+        return np.asarray(np.einsum("pna,an->p", by_first, moments))
+
+    def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
+        first, moments = self._weighted(multipliers)
+
+        def gradient(of: Array, moments: Array, t: Array, weights: Array) -> Array:
+            _, by_theta = self.kernel.jet_and_gradient(of[:, None] - t, self._order)
+            return np.asarray(np.einsum("pna,an->p", by_theta @ weights, moments))
+
+        if groups := nearby(first, t, self.kernel.negligible_distance):
+            return np.asarray(sum(gradient(first[p], moments[p], t[at], weights[at]) for p, at in groups))
+        return gradient(first, moments, t, weights)
+
+    def _weighted(self, multipliers: Array) -> tuple[Array, Array]:
+        """Return the first times [s] of the rows that have a multiplier, and their moments multiplied by it."""
+        active = multipliers != 0
+        return self.first[active], multipliers[active, None] * self.moments[active]
+
+    @cached
+    def _stencil(self) -> tuple[Array, Array]:
+        """Nodes k H [s], and weights for each row with Σ_k w_k (k H)ⁿ/n! = μ_n for as many n as there are nodes."""
+        nodes, scale, vandermonde = _nodes(self.kernel)
+        moments = np.zeros((len(self.first), _NODES))
+        known = self.moments[:, :_NODES]
+        moments[:, : known.shape[1]] = known
+        return nodes, np.asarray(np.linalg.solve(vandermonde, (scale * moments).T).T)
+
+    @property
+    def _order(self) -> int:
+        return int(self.moments.shape[1]) - 1

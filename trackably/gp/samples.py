@@ -10,11 +10,10 @@ import numpy as np
 
 from trackably.arguments import instance, numbers
 from trackably.arrays import Array, ArrayLike
-from trackably.gp.factors.chebyshev import Bases
+from trackably.gp.factors.factorisation import differences
 from trackably.gp.factors.fourier import Ladder
-from trackably.gp.factors.packed import differences
-from trackably.gp.stencil import POINT, Stencil
-from trackably.gp.stencils import Stencils
+from trackably.gp.factors.low_rank import Bases
+from trackably.gp.stencil import POINT, Stencil, Stencils
 
 _UNIFORM = np.empty(0)
 _WIDE = 10.0  # times the median of the times between samples

@@ -1,17 +1,17 @@
 """The learned signal: a constant plus a sum of kernels, as plain stored numbers."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Self
 
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.gp.factors.blocks import in_blocks
-from trackably.gp.factors.convolution import convolved
+from trackably.gp.factors.factorisation import in_blocks
+from trackably.gp.factors.toeplitz import convolved
 from trackably.gp.hyperparameter import Learned
-from trackably.gp.kernels.base import Kernel
-from trackably.gp.kernels.moments import summed_by_moments
+from trackably.gp.kernels.base import Kernel, summed_by_moments
 
 _ROUNDING = 2  # spacings of float64: the time of a sample plus a step, beside the time of the next sample
 _LONG = 200  # centres
@@ -136,3 +136,39 @@ class KernelSum:
         """Centres from the first to the last, and their weights; samples of several lags come lag by lag."""
         order = np.argsort(self.centres, kind="stable")
         return self.centres[order], self.weights[order]
+
+
+# Signals that remember their values, as several quantities are evaluated at the same times.
+
+_LONG_ROW = 32  # shorter rows of times are those of single minima, which no other quantity has
+
+
+@dataclass(frozen=True)
+class RememberedSum(KernelSum):
+    """A sum of kernels that evaluates each long row of times once, `nearly`. Nothing is forgotten."""
+
+    known: dict[bytes, Array] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, signal: KernelSum) -> Self:
+        return cls(signal.kernel, signal.mean, signal.centres, signal.weights)
+
+    def __call__(self, t: Array) -> Array:
+        if np.ndim(t) != 2 or t.shape[-1] < _LONG_ROW:
+            return self.nearly(t)
+        keys = [row.tobytes() for row in t]
+        new = [j for j, key in enumerate(keys) if key not in self.known]
+        if new:
+            self.known.update(zip((keys[j] for j in new), self.nearly(t[new]), strict=True))
+        return np.stack([self.known[key] for key in keys])
+
+
+@dataclass(frozen=True)
+class Remembered:
+    """What has these `signals`."""
+
+    signals: tuple[RememberedSum, ...]
+
+    @classmethod
+    def of(cls, signals: Sequence[KernelSum]) -> Self:
+        return cls(tuple(map(RememberedSum.of, signals)))

@@ -23,10 +23,8 @@ import numpy as np
 from flint import fmpq_mat
 
 from trackably.arrays import Array
-from trackably.systems.flat.rationals import beside, exact, fraction, kernel, rounded, row_of, stacked
-from trackably.systems.linear import LinearSystem
-from trackably.systems.sets.interval import Interval
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.linear import LinearSystem, beside, exact, fraction, kernel, rounded, row_of, stacked
+from trackably.systems.polytopes import Interval, Polytope
 
 _MAX_LAWS = 10_000
 _AT_ONCE = 2**22  # numbers in memory

@@ -11,16 +11,13 @@ import numpy as np
 
 from trackably.arguments import instance
 from trackably.systems.allocation import Allocation
-from trackably.systems.flat.flatness import Flatness
-from trackably.systems.flat.form import FlatForm
-from trackably.systems.flat.requirements import Requirement
-from trackably.systems.flat.trajectory import Coordinate, combined
-from trackably.systems.formulas.wording import shortened, weighted_sum_text
-from trackably.systems.linear import LinearSystem
+from trackably.systems.expressions import shortened, weighted_sum_text
+from trackably.systems.flat_forms import FlatForm
+from trackably.systems.identities import Requirement
+from trackably.systems.linear import Flatness, LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
-from trackably.systems.quantity import Quantity
-from trackably.systems.sets.interval import Interval
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Interval, Polytope
+from trackably.systems.trajectories import Coordinate, Quantity, combined
 
 System = LinearSystem | NonlinearSystem
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from trackably.arguments import real
-from trackably.systems.flat.form import FlatForm
+from trackably.systems.flat_forms import FlatForm
 from trackably.systems.linear import positive_sampling_time
 from trackably.systems.nonlinear import NonlinearSystem
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.systems.quantity import Quantity
 from trackably.systems.reference import Reference
+from trackably.systems.trajectories import Quantity
 
 
 @dataclass(frozen=True)

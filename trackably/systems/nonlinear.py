@@ -10,24 +10,31 @@ import numpy as np
 
 from trackably.arguments import names
 from trackably.arrays import Array
-from trackably.systems.flat.chains import found_form
-from trackably.systems.flat.flatness import Flatness
-from trackably.systems.flat.form import FlatForm
-from trackably.systems.flat.functional import Functional
-from trackably.systems.flat.headings import with_heading_in, without_jumps
-from trackably.systems.flat.requirements import Requirement
-from trackably.systems.flat.shifted import one_of, shifted
-from trackably.systems.flat.trajectory import Coordinate, Trajectory
-from trackably.systems.flat.verified import needs, why_not_flat
-from trackably.systems.formulas.affine import Affine, InputFormulas, affine_parts, solve_for_inputs
-from trackably.systems.formulas.algebra import Term, derivative
-from trackably.systems.formulas.evaluation import evaluate_floats
-from trackably.systems.formulas.expression import Expression, Variable, size_and_depth, variables
-from trackably.systems.formulas.nested_lists import MAX_DEPTH
-from trackably.systems.formulas.tracing import Dynamics, require_same_values, traced
-from trackably.systems.linear import positive_sampling_time
-from trackably.systems.naming import require_names
-from trackably.systems.sets.interval import Interval
+from trackably.systems.expressions import (
+    MAX_DEPTH,
+    Expression,
+    Term,
+    Variable,
+    derivative,
+    evaluate_floats,
+    size_and_depth,
+    variables,
+)
+from trackably.systems.flat_forms import (
+    Affine,
+    FlatForm,
+    InputFormulas,
+    affine_parts,
+    found_form,
+    solve_for_inputs,
+    with_heading_in,
+    without_jumps,
+)
+from trackably.systems.identities import Requirement, needs, why_not_flat
+from trackably.systems.linear import Flatness, positive_sampling_time, require_names
+from trackably.systems.polytopes import Interval
+from trackably.systems.tracing import Dynamics, require_same_values, traced
+from trackably.systems.trajectories import Coordinate, Functional, Trajectory, one_of, shifted
 
 MAX_SIZE = 1000
 """How many operations, names and numbers one formula may have when it is written out."""

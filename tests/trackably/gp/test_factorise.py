@@ -13,7 +13,7 @@ from trackably.gp.factors.band import Band
 from trackably.gp.factors.dense import Dense
 from trackably.gp.factors.fourier import Fourier
 from trackably.gp.factors.low_rank import LowRank
-from trackably.gp.factors.markov.markov import Markov
+from trackably.gp.factors.markov_bands import Markov
 from trackably.gp.factors.toeplitz import Toeplitz
 from trackably.gp.kernels.base import Product, Sum
 from trackably.gp.kernels.matern import Matern32, Matern52

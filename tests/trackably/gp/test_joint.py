@@ -15,9 +15,8 @@ from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.posterior import IllConditioned, Posterior
 from trackably.gp.prior import Prior
-from trackably.gp.remembered import Remembered, RememberedSum
 from trackably.gp.samples import Samples
-from trackably.gp.signal import KernelSum
+from trackably.gp.signal import KernelSum, Remembered, RememberedSum
 from trackably.gp.stencil import Stencil
 
 TIMES = np.array([-0.7, 0.0, 0.2, 0.55, 1.0, 1.42, 2.3, 4.0])

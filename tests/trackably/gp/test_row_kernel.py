@@ -6,13 +6,12 @@ from mpmath import mp
 
 from tests.trackably.gp import naive
 from tests.trackably.gp.instances import KERNELS, formula, over, time_scales
-from trackably.gp.kernels import nearby
+from trackably.gp import rows as nearby
 from trackably.gp.kernels.base import Kernel
+from trackably.gp.kernels.elementary import Radial
 from trackably.gp.kernels.matern import Matern32, Matern52
-from trackably.gp.kernels.radial import Radial
 from trackably.gp.prior import Prior
-from trackably.gp.row_kernel import Direct, RowKernel, Taylor, row_kernel
-from trackably.gp.rows import Terms
+from trackably.gp.rows import Direct, RowKernel, Taylor, Terms, row_kernel
 
 DIGITS = 50
 ANALYTIC = {name: kernel for name, kernel in KERNELS.items() if kernel.is_analytic}
@@ -223,8 +222,8 @@ def test_gradients_of_many_rows_come_from_moments(kernel, monkeypatch):
     times, weights = rng.uniform(-20.0, 320.0, 900), rng.normal(size=900)
     found, multipliers = Direct(kernel.as_learned(), terms, 700), rng.normal(size=700)
     by_moments = found.among_gradient(multipliers), found.across_gradient(multipliers, times, weights)
-    monkeypatch.setattr("trackably.gp.row_kernel._MANY", np.inf)
-    monkeypatch.setattr("trackably.gp.row_kernel.summed_by_moments", lambda *_: pytest.fail("moments were taken"))
+    monkeypatch.setattr("trackably.gp.rows._MANY", np.inf)
+    monkeypatch.setattr("trackably.gp.rows.summed_by_moments", lambda *_: pytest.fail("moments were taken"))
     direct = found.among_gradient(multipliers), found.across_gradient(multipliers, times, weights)
     for one, other in zip(by_moments, direct, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-8, atol=1e-9 * np.max(np.abs(other)))

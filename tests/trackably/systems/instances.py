@@ -13,8 +13,7 @@ from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
-from trackably.systems.sets.interval import Interval
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Interval, Polytope
 
 SYSTEMS: dict[str, LinearSystem] = {
     "example1": LinearSystem.scalar(0.9, 0.5, sampling_time=0.05),

@@ -12,8 +12,8 @@ from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.polytope import Polytope
 
 T_S = 0.1
 

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from trackably.systems.linear import LinearSystem
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Polytope
 
 ONE_STATE = LinearSystem(np.array([[0.5]]), np.array([[1.0, 1.0]]), sampling_time=0.1)
 TWO_STATES = LinearSystem(

@@ -16,8 +16,8 @@ from trackably.systems.allocation import Allocation
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.defect import smallest_defect
 from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.polytope import Polytope
 
 
 @over(CASES, "case")

@@ -7,8 +7,7 @@ import pytest
 
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
-from trackably.systems.sets.interval import Interval
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Interval, Polytope
 
 AXIS = LinearSystem(
     np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[0.005], [0.1]]), states=("position", "velocity"), sampling_time=0.1

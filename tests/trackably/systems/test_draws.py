@@ -23,8 +23,8 @@ from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.draws import MOST_VALUES, band, bounded_steps, draws_within_bounds
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.polytope import Polytope
 
 NONE = np.empty(0)
 SLOW = ConstrainedSystem(

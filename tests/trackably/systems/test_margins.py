@@ -8,8 +8,8 @@ from tests.trackably.gp.instances import over
 from tests.trackably.systems.instances import PLANTS, SIGNAL, bounded
 from trackably.systems.defect import smallest_defect
 from trackably.systems.margins import margin_profile
+from trackably.systems.polytopes import Interval
 from trackably.systems.reference import Reference
-from trackably.systems.sets.interval import Interval
 
 
 @over({"state": 0, "input": 1}, "which")

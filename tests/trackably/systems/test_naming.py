@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from trackably.codec import CodecError, decode, encode
-from trackably.systems.linear import LinearSystem
-from trackably.systems.naming import LONGEST, require_names
+from trackably.systems.linear import LONGEST, LinearSystem, require_names
 from trackably.systems.nonlinear import NonlinearSystem
 
 NAMES = (

@@ -23,13 +23,11 @@ from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.defect import smallest_defect
-from trackably.systems.flat.functional import Functional
-from trackably.systems.flat.trajectory import Trajectory
-from trackably.systems.formulas.nested_lists import to_lists
+from trackably.systems.expressions import to_lists
 from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.polytopes import Interval, Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.interval import Interval
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.trajectories import Functional, Trajectory
 
 
 @pytest.mark.parametrize("name", INSTANCES)

@@ -10,8 +10,8 @@ from tests.trackably.systems.nonlinear_instances import INSTANCES, moving
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import Steps, Window
 from trackably.learning.joint.places import MarginScan
-from trackably.systems.quantities import Quantities
 from trackably.systems.reference import Reference
+from trackably.systems.trajectories import Quantities
 
 
 def references() -> list[Reference]:

@@ -7,9 +7,7 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import Entries, Factorisation
-from trackably.gp.factors.gram import gram
-from trackably.gp.factors.packed import LOWER, Symmetric, diagonal
+from trackably.gp.factors.factorisation import LOWER, Entries, Factorisation, Symmetric, diagonal, gram
 
 
 @dataclass(frozen=True)

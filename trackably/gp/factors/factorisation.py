@@ -2,8 +2,115 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import scipy
 
 from trackably.arrays import Array
+
+# Symmetric matrices with each entry stored once, in LAPACK's rectangular full packed format.
+#
+# The triangle of the last columns lies mirrored above that of the first ones, and both fill a rectangle. For n = 6 it
+# has the entries (row, column)
+#
+#     33 43 53
+#     00 44 54
+#     10 11 55
+#     20 21 22
+#     30 31 32
+#     40 41 42
+#     50 51 52
+#
+# and for odd n it lacks the first row, as the left half has one column more. Kernels are evaluated for n (n + 1)/2
+# pairs of samples instead of n². LAPACK works on blocks of half the size, which is faster than its unblocked code for
+# small n.
+#
+# F. G. Gustavson, J. Waśniewski, J. J. Dongarra, J. Langou, Rectangular full packed format for Cholesky's algorithm,
+# ACM Transactions on Mathematical Software 37 (2010).
+
+Places = npt.NDArray[np.intp]
+
+_FEW = 50  # rows: up to so many, gathering all entries of several matrices is faster than calling LAPACK for each
+
+LOWER = "L"
+"""The triangle that is stored, as LAPACK calls it."""
+
+
+def places(n: int) -> tuple[Places, Places]:
+    """Return row and column of each stored entry of an (n, n) matrix, row ≥ column: shapes (n (n + 1)/2,)."""
+    left, above = (n + 1) // 2, 1 - n % 2
+    column, row = np.arange(left)[:, None], np.arange(-above, n)  # LAPACK stores column after column
+    is_left = row >= column
+    rows, columns = np.where(is_left, row, column + n - left), np.where(is_left, column, row + above + left)
+    return rows.ravel(), columns.ravel()
+
+
+@lru_cache(maxsize=64)
+def diagonal(n: int) -> Places:
+    """Return where the diagonal is stored, from its first entry to its last: shape (n,)."""
+    rows, columns = places(n)
+    stored = np.flatnonzero(rows == columns)
+    return stored[np.argsort(rows[stored])]
+
+
+@lru_cache(maxsize=64)
+def _stored(n: int) -> Places:
+    """Return where each entry of a symmetric (n, n) matrix is stored, above the diagonal too: shape (n, n)."""
+    rows, columns = places(n)
+    found = np.empty((n, n), dtype=np.intp)
+    found[rows, columns] = found[columns, rows] = np.arange(rows.size)
+    return found
+
+
+def differences(times: Array) -> Array:
+    """Return t_i − t_j [s] of n `times` for each stored entry (i, j): shape (n (n + 1)/2,)."""
+    rows, columns = places(len(times))
+    return np.asarray(times[rows] - times[columns])
+
+
+def packed(matrix: Array) -> Array:
+    """Return the stored entries of a symmetric matrix (n, n): shape (n (n + 1)/2,)."""
+    return np.asarray(scipy.linalg.lapack.dtrttf(matrix.T, uplo=LOWER)[0])
+
+
+def whole(n: int, entries: Array) -> Array:
+    """Return the symmetric matrix (n, n) of stored entries: the inverse of `packed`."""
+    lower = _lower(n, entries)
+    return np.asarray(np.tril(lower) + np.tril(lower, -1).T)
+
+
+@dataclass(frozen=True)
+class Symmetric:
+    """Symmetric matrices D_j, j < p: their stored `entries`, shape (p, n (n + 1)/2)."""
+
+    entries: Array
+
+    def times(self, c: Array) -> Array:
+        """Return D_j c for c of shape (n,): shape (p, n)."""
+        if len(c) <= _FEW:
+            return np.asarray(self.entries.take(_stored(len(c)), axis=1) @ c)
+        products = np.zeros((len(self.entries), len(c)))
+        for product, entries in zip(products, self.entries, strict=True):
+            scipy.linalg.blas.dsymv(1.0, _lower(len(c), entries), c, y=product, overwrite_y=True, lower=True)
+        return products
+
+    def traces(self, n: int, entries: Array) -> Array:
+        """Return tr(M D_j), shape (p,), for a symmetric M of size n with these stored entries, which are overwritten.
+
+        All but those of the diagonal count twice.
+        """
+        entries[diagonal(n)] *= 0.5
+        return np.asarray(2.0 * (self.entries @ entries))
+
+
+def _lower(n: int, entries: Array) -> Array:
+    """Return the lower triangle (n, n) in Fortran order; entries above it are undefined."""
+    return np.asarray(scipy.linalg.lapack.dtfttr(n, entries, uplo=LOWER)[0])
+
 
 Covariance = Callable[[Array], tuple[Array, Array]]
 """k(r) of two samples r [s] apart, and ∂k/∂ln θ_j: shapes (*r.shape) and (p, *r.shape). Even in r."""
@@ -42,3 +149,55 @@ class Factorisation(ABC):
     def weights_at_centres(self, c: Array) -> Array:
         """Convert weights c of the samples, shape (…, n), to weights at `centres`."""
         return c
+
+
+# Covariance matrices of samples with their derivatives, each entry once, computed in parts that stay in the cache.
+
+_PART = 2**13  # entries
+
+
+class Gram(NamedTuple):
+    """The stored entries of K, and ∂K/∂ln θ_j."""
+
+    entries: Array
+    gradient: Symmetric
+
+
+def gram(n: int, entries: Entries) -> Gram:
+    """Compute the covariance matrix of n samples, and its derivatives.
+
+    All large arrays share one piece of memory. Several pieces would go back to the operating system when freed, and
+    getting them again, page by page, takes longer than computing their content.
+    """
+    count = n * (n + 1) // 2
+    first, gradient = entries(slice(_PART))
+    if count <= _PART:
+        return Gram(first, Symmetric(gradient))
+    memory = np.empty((1 + len(gradient), count))
+    memory[0, :_PART], memory[1:, :_PART] = first, gradient
+    for start in range(_PART, count, _PART):
+        part = slice(start, start + _PART)
+        memory[0, part], memory[1:, part] = entries(part)
+    return Gram(memory[0], Symmetric(memory[1:]))
+
+
+# Evaluate functions of many times block by block, in bounded memory.
+
+_WHOLE = 2**16  # numbers for which one call is faster than several
+_BLOCK = 2**15  # numbers that stay in the cache: larger arrays are fetched from memory for each operation
+
+
+def in_blocks(
+    function: Callable[[Array], tuple[Array, ...]], t: Array, width: int, most: int | None = None
+) -> tuple[Array, ...]:
+    """Evaluate a function of times t (any shape) that returns arrays (…, *t.shape), block by block.
+
+    The function must treat each time separately; it needs `width` numbers of memory for each. If all of them fit into
+    memory, or are no more than `most`, it is called once.
+    """
+    if t.size * width <= (most or _WHOLE):
+        return function(t)
+    flat, height = t.reshape(-1), max(1, (most or _BLOCK) // width)
+    blocks = [function(flat[i : i + height]) for i in range(0, flat.size, height)]
+    joined = (np.concatenate(parts, axis=-1) for parts in zip(*blocks, strict=True))
+    return tuple(array.reshape((*array.shape[:-1], *t.shape)) for array in joined)

@@ -24,10 +24,9 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.gp.factors.chebyshev import Basis
-from trackably.gp.factors.factorisation import Factorisation
-from trackably.gp.factors.packed import LOWER, diagonal, packed
-from trackably.gp.kernels.spectral import SpectralDensity
+from trackably.gp.factors.factorisation import LOWER, Factorisation, diagonal, packed
+from trackably.gp.factors.low_rank import Basis
+from trackably.gp.kernels.base import SpectralDensity
 
 _STEPS = 4  # periods on the ladder while the reach doubles
 _LOWEST = -13  # its first place: a period about 10 % longer than the span, which serves all short reaches

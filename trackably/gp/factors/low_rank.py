@@ -5,18 +5,116 @@ points to the n sample times and does not depend on the hyperparameters. W is or
 that depends on the hyperparameters has size m.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.gp.factors.chebyshev import Basis
-from trackably.gp.factors.factorisation import Covariance, Factorisation
-from trackably.gp.factors.gram import gram
-from trackably.gp.factors.packed import Symmetric, packed, whole
+from trackably.gp.factors.factorisation import Covariance, Factorisation, Symmetric, differences, gram, packed, whole
+
+# Polynomial interpolation in Chebyshev points, and how many points resolve a covariance.
+#
+# L. N. Trefethen, Approximation Theory and Approximation Practice, chapters 2, 3 and 5.
+
+ROUNDING = 4 * float(np.finfo(float).eps)  # relative to the largest covariance: smaller differences are not resolved
+_CHECKED = 7 / 8  # of the coefficients: all beyond the last resolved one must be at rounding level
+_CACHE_SIZE = 4  # bases: an optimiser's iterates alternate between a few numbers of points
+_ON_NODE = 1e-200  # of the interval: a division by a smaller distance would overflow
+
+
+def nodes(first: float, last: float, count: int) -> Array:
+    """Return the extrema of the Chebyshev polynomial of degree count − 1 on [first, last], increasing: (count,)."""
+    return (first + last) / 2 - (last - first) / 2 * np.cos(np.pi * np.arange(count) / (count - 1))
+
+
+def coefficients(values: Array) -> Array:
+    """Return the Chebyshev coefficients of the interpolants of values at `nodes`: shape (…, count), as the values."""
+    scaled = scipy.fft.dct(values[..., ::-1], type=1) / (values.shape[-1] - 1)
+    scaled[..., [0, -1]] /= 2
+    return np.asarray(scaled)
+
+
+def interpolation(t: Array, first: float, last: float, count: int) -> Array:
+    """Return the matrix (n, count) that maps values at `nodes` to the interpolant at t, shape (n,) in [first, last].
+
+    Uses the barycentric formula, which is stable. Absolute values in a row sum to at most 1 + (2/π) ln(count) + 0.3.
+    """
+    weights = np.where(np.arange(count) % 2, -1.0, 1.0)
+    weights[[0, -1]] /= 2
+    distances = t[:, None] - nodes(first, last, count)
+    hits = np.abs(distances) < _ON_NODE * (last - first)
+    distances[hits] = 1.0
+    matrix = weights / distances
+    hit = np.any(hits, axis=1)
+    matrix[hit] = hits[hit]
+    return np.asarray(matrix / matrix.sum(axis=1, keepdims=True))
+
+
+class Basis(NamedTuple):
+    """An interpolation matrix W = ϱ Q R: the `points` [s] (m,), Q (n, m) orthonormal, R (m, m) upper triangular.
+
+    W maps values at the points to values at the samples; ϱ is the diagonal matrix of relative noise. `apart` are the
+    differences [s] of points, for the stored entries of a matrix.
+    """
+
+    points: Array
+    apart: Array
+    q: Array
+    r: Array
+
+    def weights(self, c: Array) -> Array:
+        """Return Wᵀ ϱ⁻¹ c for c of shape (…, n): shape (…, m)."""
+        return np.asarray(c @ self.q @ self.r)
+
+
+@dataclass(frozen=True)
+class Bases:
+    """Interpolation bases of samples at `times` in [0, span] [s] with `relative_noise`, computed on demand.
+
+    A basis depends on the sample times and the number of points only, not on the hyperparameters.
+    """
+
+    times: Array
+    relative_noise: Array
+    span: float
+    _cache: dict[int, Basis] = field(default_factory=dict, init=False, repr=False)
+
+    def of(self, count: int) -> Basis:
+        """Return the basis of `count` points, from the cache of the most recently used ones if it is there."""
+        found = self._cache.pop(count, None) or self._computed(count)
+        self._cache[count] = found  # a dictionary keeps its order: the last entry is the one used last
+        if len(self._cache) > _CACHE_SIZE:
+            del self._cache[next(iter(self._cache))]
+        return found
+
+    def points_for(self, covariance: Covariance, most: int) -> int | None:
+        """Return how many points resolve a covariance and its derivatives up to ROUNDING; None if `most` are too few.
+
+        How well e^(iωt) is interpolated does not depend on the other time: two other times suffice to see every ω.
+        """
+        points = nodes(0.0, self.span, most)
+        value, gradient = covariance(points - np.array([[0.0], [self.span / 2]]))
+        rows = np.concatenate([value[None], gradient])
+        sizes = np.abs(coefficients(rows)) > ROUNDING * np.max(np.abs(rows), axis=(1, 2), keepdims=True)
+        degree = max(np.flatnonzero(sizes.any(axis=(0, 1))).tolist(), default=most)
+        # Frequencies beyond the last coefficient are aliased onto the last ones: those must not be taken for resolved.
+        count = _rounded_up(degree + 2)
+        return count if count <= most and degree < _CHECKED * most else None
+
+    def _computed(self, count: int) -> Basis:
+        matrix = interpolation(self.times, 0.0, self.span, count)
+        q, r = np.linalg.qr(matrix / self.relative_noise[:, None])
+        points = nodes(0.0, self.span, count)
+        return Basis(points, differences(points), q, r)
+
+
+def _rounded_up(count: int) -> int:
+    """Round up to one of two values for each doubling, so that one basis serves many iterates of an optimiser."""
+    step = 1 << max(0, count.bit_length() - 2)
+    return -(-count // step) * step
 
 
 @dataclass(frozen=True)

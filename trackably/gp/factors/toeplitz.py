@@ -4,6 +4,7 @@ Durbin's recursion: G. H. Golub and C. F. Van Loan, Matrix Computations (4th edi
 """
 
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cached_property
 from typing import NamedTuple, Self
 
@@ -12,7 +13,84 @@ import scipy
 
 from trackably.arrays import Array
 from trackably.gp.factors.factorisation import Covariance, Factorisation
-from trackably.gp.factors.grid import Grid
+from trackably.gp.kernels.base import Kernel
+
+# Regularly spaced times, up to rounding.
+
+_REGULAR = 1e-6  # of a step: a larger deviation is not regular
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The times start + i step [s] for i = 0 … count − 1, which approximate given times up to `deviation` [s]."""
+
+    start: float
+    step: float
+    count: int
+    deviation: float
+
+    @classmethod
+    def of(cls, times: Array) -> Self | None:
+        """Return the grid from the first of `times` (n,) to the last; None if they do not lie on it or n < 3."""
+        if times.ndim != 1 or len(times) < 3 or not times[-1] > times[0]:
+            return None
+        start, count = float(times[0]), len(times)
+        step = (float(times[-1]) - start) / (count - 1)
+        deviation = float(np.max(np.abs(times - (start + step * np.arange(count)))))
+        return cls(start, step, count, deviation) if deviation <= _REGULAR * step else None
+
+    @property
+    def lags(self) -> Array:
+        """The lags i step [s], shape (count,)."""
+        return self.step * np.arange(self.count, dtype=float)
+
+    @property
+    def span(self) -> float:
+        """The duration from the first time to the last [s]."""
+        return self.step * (self.count - 1)
+
+    @property
+    def rounding(self) -> float:
+        """The largest deviation [s] that rounding alone can cause, of a time and of its grid point together."""
+        return 2 * float(np.spacing(max(abs(self.start), abs(self.start + self.span))))
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether the times deviate from the grid by rounding only."""
+        return self.deviation <= self.rounding
+
+
+# Sums of kernels with regular centres at regular times: one convolution, if the two spacings are commensurate.
+
+_FINEST = 100  # the largest denominator of the ratio of spacings
+_COST = 60  # terms of the sum that take as long as one point of the transforms
+
+
+def convolved(kernel: Kernel, centres: Array, weights: Array, t: Array, order: int) -> Array | None:
+    """Return Σ_i c_i κ⁽ⁿ⁾(t − t_i) for n = 0 … order at increasing times t [s]: shape (order + 1, *t.shape).
+
+    None unless times and centres lie on grids, up to rounding, whose steps are p h and q h with whole numbers p and q,
+    and the convolution takes less time than the sum. On a common grid of step h, with zeros between the weights, the
+    lag from centre i to time j is that from the first centre to the first time, plus (j p − i q) h.
+    """
+    if (of := Grid.of(centres)) is None or (at := Grid.of(t)) is None or not (of.is_exact and at.is_exact):
+        return None
+    ratio = Fraction(at.step / of.step).limit_denominator(_FINEST)
+    p, q = ratio.numerator, ratio.denominator
+    if p == 0 or abs(at.step * q - of.step * p) * at.count > q * (at.rounding + of.rounding):
+        return None
+    first, last = -(of.count - 1) * q, (at.count - 1) * p
+    length = int(scipy.fft.next_fast_len(last - first + 1, real=True))
+    if _COST * length > at.count * of.count:
+        return None
+    lags = at.start - of.start + of.step / q * np.arange(first, last + 1, dtype=float)
+    spread = np.zeros(last - first + 1)
+    spread[: -first + 1 : q] = weights
+    # Lags begin at `first`, so that entry j p − first of the convolution is the sum for time j. Circular wrap-around
+    # corrupts only entries before these.
+    spectrum = scipy.fft.rfft(kernel.jet(lags, order), length) * scipy.fft.rfft(spread, length)
+    return np.asarray(scipy.fft.irfft(spectrum, length)[:, -first : last - first + 1 : p])
+
 
 _RESIDUAL = 1e-5  # of the recursion, before refinement: if it is larger, the determinant is not accurate
 _NEGLIGIBLE = 1e-17  # as a reflection: adding it to f₀ = 1 changes nothing

@@ -9,16 +9,159 @@ import dataclasses
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
 from functools import cached_property
+from math import comb
 from typing import Self
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from trackably.arrays import Array
 from trackably.gp.hyperparameter import Scales, Search, learned, with_value
-from trackably.gp.kernels.jets import leibniz
-from trackably.gp.kernels.moments import Decay
-from trackably.gp.kernels.spectral import SpectralDensity
+
+# Jets, arrays of a function of time and its derivatives: how they multiply, and how they stretch.
+
+
+def stretched(jet: Array, r: Array) -> Array:
+    """Return ∂/∂ln ℓ of every κ⁽ⁿ⁾ when κ depends on time through r/ℓ only, from a jet that is one order longer.
+
+    A longer ℓ is a slower clock: ∂κ/∂ln ℓ = −r κ̇, and n time derivatives later −(n κ⁽ⁿ⁾ + r κ⁽ⁿ⁺¹⁾).
+    """
+    gradient = r * jet[1:]
+    for n in range(1, len(gradient)):
+        gradient[n] += n * jet[n]
+    return np.asarray(-gradient)
+
+
+def leibniz(f: Array, g: Array) -> Array:
+    """Return jets of f g from jets (p, order + 1, …) of f and g: (f g)⁽ⁿ⁾ = Σ_j C(n, j) f⁽ʲ⁾ g⁽ⁿ⁻ʲ⁾.
+
+    One of f and g may be a single one, p = 1.
+    """
+    product = np.zeros(np.broadcast_shapes(f.shape, g.shape))
+    for n in range(f.shape[1]):
+        for j in range(n + 1):
+            times = f[:, j] if j in (0, n) else math.comb(n, j) * f[:, j]
+            product[:, n] += times * g[:, n - j]
+    return product
+
+
+# Sums of kernels that are polynomials times e^(−λ|r|), from moments: their time grows with centres plus times.
+#
+# With S_k(i) = Σ_{j ≤ i} w_j (u_i − u_j)^k e^(−λ(u_i − u_j)), the moments of all centres up to the i-th, the sum over
+# the centres before a time t is the same polynomial of the moments, moved from the last centre before t to t:
+# S_k moved by h is e^(−λh) Σ_l C(k, l) h^(k − l) S_l. The centres after t are those before it in reversed time.
+
+
+@dataclass(frozen=True)
+class Decay:
+    """The function P(|r|) e^(−λ|r|) with `rate` λ [1/s] and the `polynomial` P in |r| [s]."""
+
+    rate: float
+    polynomial: Polynomial
+
+    def derivatives(self, order: int) -> list[Array]:
+        """Return the coefficients of P, (d/dr − λ) P, …: the polynomials of derivatives for r > 0."""
+        found = [self.polynomial]
+        for _ in range(order):
+            found.append(found[-1].deriv() - self.rate * found[-1])
+        degree = self.polynomial.degree()
+        return [np.pad(factor.coef, (0, degree + 1 - len(factor.coef))) for factor in found]
+
+
+def summed_by_moments(decays: tuple[Decay, ...], centres: Array, weights: Array, t: Array, order: int) -> Array:
+    """Return Σ_i c_i κ⁽ⁿ⁾(t − t_i) for n = 0 … order and κ a sum of `decays`: shape (order + 1, *t.shape).
+
+    Odd derivatives count as 0 at r = 0, where those of κ may jump. Rounding is that of the direct sum, up to a factor
+    of the logarithm of the number of centres.
+    """
+    at, place = np.unique(centres, return_inverse=True)
+    joined = np.asarray(np.bincount(place, weights), dtype=float)
+    times = t.ravel()
+    found = np.zeros((order + 1, times.size))
+    same = np.searchsorted(at, times)
+    is_same = at[np.minimum(same, len(at) - 1)] == times
+    for decay in decays:
+        factors = decay.derivatives(order)
+        before = _before(decay, factors, at, joined, times)
+        after = _before(decay, factors, -at[::-1], joined[::-1], -times)
+        for n, factor in enumerate(factors):
+            found[n] += before[n] + (-1) ** n * after[n]
+            if n % 2 == 0:
+                found[n, is_same] += joined[same[is_same]] * factor[0]
+    return found.reshape(order + 1, *t.shape)
+
+
+def _before(decay: Decay, factors: list[Array], at: Array, weights: Array, times: Array) -> Array:
+    """Return the sums over the centres that lie strictly before each time, for each factor."""
+    last = np.searchsorted(at, times) - 1
+    some = last >= 0
+    reached = last[some]
+    moments = _moved(_moments(decay, at, weights)[:, reached], times[some] - at[reached], decay.rate)
+    found = np.zeros((len(factors), times.size))
+    found[:, some] = np.array(factors) @ moments
+    return found
+
+
+def _moments(decay: Decay, at: Array, weights: Array) -> Array:
+    """Return S_k(i): shape (degree + 1, n). Each step doubles the number of centres that each entry counts."""
+    moments = np.zeros((decay.polynomial.degree() + 1, len(at)))
+    moments[0] = weights
+    apart = 1
+    while apart < len(at):
+        moments[:, apart:] += _moved(moments[:, :-apart], at[apart:] - at[:-apart], decay.rate)
+        apart *= 2
+    return moments
+
+
+def _moved(moments: Array, by: Array, rate: float) -> Array:
+    """Return the moments about points that lie later, each `by` its own distance [s]."""
+    decay = np.exp(-rate * by)
+    moved = [decay * sum(comb(k, i) * by ** (k - i) * moments[i] for i in range(k + 1)) for k in range(len(moments))]
+    return np.array(moved)
+
+
+# Spectral densities S(ω) = ∫ κ(r) e^(−iωr) dr of kernels that decay fast, as their densities do.
+
+_TINY = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class SpectralDensity:
+    """`at(ω)` returns S and ∂ln S/∂ln θ_j at frequencies ω [rad/s] of shape (m,): shapes (m,) and (p, m).
+
+    `largest` bounds |κ|. Beyond `reach` [s] κ, and beyond `limit` [rad/s] its density, are lost in rounding.
+    """
+
+    largest: float
+    reach: float
+    limit: float
+    at: Callable[[Array], tuple[Array, Array]]
+
+    def __add__(self, other: "SpectralDensity") -> "SpectralDensity":
+        """Return the density of a sum of kernels."""
+
+        def at(omega: Array) -> tuple[Array, Array]:
+            (one, by_one), (two, by_two) = self.at(omega), other.at(omega)
+            whole = one + two
+            shares = np.array([one, two]) / np.maximum(whole, _TINY)
+            return whole, np.concatenate([shares[0] * by_one, shares[1] * by_two])
+
+        reach, limit = max(self.reach, other.reach), max(self.limit, other.limit)
+        return SpectralDensity(self.largest + other.largest, reach, limit, at)
+
+    def filtered(self, gain: Callable[[Array], Array], largest: float, length: float) -> "SpectralDensity":
+        """Return the density behind a filter of this `length` [s], whose `gain` is |F(ω)|² of its transform F.
+
+        No covariance becomes more than `largest` times as large.
+        """
+
+        def at(omega: Array) -> tuple[Array, Array]:
+            density, gradient = self.at(omega)
+            return density * gain(omega), gradient
+
+        return SpectralDensity(largest * self.largest, self.reach + length, self.limit, at)
 
 
 @dataclasses.dataclass(frozen=True)

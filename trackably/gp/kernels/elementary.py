@@ -2,12 +2,39 @@
 
 import dataclasses
 import inspect
-from collections.abc import Callable, Iterator
+from abc import abstractmethod
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import Self
 
-from trackably.gp.hyperparameter import Hyperparameter, Scales, Search, shown, with_next
-from trackably.gp.kernels.base import Kernel
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.gp.hyperparameter import Hyperparameter, Scales, Search, amplitude, duration, shown, with_next
+from trackably.gp.kernels.base import Kernel, stretched
+
+# Polynomials at arrays of times, without an array for each operation.
+
+
+def horner(coefficients: Sequence[float], x: Array) -> Array:
+    """Return Σ_k c_k xᵏ by Horner's rule: the shape of x."""
+    found = np.full(x.shape, coefficients[-1])
+    for coefficient in reversed(coefficients[:-1]):
+        found *= x
+        found += coefficient
+    return found
+
+
+def powers(x: Array, first: int, last: int) -> dict[int, Array]:
+    """Return xⁿ for n = first … last (first ≥ 1), each from the one before by one multiplication."""
+    power = x
+    for _ in range(first - 1):
+        power = power * x
+    found = {first: power}
+    for n in range(first + 1, last + 1):
+        found[n] = found[n - 1] * x
+    return found
 
 
 class Elementary(Kernel):
@@ -45,3 +72,40 @@ class Elementary(Kernel):
 @cache
 def _fields(kernel: type[Elementary]) -> dict[str, Hyperparameter]:
     return {field.name: inspect.getattr_static(kernel, field.name) for field in dataclasses.fields(kernel)}
+
+
+# Kernels that decay with distance, κ(r) = θ₁² φ(r/θ₂): each states φ and its derivatives, nothing more.
+
+UNDERFLOW = 746.0
+"""e^(−x) is zero in float64 for every x beyond."""
+
+NEGLIGIBLE = 56.0
+"""e^(−x) is below 2⁻⁸⁰ for every x beyond, and below 2⁻⁶⁰ after multiplication with the polynomials of derivatives."""
+
+
+@dataclass(frozen=True, repr=False)
+class Radial(Elementary):
+    """κ(r) = θ₁² φ(r/θ₂) with `signal_std` θ₁ (the unit of the signal) and `lengthscale` θ₂ [s]."""
+
+    signal_std: Hyperparameter = Hyperparameter(amplitude)
+    lengthscale: Hyperparameter = Hyperparameter(duration)
+
+    @abstractmethod
+    def correlation(self, s: Array, order: int) -> Array:
+        """Return φ and its derivatives up to `order` at s, in length scales: shape (order + 1, *s.shape)."""
+
+    def jet(self, r: Array, order: int) -> Array:
+        return self._in_time(self.correlation(r / float(self.lengthscale), order))
+
+    def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
+        jet = self.jet(r, order + 1)
+        gradient = np.empty((2, *jet[:-1].shape))
+        np.multiply(jet[:-1], 2.0, out=gradient[0])
+        gradient[1] = stretched(jet, r)
+        return jet[:-1], gradient
+
+    def _in_time(self, correlation: Array) -> Array:
+        variance, lengthscale = float(self.signal_std) ** 2, float(self.lengthscale)
+        by_order = correlation.T
+        by_order *= [variance / lengthscale**n for n in range(len(correlation))]
+        return correlation

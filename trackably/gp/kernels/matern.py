@@ -8,9 +8,8 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from trackably.arrays import Array
-from trackably.gp.kernels.moments import Decay
-from trackably.gp.kernels.polynomials import horner
-from trackably.gp.kernels.radial import NEGLIGIBLE, UNDERFLOW, Radial
+from trackably.gp.kernels.base import Decay
+from trackably.gp.kernels.elementary import NEGLIGIBLE, UNDERFLOW, Radial, horner
 
 
 class Matern(Radial):

@@ -8,8 +8,8 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.gp.hyperparameter import Hyperparameter, amplitude, fraction_of_period, repetition
+from trackably.gp.kernels.base import stretched
 from trackably.gp.kernels.elementary import Elementary
-from trackably.gp.kernels.jets import stretched
 
 
 @dataclass(frozen=True, repr=False)

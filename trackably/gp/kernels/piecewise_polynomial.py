@@ -11,8 +11,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from trackably.arrays import Array
-from trackably.gp.kernels.polynomials import horner, powers
-from trackably.gp.kernels.radial import Radial
+from trackably.gp.kernels.elementary import Radial, horner, powers
 
 
 class _PiecewisePolynomial(Radial):

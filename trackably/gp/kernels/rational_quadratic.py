@@ -7,7 +7,7 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.gp.hyperparameter import Hyperparameter, amplitude, duration, tail_weight
-from trackably.gp.kernels.radial import Radial
+from trackably.gp.kernels.elementary import Radial
 
 
 @dataclass(frozen=True, repr=False)

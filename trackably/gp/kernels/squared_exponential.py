@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.gp.kernels.radial import NEGLIGIBLE, UNDERFLOW, Radial
-from trackably.gp.kernels.spectral import SpectralDensity
+from trackably.gp.kernels.base import SpectralDensity
+from trackably.gp.kernels.elementary import NEGLIGIBLE, UNDERFLOW, Radial
 
 _EXTENT = 8.2  # e^(−s²/2) is at rounding level for every s beyond, and so is its integral
 

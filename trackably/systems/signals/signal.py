@@ -1,7 +1,5 @@
-"""What a reference is made of: signals that can be evaluated here, and enclosed by a proof."""
+"""The former place of `trackably.systems.pieces`."""
 
-from trackably.gp.signal import KernelSum
-from trackably.systems.signals.pieces import PolynomialPieces
+from trackably.systems.pieces import Signal
 
-Signal = KernelSum | PolynomialPieces
-"""A sum of kernels, as samples are learned, or polynomial pieces, as splines and planners give them."""
+__all__ = ["Signal"]

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from trackably.gp.factors.cached import cached
+from trackably.cached import cached
 
 
 @dataclass(frozen=True)

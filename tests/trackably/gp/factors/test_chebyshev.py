@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Chebyshev
 
-from trackably.gp.factors import chebyshev
-from trackably.gp.factors.chebyshev import ROUNDING, Bases
+from trackably.gp.factors import low_rank as chebyshev
+from trackably.gp.factors.low_rank import ROUNDING, Bases
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.kernels.periodic import Periodic

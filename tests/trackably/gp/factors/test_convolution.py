@@ -5,9 +5,10 @@ import pytest
 
 from tests.trackably.gp.factors.factors import REPRESENTATIVES
 from tests.trackably.gp.instances import KERNELS, over
-from trackably.gp.factors import blocks, convolution
-from trackably.gp.factors.blocks import in_blocks
-from trackably.gp.factors.convolution import convolved
+from trackably.gp.factors import factorisation as blocks
+from trackably.gp.factors import toeplitz as convolution
+from trackably.gp.factors.factorisation import in_blocks
+from trackably.gp.factors.toeplitz import convolved
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior

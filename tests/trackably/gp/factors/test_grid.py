@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackably.gp.factors.grid import Grid
+from trackably.gp.factors.toeplitz import Grid
 
 REGULAR = {
     "steps": 0.01 * np.arange(1000),

@@ -7,10 +7,17 @@ import numpy as np
 import pytest
 
 from tests.trackably.gp.factors.factors import dense, disagreement, factorisations, posterior_at, with_factor
-from trackably.gp.factors.markov.banded import condition, congruent, log_determinant_slope, plus, times_vector
-from trackably.gp.factors.markov.differences import _jump as jump
-from trackably.gp.factors.markov.differences import differenced, width
-from trackably.gp.factors.markov.markov import Markov
+from trackably.gp.factors.markov_bands import (
+    Markov,
+    condition,
+    congruent,
+    differenced,
+    log_determinant_slope,
+    plus,
+    times_vector,
+    width,
+)
+from trackably.gp.factors.markov_bands import _jump as jump
 from trackably.gp.kernels.base import Product, Sum
 from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.kernels.squared_exponential import SquaredExponential

@@ -10,7 +10,7 @@ import pytest
 _FAULTS = """
 from resource import RUSAGE_SELF, getrusage
 import numpy as np
-from trackably.gp.factors.memory import keep_freed_memory
+from trackably.threads import keep_freed_memory
 
 def faults():
     before = getrusage(RUSAGE_SELF).ru_minflt

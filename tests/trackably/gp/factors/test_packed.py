@@ -7,8 +7,7 @@ from tests.trackably.gp import naive
 from tests.trackably.gp.factors.factors import REPRESENTATIVES
 from tests.trackably.gp.instances import over
 from trackably.gp.factors.dense import Dense
-from trackably.gp.factors.gram import gram
-from trackably.gp.factors.packed import diagonal, differences, packed, places, whole
+from trackably.gp.factors.factorisation import diagonal, differences, gram, packed, places, whole
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples

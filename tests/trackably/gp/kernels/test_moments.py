@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackably import Kernel, Matern32, Matern52, Periodic, SquaredExponential
-from trackably.gp.kernels.moments import summed_by_moments
+from trackably.gp.kernels.base import summed_by_moments
 from trackably.gp.signal import KernelSum
 
 KERNELS = {

@@ -13,8 +13,7 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
-from trackably.gp.stencil import POINT, Stencil
-from trackably.gp.stencils import Stencils
+from trackably.gp.stencil import POINT, Stencil, Stencils
 
 H = 0.05
 MIDDLE, SLOPE = Stencil((0.5, 0.5), H, 0.2), Stencil((-1 / H, 1 / H), H)

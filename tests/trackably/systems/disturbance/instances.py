@@ -7,12 +7,10 @@ import numpy as np
 
 from tests.trackably.systems.instances import controllable
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbance.hull import ConvexHull
-from trackably.systems.disturbance.sets import DisturbanceSet
-from trackably.systems.disturbance.tightening import Tightening, tightening
-from trackably.systems.disturbance.zonotope import Zonotope
+from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope
 from trackably.systems.linear import LinearSystem
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Polytope
+from trackably.systems.tightening import Tightening, tightening
 
 EXAMPLE1 = ConstrainedSystem(
     LinearSystem.scalar(0.9, 0.5, sampling_time=0.01), Polytope.box([-2.0], [0.05]), Polytope.box([-0.5], [0.5])

@@ -5,9 +5,8 @@ from fractions import Fraction
 import numpy as np
 import scipy
 
-from trackably.systems.disturbance.hull import ConvexHull
-from trackably.systems.disturbance.invariant import InvariantSet
-from trackably.systems.disturbance.sets import DisturbanceSet
+from trackably.systems.disturbances import ConvexHull, DisturbanceSet
+from trackably.systems.tightening import InvariantSet
 
 
 def support_by_program(bounded: DisturbanceSet, row: np.ndarray) -> float:

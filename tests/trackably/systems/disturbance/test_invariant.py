@@ -7,10 +7,9 @@ import pytest
 
 from tests.trackably.systems.disturbance.instances import ALL, CART, DISTURBED
 from tests.trackably.systems.disturbance.naive import exact_support, naive_support
-from trackably.systems.disturbance.decay import NoInvariantSetError
-from trackably.systems.disturbance.tightening import tightening
-from trackably.systems.disturbance.zonotope import Zonotope
-from trackably.systems.flat.rationals import exact, fraction
+from trackably.systems.disturbances import Zonotope
+from trackably.systems.linear import exact, fraction
+from trackably.systems.tightening import NoInvariantSetError, tightening
 
 
 def exact_rows(seed: int, n: int, count: int = 4) -> list[list[Fraction]]:

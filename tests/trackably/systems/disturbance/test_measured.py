@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from tests.trackably.systems.disturbance.instances import CART
-from trackably.systems.disturbance.hull import ConvexHull
-from trackably.systems.disturbance.measured import Measured
-from trackably.systems.disturbance.tightening import tightening
-from trackably.systems.disturbance.zonotope import Zonotope
+from trackably.systems.disturbances import ConvexHull, Measured, Zonotope
+from trackably.systems.tightening import tightening
 
 PUSH, NOISE = Zonotope.box([0.0, -0.02], [0.0, 0.02]), Zonotope.box([-0.004, -0.006], [0.002, 0.01])
 NOISY = Measured(PUSH, NOISE)

@@ -8,9 +8,7 @@ import scipy
 
 from tests.trackably.systems.disturbance.instances import ALL
 from tests.trackably.systems.disturbance.naive import exact_support, support_by_program
-from trackably.systems.disturbance.hull import ConvexHull
-from trackably.systems.disturbance.sets import checked
-from trackably.systems.disturbance.zonotope import Zonotope
+from trackably.systems.disturbances import ConvexHull, Zonotope, checked
 
 
 @pytest.mark.parametrize("name", ALL)

@@ -9,12 +9,19 @@ import pytest
 
 from tests.trackably.systems.disturbance.instances import ALL, CART, DISTURBED, EXAMPLE1, OBLIQUE
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbance.decay import closed_loop, spectral_radius
-from trackably.systems.disturbance.feedback import INPUT_WEIGHTS, RATES, best_feedback, regulator, room
-from trackably.systems.disturbance.tightening import tightening
-from trackably.systems.disturbance.zonotope import Zonotope
+from trackably.systems.disturbances import Zonotope
 from trackably.systems.nonlinear import NonlinearSystem
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Polytope
+from trackably.systems.tightening import (
+    INPUT_WEIGHTS,
+    RATES,
+    best_feedback,
+    closed_loop,
+    regulator,
+    room,
+    spectral_radius,
+    tightening,
+)
 
 
 @pytest.mark.parametrize("name", ALL)

@@ -7,9 +7,8 @@ import pytest
 
 from tests.trackably.gp.instances import over
 from tests.trackably.systems.instances import SYSTEMS, controllable
-from trackably.systems.flat.flatness import Flatness
-from trackably.systems.flat.functional import Functional
-from trackably.systems.linear import LinearSystem
+from trackably.systems.linear import Flatness, LinearSystem
+from trackably.systems.trajectories import Functional
 
 T_S = 0.1
 

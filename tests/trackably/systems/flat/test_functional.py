@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackably.systems.flat.functional import Functional, combined
+from trackably.systems.trajectories import Functional, combined_functional
 
 TIMES = np.linspace(-0.2, 2.0, 45)
 THIRD = Fraction(1, 3)
@@ -73,7 +73,7 @@ def test_signals_with_trailing_axes_keep_them():
 
 @given(same_shaped(3), st.lists(st.fractions(-3, 3, max_denominator=50), min_size=3, max_size=3))
 def test_a_combination_has_the_combined_values(functionals, row):
-    both = combined(row, functionals)
+    both = combined_functional(row, functionals)
     expected = sum(float(r) * q(SIGNALS[:2], TIMES) for r, q in zip(row, functionals, strict=True))
     np.testing.assert_allclose(both(SIGNALS[:2], TIMES), np.broadcast_to(expected, TIMES.shape), atol=1e-11)
     assert both.offset == sum(r * q.offset for r, q in zip(row, functionals, strict=True))
@@ -82,7 +82,7 @@ def test_a_combination_has_the_combined_values(functionals, row):
 
 def test_a_combination_is_exact():
     tenths = [Functional(((Fraction(k, 10),),), Fraction(k), 0.1) for k in (1, 2, 3)]
-    both = combined([Fraction(1), Fraction(1), Fraction(-1)], tenths)
+    both = combined_functional([Fraction(1), Fraction(1), Fraction(-1)], tenths)
     assert both.weights == ((0,),)
     assert both.offset == 0
     assert both.rounded == []

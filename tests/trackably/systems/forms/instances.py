@@ -10,10 +10,10 @@ from trackably.certificates.prove import prove
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.flat.form import FlatForm
+from trackably.systems.flat_forms import FlatForm
 from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.polytope import Polytope
 
 T_S, PERIOD = 0.1, 12.0
 STATES, INPUTS = ("x", "y", "heading"), ("speed", "turn")

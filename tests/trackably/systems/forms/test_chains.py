@@ -16,11 +16,11 @@ from trackably.codec.converter import dumps, loads
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.formulas.expression import all_nodes, size_and_depth
+from trackably.systems.expressions import all_nodes, size_and_depth
 from trackably.systems.library import kinematic_bicycle, mobile_robot, pendulum, two_tanks
 from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.polytope import Polytope
 
 T_S = 0.1
 

@@ -16,10 +16,8 @@ from trackably.checker.models import Model
 from trackably.checker.models import Models as CheckerModels
 from trackably.checker.rounding import Tracked, TrackedFormulas
 from trackably.checker.tail import Sloped, SlopedFormulas
-from trackably.systems.formulas.algebra import derivative
-from trackably.systems.formulas.evaluation import evaluate_floats
-from trackably.systems.formulas.nested_lists import to_lists
-from trackably.systems.formulas.tracing import traced
+from trackably.systems.expressions import derivative, evaluate_floats, to_lists
+from trackably.systems.tracing import traced
 
 FORMULAS = {
     "atan2": np.arctan2,

@@ -17,14 +17,11 @@ from trackably.codec.converter import dumps, loads
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.flat.form import FlatForm
-from trackably.systems.flat.headings import with_heading_in, without_jumps
-from trackably.systems.formulas.evaluation import evaluate_floats
-from trackably.systems.formulas.expression import Angle, Variable
+from trackably.systems.expressions import Angle, Variable, evaluate_floats
+from trackably.systems.flat_forms import FlatForm, with_heading_in, without_jumps
 from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.polytopes import Interval, Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.interval import Interval
-from trackably.systems.sets.polytope import Polytope
 
 HEADING = FlatForm((Angle(Variable("z2[0]"), Variable("z1[0]")),), (Variable("z1[1]"),), ("heading",))
 INPUT_SET = Polytope.box([0.1, -2.5], [1.5, 2.5])

@@ -6,8 +6,7 @@ from mpmath import mp
 
 from tests.balls.arithmetic import ball_arithmetic
 from tests.balls.formulas import UndefinedError, at_balls
-from trackably.systems.formulas.evaluation import evaluate
-from trackably.systems.formulas.expression import (
+from trackably.systems.expressions import (
     BINARY,
     FUNCTIONS,
     Constant,
@@ -16,6 +15,7 @@ from trackably.systems.formulas.expression import (
     Power,
     Variable,
     all_nodes,
+    evaluate,
 )
 
 numbers = st.floats(0.2, 3.0).map(lambda v: Constant(round(v, 3)))

@@ -12,19 +12,20 @@ from trackably.checker.form import a_formula
 from trackably.checker.formulas import Intervals
 from trackably.checker.formulas import evaluate as checked_value
 from trackably.checker.intervals import iv
-from trackably.systems.formulas.algebra import derivative
-from trackably.systems.formulas.evaluation import evaluate_floats
-from trackably.systems.formulas.expression import (
+from trackably.systems.expressions import (
     BINARY,
     FUNCTIONS,
     Constant,
     Variable,
     all_nodes,
+    derivative,
+    evaluate_floats,
+    from_lists,
     operands,
     size_and_depth,
+    to_lists,
     variables,
 )
-from trackably.systems.formulas.nested_lists import from_lists, to_lists
 
 
 def test_balls_intervals_and_floats_agree():

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, reject, settings
 
 from tests.trackably.systems.formulas.random_expressions import expressions
-from trackably.systems.formulas.evaluation import evaluate
-from trackably.systems.formulas.tracing import require_same_values, traced
+from trackably.systems.expressions import evaluate
 from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.tracing import require_same_values, traced
 
 A = np.array([[1.0, 0.5], [0.0, 2.0]])
 WRITTEN = {

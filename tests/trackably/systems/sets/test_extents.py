@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy
 
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Polytope
 
 
 @pytest.mark.parametrize("seed", range(20))

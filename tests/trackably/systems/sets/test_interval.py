@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from trackably.certificates.claim import OnWindow
-from trackably.systems.sets.interval import Interval, rounded
+from trackably.systems.polytopes import Interval, rounded
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackably.systems.sets.interval import Interval
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Interval, Polytope
 
 INF = np.inf
 NEVER_REACHED = "where it does not matter, a bound that is never reached will do"

@@ -11,8 +11,8 @@ from trackably.codec.converter import decode, encode
 from trackably.codec.values import CodecError
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
+from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
-from trackably.systems.signals.pieces import PolynomialPieces
 
 TIMES = np.array([0.0, 0.7, 1.0, 2.5, 4.0])
 VALUES = np.array([0.3, -1.0, 0.5, 0.2, 0.3])

@@ -10,10 +10,8 @@ from hypothesis import strategies as st
 from tests.splines.draws import drawn
 from tests.splines.naive import quantity_at, value_of
 from tests.trackably.plants import AXIS
+from trackably.systems.pieces import DoubleDouble, ExactSum, PolynomialPieces, two_product, two_sum
 from trackably.systems.reference import Reference
-from trackably.systems.signals.double_double import DoubleDouble, two_product, two_sum
-from trackably.systems.signals.exact_sum import ExactSum
-from trackably.systems.signals.pieces import PolynomialPieces
 
 UNIT = Fraction(1, 2**53)
 NUMBERS = st.floats(-1e12, 1e12).filter(lambda x: x == 0 or abs(x) > 1e-60)

@@ -1,0 +1,386 @@
+"""Disturbance sets, zonotopes and convex hulls, in exact rational numbers; and measurement noise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from itertools import chain, combinations
+from typing import TYPE_CHECKING, Self, cast
+
+import numpy as np
+import scipy
+from flint import fmpq, fmpq_mat
+
+from trackably.arguments import instance, numbers
+from trackably.arrays import Array, ArrayLike
+from trackably.systems.identities import as_fmpq
+from trackably.systems.linear import fraction
+from trackably.systems.polytopes import Polytope, rounded
+
+# Vectors of rationals over one denominator, and roundings to float64 in a known direction.
+
+Vector = tuple[Fraction, ...]
+
+
+def vectors(what: str, given: ArrayLike | Sequence[Sequence[Fraction]]) -> tuple[Vector, ...]:
+    """Return the rows of a matrix as rationals. Fractions are kept, and float64 numbers are taken as they are.
+
+    ValueError: it is no matrix, or holds a number that is not finite. TypeError: it holds something else.
+    """
+    array = numbers(what, cast(ArrayLike, given))
+    if array.ndim != 2 or not array.shape[1]:
+        raise ValueError(f"{what} must be a matrix with a column for each state, got shape {array.shape}")
+    if not np.all(np.isfinite(array)):
+        raise ValueError(f"{what} must be finite, got {array.tolist()}")
+    rows = given if isinstance(given, list | tuple) else array.tolist()
+    return tuple(tuple(Fraction(value) for value in row) for row in rows)
+
+
+def as_array(rows: Sequence[Vector], dimension: int) -> Array:
+    """Return rationals as float64, shape (rows, dimension)."""
+    return np.array([[float(value) for value in row] for row in rows]).reshape(len(rows), dimension)
+
+
+def printed(rows: Sequence[Vector]) -> list[list[float]]:
+    """Return rationals as the nearest float64 numbers, for people."""
+    return [[float(value) for value in row] for row in rows]
+
+
+def common_denominator(numbers: Iterable[Fraction]) -> int:
+    """Return the least number that makes all of them whole."""
+    return math.lcm(*(number.denominator for number in numbers))
+
+
+def whole(rows: Sequence[Sequence[Fraction]]) -> tuple[int, list[list[int]]]:
+    """Return d and the whole numbers d · rows."""
+    d = common_denominator(chain.from_iterable(rows))
+    return d, [[int(value * d) for value in row] for row in rows]
+
+
+def float_above(number: Fraction) -> float:
+    """Return a float64 ≥ `number`, the smallest or the one next to it."""
+    nearest = float(number)
+    return nearest if Fraction(nearest) >= number else math.nextafter(nearest, math.inf)
+
+
+def float_below(number: Fraction) -> float:
+    """Return a float64 ≤ `number`, the largest or the one next to it."""
+    return -float_above(-number)
+
+
+# Disturbance sets that are zonotopes; boxes are some of them.
+
+
+@dataclass(frozen=True)
+class Zonotope:
+    """{`centre` + Σ_j ξ_j `generators`[j] : |ξ_j| ≤ 1}, exactly: each float64 that is given counts as it is.
+
+    No generators leave the centre alone. ValueError: shapes do not fit, or a number is not finite.
+    """
+
+    centre: Vector
+    generators: tuple[Vector, ...] = field(default=())
+
+    if TYPE_CHECKING:  # rationals are made of what is given
+
+        def __init__(
+            self,
+            centre: ArrayLike | Sequence[Fraction],
+            generators: ArrayLike | Sequence[Sequence[Fraction]] = (),
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
+        (centre,) = vectors("disturbance: centre", [self.centre])
+        generators = vectors("disturbance: generators", self.generators) if len(self.generators) else ()
+        if any(len(generator) != len(centre) for generator in generators):
+            raise ValueError(
+                f"disturbance: every generator needs {len(centre)} entries, one for each state, "
+                f"got {len(generators[0])}"
+            )
+        object.__setattr__(self, "centre", centre)
+        object.__setattr__(self, "generators", generators)
+
+    @classmethod
+    def box(cls, lower: ArrayLike, upper: ArrayLike) -> Self:
+        """Return {w : lower ≤ w ≤ upper} with finite bounds of shape (n,); equal ones leave a state undisturbed.
+
+        ValueError: a lower bound exceeds the upper one, or shapes do not fit.
+        """
+        low, high = (
+            np.atleast_1d(numbers("disturbance: lower", lower)),
+            np.atleast_1d(numbers("disturbance: upper", upper)),
+        )
+        if low.shape != high.shape or low.ndim != 1:
+            raise ValueError(f"disturbance: as many lower as upper bounds are needed, got {low.shape} and {high.shape}")
+        for i in np.flatnonzero(~((low <= high) & np.isfinite(low) & np.isfinite(high))).tolist():
+            raise ValueError(
+                f"disturbance: needs finite bounds, lower ≤ upper, got [{low[i]:g}, {high[i]:g}] for state {i + 1}"
+            )
+        ends = [(Fraction(a), Fraction(b)) for a, b in zip(low.tolist(), high.tolist(), strict=True)]
+        halves = [(b - a) / 2 for a, b in ends]
+        generators = [
+            [half if i == j else Fraction(0) for j in range(len(ends))] for i, half in enumerate(halves) if half
+        ]
+        return cls([(a + b) / 2 for a, b in ends], generators)
+
+    @property
+    def dimension(self) -> int:
+        return len(self.centre)
+
+    @cached_property
+    def denominator(self) -> int:
+        """The least d that makes all entries of d · W whole."""
+        return self._whole[0]
+
+    def whole_support(self, row: Sequence[int]) -> int:
+        """Return d h_W(row), exactly, for the denominator d."""
+        _, (centre, *generators) = self._whole
+        return _product(centre, row) + sum(abs(_product(generator, row)) for generator in generators)
+
+    def support(self, rows: Array) -> Array:
+        """Return h_W(row) = max {row · w : w ∈ W} in float64 for rows (…, n): shape (…)."""
+        spread = np.abs(np.asarray(rows) @ self.generator_matrix.T).sum(axis=-1)
+        return np.asarray(np.asarray(rows) @ as_array([self.centre], self.dimension)[0] + spread)
+
+    @cached_property
+    def generator_matrix(self) -> Array:
+        """The generators in float64, shape (g, n)."""
+        return as_array(self.generators, self.dimension)
+
+    def farthest(self, row: Array) -> Array:
+        """Return a point (n,) of the set, up to rounding, at which row · w is largest."""
+        signs = np.where(self.generator_matrix @ row >= 0, 1.0, -1.0)
+        return np.asarray(as_array([self.centre], self.dimension)[0] + signs @ self.generator_matrix)
+
+    def draw(self, rng: np.random.Generator) -> Array:
+        """Return a point (n,) of the set, up to rounding."""
+        parts = rng.uniform(-1, 1, len(self.generators))
+        return np.asarray(as_array([self.centre], self.dimension)[0] + parts @ self.generator_matrix)
+
+    def scaled(self, factor: Fraction) -> Self:
+        """Return factor · W."""
+        return type(self)(
+            [factor * value for value in self.centre], [[factor * value for value in of] for of in self.generators]
+        )
+
+    @cached_property
+    def _whole(self) -> tuple[int, list[list[int]]]:
+        return whole([self.centre, *self.generators])
+
+    def __repr__(self) -> str:
+        return f"Zonotope(centre={printed([self.centre])[0]}, generators={printed(self.generators)})"
+
+    def __str__(self) -> str:
+        axes = [[i for i, value in enumerate(generator) if value] for generator in self.generators]
+        if all(len(axis) == 1 for axis in axes) and len({axis[0] for axis in axes}) == len(axes):
+            half = {axis[0]: abs(generator[axis[0]]) for axis, generator in zip(axes, self.generators, strict=True)}
+            ends = [(float(c - half.get(i, 0)), float(c + half.get(i, 0))) for i, c in enumerate(self.centre)]
+            return " × ".join(f"[{rounded(low, 'up', 6)}, {rounded(high, 'down', 6)}]" for low, high in ends)
+        return f"a zonotope with {len(self.generators)} generators"
+
+
+def _product(vector: Sequence[int], row: Sequence[int]) -> int:
+    return sum(v * r for v, r in zip(vector, row, strict=True))
+
+
+# Disturbance sets that are the convex hulls of their vertices; bounded half-spaces are converted to them.
+
+_MOST_CANDIDATES = 200_000
+
+
+@dataclass(frozen=True)
+class ConvexHull:
+    """The convex hull of `vertices`, exactly: each float64 that is given counts as it is.
+
+    Points that are no vertices do no harm. ValueError: shapes do not fit, there is no vertex, or a number is not
+    finite.
+    """
+
+    vertices: tuple[Vector, ...]
+
+    if TYPE_CHECKING:  # rationals are made of what is given
+
+        def __init__(self, vertices: ArrayLike | Sequence[Sequence[Fraction]]) -> None: ...
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", vectors("disturbance: vertices", self.vertices))
+
+    @classmethod
+    def halfspaces(cls, H: ArrayLike, h: ArrayLike) -> Self:
+        """Return the bounded set {w : H w ≤ h} with H (r, n) and h (r,), by its exact vertices.
+
+        ValueError: the set is unbounded, empty or without an interior (use `Zonotope` for flat sets), shapes do not
+        fit, or n of r rows can be chosen in too many ways.
+        """
+        Polytope.halfspaces(H, h)  # says what is wrong
+        rows, sides = numbers("disturbance: H", H), numbers("disturbance: h", h)
+        found = dict.fromkeys(_vertices(rows, sides))
+        if not found:
+            raise ValueError("disturbance: H w ≤ h must be bounded: no vertex was found")
+        return cls([list(vertex) for vertex in found])
+
+    @property
+    def dimension(self) -> int:
+        return len(self.vertices[0])
+
+    @cached_property
+    def denominator(self) -> int:
+        """The least d that makes all entries of d · W whole."""
+        return self._whole[0]
+
+    def whole_support(self, row: Sequence[int]) -> int:
+        """Return d h_W(row), exactly, for the denominator d."""
+        return max(sum(v * r for v, r in zip(vertex, row, strict=True)) for vertex in self._whole[1])
+
+    def support(self, rows: Array) -> Array:
+        """Return h_W(row) = max {row · w : w ∈ W} in float64 for rows (…, n): shape (…)."""
+        return np.asarray(np.max(np.asarray(rows) @ self.vertex_matrix.T, axis=-1))
+
+    @cached_property
+    def vertex_matrix(self) -> Array:
+        """The vertices in float64, shape (v, n)."""
+        return as_array(self.vertices, self.dimension)
+
+    def farthest(self, row: Array) -> Array:
+        """Return a vertex (n,), up to rounding, at which row · w is largest."""
+        return np.asarray(self.vertex_matrix[int(np.argmax(self.vertex_matrix @ row))])
+
+    def draw(self, rng: np.random.Generator) -> Array:
+        """Return a point (n,) of the set, up to rounding."""
+        return np.asarray(rng.dirichlet(np.ones(len(self.vertices))) @ self.vertex_matrix)
+
+    def scaled(self, factor: Fraction) -> Self:
+        """Return factor · W."""
+        return type(self)([[factor * value for value in vertex] for vertex in self.vertices])
+
+    @cached_property
+    def _whole(self) -> tuple[int, list[list[int]]]:
+        return whole(self.vertices)
+
+    def __repr__(self) -> str:
+        return f"ConvexHull({printed(self.vertices)})"
+
+    def __str__(self) -> str:
+        return f"a polytope with {len(self.vertices)} vertices"
+
+
+def _vertices(H: Array, h: Array) -> Iterator[Vector]:
+    """Yield every point at which n rows that are independent hold with equality, and all others hold: in rationals."""
+    r, n = H.shape
+    exact = [[as_fmpq(v) for v in (*row, side)] for row, side in zip(H.tolist(), h.tolist(), strict=True)]
+    candidates = combinations(range(r), n)
+    for count, chosen in enumerate(candidates):
+        if count >= _MOST_CANDIDATES:
+            raise ValueError(
+                f"disturbance: {r} rows in {n} dimensions have too many vertices; give these, or fewer rows"
+            )
+        matrix = fmpq_mat(n, n, [exact[i][j] for i in chosen for j in range(n)])
+        if matrix.det() == 0:
+            continue
+        point = matrix.solve(fmpq_mat(n, 1, [exact[i][n] for i in chosen]))
+        entries = [point[j, 0] for j in range(n)]
+        if all(sum((a * x for a, x in zip(row, entries, strict=False)), fmpq(0)) <= row[n] for row in exact):
+            yield tuple(fraction(entry) for entry in entries)
+
+
+# The kinds of disturbance sets, and what is asked of all of them.
+
+DisturbanceSet = Zonotope | ConvexHull
+
+_ROUNDING = 1e-9
+
+
+def checked(given: object, states: int) -> DisturbanceSet:
+    """Return a disturbance set of a system with so many states.
+
+    TypeError: it is none. ValueError: its dimension is another, or it does not hold 0, so that the system without
+    disturbance is not a case of the disturbed one.
+    """
+    instance("disturbance", given, DisturbanceSet, "a Zonotope, as of Zonotope.box(lower, upper), or a ConvexHull")
+    assert isinstance(given, DisturbanceSet), "instance has refused anything else"
+    if given.dimension != states:
+        raise ValueError(f"disturbance: must have an entry for each of {states} states, got {given.dimension}")
+    if not _holds_zero(given):
+        raise ValueError(
+            f"disturbance: must hold 0, got {given}: add its middle to c of the system, and subtract it from the set"
+        )
+    return given
+
+
+def _holds_zero(given: DisturbanceSet) -> bool:
+    """Whether 0 is in a set, up to rounding, by a linear program in units of the set."""
+    if isinstance(given, Zonotope):
+        centre = np.array([float(value) for value in given.centre])
+        matrix, aim, bounds = given.generator_matrix.T, -centre, (-1.0, 1.0)
+        if not matrix.size:
+            return not centre.any()
+    else:
+        matrix, bounds = np.vstack([given.vertex_matrix.T, np.ones(len(given.vertices))]), (0.0, 1.0)
+        aim = np.append(np.zeros(given.dimension), 1.0)
+    size = np.max(np.abs(np.column_stack([matrix, aim])), axis=1, keepdims=True)
+    unit = np.where(size > 0, size, 1.0)
+    # minimise t with |matrix x − aim| ≤ t in these units
+    rows, r = matrix / unit, len(matrix)
+    goal = aim / unit[:, 0]
+    program = scipy.optimize.linprog(
+        np.append(np.zeros(matrix.shape[1]), 1.0),
+        A_ub=np.vstack([np.column_stack([rows, -np.ones(r)]), np.column_stack([-rows, -np.ones(r)])]),
+        b_ub=np.concatenate([goal, -goal]),
+        bounds=[bounds] * matrix.shape[1] + [(0.0, None)],
+        method="highs",
+    )
+    return bool(program.fun is not None and program.fun <= _ROUNDING)
+
+
+# Measurement noise: what it does to the state that is measured, and to the bounds of the state.
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Disturbances w(k) ∈ W of a system whose state is measured as y = x + v, with `noise` v(k) ∈ V.
+
+    The measured state obeys y⁺ = A y + B u + c + w − A v + v⁺. So it is disturbed by W ⊕ (−A V) ⊕ V, and x = y − v
+    keeps a bound r x ≤ h where r y ≤ h − h_V(−r). A controller that is given y then keeps x in X and u in U.
+    """
+
+    disturbance: Zonotope
+    noise: Zonotope
+
+    def of_measured_state(self, A: Array) -> Zonotope:
+        """Return W ⊕ (−A V) ⊕ V, exactly."""
+        W, V = self.disturbance, self.noise
+        exact = [[Fraction(a) for a in row] for row in A.tolist()]
+        moved = [tuple(-x for x in _matrix_times(exact, g)) for g in V.generators]
+        centre = [w - a + v for w, a, v in zip(W.centre, _matrix_times(exact, V.centre), V.centre, strict=True)]
+        return Zonotope(centre, [*W.generators, *moved, *V.generators])
+
+    def support(self, row: Sequence[Fraction]) -> Fraction:
+        """Return h_V(row), exactly."""
+        vectors = (self.noise.centre, *self.noise.generators)
+        centre, *parts = (sum((r * x for r, x in zip(row, of, strict=True)), Fraction(0)) for of in vectors)
+        return centre + sum(map(abs, parts), Fraction(0))
+
+
+def measured(disturbance: DisturbanceSet | None, noise: DisturbanceSet, states: int) -> Measured:
+    """Return both sets of a system with so many states; left out, nothing but noise disturbs it.
+
+    TypeError: one is no Zonotope. ValueError: the dimension of one is another, or it does not hold 0.
+    """
+    W = Zonotope([Fraction(0)] * states) if disturbance is None else disturbance
+    for name, of in (("disturbance, with measurement_noise", W), ("measurement_noise", noise)):
+        instance(name, of, Zonotope, "a Zonotope, as of Zonotope.box(lower, upper)")
+    try:
+        checked(noise, states)
+    except ValueError as error:
+        raise ValueError(f"measurement_noise: {str(error).removeprefix('disturbance: ')}") from None
+    checked(W, states)
+    assert isinstance(W, Zonotope), "instance has refused anything else"
+    assert isinstance(noise, Zonotope), "instance has refused anything else"
+    return Measured(W, noise)
+
+
+def _matrix_times(A: list[list[Fraction]], vector: Vector) -> Vector:
+    return tuple(sum((a * v for a, v in zip(row, vector, strict=True)), Fraction(0)) for row in A)

@@ -1,0 +1,313 @@
+"""Sets of states and inputs: intervals, polytopes, and the scales that these give to coordinates."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
+from typing import TYPE_CHECKING, Literal, Self
+
+import numpy as np
+import scipy
+
+from trackably.arguments import numbers
+from trackably.arrays import Array, ArrayLike
+
+# Closed intervals: bounds of scalar quantities.
+
+_ROUNDING = 1e-12  # of the width
+
+
+def rounded(value: float, towards: Literal["up", "down"], digits: int = 3) -> str:
+    """Format a number, rounded up or down where so many digits do not tell it: what is said then says no more."""
+    nearest = f"{value + 0.0:.{digits}g}"  # zero has no sign for people
+    if float(nearest) == value or not math.isfinite(value):
+        return nearest
+    context = Context(digits, ROUND_CEILING if towards == "up" else ROUND_FLOOR)
+    return f"{float(context.create_decimal_from_float(value)):.{digits}g}"
+
+
+def ends_shown(lower: float, upper: float) -> tuple[str, str]:
+    """Format two bounds, rounded outwards, with digits that show a thousandth of their distance; with 6 at least."""
+    digits = _digits(lower, upper)
+    return rounded(lower, "down", digits), rounded(upper, "up", digits)
+
+
+def _digits(lower: float, upper: float) -> int:
+    largest, width = max(abs(lower), abs(upper)), abs(upper - lower)
+    if not (0 < width < math.inf and largest < math.inf):
+        return 6
+    return min(max(6, math.ceil(math.log10(largest / width)) + 3), 17)
+
+
+@dataclass(frozen=True)
+class Interval:
+    """[lower, upper] with finite lower ≤ upper. ValueError: anything else."""
+
+    lower: float
+    upper: float
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.lower) and math.isfinite(self.upper) and self.lower <= self.upper):
+            raise ValueError(f"an interval needs finite bounds, lower ≤ upper, got [{self.lower}, {self.upper}]")
+
+    @property
+    def width(self) -> float:
+        return self.upper - self.lower
+
+    def margin(self, values: Array) -> Array:
+        """Return the distance of each value to the nearer bound, negative outside."""
+        return np.minimum(values - self.lower, self.upper - values)
+
+    def strictly_contains(self, value: float) -> bool:
+        """Whether a value lies strictly between the bounds."""
+        return self.lower < value < self.upper
+
+    def snapped(self, value: float) -> float:
+        """Return the bound from which rounding alone tells a value; the value itself where it lies elsewhere."""
+        nearer = min((self.lower, self.upper), key=lambda end: abs(value - end))
+        return nearer if abs(value - nearer) <= _ROUNDING * self.width else value
+
+    def margin_of(self, other: Interval) -> float:
+        """Return the smallest margin of the values in another interval."""
+        return min(other.lower - self.lower, self.upper - other.upper)
+
+    def contains(self, other: Interval) -> bool:
+        return self.lower <= other.lower and other.upper <= self.upper
+
+    def __str__(self) -> str:
+        return f"[{', '.join(ends_shown(self.lower, self.upper))}]"
+
+    @property
+    def exactly(self) -> str:
+        """As text that tells both bounds exactly: what breaks this interval may not break a wider one."""
+        ends = (f"{end:g}" if float(f"{end:g}") == end else repr(end) for end in (self.lower + 0.0, self.upper + 0.0))
+        return f"[{', '.join(ends)}]"
+
+    def shown(self, value: float) -> str:
+        """Format a value beside the bounds, with the digits that tell it from a bound that it does not equal."""
+        value += 0.0  # zero has no sign for people
+        for digits in range(_digits(self.lower, self.upper), 17):
+            text = f"{value:.{digits}g}"
+            if float(text) == value or float(text) not in {self.lower, self.upper}:
+                return text
+        return repr(value)
+
+    def shrunk(self, by: float) -> Self:
+        return type(self)(self.lower + by, self.upper - by)
+
+
+# State and input sets: polytopes as bounds of linear combinations; boxes and half-spaces are converted to them.
+
+_OUTWARDS = 1e-6  # relative: solvers find the minimum up to less than this
+
+
+@dataclass(frozen=True, eq=False)
+class Polytope:
+    """{x : lower ≤ R x ≤ upper} with `rows` R (r, n) and finite `lower` < `upper` (r,), in `dimension` n.
+
+    The dimension may be left out if there are rows; a set without rows is unbounded. ValueError: shapes do not fit, a
+    bound is not finite, or the set has no interior.
+    """
+
+    rows: Array
+    lower: Array
+    upper: Array
+    dimension: int = 0
+
+    if TYPE_CHECKING:  # arrays are made of what is given
+
+        def __init__(self, rows: ArrayLike, lower: ArrayLike, upper: ArrayLike, dimension: int = 0) -> None: ...
+
+    def __post_init__(self) -> None:
+        if not self.dimension:
+            object.__setattr__(self, "dimension", int(np.shape(self.rows)[-1]))
+        if not np.size(self.rows):
+            object.__setattr__(self, "rows", np.empty((0, self.dimension)))
+        for name in ("rows", "lower", "upper"):
+            array = numbers(f"set: {name}", getattr(self, name))
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+        if self.rows.ndim != 2 or not self.rows.shape[1] == self.dimension > 0:
+            raise ValueError(f"set: rows must be a matrix with a column for each coordinate, got {self.rows.shape}")
+        r = len(self.rows)
+        if self.lower.shape != (r,) or self.upper.shape != (r,):
+            raise ValueError(f"set: {r} rows need as many bounds, got {self.lower.shape} and {self.upper.shape}")
+        for i, (row, low, high) in enumerate(zip(self.rows, self.lower, self.upper, strict=True)):
+            if not (np.all(np.isfinite(row)) and np.any(row) and np.isfinite(low) and np.isfinite(high)):
+                raise ValueError(f"set: row {i} needs finite entries, not all zero, and finite bounds, "
+                                 f"got {row.tolist()} in [{low}, {high}]")  # fmt: skip
+        if r and not self.depth > 0:
+            raise ValueError(f"set: must have an interior, but no point lies strictly inside {self}")
+
+    @classmethod
+    def box(cls, lower: ArrayLike, upper: ArrayLike) -> Self:
+        """Return {x : lower ≤ x ≤ upper} with bounds of shape (n,); two infinite bounds leave a coordinate free.
+
+        ValueError: only one of two bounds is infinite, shapes differ, or the box has no interior.
+        """
+        low, high = np.atleast_1d(numbers("set: lower", lower)), np.atleast_1d(numbers("set: upper", upper))
+        if low.shape != high.shape or low.ndim != 1:
+            raise ValueError(f"set: as many lower as upper bounds are needed, got {low.shape} and {high.shape}")
+        for i in np.flatnonzero(~(low < high)).tolist():
+            ends = ", ".join(ends_shown(float(low[i]), float(high[i])))
+            raise ValueError(f"set: must have an interior, got [{ends}] for coordinate {i + 1}")
+        bounded = ~(np.isinf(low) & np.isinf(high))
+        for i in np.flatnonzero(bounded & (np.isinf(low) | np.isinf(high))).tolist():
+            raise ValueError(
+                f"set: coordinate {i + 1} has the bounds [{low[i]:g}, {high[i]:g}]: give both or none; where one side "
+                "does not matter, a bound that is never reached will do"
+            )
+        return cls(np.eye(len(low))[bounded], low[bounded], high[bounded], len(low))
+
+    @classmethod
+    def halfspaces(cls, H: ArrayLike, h: ArrayLike) -> Self:
+        """Return the bounded set {x : H x ≤ h} with H (r, n) and h (r,).
+
+        Opposite rows become one interval. A row without an opposite gets, as its other bound, a value slightly below
+        its minimum on the set, which excludes nothing. ValueError: the set is unbounded or has no interior, or shapes
+        do not fit.
+        """
+        H, h = numbers("set: H", H), numbers("set: h", h)
+        if H.ndim != 2 or h.shape != (len(H),) or not H.size:
+            raise ValueError(f"set: H must be a matrix with a row for each entry of h, got {H.shape} and {h.shape}")
+        if bad := np.flatnonzero(~np.isfinite(np.column_stack([H, h])).all(axis=1)).tolist():
+            raise ValueError(
+                f"set: row {bad[0]} of H x ≤ h must be finite, got {H[bad[0]].tolist()} and {h[bad[0]]:g}: leave out "
+                "what bounds nothing"
+            )
+        rows: list[Array] = []
+        bounds: list[tuple[float, float]] = []
+        taken: set[int] = set()
+        for i, row in enumerate(H):
+            if i in taken:
+                continue
+            opposite = [j for j in range(i + 1, len(H)) if j not in taken and np.array_equal(H[j], -row)]
+            taken.update(opposite[:1])
+            lower = -h[opposite[0]] if opposite else _lower_bound(row, H, h)
+            rows.append(row)
+            bounds.append((float(lower), float(h[i])))
+        low, high = np.array(bounds).T
+        return cls(np.array(rows), low, high)
+
+    @property
+    def depth(self) -> float:
+        """The largest margin of any point, relative to the width of each row; ≤ 0 if the set has no interior."""
+        if not np.all(self.lower < self.upper):
+            return -np.inf
+        if np.all(np.count_nonzero(self.rows, axis=0) <= 1):  # no two share a coordinate: each is met in its middle
+            return 0.5
+        matrix, off, *_ = self._centred
+        twice = np.full((len(matrix), 1), 2.0)
+        program = scipy.optimize.linprog(
+            np.append(np.zeros(self.dimension), -1.0),
+            A_ub=np.vstack([np.hstack([matrix, twice]), np.hstack([-matrix, twice])]),
+            b_ub=np.concatenate([1 + off, 1 - off]),
+            bounds=[(None, None)] * self.dimension + [(None, 1.0)],
+            method="highs",
+        )
+        return float(program.x[-1]) if program.x is not None else -np.inf
+
+    @property
+    def widths(self) -> Array:
+        """The distance between the bounds of each row: shape (r,)."""
+        return np.asarray(self.upper - self.lower)
+
+    @property
+    def inequalities(self) -> tuple[Array, Array]:
+        """(H, h) of the same set as {x : H x ≤ h}: shapes (2r, n) and (2r,)."""
+        return np.vstack([self.rows, -self.rows]), np.concatenate([self.upper, -self.lower])
+
+    @property
+    def intervals(self) -> list[tuple[Array, Interval]]:
+        """Each row with its bounds."""
+        return [
+            (row, Interval(low, high))
+            for row, low, high in zip(self.rows, self.lower.tolist(), self.upper.tolist(), strict=True)
+        ]
+
+    def extent(self, coordinate: int) -> Interval | None:
+        """Return the smallest and the largest value of a coordinate on the set; None where either is infinite."""
+        involved = self.rows[:, coordinate] != 0
+        if not np.delete(self.rows[involved], coordinate, axis=1).any():  # exact where no other coordinate counts
+            ends = np.stack([self.lower, self.upper])[:, involved] / self.rows[involved, coordinate]
+            low, high = np.max(np.min(ends, axis=0), initial=-np.inf), np.min(np.max(ends, axis=0), initial=np.inf)
+        else:
+            matrix, off, units, centre = self._centred
+            direction = np.eye(self.dimension)[coordinate]
+            H, h = np.vstack([matrix, -matrix]), np.append(1 + off, 1 - off)
+            ends = np.array([_least(direction, H, h), -_least(-direction, H, h)])
+            low, high = np.sort(units[coordinate] * (centre[coordinate] + ends))  # of thin sets, rounding may swap them
+        return Interval(float(low), float(high)) if np.isfinite([low, high]).all() else None
+
+    @property
+    def _centred(self) -> tuple[Array, Array, Array, Array]:
+        """M (r, n), o (r,), units s and a centre z (n,) with R x within its bounds where |M y - o| ≤ 1, x = s (y + z).
+
+        Solvers treat numbers above 1e15 as infinite and below 1e-9 as zero.
+        """
+        half = np.maximum(self.upper / 2 - self.lower / 2, np.finfo(float).smallest_subnormal)
+        sizes = np.abs(self.rows)
+        with np.errstate(over="ignore"):
+            unit = np.min(np.divide(half[:, None], sizes, out=np.full_like(sizes, np.inf), where=sizes > 0), axis=0)
+        units = np.asarray(np.where(np.isfinite(unit), unit, 1.0), dtype=float)
+        matrix, middle = self.rows * units / half[:, None], (self.upper / 2 + self.lower / 2) / half
+        centre = np.asarray(np.linalg.lstsq(matrix, middle)[0], dtype=float)
+        return matrix, middle - matrix @ centre, units, centre
+
+    def margin(self, points: Array) -> Array:
+        """Return the smallest distance of R x to a bound at points (…, n), in units of R x: (…,), negative outside."""
+        values = np.asarray(points) @ self.rows.T
+        return np.asarray(np.min(np.minimum(values - self.lower, self.upper - values), axis=-1, initial=np.inf))
+
+    def __str__(self) -> str:
+        sides = []
+        for row, low, high in zip(self.rows, self.lower.tolist(), self.upper.tolist(), strict=True):
+            first, last = ends_shown(low, high)
+            sides.append(f"{first} ≤ {_formula(row)} ≤ {last}")
+        return "{x : " + ", ".join(sides) + "}"
+
+
+def _least(row: Array, H: Array, h: Array) -> float:
+    """Return the minimum of row · x on {x : H x ≤ h}, which is not empty; −∞ if there is none."""
+    program = scipy.optimize.linprog(row, A_ub=H, b_ub=h, bounds=(None, None), method="highs")
+    return -np.inf if program.fun is None else float(program.fun)
+
+
+def _lower_bound(row: Array, H: Array, h: Array) -> float:
+    """Return a lower bound, slightly too low, of row · x on {x : H x ≤ h}. ValueError: there is none."""
+    program = scipy.optimize.linprog(row, A_ub=H, b_ub=h, bounds=(None, None), method="highs")
+    if program.status == 3:
+        raise ValueError(
+            f"set: must be bounded, but {_formula(row)} has no lower bound on it; where it does not matter, a bound "
+            "that is never reached will do"
+        )
+    if program.fun is None:
+        raise ValueError("set: must have an interior, but H x ≤ h has no solution")
+    return float(program.fun) - _OUTWARDS * (1 + abs(float(program.fun)))
+
+
+def _formula(row: Array) -> str:
+    return " + ".join(f"{weight:g} x{i + 1}" for i, weight in enumerate(row.tolist()) if weight)
+
+
+# Scales that a set gives its coordinates: divided by them, a problem has the same numbers in whatever units.
+
+
+def extents(bounded: Polytope) -> Array:
+    """Return how far each coordinate may move while the others stand still, shape (n,); infinite without bounds."""
+    sizes = np.abs(bounded.rows)
+    reach = np.divide(bounded.widths[:, None], sizes, out=np.full_like(sizes, np.inf), where=sizes > 0)
+    return np.asarray(np.min(reach, axis=0, initial=np.inf))
+
+
+def unit_scales(bounded: Polytope) -> Array:
+    """Return a unit for each coordinate (n,): its extent, and 1 where nothing bounds it."""
+    reach = extents(bounded)
+    return np.where(np.isfinite(reach), reach, 1.0)
+
+
+def squares_in_widths(bounded: Polytope) -> Array:
+    """Return Σ (row / width)² as a matrix (n, n): a cost of errors as parts of widths; zero where no row bounds."""
+    rows = bounded.rows / bounded.widths[:, None]
+    return np.asarray(rows.T @ rows)

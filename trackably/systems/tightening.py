@@ -1,0 +1,443 @@
+"""Bounds drawn in by what an error may take of them: a reference inside them leaves room for the error."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+import scipy
+
+from trackably.arguments import numbers, real
+from trackably.arrays import Array, ArrayLike
+from trackably.systems.constrained import ConstrainedSystem, LinearConstraint
+from trackably.systems.disturbances import DisturbanceSet, Measured, Zonotope, checked, float_below, measured, whole
+from trackably.systems.linear import LinearSystem, exact, fraction
+from trackably.systems.polytopes import Polytope, squares_in_widths, unit_scales
+
+# How fast the error decays under a feedback, and how far disturbances take it, in float64.
+
+LONGEST = 4000
+"""So many steps are looked at; an error that needs more to decay counts as one that does not."""
+
+_DECAYED = 1e-7
+
+
+class NoInvariantSetError(ValueError):
+    """Under this feedback the error does not decay, or so slowly that no invariant set is computed."""
+
+
+def closed_loop(system: LinearSystem, feedback: Array) -> Array:
+    """Return A_K = A + B K in float64, shape (n, n)."""
+    return np.asarray(system.A + system.B @ feedback)
+
+
+def errors_reach(A_K: Array, disturbance: DisturbanceSet, rows: Array, scales: Array) -> Array:
+    """Return Σ_{i≥0} h_W((A_Kⁱ)ᵀ row) for rows (r, n), in float64: shape (r,). It is zero for W = {0}.
+
+    Terms are left out once a row, in units of the states' `scales` (n,), has fallen below 1e-7 of its largest size.
+    Raises NoInvariantSetError where that takes too long, or never happens.
+    """
+    total, largest, powers = np.zeros(len(rows)), np.zeros(len(rows)), rows
+    if not len(rows):
+        return total
+    if not spectral_radius(A_K) < 1:
+        raise NoInvariantSetError(
+            "feedback: the eigenvalues of A + B K must lie inside the unit circle, but one has the size "
+            f"{spectral_radius(A_K):.6g}"
+        )
+    for _ in range(LONGEST):
+        total = total + disturbance.support(powers)
+        size = np.max(np.abs(powers) * scales, axis=1)
+        largest = np.maximum(largest, size)
+        if np.all(size <= _DECAYED * largest):
+            return total
+        powers = powers @ A_K
+    raise too_slow(A_K)
+
+
+def too_slow(A_K: Array) -> NoInvariantSetError:
+    """Return the error to raise where the error of the loop decays too slowly."""
+    return NoInvariantSetError(
+        f"feedback: the error decays too slowly under A + B K, which has an eigenvalue of size "
+        f"{spectral_radius(A_K):.6g}"
+    )
+
+
+def spectral_radius(A_K: Array) -> float:
+    """Return the size of the largest eigenvalue."""
+    return float(np.max(np.abs(np.linalg.eigvals(A_K))))
+
+
+# Feedback against disturbances: given, or the linear-quadratic regulator that leaves the most of the bounds.
+
+INPUT_WEIGHTS = (1e-4, 1e-2, 1.0, 1e2)
+RATES = (1.0, 0.95, 0.9, 0.8)
+_SPARED = 0.05
+_FREE = 1e-6
+_BITS = 20
+_NOTHING = 1e-10  # of the largest entry, in units of the sets
+
+
+def given_feedback(feedback: ArrayLike, system: LinearSystem) -> Array:
+    """Return a feedback K (m, n) that somebody chose. ValueError: its shape is another, or it is not finite."""
+    K = numbers("feedback", feedback)
+    n, m = system.B.shape
+    if K.shape != (m, n) or not np.all(np.isfinite(K)):
+        raise ValueError(f"feedback: K must be a finite matrix of shape ({m}, {n}), got {K.tolist()}")
+    return K
+
+
+def best_feedback(system: LinearSystem, state_set: Polytope, input_set: Polytope, disturbance: DisturbanceSet) -> Array:
+    """Return the K (m, n) under which errors decay fastest, among the regulators that leave nearly the most room.
+
+    Room is what Z leaves between two bounds, as a part of their distance, for the row where that is least. The
+    regulators have some weights of the input and some rates of decay; errors are weighted in units of the sets. Nearly
+    the most room is all but 0.05 of it: a little room buys an error that is forgotten in tens of steps instead of
+    hundreds. Raises NoInvariantSetError where no regulator makes the error decay.
+    """
+    found: list[tuple[float, Array]] = []
+    for weight, rate in product(INPUT_WEIGHTS, RATES):
+        try:
+            K = regulator(system, state_set, input_set, weight, rate)
+            found.append((room(system, state_set, input_set, disturbance, K), K))
+        except (np.linalg.LinAlgError, NoInvariantSetError):  # other weights may do
+            continue
+    if not found:
+        raise NoInvariantSetError("feedback: no linear-quadratic regulator was found; give a feedback K of your own")
+    most = max(left for left, _ in found)
+    good = [K for left, K in found if left >= most - _SPARED]
+    return min(good, key=lambda K: spectral_radius(closed_loop(system, K)))
+
+
+def regulator(
+    system: LinearSystem, state_set: Polytope, input_set: Polytope, input_weight: float, rate: float
+) -> Array:
+    """Return K of min Σ_k rate⁻²ᵏ (‖x(k)‖²_Q + `input_weight` ‖u(k)‖²_R), with Q and R in units of the sets.
+
+    All eigenvalues of A + B K are smaller than `rate` ≤ 1. K has few binary digits, so that it is exact in short
+    rational numbers, and zeros where there is nothing but rounding, so that what is decoupled stays decoupled. Raises
+    NumPy's LinAlgError where it is not found.
+    """
+    Q, R = set_weight(state_set), input_weight * set_weight(input_set)
+    A, B = system.A / rate, system.B / rate
+    P = scipy.linalg.solve_discrete_are(A, B, Q, R)
+    K = -np.linalg.solve(R + B.T @ P @ B, B.T @ P @ A)
+    if not np.all(np.isfinite(K)):
+        raise np.linalg.LinAlgError("the regulator is not finite")
+    sizes = np.abs(K) * unit_scales(state_set) / unit_scales(input_set)[:, None]
+    mantissas, exponents = np.frexp(np.where(sizes > _NOTHING * np.max(sizes), K, 0.0))
+    return np.asarray(np.ldexp(np.round(np.ldexp(mantissas, _BITS)), exponents - _BITS))
+
+
+def room(
+    system: LinearSystem, state_set: Polytope, input_set: Polytope, disturbance: DisturbanceSet, K: Array
+) -> float:
+    """Return the least part of a width that the errors leave, in float64: negative where they leave nothing."""
+    rows, widths = np.vstack([state_set.rows, input_set.rows @ K]), bound_widths(state_set, input_set)
+    reach = errors_reach(closed_loop(system, K), disturbance, np.vstack([rows, -rows]), unit_scales(state_set))
+    return float(np.min(1 - (reach[: len(rows)] + reach[len(rows) :]) / widths, initial=1.0))
+
+
+def bound_widths(state_set: Polytope, input_set: Polytope) -> Array:
+    """Return the widths between all bounds, those of states first."""
+    return np.concatenate([state_set.widths, input_set.widths])
+
+
+def set_weight(bounded: Polytope) -> Array:
+    """Return Σ (row / width)² as a matrix (n, n), plus a little in units of the coordinates, so that none is free."""
+    weight = squares_in_widths(bounded) + _FREE * np.diag(1 / unit_scales(bounded) ** 2)
+    return np.asarray((weight + weight.T) / 2)
+
+
+# A robustly invariant set of the error: how far a disturbed system under feedback may be from its reference.
+
+_CONTRACTION, _ROUNDING = 0.5, 1e-9
+_TAIL_OF_HEAD, _TAIL_OF_WIDTH = 1e-2, 1e-5
+_LEAST_EXTENT = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class InvariantSet:
+    """Z = ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P with A_K = A + B K: e ∈ Z and w ∈ W imply A_K e + w ∈ Z.
+
+    N = `head` ≥ 1, s = `terms` ≥ 1, 0 ≤ α = `contraction` < 1, and P = {|x_i| ≤ p_i} with p = `box` (n,). It is
+    invariant because W ⊆ P and A_Kˢ P ⊆ α P. For then Z_P = (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P is invariant for P, and so for W
+    (Raković et al., 2005: Invariant approximations of the minimal robust positively invariant set). Hence
+    A_K Z ⊕ W = ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (W ⊕ A_K Z_P) ⊆ Z. P has an interior where W is flat. The sum over W is part of
+    every invariant set that holds 0, so that Z exceeds the smallest one by its last part at most.
+    """
+
+    system: LinearSystem
+    feedback: Array
+    disturbance: DisturbanceSet
+    head: int
+    terms: int
+    contraction: float
+    box: Array
+
+    def __post_init__(self) -> None:
+        for array in (self.feedback, self.box):
+            array.flags.writeable = False
+
+    def support(self, row: Sequence[Fraction]) -> Fraction:
+        """Return h_Z(row) = max {row · e : e ∈ Z}, exactly."""
+        q, closed = self._closed_loop
+        d, (whole_row,) = whole([row])
+        (p, (half,)), disturbance = self._whole_box, self.disturbance
+        head = tail = 0
+        for _ in range(self.head):
+            head = head * q + disturbance.whole_support(whole_row)
+            whole_row = _times(whole_row, closed)
+        for _ in range(self.terms):
+            tail = tail * q + sum(abs(r) * size for r, size in zip(whole_row, half, strict=True))
+            whole_row = _times(whole_row, closed)
+        of_head = Fraction(head, d * disturbance.denominator * q ** (self.head - 1))
+        of_tail = Fraction(tail, d * p * q ** (self.head + self.terms - 1))
+        return of_head + of_tail / (1 - Fraction(self.contraction))
+
+    def support_of_input(self, row: Sequence[Fraction]) -> Fraction:
+        """Return h_Z(Kᵀ row): the largest row · K e of the feedback's inputs, exactly."""
+        columns = self.feedback.T.tolist()
+        return self.support(
+            [sum((Fraction(k) * r for k, r in zip(col, row, strict=True)), Fraction(0)) for col in columns]
+        )
+
+    def approximate_support(self, rows: Array) -> Array:
+        """Return h_Z(row) in float64 for rows (…, n): shape (…)."""
+        total = np.zeros(rows.shape[:-1])
+        for i in range(self.head + self.terms):
+            part = self.disturbance.support(rows) if i < self.head else np.abs(rows) @ self.box / (1 - self.contraction)
+            total, rows = total + part, rows @ self.closed_loop
+        return np.asarray(total)
+
+    @cached_property
+    def closed_loop(self) -> Array:
+        """A_K in float64, shape (n, n)."""
+        return closed_loop(self.system, self.feedback)
+
+    @cached_property
+    def _closed_loop(self) -> tuple[int, list[list[int]]]:
+        """q and q A_K in whole numbers."""
+        n = len(self.system.A)
+        A_K = exact(self.system.A) + exact(self.system.B) * exact(self.feedback)
+        entries = [[fraction(A_K[i, j]) for j in range(n)] for i in range(n)]
+        return whole(entries)
+
+    @cached_property
+    def _whole_box(self) -> tuple[int, list[list[int]]]:
+        return whole([[Fraction(size) for size in self.box.tolist()]])
+
+
+def _times(row: list[int], matrix: list[list[int]]) -> list[int]:
+    return [sum(r * m[j] for r, m in zip(row, matrix, strict=True)) for j in range(len(row))]
+
+
+def invariant_set(
+    system: LinearSystem, feedback: Array, disturbance: DisturbanceSet, rows: Array, widths: Array, scales: Array
+) -> InvariantSet:
+    """Return an invariant set that exceeds the smallest one by about a hundredth of its size in each of the `rows`.
+
+    `rows` (r, n) are those that matter, with `widths` (r,) between their bounds; `scales` (n,) are units of the states.
+    For W = {0} it is {0}. Raises NoInvariantSetError where the error does not decay, or too slowly.
+    """
+    A_K, n = closed_loop(system, feedback), len(scales)
+    reach = errors_reach(A_K, disturbance, np.vstack([np.eye(n), -np.eye(n)]), scales)
+    extents = np.maximum(reach[:n], reach[n:])
+    size = float(np.max(extents / scales))
+    if not size:
+        return InvariantSet(system, feedback, disturbance, 1, 1, 0.0, np.zeros(n))
+    box = np.maximum(extents, _LEAST_EXTENT * size * scales) * (1 + _ROUNDING)
+    terms, contraction = _contraction(A_K, box)
+    head = _head(A_K, disturbance, box, terms, contraction, rows, widths)
+    return InvariantSet(system, feedback, disturbance, head, terms, contraction, box)
+
+
+def _contraction(A_K: Array, box: Array) -> tuple[int, float]:
+    """Return s and α with A_Kˢ P ⊆ α P for the box P, α about a half at most."""
+    power = A_K
+    for s in range(1, LONGEST):
+        contraction = float(np.max(np.abs(power) @ box / box))
+        if contraction <= _CONTRACTION:
+            return s, contraction * (1 + _ROUNDING) + _ROUNDING
+        power = power @ A_K
+    raise too_slow(A_K)
+
+
+def _head(
+    A_K: Array, disturbance: DisturbanceSet, box: Array, terms: int, contraction: float, rows: Array, widths: Array
+) -> int:
+    """Return the smallest N for which the last part of Z is small in each row, compared with the first or its width."""
+    powers, sizes, head = [rows], [np.abs(rows) @ box], np.zeros((2, len(rows)))
+    for N in range(1, LONGEST):
+        head += disturbance.support(np.stack([powers[N - 1], -powers[N - 1]]))
+        while len(sizes) < N + terms:
+            powers.append(powers[-1] @ A_K)
+            sizes.append(np.abs(powers[-1]) @ box)
+        tail = np.sum(sizes[N:], axis=0) / (1 - contraction)
+        if np.all(tail <= np.maximum(_TAIL_OF_HEAD * np.min(head, axis=0), _TAIL_OF_WIDTH * widths)):
+            return N
+    raise too_slow(A_K)
+
+
+_LARGEST_FRACTION = 1e6
+
+
+@dataclass(frozen=True, eq=False)
+class Tightening:
+    """A `given` plant, and the `plant` with the same system whose bounds are drawn in.
+
+    Each bound is drawn in by `margin` times the width between both, and, where there is an `invariant` set Z, by what
+    an error in Z may take: by h_Z(row) for states, and by h_Z(Kᵀ row) for inputs. If a reference keeps the bounds of
+    `plant`, then for every disturbance sequence in W and every start in x_r(0) ⊕ Z, the states and the inputs
+    u = u_r + K (x − x_r) of the disturbed system keep the given ones. Where the state is `measured` with noise, y takes
+    the place of x: Z is that of its disturbances, and bounds of states are drawn in by h_V(−row) in addition. Raises
+    ValueError where nothing is left.
+    """
+
+    given: ConstrainedSystem
+    margin: float
+    invariant: InvariantSet | None
+    measured: Measured | None = None
+
+    def __post_init__(self) -> None:
+        _ = self.plant  # computed now, to raise its error
+
+    @cached_property
+    def plant(self) -> ConstrainedSystem:
+        """The plant with its bounds drawn in."""
+        if (fraction := self.largest_fraction) <= 1:
+            raise ValueError(self._shortage(fraction))
+        states = len(self.given.state_set.rows)
+        return replace(
+            self.given,
+            state_set=self._drawn_in(self.given.state_set, self.taken[:states]),
+            input_set=self._drawn_in(self.given.input_set, self.taken[states:]),
+        )
+
+    def __repr__(self) -> str:
+        noise = f", noise={self.noise!r}" if self.noise else ""
+        sets = f"state_set={self.plant.state_set}, input_set={self.plant.input_set}"
+        return f"Tightening(margin={self.margin:g}, disturbance={self.disturbance!r}{noise}; {sets})"
+
+    @property
+    def disturbance(self) -> DisturbanceSet | None:
+        """W, without measurement noise; None where nothing is disturbed."""
+        if self.measured:
+            return self.measured.disturbance
+        return self.invariant.disturbance if self.invariant else None
+
+    @property
+    def noise(self) -> Zonotope | None:
+        """V, if the state is measured with noise."""
+        return self.measured.noise if self.measured else None
+
+    @cached_property
+    def taken(self) -> list[tuple[Fraction, Fraction]]:
+        """What the error may take at the lower and the upper bound of each row, those of states first, exactly."""
+        return [self._of_row(constraint) for constraint in self.given.given_constraints]
+
+    @cached_property
+    def largest_fraction(self) -> float:
+        """The largest f for which f W would leave points in both sets, for the same feedback; a million at most."""
+        states = len(self.given.state_set.rows)
+        parts = np.array([[float(low), float(high)] for low, high in self.taken]).reshape(-1, 2)
+        sides = ((self.given.state_set, parts[:states]), (self.given.input_set, parts[states:]))
+        return min(_largest_fraction(bounded, by, self.margin) for bounded, by in sides)
+
+    def _of_row(self, constraint: LinearConstraint) -> tuple[Fraction, Fraction]:
+        if self.invariant is None:
+            return Fraction(0), Fraction(0)
+        up, down = constraint.row, [-r for r in constraint.row]
+        if constraint.side == "input":
+            return self.invariant.support_of_input(down), self.invariant.support_of_input(up)
+        low, high = self.invariant.support(down), self.invariant.support(up)
+        return (low + self.measured.support(up), high + self.measured.support(down)) if self.measured else (low, high)
+
+    def _drawn_in(self, bounded: Polytope, by: list[tuple[Fraction, Fraction]]) -> Polytope:
+        lower, upper = [], []
+        for (low, high), a, b in zip(by, bounded.lower.tolist(), bounded.upper.tolist(), strict=True):
+            kept = Fraction(self.margin) * (Fraction(b) - Fraction(a))
+            lower.append(-float_below(-(Fraction(a) + low + kept)))
+            upper.append(float_below(Fraction(b) - high - kept))
+        return Polytope(bounded.rows, lower, upper, bounded.dimension)
+
+    def _shortage(self, fraction: float) -> str:
+        """Say which bounds are short by how much, and what would do."""
+        named = zip(self.given.given_constraints, self.taken, strict=True)
+        short = [(self._missing(constraint, *by), constraint, float(sum(by))) for constraint, by in named]
+        missing, worst, taken = max(short, key=lambda found: found[0] / found[1].bounds.width)
+        would = (
+            f"with this feedback {fraction:.3g} of this disturbance set would do"
+            if fraction > 0
+            else "no disturbance set would do"
+        )
+        kept = f" beside the margin of {self.margin:g} of the width on either side" if self.margin else ""
+        if missing < 0:
+            return f"disturbance: no point keeps all of the bounds together once the errors' part is taken; {would}"
+        return (
+            f"disturbance: the errors take {taken:.4g} of the {worst.bounds.width:.4g} between the bounds "
+            f"{worst.bounds} of {worst.name}{kept}, which are too close by {missing:.4g} at least; {would}"
+        )
+
+    def _missing(self, constraint: LinearConstraint, low: Fraction, high: Fraction) -> float:
+        return float(low + high) - (1 - 2 * self.margin) * constraint.bounds.width
+
+
+def tightening(
+    plant: ConstrainedSystem,
+    disturbance: DisturbanceSet | None = None,
+    feedback: ArrayLike | None = None,
+    margin: float = 0.0,
+    noise: DisturbanceSet | None = None,
+) -> Tightening:
+    """Return the bounds of a plant drawn in for a disturbance set W, and by a part `margin` of each width.
+
+    The feedback K is given, or a regulator that leaves much room. It is given the measured state, with `noise` in a
+    set V: both sets are zonotopes then, and W may be left out. Raises ValueError where the system is not linear, W, V
+    or K do not fit it, A + B K does not decay, the margin is none, or nothing is left of a set; TypeError where an
+    argument is of another type.
+    """
+    margin = real("margin", margin)
+    if not 0 <= margin < 0.5:
+        raise ValueError(f"margin must be a part of a width, at least 0 and less than 0.5, got {margin:g}")
+    if disturbance is None and noise is None:
+        if feedback is not None:
+            raise ValueError("feedback: is only of use with a disturbance set")
+        return Tightening(plant, margin, None)
+    system = plant.linear
+    with_noise = None if noise is None else measured(disturbance, noise, len(system.A))
+    W = with_noise.of_measured_state(system.A) if with_noise else checked(disturbance, len(system.A))
+    sets = plant.state_set, plant.input_set
+    K = best_feedback(system, *sets, W) if feedback is None else given_feedback(feedback, system)
+    rows = np.vstack([sets[0].rows, sets[1].rows @ K])
+    Z = invariant_set(system, K, W, rows, bound_widths(*sets), unit_scales(sets[0]))
+    return Tightening(plant, margin, Z, with_noise)
+
+
+def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:
+    """Return the largest f ≤ 1e6 for which a point keeps all rows, their bounds drawn in by f `by` (r, 2) and a margin.
+
+    A linear program in half widths about the middles; ≤ 0 where the margin alone leaves nothing.
+    """
+    if not len(bounded.rows):
+        return _LARGEST_FRACTION
+    half = bounded.widths / 2
+    alone = (2 - 4 * margin) * half / np.maximum(by.sum(axis=1), half / _LARGEST_FRACTION)
+    most = float(min(np.min(alone), _LARGEST_FRACTION))  # of each row alone: enough for boxes
+    if len(bounded.rows) <= bounded.dimension and np.linalg.matrix_rank(bounded.rows) == len(bounded.rows):
+        return most
+    scales = unit_scales(bounded)
+    matrix, middle = bounded.rows * scales / half[:, None], (bounded.upper + bounded.lower) / 2 / half
+    room = 1 - 2 * margin
+    program = scipy.optimize.linprog(
+        np.append(np.zeros(bounded.dimension), -1.0),
+        A_ub=np.vstack(
+            [np.column_stack([matrix, by[:, 1] / half * most]), np.column_stack([-matrix, by[:, 0] / half * most])]
+        ),
+        b_ub=np.concatenate([middle + room, room - middle]),
+        bounds=[(None, None)] * bounded.dimension + [(None, 1.0)],
+        method="highs",
+    )
+    return most * float(program.x[-1]) if program.x is not None else -np.inf

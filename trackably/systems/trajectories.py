@@ -1,0 +1,404 @@
+"""States and inputs of a reference as functions of time, and the bounded quantities made of them."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+
+from trackably.arrays import Array
+from trackably.cached import cached
+from trackably.gp.stencil import Stencil
+from trackably.systems.expressions import (
+    Constant,
+    Difference,
+    Expression,
+    Quotient,
+    Term,
+    Variable,
+    derivative,
+    evaluate_floats,
+    plus,
+    substituted,
+    times,
+    variables,
+)
+from trackably.systems.flat_forms import FlatForm, affine_parts, named
+from trackably.systems.polytopes import Interval
+
+# Functionals: exact weighted sums of the learned signals at shifted times, plus a constant.
+
+Signals = Sequence[Callable[[Array], Array]]
+"""The learned signals as functions of time [s]."""
+
+
+@dataclass(frozen=True)
+class Functional:
+    """q(t) = offset + Σ_c Σ_j w_cj z_c(t + j T_s), with `weights[c][j]` = w_cj and T_s = `sampling_time` [s].
+
+    Weights are exact rationals. A functional is affine in the signals: its derivatives, in time and with respect to
+    hyperparameters, are those of the signals, combined_functional with the same weights.
+    """
+
+    weights: tuple[tuple[Fraction, ...], ...]
+    offset: Fraction
+    sampling_time: float
+
+    def __call__(self, signals: Signals, t: Array) -> Array:
+        """Return q at t [s]: the shape of t."""
+        t = np.asarray(t, dtype=float)
+        if not self.rounded:
+            return np.full(t.shape, float(self.offset))
+        terms = (self._term(w, signals[c], t) for c, w in self.rounded)
+        return np.asarray(sum(terms, np.asarray(float(self.offset))))
+
+    def _term(self, w: Array, signal: Callable[[Array], Array], t: Array) -> Array:
+        """Return Σ_j w_j z(t + j T_s): of a single shift, without the other ones."""
+        (shifts,) = np.nonzero(w)
+        if len(shifts) == 1:
+            return np.asarray(w[shifts[0]] * signal(t + shifts[0] * self.sampling_time))
+        return np.asarray(np.tensordot(w, signal(self.instants(t, len(w))), axes=1))
+
+    @cached_property
+    def rounded(self) -> list[tuple[int, Array]]:
+        """The pairs (c, w_c) of the signals with a weight other than zero, in float64."""
+        return [(c, np.array([float(w) for w in weights])) for c, weights in enumerate(self.weights) if any(weights)]
+
+    def instants(self, t: Array, count: int) -> Array:
+        """Return the times t + j T_s [s] for j < count: shape (count, *t.shape)."""
+        return np.asarray(t + (self.sampling_time * np.arange(count)).reshape(-1, *(1,) * t.ndim))
+
+    def at_rest(self, levels: Sequence[float]) -> float:
+        """Return q while every signal c is constant at `levels[c]`."""
+        return float(
+            self.offset
+            + sum((sum(w, Fraction(0)) * Fraction(m) for w, m in zip(self.weights, levels, strict=True)), Fraction(0))
+        )
+
+    @property
+    def later(self) -> Self:
+        """q(t + T_s)."""
+        return replace(self, weights=tuple((Fraction(0), *of) for of in self.weights))
+
+    @property
+    def stencil(self) -> tuple[int, Stencil] | None:
+        """The signal c and its weights, if q depends on exactly one signal; otherwise None."""
+        if len(self.rounded) != 1:
+            return None
+        signal, weights = self.rounded[0]
+        return signal, Stencil(tuple(weights.tolist()), self.sampling_time, float(self.offset))
+
+
+def combined_functional(row: Sequence[Fraction], functionals: Sequence[Functional]) -> Functional:
+    """Return Σ_i row_i q_i."""
+    first = functionals[0]
+    return Functional(
+        tuple(
+            tuple(
+                sum((r * q.weights[c][j] for r, q in zip(row, functionals, strict=True)), Fraction(0))
+                for j in range(len(first.weights[c]))
+            )
+            for c in range(len(first.weights))
+        ),
+        sum((r * q.offset for r, q in zip(row, functionals, strict=True)), Fraction(0)),
+        first.sampling_time,
+    )
+
+
+# States and inputs of a reference as functions of time: formulas of functionals of the learned signals.
+
+_ITSELF = "q"
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """q(t) = formula(q_1(t), …, q_k(t)), with the functionals q_i by name in `arguments`.
+
+    For a linear system, q is a functional: the formula is then its only argument.
+    """
+
+    formula: Expression
+    arguments: tuple[tuple[str, Functional], ...]
+
+    @classmethod
+    def of(cls, functional: Functional) -> Self:
+        """Return the trajectory that is a functional itself."""
+        return cls(Variable(_ITSELF), ((_ITSELF, functional),))
+
+    @classmethod
+    def of_formula(cls, formula: Expression, functionals: Mapping[str, Functional]) -> Self:
+        """Return the trajectory of a formula, with the functionals that it names."""
+        names = variables(formula)
+        return cls(formula, tuple((name, functional) for name, functional in functionals.items() if name in names))
+
+    @property
+    def functional(self) -> Functional | None:
+        """The functional, if the trajectory is one itself; otherwise None."""
+        return self.arguments[0][1] if isinstance(self.formula, Variable) else None
+
+    @cached_property
+    def stencil(self) -> tuple[int, Stencil] | None:
+        """The signal c and its weights, if q is an affine function of exactly one signal; otherwise None."""
+        try:
+            parts = affine_parts(self.formula, frozenset(name for name, _ in self.arguments))
+        except ValueError:
+            return None
+        gains = {name: float(evaluate_floats(gain, {})) for name, gain in parts.gains.items()}
+        signals = self._weights(gains)
+        if len(signals) != 1:
+            return None
+        ((signal, weights),) = signals
+        offset = 0.0 if parts.drift is None else float(evaluate_floats(parts.drift, {}))
+        return signal, Stencil(tuple(weights.tolist()), self.sampling_time, offset)
+
+    @property
+    def sampling_time(self) -> float:
+        """T_s [s]."""
+        return self.arguments[0][1].sampling_time
+
+    def __call__(self, signals: Signals, t: Array) -> Array:
+        """Return q at t [s]: the shape of t; NaN or infinite where it is not defined."""
+        return self.value({name: functional(signals, t) for name, functional in self.arguments})
+
+    def at_rest(self, levels: Sequence[float]) -> float:
+        """Return q while every signal c is constant at `levels[c]`; NaN or infinite if it is not defined there."""
+        return float(self.value({name: np.asarray(q.at_rest(levels)) for name, q in self.arguments}))
+
+    @property
+    def rate(self) -> Self:
+        """(q(t + T_s) − q(t)) / T_s; of a functional, it is again one."""
+        T = Fraction(self.sampling_time)
+        if (q := self.functional) is not None:
+            pairs = [zip(w, (*w[1:], Fraction(0)), strict=True) for w in q.later.weights]
+            return self.of(Functional(tuple(tuple((b - a) / T for b, a in of) for of in pairs), Fraction(0), float(T)))
+        later = {name: f"{name}⁺" for name, _ in self.arguments}
+        there = substituted(self.formula, {name: Variable(new) for name, new in later.items()})
+        arguments = (*self.arguments, *((later[name], functional.later) for name, functional in self.arguments))
+        return type(self)(Quotient(Difference(there, self.formula), Constant(float(T))), arguments)
+
+    def rates_at_rest(self, levels: Sequence[float]) -> Array:
+        """Return how q changes with each signal's level, per unit, while signal c is constant at `levels[c]`."""
+        slopes = self.slopes({name: np.asarray(q.at_rest(levels)) for name, q in self.arguments})
+        gains = ((slopes[name], [float(sum(w)) for w in q.weights]) for name, q in self.arguments)
+        return np.asarray(sum(slope * np.array(gain) for slope, gain in gains))
+
+    def value(self, arguments: Mapping[str, Array]) -> Array:
+        """Evaluate the formula at these values of the arguments."""
+        return evaluate_floats(self.formula, arguments)
+
+    def slopes(self, arguments: Mapping[str, Array]) -> dict[str, Array]:
+        """Return ∂q/∂q_i at these values of the arguments."""
+        return {
+            name: evaluate_floats(slope, arguments) if slope is not None else np.zeros(())
+            for name, slope in self.derivatives.items()
+        }
+
+    def weights_at(self, signals: Signals, t: Array) -> list[tuple[int, Array]]:
+        """Linearise at one t [s]: pairs (c, w_c) such that δq = Σ_c Σ_j w_cj δz_c(t + j T_s) for small changes δz."""
+        slopes = self.slopes({name: functional(signals, t) for name, functional in self.arguments})
+        return self._weights({name: slope.item() for name, slope in slopes.items()})
+
+    def _weights(self, gains: Mapping[str, float]) -> list[tuple[int, Array]]:
+        """Return the weights of all signals in Σ_i gains[i] q_i that are not zero."""
+        longest = max(len(w) for _, functional in self.arguments for w in functional.weights)
+        weights = np.zeros((len(self.arguments[0][1].weights), longest))
+        for name, functional in self.arguments:
+            for c, rounded in functional.rounded:
+                weights[c, : len(rounded)] += gains.get(name, 0.0) * rounded
+        return [(c, w) for c, w in enumerate(weights) if w.any()]
+
+    @cached_property
+    def derivatives(self) -> dict[str, Term]:
+        """∂q/∂q_i as formulas, by the name of q_i."""
+        return {name: derivative(self.formula, name) for name, _ in self.arguments}
+
+    @cached_property
+    def level_derivatives(self) -> tuple[Term, ...]:
+        """For each signal, the derivative of q with respect to a constant added to it at all times, as a formula.
+
+        Terms of a sum of `derivatives` that cancel have cancelled here, before any interval is inserted. ValueError: a
+        functional changes with a signal at a rate other than 0 or 1.
+        """
+        found = []
+        for c in range(len(self.arguments[0][1].weights)):
+            rates = {name: sum(functional.weights[c]) for name, functional in self.arguments}
+            if not set(rates.values()) <= {0, 1}:
+                raise ValueError(f"trajectory: a formula needs functionals that move as signals do, got rates {rates}")
+            found.append(derivative(self.formula, *(name for name, rate in rates.items() if rate)))
+        return tuple(found)
+
+
+def single_signal(functional: Functional) -> Trajectory:
+    """Return a functional z_c(t + j T_s) as a formula, with the name that a flat form gives to it."""
+    ((c, j),) = ((c, j) for c, weights in enumerate(functional.weights) for j, w in enumerate(weights) if w)
+    assert (functional.weights[c][j], functional.offset) == (Fraction(1), Fraction(0)), "a single shifted signal"
+    name = named(c, j)
+    return Trajectory(Variable(name), ((name, functional),))
+
+
+Coordinate = Functional | Trajectory
+"""A state or an input as a function of time; for a linear system always a functional."""
+
+
+def combined(row: Sequence[Fraction], coordinates: Sequence[Coordinate]) -> Trajectory:
+    """Return Σ_i row_i q_i; of functionals, it is again a functional, exactly.
+
+    Functionals beside formulas must be single shifted signals, as those of a flat form are.
+    """
+    every = list(zip(row, coordinates, strict=True))
+    used = [(r, q) for r, q in every if r] or every
+    functionals = [q for _, q in used if isinstance(q, Functional)]
+    if len(functionals) == len(used):
+        return Trajectory.of(combined_functional([r for r, _ in used], functionals))
+    total, arguments = None, dict[str, Functional]()
+    for r, q in used:
+        part = single_signal(q) if isinstance(q, Functional) else q
+        total = plus(total, times(Constant(float(r)), part.formula))
+        arguments.update(part.arguments)
+    assert total is not None
+    return Trajectory.of_formula(total, arguments)
+
+
+# Single flat outputs at shifted times, as functionals.
+
+
+def shifted(form: FlatForm, sampling_time: float) -> dict[str, Functional]:
+    """Return all z_c(t + j T_s) by name, one step further than states and inputs need them."""
+    longest = 2 + max(form.orders)
+    return {
+        named(c, j): one_of(c, form.outputs, tuple(Fraction(int(i == j)) for i in range(longest)), sampling_time)
+        for c in range(form.outputs)
+        for j in range(longest)
+    }
+
+
+def one_of(signal: int, count: int, weights: tuple[Fraction, ...], sampling_time: float) -> Functional:
+    """Return Σ_j `weights`[j] z(t + j T_s) of one of `count` signals."""
+    zero = tuple(Fraction(0) for _ in weights)
+    return Functional(tuple(weights if c == signal else zero for c in range(count)), Fraction(0), sampling_time)
+
+
+# A bounded quantity of a reference: a state, an input, or a weighted sum of either.
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A `trajectory` that must stay in `bounds`, and its name."""
+
+    name: str
+    trajectory: Trajectory
+    bounds: Interval
+
+    @property
+    def functional(self) -> Functional | None:
+        """The functional, if the trajectory is one itself; otherwise None."""
+        return self.trajectory.functional
+
+    def __call__(self, signals: Signals, t: Array) -> Array:
+        """Return the value at t [s]: the shape of t; NaN or infinite where it is not defined."""
+        return self.trajectory(signals, t)
+
+    def margin(self, signals: Signals, t: Array) -> Array:
+        """Return the distance to the nearer bound at t [s]: negative outside, −∞ where the value is not defined."""
+        margin = self.bounds.margin(self(signals, t))
+        return np.asarray(np.where(np.isnan(margin), -np.inf, margin))
+
+    def at_rest(self, levels: Sequence[float]) -> float:
+        """Return the value while every signal c is constant at `levels[c]`."""
+        return self.trajectory.at_rest(levels)
+
+
+# Evaluate several quantities of the same signals together: one sum of kernels for all of them.
+
+Indices = npt.NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class Quantities:
+    """Bounded `quantities` along the same `signals`."""
+
+    quantities: tuple[Quantity, ...]
+    signals: Signals
+
+    def __len__(self) -> int:
+        return len(self.quantities)
+
+    def values(self, t: Array) -> Array:
+        """Return all quantities at t [s]: shape (Q, *t.shape)."""
+        if not self.is_linear:
+            return np.stack([quantity(self.signals, t) for quantity in self.quantities])
+        found = np.repeat(self._offsets, t.size).reshape(len(self), t.size)
+        for weights, shifted in self._shifted(t):
+            found += weights @ shifted.reshape(len(shifted), t.size)
+        return found.reshape(len(self), *t.shape)
+
+    def values_of(self, which: Indices, t: Array) -> Array:
+        """Return quantity `which[i]` at t[..., i] [s], for indices (m,) and times (..., m): the shape of t."""
+        if not self.is_linear:
+            found = np.empty(t.shape)
+            for q in np.unique(which).tolist():
+                found[..., which == q] = self.quantities[q](self.signals, t[..., which == q])
+            return found
+        found = np.empty(t.shape)
+        found[...] = self._offsets[which]
+        for weights, shifted in self._shifted(t):
+            found += np.einsum("mj,j...m->...m", weights[which], shifted)
+        return found
+
+    def margins(self, t: Array) -> Array:
+        """Return the margins of all quantities at t [s], as `Quantity.margin` does: shape (Q, *t.shape)."""
+        every = np.arange(len(self)).reshape(-1, *(1,) * t.ndim)
+        return self._margins(every, self.values(t))
+
+    def margins_of(self, which: Indices, t: Array) -> Array:
+        """Return the margin of quantity `which[i]` at t[..., i] [s]: the shape of t."""
+        return self._margins(which, self.values_of(which, t))
+
+    def _margins(self, which: Indices, values: Array) -> Array:
+        lower, upper = self.bounds
+        margins = np.minimum(values - lower[which], upper[which] - values)
+        return np.where(np.isnan(margins), -np.inf, margins)
+
+    @cached
+    def bounds(self) -> tuple[Array, Array]:
+        """The lower and the upper bounds: shape (Q,)."""
+        bounds = [quantity.bounds for quantity in self.quantities]
+        return np.array([each.lower for each in bounds]), np.array([each.upper for each in bounds])
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether all quantities are functionals."""
+        return self._functionals is not None
+
+    @cached
+    def _functionals(self) -> list[Functional] | None:
+        """The quantities where all of them are functionals."""
+        found = [quantity.functional for quantity in self.quantities if quantity.functional is not None]
+        return found if len(found) == len(self) else None
+
+    @cached
+    def _offsets(self) -> Array:
+        return np.array([float(functional.offset) for functional in self._functionals or ()])
+
+    @cached
+    def _weights(self) -> list[tuple[int, Indices, Array]]:
+        """For each signal c that matters, c, the shifts j that matter, and the weights w_qj: shape (Q, shifts)."""
+        functionals, found = self._functionals or (), []
+        for c in range(len(self.signals)):
+            longest = max((len(functional.weights[c]) for functional in functionals), default=0)
+            weights = np.zeros((len(self), longest))
+            for row, functional in zip(weights, functionals, strict=True):
+                row[: len(functional.weights[c])] = dict(functional.rounded).get(c, 0.0)
+            (shifts,) = np.nonzero(np.any(weights, axis=0))
+            if len(shifts):
+                found.append((c, shifts, weights[:, shifts]))
+        return found
+
+    def _shifted(self, t: Array) -> Iterator[tuple[Array, Array]]:
+        """Yield the weights (Q, J) of each signal, and the signal at t + j T_s: shape (J, *t.shape)."""
+        for c, shifts, weights in self._weights:
+            step = self.quantities[0].trajectory.sampling_time
+            yield weights, self.signals[c](t + (shifts * step).reshape(-1, *(1,) * t.ndim))
