@@ -1,4 +1,15 @@
-"""Factorise K + V in the fastest way that is exact up to rounding."""
+"""Factorise K + V in the fastest way that is exact up to rounding.
+
+Five are tried, in the order of what they are expected to cost:
+
+- `Fourier`: few cosines and sines make a kernel whose spectral density decays fast, such as the squared exponential;
+- `Markov`: differences of samples of a Matérn process are nearly independent, which takes linear time;
+- `Band`: a kernel that decays within a small part of the samples' span leaves a band matrix;
+- `LowRank`: few Chebyshev points resolve a smooth kernel that has no such density, such as a periodic one;
+- `Dense`: nothing is presumed, up to `LARGEST_DENSE` samples.
+
+Each but the last is offered only where it agrees with the dense one up to rounding. Their costs were measured once.
+"""
 
 import math
 from collections.abc import Callable, Iterator
@@ -14,7 +25,6 @@ from trackably.gp.factors.factorisation import Covariance, Factorisation
 from trackably.gp.factors.fourier import Fourier
 from trackably.gp.factors.low_rank import ROUNDING, Basis, LowRank
 from trackably.gp.factors.markov_bands import Markov
-from trackably.gp.factors.toeplitz import Grid, Toeplitz
 from trackably.gp.kernels.matern import Matern
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
@@ -157,7 +167,7 @@ def _structured(prior: Prior, samples: Samples, covariance: Covariance) -> Itera
     (variance,), _ = covariance(np.zeros(1))
     if not (variance > 0 and np.isfinite(rounding.slope)):
         return
-    entries, lengths = rounding.entries, rounding.lengths(span)
+    entries = rounding.entries
 
     if spectral := waves(prior, samples, covariance):
         yield spectral
@@ -175,10 +185,6 @@ def _structured(prior: Prior, samples: Samples, covariance: Covariance) -> Itera
         known = samples.relative_noise, prior.noise_std**2
         cost = 0.2 * m**3 + 12 * m**2 + 4 * n * m + 0.01 * n * m**2 + 2e5  # a basis is used about ten times
         yield Candidate(cost, lambda: LowRank.of(samples.bases.of(m), covariance, *known))
-
-    grid = Grid.of(times) if np.all(variances == variances[0]) else None
-    if grid and entries + lengths + 2 * rounding.slope * grid.deviation <= allowed:
-        yield Candidate(0.6 * n**2 + 500 * n + 6e5, partial(Toeplitz.of, grid, covariance, float(variances[0])))
 
 
 def _cost_of_band(rows: list[slice]) -> float:

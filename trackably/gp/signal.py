@@ -9,7 +9,6 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.gp.factors.factorisation import in_blocks
-from trackably.gp.factors.toeplitz import convolved
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.kernels.base import Kernel, summed_by_moments
 
@@ -58,8 +57,7 @@ class KernelSum:
     def jet(self, t: Array, order: int) -> Array:
         """Return m⁺ and its time derivatives up to `order` at t [s]: shape (order + 1, *t.shape).
 
-        Long regular arrays are evaluated by fast transforms, on the grid that approximates t. Sums of kernels that are
-        polynomials times e^(−λ|r|) are evaluated from moments where that is faster.
+        Sums of kernels that are polynomials times e^(−λ|r|) are evaluated from moments where that is faster.
         """
         t = np.asarray(t, dtype=float)
         if t.size * len(self.centres) * (order + 1) <= _FEW and len(self.centres) < _LONG:
@@ -96,8 +94,6 @@ class KernelSum:
         terms = t.shape[-1] * self._most_relevant if t.ndim else 0
         if terms > _MANY and t.ndim > 1:
             return np.stack([self._sums(row, order) for row in t], axis=1)
-        if terms > _MANY and (sums := convolved(self.kernel, self.centres, self.weights, t, order)) is not None:
-            return sums
         if self._most_relevant > len(self.centres) // 2:
             return self._blocks(t, order)
         return in_blocks(partial(self._nearby, order), t, self._most_relevant * (order + 1), _NEARBY)[0]

@@ -14,7 +14,6 @@ from trackably.gp.factors.dense import Dense
 from trackably.gp.factors.fourier import Fourier
 from trackably.gp.factors.low_rank import LowRank
 from trackably.gp.factors.markov_bands import Markov
-from trackably.gp.factors.toeplitz import Toeplitz
 from trackably.gp.kernels.base import Product, Sum
 from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.kernels.periodic import Periodic
@@ -95,7 +94,7 @@ def test_the_table_means_something():
         for kind in factorisations(posterior_at(kernel, times(200), 0.1))
     )
     assert kinds[Dense] == len(FAMILIES) * len(TIMES)
-    assert min(kinds[Band], kinds[Fourier], kinds[LowRank], kinds[Toeplitz]) > 5
+    assert min(kinds[Band], kinds[Fourier], kinds[LowRank]) > 5
     assert kinds[Markov] > 2  # more in its own tests
 
 
@@ -148,15 +147,15 @@ def test_fewer_centres_represent_the_posterior_mean(kernel, stencil):
         (SquaredExponential(1.0, 0.5), TIMES["random"](100), Fourier),
         (SquaredExponential(1.0, 0.5), TIMES["even"](180), Fourier),
         (SquaredExponential(1.0, 0.5), TIMES["random"](40), Dense),
-        (SquaredExponential(1.0, 0.1), TIMES["even"](180), Dense),  # half of the time that the recursion takes
+        (SquaredExponential(1.0, 0.1), TIMES["even"](180), Dense),
         (Matern32(1.0, 2.0), TIMES["random"](100), Dense),
         (SquaredExponential(1.0, 0.1), TIMES["random"](1000), Band),
         (SquaredExponential(1.0, 5.0), TIMES["random"](1000), Fourier),
         (SquaredExponential(1.0, 5.0), TIMES["even"](1000), Fourier),
         (RationalQuadratic(1.0, 9.0, 1.0), TIMES["random"](1000), LowRank),
-        (SquaredExponential(1.0, 0.5), TIMES["even"](1000), Toeplitz),
+        (SquaredExponential(1.0, 0.5), TIMES["even"](1000), Fourier),
         (Matern32(1.0, 2.0), TIMES["random"](500), Dense),
-        (Matern32(1.0, 2.0), TIMES["even"](500), Toeplitz),
+        (Matern32(1.0, 2.0), TIMES["even"](500), Dense),
         (Matern32(1.0, 2.0), TIMES["even"](2000), Markov),
         (Matern52(1.0, 2.0), 0.1 * np.arange(2000) + random(2000, 0, 0.05), Markov),
         (Matern32(1.0, 0.02), TIMES["random"](500), Markov),

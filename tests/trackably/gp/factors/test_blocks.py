@@ -1,14 +1,11 @@
-"""Convolutions and blocks against the sum itself."""
+"""Evaluation block by block against the whole."""
 
 import numpy as np
 import pytest
 
-from tests.trackably.gp.factors.factors import REPRESENTATIVES
 from tests.trackably.gp.instances import KERNELS, over
 from trackably.gp.factors import factorisation as blocks
-from trackably.gp.factors import toeplitz as convolution
 from trackably.gp.factors.factorisation import in_blocks
-from trackably.gp.factors.toeplitz import convolved
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
@@ -17,56 +14,6 @@ from trackably.gp.signal import KernelSum
 
 CENTRES = 0.3 + 0.04 * np.arange(150)
 WEIGHTS = np.random.default_rng(2).standard_normal(150)
-
-COMMENSURATE = {
-    "the centres": CENTRES,
-    "a quarter of the step": np.arange(800) * 0.01,
-    "the same step, shifted": 0.017 + 0.04 * np.arange(300),
-    "twice the step": -2 + 0.08 * np.arange(120),
-    "three halves": 0.06 * np.arange(200),
-    "later": 10 + 0.02 * np.arange(200),
-    "earlier": -12 + 0.02 * np.arange(200),
-}
-OTHER = {
-    "irregular": np.sort(np.random.default_rng(1).uniform(0, 5, 300)),
-    "incommensurate": np.arange(300) * 0.04 / np.pi,
-    "nearly commensurate": np.arange(300) * 0.04 * (1 + 1e-9),
-    "apart by rounding at each step": np.arange(300) * 0.04 * (1 + 1e-14),
-    "two": np.array([0.0, 1.0]),
-}
-
-
-@pytest.fixture(autouse=True)
-def free(monkeypatch):
-    monkeypatch.setattr(convolution, "_COST", 0)
-
-
-def summed(kernel, t, order):
-    return kernel.jet(t[..., None] - CENTRES, order) @ WEIGHTS
-
-
-@over(REPRESENTATIVES)
-@pytest.mark.parametrize("t", COMMENSURATE.values(), ids=COMMENSURATE)
-def test_a_convolution_is_the_sum(kernel, t):
-    exact = summed(kernel, t, 2)
-    scale = np.sum(np.abs(WEIGHTS)) * np.max(np.abs(kernel.jet(np.linspace(0, 15, 2000), 2)), axis=1, keepdims=True)
-    np.testing.assert_allclose(convolved(kernel, CENTRES, WEIGHTS, t, 2) / scale, exact / scale, atol=3e-14)
-
-
-@pytest.mark.parametrize("t", OTHER.values(), ids=OTHER)
-def test_other_times_are_left_to_the_sum(t):
-    assert convolved(SquaredExponential(1.0, 0.3), CENTRES, WEIGHTS, t, 0) is None
-
-
-def test_irregular_centres_are_left_to_the_sum():
-    centres = CENTRES.copy()
-    centres[7] += 1e-9
-    assert convolved(SquaredExponential(1.0, 0.3), centres, WEIGHTS, CENTRES, 0) is None
-
-
-def test_a_few_terms_are_left_to_the_sum(monkeypatch):
-    monkeypatch.setattr(convolution, "_COST", 60)
-    assert convolved(SquaredExponential(1.0, 0.3), CENTRES[:5], WEIGHTS[:5], CENTRES, 0) is None
 
 
 @pytest.mark.parametrize("shape", [(60_000,), (2, 30_000), (3, 2, 30_000), (20_000, 3)])
