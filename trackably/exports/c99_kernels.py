@@ -5,7 +5,7 @@ from math import tau
 from typing import Any
 
 from trackably.gp.kernels.base import Kernel, Product, Sum
-from trackably.gp.kernels.matern import Matern32, Matern52
+from trackably.gp.kernels.matern import Matern
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
 from trackably.gp.kernels.radial import Radial
@@ -41,8 +41,8 @@ def kernel_function(kernel: Kernel, name: str) -> list[str]:
             return [*parts, *_function(name, [f"return {name}_left(r) {operator} {name}_right(r);"])]
         case Periodic():
             return _function(name, _periodic(kernel))
-        case Radial() if type(kernel) in _CORRELATIONS:
-            body = _CORRELATIONS[type(kernel)](kernel)
+        case Radial() if (formula := _formula_of(type(kernel))):
+            body = formula(kernel)
             scaled = f"return phi * {number(kernel.signal_std**2)};"
             return _function(name, [f"const double s = r / {number(kernel.lengthscale)};", *body, scaled])
     raise ValueError(f"to_c: there is no formula in C for {type(kernel).__name__}")
@@ -83,12 +83,15 @@ def _piecewise_polynomial(kernel: Any) -> list[str]:
 
 _CORRELATIONS: dict[type[Kernel], Callable[[Any], list[str]]] = {
     SquaredExponential: _squared_exponential,
-    Matern32: _matern,
-    Matern52: _matern,
     RationalQuadratic: _rational_quadratic,
     PiecewisePolynomial2: _piecewise_polynomial,
     PiecewisePolynomial3: _piecewise_polynomial,
 }
+
+
+def _formula_of(kind: type[Kernel]) -> Callable[[Any], list[str]] | None:
+    """Return what writes φ of a kernel; Matérn kernels state a rate and a polynomial, of which one formula is made."""
+    return _matern if Matern in kind.__bases__ else _CORRELATIONS.get(kind)
 
 
 def horner(coefficients: Sequence[float], x: str) -> str:
