@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from trackably.gp.kernels.base import Sum as Sum
     from trackably.gp.kernels.matern import Matern32 as Matern32
     from trackably.gp.kernels.matern import Matern52 as Matern52
+    from trackably.gp.kernels.matern import Matern72 as Matern72
     from trackably.gp.kernels.periodic import Periodic as Periodic
     from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2 as PiecewisePolynomial2
     from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial3 as PiecewisePolynomial3
@@ -115,6 +116,7 @@ _MODULES = {
     "LinearSystem": "systems.linear",
     "Matern32": "gp.kernels.matern",
     "Matern52": "gp.kernels.matern",
+    "Matern72": "gp.kernels.matern",
     "NonlinearSystem": "systems.nonlinear",
     "NotACertificate": "checker",
     "NotTrackableError": "certificates.judge",

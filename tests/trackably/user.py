@@ -32,6 +32,7 @@ from trackably import (
     LinearSystem,
     Matern32,
     Matern52,
+    Matern72,
     NonlinearSystem,
     NotACertificate,
     NotTrackableError,
@@ -93,6 +94,7 @@ assert_type(Periodic(period=2.0).period, float)
 assert_type(PiecewisePolynomial2(lengthscale=2.0) * PiecewisePolynomial3(), Product)
 assert_type(Periodic() * kernel, Product)
 assert_type(Periodic() * kernel + Matern52(), Sum)
+assert_type(kernel * Matern72(), Product)
 general: Kernel = kernel
 assert_type(general.period, float | None)
 

@@ -283,6 +283,28 @@ class Matern52(Matern):
 
 
 @dataclass(frozen=True)
+class Matern72(Matern):
+    """P(x) = 1 + x + 2x²/5 + x³/15 with x = √7 r/θ₂; |κ̇| is largest where x³ = 3x + 3.
+
+    This root is w + 1/w with w³ = (3 + √5)/2.
+    """
+
+    degree, square = 3, 7
+
+    def slopes(self, x: Real) -> list[Real]:
+        return [1 + x + 2 * x**2 / 5 + x**3 / 15, 1 + 4 * x / 5 + x**2 / 5, (4 + 2 * x) / 5, ONE * 2 / 5]
+
+    def beyond(self, distance: Real) -> Decay:
+        w = exp(log((3 + root(5)) / 2) / 3)
+        return self.falling(distance, self.length * ((w + 1 / w) / root(7)))
+
+    def sizes(self, farthest: Real) -> Sizes:
+        size, slope = self.peak
+        # x² (3 + 3x + x²) e^(−x)/15 ≤ 1 and x (1 + x + 2x²/5 + x³/15) e^(−x) ≤ 1.446
+        return Sizes(size, slope, size, size * self.length * (1.446 / 2.645), 30 * size)
+
+
+@dataclass(frozen=True)
 class RationalQuadratic(Elementary):
     """κ(r) = θ₁² (1 + r²/(2 α θ₂²))^(−α) with `shape` α; |κ̇| is largest at r = θ₂ √(2α/(2α + 1))."""
 
@@ -499,6 +521,7 @@ ELEMENTARY: dict[str, type[Elementary]] = {
     "squared_exponential": SquaredExponential,
     "matern32": Matern32,
     "matern52": Matern52,
+    "matern72": Matern72,
     "rational_quadratic": RationalQuadratic,
     "periodic": Periodic,
     "piecewise_polynomial2": PiecewisePolynomial2,

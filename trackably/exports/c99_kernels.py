@@ -41,7 +41,7 @@ def kernel_function(kernel: Kernel, name: str) -> list[str]:
             return [*parts, *_function(name, [f"return {name}_left(r) {operator} {name}_right(r);"])]
         case Periodic():
             return _function(name, _periodic(kernel))
-        case Radial() if (formula := _formula_of(type(kernel))):
+        case Radial() if formula := _formula_of(type(kernel)):
             body = formula(kernel)
             scaled = f"return phi * {number(kernel.signal_std**2)};"
             return _function(name, [f"const double s = r / {number(kernel.lengthscale)};", *body, scaled])

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from mpmath import mp
 
 from trackably.gp.kernels.base import Kernel, Product, Sum
-from trackably.gp.kernels.matern import Matern32, Matern52
+from trackably.gp.kernels.matern import Matern32, Matern52, Matern72
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
@@ -24,6 +24,7 @@ RADIAL: dict[str, Kernel] = {
     "matern32_short": Matern32(2.5, 0.1),
     "matern52": Matern52(1.0, 1.0),
     "matern52_long": Matern52(0.3, 4.0),
+    "matern72": Matern72(1.2, 1.5),
     "rq": RationalQuadratic(1.0, 1.0, 1.0),
     "rq_heavy": RationalQuadratic(1.5, 0.4, 0.1),
     "rq_third": RationalQuadratic(0.6, 2.0, 1 / 3),
@@ -105,6 +106,10 @@ _CORRELATIONS: dict[type[Kernel], Callable[..., Any]] = {
     Matern32: lambda r, ell: (1 + mp.sqrt(3) * abs(r) / ell) * mp.exp(-mp.sqrt(3) * abs(r) / ell),
     Matern52: lambda r, ell: (
         (1 + mp.sqrt(5) * abs(r) / ell + 5 * r**2 / (3 * ell**2)) * mp.exp(-mp.sqrt(5) * abs(r) / ell)
+    ),
+    Matern72: lambda r, ell: (
+        (1 + mp.sqrt(7) * abs(r) / ell + 14 * r**2 / (5 * ell**2) + 7 * mp.sqrt(7) * abs(r) ** 3 / (15 * ell**3))
+        * mp.exp(-mp.sqrt(7) * abs(r) / ell)
     ),
     RationalQuadratic: lambda r, ell, alpha: mp.power(1 + r**2 / (2 * alpha * ell**2), -alpha),
     PiecewisePolynomial2: lambda r, ell: compact(2, abs(r) / ell),

@@ -96,3 +96,19 @@ class Matern52(Matern):
     @property
     def decay_distance(self) -> float:
         return self.lengthscale * (1 + math.sqrt(5)) / (2 * math.sqrt(5))
+
+
+class Matern72(Matern):
+    """φ(s) = (1 + x + 2x²/5 + x³/15) e^(−x), x = √7 |s|: the mean has six continuous derivatives, its jerk is bounded.
+
+    |φ'| ∝ (3x + 3x² + x³) e^(−x) has the slope (3 + 3x − x³) e^(−x), negative from the root of x³ = 3x + 3 on, which is
+    w + 1/w with w³ = (3 + √5)/2 (Cardano): ζ = θ₂ (w + 1/w)/√7.
+    """
+
+    rate = math.sqrt(7)
+    polynomial = Polynomial([1, 1, 2 / 5, 1 / 15])
+
+    @property
+    def decay_distance(self) -> float:
+        w = math.cbrt((3 + math.sqrt(5)) / 2)
+        return self.lengthscale * (w + 1 / w) / math.sqrt(7)

@@ -1,7 +1,7 @@
 """The kernels by name, as params.yaml, saved references and certificates write them."""
 
 from trackably.gp.kernels.base import Kernel, Product, Sum
-from trackably.gp.kernels.matern import Matern32, Matern52
+from trackably.gp.kernels.matern import Matern32, Matern52, Matern72
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
@@ -11,6 +11,7 @@ KERNELS: dict[str, type[Kernel]] = {
     "squared_exponential": SquaredExponential,
     "matern32": Matern32,
     "matern52": Matern52,
+    "matern72": Matern72,
     "rational_quadratic": RationalQuadratic,
     "periodic": Periodic,
     "piecewise_polynomial2": PiecewisePolynomial2,
