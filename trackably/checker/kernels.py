@@ -157,6 +157,17 @@ class Elementary(Kernel):
     signal_std: float
     lengthscale: float
 
+    decays: ClassVar[bool] = True
+    """Whether |r κ̇| ≤ κ(0) at all distances."""
+
+    largest_moment: ClassVar[float | None] = None
+    """What |r κ|/(θ₂ κ(0)) is at most, where that is bounded and used."""
+
+    @property
+    def roundings(self) -> Real | int:
+        """How many times κ(0) the roundings of κ's own formula are at most, in units of u."""
+        return 30
+
     @property
     def numbers(self) -> tuple[float, ...]:
         return astuple(self)
@@ -176,6 +187,12 @@ class Elementary(Kernel):
         variance = self.variance
         return [variance * coefficient for coefficient in shape]
 
+    def sizes(self, farthest: Real) -> Sizes:
+        size, slope = self.peak
+        stretch = size if self.decays else farthest * slope
+        moment = farthest * size if self.largest_moment is None else size * self.length * self.largest_moment
+        return Sizes(size, slope, stretch, moment, self.roundings * size)
+
     def falling(self, distance: Real, steepest: Real) -> Decay:
         """Return the bounds of a κ that falls with the distance, whose |κ̇| rises up to `steepest` and then falls."""
         value = self.taylor(distance, ZERO, 1)[0]
@@ -186,6 +203,8 @@ class Elementary(Kernel):
 @dataclass(frozen=True)
 class SquaredExponential(Elementary):
     """κ(r) = θ₁² exp(−r²/(2 θ₂²)); |κ̇| is largest at r = θ₂."""
+
+    largest_moment = 0.607  # with x = r/θ₂: x e^(−x²/2) ≤ 0.607, and x² e^(−x²/2) ≤ 1
 
     def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
         p = 2 * self.length**2
@@ -198,11 +217,6 @@ class SquaredExponential(Elementary):
 
     def beyond(self, distance: Real) -> Decay:
         return self.falling(distance, self.length)
-
-    def sizes(self, farthest: Real) -> Sizes:
-        # With x = r/θ₂: x² e^(−x²/2) ≤ 1 and x e^(−x²/2) ≤ 0.607.
-        size, slope = self.peak
-        return Sizes(size, slope, size, size * self.length * 0.607, 30 * size)
 
 
 @dataclass(frozen=True)
@@ -251,6 +265,7 @@ class Matern32(Matern):
     """P(x) = 1 + x with x = √3 r/θ₂; |κ̇| is largest at r = θ₂/√3."""
 
     degree, square = 1, 3
+    largest_moment = 0.841 / 1.732  # x (1 + x) e^(−x) ≤ 0.841, and x² e^(−x) ≤ 1
 
     def slopes(self, x: Real) -> list[Real]:
         return [1 + x, ONE]
@@ -258,28 +273,19 @@ class Matern32(Matern):
     def beyond(self, distance: Real) -> Decay:
         return self.falling(distance, self.length * (ONE / root(3)))
 
-    def sizes(self, farthest: Real) -> Sizes:
-        size, slope = self.peak
-        # x² e^(−x) ≤ 1 and x (1 + x) e^(−x) ≤ 0.841
-        return Sizes(size, slope, size, size * self.length * (0.841 / 1.732), 30 * size)
-
 
 @dataclass(frozen=True)
 class Matern52(Matern):
     """P(x) = 1 + x + x²/3 with x = √5 r/θ₂; |κ̇| is largest at r = θ₂ (1 + √5)/(2 √5)."""
 
     degree, square = 2, 5
+    largest_moment = 1.176 / 2.236  # x (1 + x + x²/3) e^(−x) ≤ 1.176, and x² (1 + x) e^(−x)/3 ≤ 1
 
     def slopes(self, x: Real) -> list[Real]:
         return [1 + x + x**2 / 3, 1 + 2 * x / 3, ONE * 2 / 3]
 
     def beyond(self, distance: Real) -> Decay:
         return self.falling(distance, self.length * ((1 + root(5)) / (2 * root(5))))
-
-    def sizes(self, farthest: Real) -> Sizes:
-        size, slope = self.peak
-        # x² (1 + x) e^(−x)/3 ≤ 1 and x (1 + x + x²/3) e^(−x) ≤ 1.176
-        return Sizes(size, slope, size, size * self.length * (1.176 / 2.236), 30 * size)
 
 
 @dataclass(frozen=True)
@@ -330,16 +336,17 @@ class RationalQuadratic(Elementary):
         root: Real = iv.sqrt(2 * self.alpha / (2 * self.alpha + 1)) * (1 + GUARD)
         return self.falling(distance, self.length * root)
 
-    def sizes(self, farthest: Real) -> Sizes:
+    @property
+    def roundings(self) -> Real:
         # With q = 1 + r²/(2 α θ₂²): |r κ̇| = θ₁² 2α (q − 1) q^(−α − 1) ≤ 2 θ₁²/e, where q = (α + 1)/α.
-        size, slope = self.peak
-        return Sizes(size, slope, size, farthest * size, (30 + 6 * self.alpha) * size)
+        return 30 + 6 * self.alpha
 
 
 @dataclass(frozen=True)
 class Periodic(Elementary):
     """κ(r) = θ₁² exp((cos ωr − 1)/θ₂²) with ω = 2π/θ₃ and `period` θ₃; it never decays."""
 
+    decays = False
     period: float
 
     @property
@@ -366,10 +373,6 @@ class Periodic(Elementary):
         # |sin v| e^((cos v − 1)/θ₂²)/θ₂² ≤ e^(−1/2)/θ₂
         return Decay(self.variance, self.variance * self.omega * exp(exactly(-0.5)) / self.length)
 
-    def sizes(self, farthest: Real) -> Sizes:
-        size, slope = self.peak
-        return Sizes(size, slope, farthest * slope, farthest * size, 30 * size)
-
     @property
     def repeats_after(self) -> float:
         return self.period
@@ -379,6 +382,7 @@ class Periodic(Elementary):
 class PiecewisePolynomial(Elementary):
     """P(y) = Σ_j `p`[j] yʲ; on 0 ≤ y ≤ 1 it rises from 0 to 1, and |P| rises with |y| for y ≤ 0."""
 
+    largest_moment = 0.165  # with s = |r|/θ₂: s φ ≤ 0.165, and s |φ'| ≤ 0.756
     p: ClassVar[tuple[int, ...]]
     steepest_at: ClassVar[Real]
     """s = |r|/θ₂ where |κ̇| is largest."""
@@ -411,10 +415,9 @@ class PiecewisePolynomial(Elementary):
     def beyond(self, distance: Real) -> Decay:
         return self.falling(distance, self.length * self.steepest_at)
 
-    def sizes(self, farthest: Real) -> Sizes:
-        # With s = |r|/θ₂: s |φ'| ≤ 0.756 and s φ ≤ 0.165. Products of up to 7 factors 1 − s, Q by Horner's rule, θ₁².
-        size, slope = self.peak
-        return Sizes(size, slope, size, size * self.length * 0.165, 35 * size)
+    @property
+    def roundings(self) -> int:
+        return 35  # products of up to 7 factors 1 − s, Q by Horner's rule, θ₁²
 
     def _is_over(self, r: Real) -> bool | None:
         """Return whether |r| > θ₂ for certain: then the branch is 0, otherwise the polynomial."""

@@ -17,6 +17,7 @@ from trackably.checker.intervals import (
     ZERO,
     Many,
     Real,
+    angle,
     around,
     at_most,
     atan,
@@ -25,9 +26,11 @@ from trackably.checker.intervals import (
     dot,
     exactly,
     exp,
+    function,
     is_multiplied,
     log,
     pi,
+    power,
     require_nonzero,
     require_positive,
     required,
@@ -128,12 +131,16 @@ class Models:
 
     def over(self, a: Model, b: Model) -> Model:
         require_nonzero(b.span)
+        if self.terms == 1:
+            return self.number(a.span / b.span)
         if b.is_number:
             return a.times(ONE / b.coefficients[0])
         found = _near_quotient(a, b)
         return _within(found, a - found * b, abs(b.span))
 
     def power(self, a: Model, exponent: float) -> Model:
+        if self.terms == 1:
+            return self.number(power(a.span, exponent))
         if not is_multiplied(exponent):
             return self._composed("power", a, exponent)
         if exponent < 0:
@@ -147,6 +154,8 @@ class Models:
         return found
 
     def function(self, name: str, a: Model) -> Model:
+        if self.terms == 1:
+            return self.number(function(name, a.span))
         return self._root(a) if name == "sqrt" else self._composed(name, a)
 
     def _root(self, a: Model) -> Model:
@@ -161,6 +170,8 @@ class Models:
         for many in (y.span, x.span):
             if isinstance(many, Many):
                 return self._angles(type(many), y, x)
+        if self.terms == 1:
+            return self.number(angle(y.span, x.span))
         if not s:
             return self._composed("atan", self.over(y, x))
         return self.number(s * pi() / 2) - self._composed("atan", self.over(x, y))

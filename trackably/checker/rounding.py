@@ -16,14 +16,11 @@ from trackably.checker.intervals import (
     ZERO,
     Real,
     UndefinedError,
-    angle,
     at_most,
     between,
     change_of_angle,
     exact_sum,
     exactly,
-    function,
-    power,
     ratio,
     require_nonzero,
     require_positive,
@@ -40,65 +37,6 @@ from trackably.checker.watch import tick
 
 _UNDERFLOW = exactly(2) ** -1000
 _OVERFLOW = exactly(10) ** 300
-
-
-@dataclass(frozen=True)
-class Rounded:
-    """A real number in `exact`, and its float64 value, which differs from it by at most `error`."""
-
-    exact: Real
-    error: Real
-
-    @property
-    def computed(self) -> Real:
-        """An interval that contains the float64 value and the real number."""
-        return self.exact + SIGN * self.error
-
-    def __add__(self, other: "Rounded") -> "Rounded":
-        return _rounded(self.exact + other.exact, self.error + other.error, self.computed + other.computed)
-
-    def __sub__(self, other: "Rounded") -> "Rounded":
-        return _rounded(self.exact - other.exact, self.error + other.error, self.computed - other.computed)
-
-    def __mul__(self, other: "Rounded") -> "Rounded":
-        propagated = self.error * abs(other.computed) + abs(self.exact) * other.error
-        return _rounded(self.exact * other.exact, propagated, self.computed * other.computed)
-
-
-class RoundedFormulas:
-    """Constants, quotients, powers and functions of rounded numbers; + − · are operators of `Rounded`."""
-
-    def constant(self, value: float) -> Rounded:
-        return Rounded(exactly(value), ZERO)
-
-    def over(self, a: Rounded, b: Rounded) -> Rounded:
-        require_nonzero(b.computed)
-        exact = a.exact / b.exact
-        return _rounded(exact, (a.error + abs(exact) * b.error) / abs(b.computed), a.computed / b.computed)
-
-    def power(self, a: Rounded, exponent: float) -> Rounded:
-        slope = slope_of_power(a.computed, exponent)
-        exact, computed = (power(x, exponent) for x in (a.exact, a.computed))
-        return _rounded(exact, abs(slope) * a.error, computed, 8)
-
-    def function(self, name: str, a: Rounded) -> Rounded:
-        exact, computed = (function(name, x) for x in (a.exact, a.computed))
-        return _rounded(exact, abs(slope_of_function(name, a.computed)) * a.error, computed, 8)
-
-    def angle(self, y: Rounded, x: Rounded) -> Rounded:
-        exact, computed = (angle(*at) for at in ((y.exact, x.exact), (y.computed, x.computed)))
-        return _rounded(exact, change_of_angle(y.computed, x.computed, y.error, x.error), computed, 8)
-
-
-def _rounded(exact: Real, propagated: Real, computed: Real, roundings: int = 1) -> Rounded:
-    """Round a value whose operands have errors: add roundings of the `computed` value to the `propagated` error."""
-    return Rounded(exact, rounding(propagated, computed, roundings))
-
-
-def rounding(propagated: Real, computed: Real, roundings: int) -> Real:
-    """Return the error of a value whose operands have errors. Raise UndefinedError where it may overflow."""
-    required(abs(computed).b < _OVERFLOW, "it may overflow")
-    return (propagated + roundings * UNIT * abs(computed) + _UNDERFLOW).b
 
 
 @dataclass(frozen=True)
@@ -158,7 +96,14 @@ class TrackedFormulas:
 
 
 def _tracked(model: Model, propagated: Real, roundings: int = 1) -> Tracked:
-    return Tracked(model, rounding(propagated, model.span + SIGN * propagated, roundings))
+    """Round a value whose operands have errors. Raise UndefinedError where it may overflow."""
+    computed = abs(model.span + SIGN * propagated)
+    required(computed.b < _OVERFLOW, "it may overflow")
+    return Tracked(model, (propagated + roundings * UNIT * computed + _UNDERFLOW).b)
+
+
+def _interval(values: Real, error: Real) -> Tracked:
+    return Tracked(Models(1).number(values), error)
 
 
 TINY = exactly(2) ** -300
@@ -183,7 +128,7 @@ def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str 
     return None
 
 
-def signal_errors(subject: Subject, until: float) -> list[Rounded]:
+def signal_errors(subject: Subject, until: float) -> list[Tracked]:
     """Return the rounding errors of the signals at all times |t| ≤ until [s], and how large they are."""
     return [_signal_error(subject, until, signal) for signal in subject.signals]
 
@@ -195,29 +140,29 @@ def errors_of_arguments(certificate: Certificate, arguments: Mapping[str, Linear
     return {name: _combination(subject, argument, of_signals).error for name, argument in arguments.items()}
 
 
-def error_of(subject: Subject, q: Quantity, of_signals: list[Rounded]) -> Real:
+def error_of(subject: Subject, q: Quantity, of_signals: list[Tracked]) -> Real:
     """Over-estimate the rounding error of a quantity. Raise UndefinedError where it has no bound."""
     if q.combination is not None:
         return _combination(subject, q.combination, of_signals).error
     values = {name: _combination(subject, argument, of_signals) for name, argument in q.arguments.items()}
     for i, state in enumerate(subject.system.states):
         if state in values:  # bounds of states are proved without any use of this step
-            values[state] = Rounded(_within(subject, i, values[state].exact), values[state].error)
+            values[state] = _interval(_within(subject, i, values[state].model.span), values[state].error)
     error, size = ZERO, ZERO
     for r, part in q.parts:
-        found = evaluate(part, values, RoundedFormulas())
+        found = evaluate(part, values, TrackedFormulas(1))
         error, size = error + abs(ratio(r)) * found.error, size + abs(ratio(r)) * abs(found.computed)
     return 1.01 * (error + (len(subject.system.inputs) + 2) * UNIT * size) + TINY
 
 
-def _combination(subject: Subject, argument: LinearCombination, of_signals: list[Rounded]) -> Rounded:
+def _combination(subject: Subject, argument: LinearCombination, of_signals: list[Tracked]) -> Tracked:
     error = total(ratio(w) * z.error for w, z in zip(argument.gross, of_signals, strict=True))
     size = ratio(argument.gross_offset) + total(
-        ratio(w) * abs(z.exact) for w, z in zip(argument.gross, of_signals, strict=True)
+        ratio(w) * abs(z.model.span) for w, z in zip(argument.gross, of_signals, strict=True)
     )
     roundings = 5 + _terms(subject) + max(len(subject.system.states), len(subject.system.inputs))
     tiny = TINY * (1 + ratio(exact_sum(argument.gross)))
-    return Rounded(SIGN * size, 1.01 * (error + roundings * UNIT * size) + tiny)
+    return _interval(SIGN * size, 1.01 * (error + roundings * UNIT * size) + tiny)
 
 
 def _within(subject: Subject, i: int, exact: Real) -> Real:
@@ -250,11 +195,11 @@ def _ahead(subject: Subject) -> Real:
     return (max(len(w) for part in parts for w in part.weights) - 1) * subject.step
 
 
-def _signal_error(subject: Subject, until: float, signal: Signal) -> Rounded:
+def _signal_error(subject: Subject, until: float, signal: Signal) -> Tracked:
     """Over-estimate |z| and |float64 − exact| for |t| ≤ until, and for the shifts T, 2 T, … beyond."""
     latest, ahead = exactly(max(map(abs, signal.centres))), _ahead(subject)
     kernel = signal.kernel.sizes(until + ahead + latest)
-    # Rounded once each, by u times their sizes: k T, j T, k T + j T, and r = k T + j T − t_i. As |k T + j T| is at most
+    # Tracked once each, by u times their sizes: k T, j T, k T + j T, and r = k T + j T − t_i. As |k T + j T| is at most
     # |r| + |t_i|, and |k T| at most j T more, r is off by 3 u (|r| + |t_i| + j T) at most. Beside that there are up to
     # six roundings of the argument of κ, and n + 2 of the dot product. A time that was moved by whole periods may be
     # off by u until instead; j T adds u j T, k T + j T adds u (until + j T), and r adds u (until + j T + |t_i|). That
@@ -267,7 +212,7 @@ def _signal_error(subject: Subject, until: float, signal: Signal) -> Rounded:
     )
     weight = total(abs(c) for _, c in signal.pairs)
     largest = abs(exactly(signal.mean)) + weight * kernel.size
-    return Rounded(SIGN * largest, UNIT * (weight * each + 3 * largest))
+    return _interval(SIGN * largest, UNIT * (weight * each + 3 * largest))
 
 
 def check_sizes(certificate: Certificate, quantities: list[Quantity]) -> str | None:
