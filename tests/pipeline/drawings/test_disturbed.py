@@ -34,11 +34,11 @@ def draw_tube_runs() -> Figure:
 
 
 def draw_disturbed_loops() -> Figure:
-    loops = {
+    shown = {
         "nominal": {"drawn": course(0.5), "greedy": course(1.01, (7, 8)), "constant": course(0.99, (7,))},
         "tube": {"drawn": course(0.5), "greedy": course(0.9), "constant": course(0.8)},
     }
-    return loops.disturbed_loops(loops, {"nominal": 7, "tube": None}, CART.plant)
+    return loops.disturbed_loops(shown, {"nominal": 7, "tube": None}, CART.plant)
 
 
 def draw_price_of_room() -> Figure:

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from pipeline.drawings import references
+from pipeline.drawings import loops, references
 from pipeline.loops.trajectory import LoopTrajectory
 from trackably.exports import figures
 from trackably.gp.kernels.periodic import Periodic
@@ -43,8 +43,8 @@ def draw_loops() -> Figure:
     off = window.states + 0.3 * 0.7 ** np.arange(31.0)[:, None]
     steps, inputs = np.arange(31.0), np.zeros((31, 2))
     rest = (window.states, inputs, np.zeros(31), np.zeros(31), np.zeros(31))
-    loops = {name: LoopTrajectory(steps, x, inputs, *rest) for name, x in (("on", window.states), ("above", off))}
-    return loops.loops_in_plane(loops, PLANT, ("x", "y"), 30)
+    shown = {name: LoopTrajectory(steps, x, inputs, *rest) for name, x in (("on", window.states), ("above", off))}
+    return loops.loops_in_plane(shown, PLANT, ("x", "y"), 30)
 
 
 def lines(figure: Figure) -> dict[str, np.ndarray]:
