@@ -20,11 +20,11 @@ from itertools import combinations, product
 from typing import NamedTuple
 
 import numpy as np
-from flint import fmpq_mat
 
 from trackably.arrays import Array
-from trackably.systems.linear import LinearSystem, beside, exact, fraction, kernel, rounded, row_of, stacked
+from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Interval, Polytope
+from trackably.systems.rationals import Matrix, beside
 
 _MAX_LAWS = 10_000
 _AT_ONCE = 2**22  # numbers in memory
@@ -51,12 +51,12 @@ class Allocation:
     """Redundant inputs of an `input_set` {u : lower ≤ R u ≤ upper}; the columns Z of `kernel` span the kernel of B."""
 
     input_set: Polytope
-    kernel: tuple[fmpq_mat, ...]
+    kernel: tuple[Matrix, ...]
 
     @classmethod
     def of(cls, system: LinearSystem, input_set: Polytope) -> "Allocation | None":
         """Return the allocation; None without redundant inputs or bounds. ValueError: too many rows to combine."""
-        free = kernel(exact(system.B))
+        free = Matrix.exact(system.B).null_space
         if not free or not len(input_set.rows):
             return None
         sizes = range(1, len(free) + 2)
@@ -137,33 +137,31 @@ class Allocation:
 
         where the rows P_S are independent. All of it is exact, and rounded once.
         """
-        Z, R, m = beside(list(self.kernel)), exact(self.input_set.rows), self.input_set.dimension
-        inverse = (Z.transpose() * Z).inv()
+        Z, R, m = beside(self.kernel), Matrix.exact(self.input_set.rows), self.input_set.dimension
+        inverse = (Z.transposed @ Z).inverse
         ends = self.input_set.lower, self.input_set.upper
         gains, shifts = [np.eye(m)], [np.zeros(m)]
         for size in range(1, len(self.kernel) + 1):
             for hit in combinations(range(len(self.input_set.rows)), size):
-                rows = stacked([row_of(R, i) for i in hit])
-                P = rows * Z
-                if P.rank() == size:
-                    back = Z * inverse * P.transpose() * (P * inverse * P.transpose()).inv()
-                    gain = np.eye(m) - rounded(back * rows)
+                rows = R.rows_of(hit)
+                P = rows @ Z
+                if P.rank == size:
+                    back = Z @ inverse @ P.transposed @ (P @ inverse @ P.transposed).inverse
+                    gain = np.eye(m) - (back @ rows).rounded
                     for sides in product(ends, repeat=size):
-                        bounds = exact(np.array([[side[i]] for side, i in zip(sides, hit, strict=True)]))
+                        bounds = Matrix.exact(np.array([[side[i]] for side, i in zip(sides, hit, strict=True)]))
                         gains.append(gain)
-                        shifts.append(rounded(back * bounds)[:, 0])
+                        shifts.append((back @ bounds).rounded[:, 0])
         return Laws(np.array(gains), np.array(shifts))
 
     def _circuits(self) -> Iterator[list[tuple[int, Fraction]]]:
         """Yield the circuits: pairs of a row of the input set and its factor."""
-        rows = exact(self.input_set.rows)
-        pushes = [[(row_of(rows, i) * column)[0, 0] for column in self.kernel] for i in range(rows.nrows())]
+        pushes = Matrix.exact(self.input_set.rows) @ beside(self.kernel)
         for size in range(1, len(self.kernel) + 2):
-            for support in combinations(range(rows.nrows()), size):
-                flat = [p for along in zip(*(pushes[i] for i in support), strict=True) for p in along]
-                relations = kernel(fmpq_mat(len(self.kernel), size, flat))
+            for support in combinations(range(len(pushes)), size):
+                relations = pushes.rows_of(support).transposed.null_space
                 if len(relations) == 1:
-                    yield [(i, fraction(relations[0][k, 0])) for k, i in enumerate(support)]
+                    yield [(i, relations[0][k, 0]) for k, i in enumerate(support)]
 
 
 def _fractions(numbers: Array) -> list[Fraction]:

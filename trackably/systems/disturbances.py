@@ -12,13 +12,11 @@ from typing import TYPE_CHECKING, Self, cast
 
 import numpy as np
 import scipy
-from flint import fmpq, fmpq_mat
 
 from trackably.arguments import instance, numbers
 from trackably.arrays import Array, ArrayLike
-from trackably.systems.identities import as_fmpq
-from trackably.systems.linear import fraction
 from trackably.systems.polytopes import Polytope, rounded
+from trackably.systems.rationals import Matrix
 
 # Vectors of rationals over one denominator, and roundings to float64 in a known direction.
 
@@ -270,20 +268,19 @@ class ConvexHull:
 def _vertices(H: Array, h: Array) -> Iterator[Vector]:
     """Yield every point at which n rows that are independent hold with equality, and all others hold: in rationals."""
     r, n = H.shape
-    exact = [[as_fmpq(v) for v in (*row, side)] for row, side in zip(H.tolist(), h.tolist(), strict=True)]
+    exact = [[Fraction(v) for v in (*row, side)] for row, side in zip(H.tolist(), h.tolist(), strict=True)]
     candidates = combinations(range(r), n)
     for count, chosen in enumerate(candidates):
         if count >= _MOST_CANDIDATES:
             raise ValueError(
                 f"disturbance: {r} rows in {n} dimensions have too many vertices; give these, or fewer rows"
             )
-        matrix = fmpq_mat(n, n, [exact[i][j] for i in chosen for j in range(n)])
-        if matrix.det() == 0:
+        reduced, pivots = Matrix.of([exact[i] for i in chosen]).reduced
+        if pivots != list(range(n)):  # the rows are not independent
             continue
-        point = matrix.solve(fmpq_mat(n, 1, [exact[i][n] for i in chosen]))
-        entries = [point[j, 0] for j in range(n)]
-        if all(sum((a * x for a, x in zip(row, entries, strict=False)), fmpq(0)) <= row[n] for row in exact):
-            yield tuple(fraction(entry) for entry in entries)
+        entries = [reduced[j, n] for j in range(n)]
+        if all(sum((a * x for a, x in zip(row, entries, strict=False)), Fraction(0)) <= row[n] for row in exact):
+            yield tuple(entries)
 
 
 # The kinds of disturbance sets, and what is asked of all of them.

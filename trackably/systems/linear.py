@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import scipy
-from flint import fmpq, fmpq_mat
 
 from trackably.arguments import is_number, names, numbers
 from trackably.arrays import Array, ArrayLike
 from trackably.systems.expressions import weighted_sum_text
+from trackably.systems.rationals import Matrix, beside, stacked
 from trackably.systems.trajectories import Coordinate, Functional
 
 # Names of states and inputs: identifiers, so that no name can be taken for a part of a sentence or of a formula.
@@ -40,65 +40,6 @@ def require_names(names: Iterable[object]) -> None:
                 "system: a name of a state or an input must be a letter or _, then letters, digits, _ and -, then "
                 f"indices or units in brackets such as q[1] or v(m/s), {LONGEST} characters at most, got {name!a:.80}"
             )
-
-
-# Exact matrices of rationals; a float64 number enters as the rational that it is.
-
-
-def exact(matrix: Array) -> fmpq_mat:
-    """Convert a float64 matrix to rationals, exactly."""
-    fractions = [Fraction(v) for v in matrix.ravel().tolist()]
-    rows, columns = matrix.shape
-    return fmpq_mat(rows, columns, [fmpq(f.numerator, f.denominator) for f in fractions])
-
-
-def fraction(number: fmpq) -> Fraction:
-    """Convert to Python's type of rationals."""
-    return Fraction(int(number.p), int(number.q))
-
-
-def rounded(matrix: fmpq_mat) -> Array:
-    """Round each entry to the nearest float64."""
-    rows, columns = matrix.nrows(), matrix.ncols()
-    return np.array([[float(fraction(matrix[i, j])) for j in range(columns)] for i in range(rows)])
-
-
-def row_of(matrix: fmpq_mat, i: int) -> fmpq_mat:
-    """Return row i as a matrix of one row."""
-    return fmpq_mat(1, matrix.ncols(), [matrix[i, j] for j in range(matrix.ncols())])
-
-
-def columns_of(matrix: fmpq_mat, which: list[int]) -> fmpq_mat:
-    """Return these columns, in this order."""
-    n = matrix.nrows()
-    return fmpq_mat(n, len(which), [matrix[i, j] for i in range(n) for j in which])
-
-
-def stacked(rows: list[fmpq_mat]) -> fmpq_mat:
-    """Stack matrices of one row on top of each other."""
-    width = rows[0].ncols()
-    return fmpq_mat(len(rows), width, [row[0, j] for row in rows for j in range(width)])
-
-
-def beside(columns: list[fmpq_mat]) -> fmpq_mat:
-    """Put matrices of one column beside each other."""
-    n = columns[0].nrows()
-    return fmpq_mat(n, len(columns), [column[i, 0] for i in range(n) for column in columns])
-
-
-def kernel(matrix: fmpq_mat) -> list[fmpq_mat]:
-    """Return a basis of the null space {v : M v = 0}, as matrices of one column."""
-    reduced, rank = matrix.rref()
-    n = matrix.ncols()
-    pivots = [next(j for j in range(n) if reduced[i, j] != 0) for i in range(rank)]
-    basis = []
-    for free in sorted({*range(n)} - {*pivots}):
-        entries = [fmpq(0)] * n
-        entries[free] = fmpq(1)
-        for i, pivot in enumerate(pivots):
-            entries[pivot] = -reduced[i, free]
-        basis.append(fmpq_mat(n, 1, entries))
-    return basis
 
 
 # Flat outputs in discrete time: signals that determine every trajectory of a controllable system, and are free.
@@ -134,27 +75,27 @@ def flatness(A: Array, B: Array, c: Array, sampling_time: float, states: Sequenc
     Shapes: A (n, n), B (n, m), c (n,). ValueError: the system is not controllable, or too close to such a system for
     float64.
     """
-    exact_A, exact_B, offset = exact(A), exact(B), exact(c[:, None])
-    reduced = columns_of(exact_B, _independent_columns(exact_B))
+    exact_A, exact_B, offset = Matrix.exact(A), Matrix.exact(B), Matrix.exact(c[:, None])
+    reduced = exact_B.columns_of(_independent_columns(exact_B))
     orders = _chains(exact_A, reduced, states)
     q = _outputs(exact_A, reduced, orders)
     # With ζ the z_c(k + j) for j < κ_c, ω the z_c(k + κ_c), and B u = B_r w:  ζ = Q x + d,  ω = P x + G w + e.
     Q, d = _shifted(q, exact_A, offset, [(i, j) for i, order in enumerate(orders) for j in range(order)])
     P, e = _shifted(q, exact_A, offset, list(enumerate(orders)))
-    G = stacked([row_of(q, i) * exact_A ** (order - 1) * reduced for i, order in enumerate(orders)])
+    G = stacked([q.rows_of([i]) @ exact_A.power(order - 1) @ reduced for i, order in enumerate(orders)])
     # So x = Q⁻¹ (ζ − d) and w = G⁻¹ (ω − P x − e).
-    by_lower, by_highest = Q.inv(), _least_norm(reduced, exact_B) * G.inv()
-    feedback = -1 * by_highest * P
-    state_offset = -1 * by_lower * d
+    by_lower, by_highest = Q.inverse, _least_norm(reduced, exact_B) @ G.inverse
+    feedback = -(by_highest @ P)
+    state_offset = -(by_lower @ d)
     state_weights = _by_output(by_lower, orders)
     input_weights = [
-        [[*weights, fraction(by_highest[row, i])] for row, weights in enumerate(of_output)]
-        for i, of_output in enumerate(_by_output(feedback * by_lower, orders))
+        [[*weights, by_highest[row, i]] for row, weights in enumerate(of_output)]
+        for i, of_output in enumerate(_by_output(feedback @ by_lower, orders))
     ]
     scales = [_scale(of_output) for of_output in state_weights]
     return Flatness(
         _functionals(state_weights, scales, state_offset, sampling_time),
-        _functionals(input_weights, scales, feedback * state_offset - by_highest * e, sampling_time),
+        _functionals(input_weights, scales, feedback @ state_offset - by_highest @ e, sampling_time),
         tuple(orders),
     )
 
@@ -163,38 +104,37 @@ def outputs_in_states(flat: Flatness) -> list[list[Fraction]]:
     """Return the row q_c of each flat output z_c = q_c x of a linear system, exactly."""
     n, places = len(flat.states), [(c, j) for c, order in enumerate(flat.orders) for j in range(order)]
     states = [x for x in flat.states if isinstance(x, Functional)]
-    entries = [x.weights[c][j] for x in states for c, j in places]
-    inverse = fmpq_mat(n, n, [fmpq(w.numerator, w.denominator) for w in entries]).inv()
-    return [[fraction(inverse[place, i]) for i in range(n)] for place, (_, j) in enumerate(places) if j == 0]
+    inverse = Matrix.of([[x.weights[c][j] for c, j in places] for x in states], n).inverse
+    return [[inverse[place, i] for i in range(n)] for place, (_, j) in enumerate(places) if j == 0]
 
 
-def _shifted(q: fmpq_mat, A: fmpq_mat, offset: fmpq_mat, which: list[tuple[int, int]]) -> tuple[fmpq_mat, fmpq_mat]:
+def _shifted(q: Matrix, A: Matrix, offset: Matrix, which: list[tuple[int, int]]) -> tuple[Matrix, Matrix]:
     """Return Q and d such that z_i(k + j) = Q x(k) + d with u = 0, one row for each pair (i, j)."""
     return (
-        stacked([row_of(q, i) * A**j for i, j in which]),
-        stacked([row_of(q, i) * _accumulated(A, j) * offset for i, j in which]),
+        stacked([q.rows_of([i]) @ A.power(j) for i, j in which]),
+        stacked([q.rows_of([i]) @ _accumulated(A, j) @ offset for i, j in which]),
     )
 
 
-def _by_output(matrix: fmpq_mat, orders: list[int]) -> list[list[list[Fraction]]]:
+def _by_output(matrix: Matrix, orders: list[int]) -> list[list[list[Fraction]]]:
     """Cut the columns by flat output: [i][row][j] is the weight of z_i(k + j) in this row."""
     starts = accumulate(orders[:-1], initial=0)
     return [
-        [[fraction(matrix[row, start + j]) for j in range(order)] for row in range(matrix.nrows())]
+        [[matrix[row, start + j] for j in range(order)] for row in range(len(matrix))]
         for start, order in zip(starts, orders, strict=True)
     ]
 
 
 def _functionals(
-    by_output: list[list[list[Fraction]]], scales: list[Fraction], offset: fmpq_mat, sampling_time: float
+    by_output: list[list[list[Fraction]]], scales: list[Fraction], offset: Matrix, sampling_time: float
 ) -> tuple[Functional, ...]:
     return tuple(
         Functional(
             tuple(tuple(w / scale for w in rows[i]) for rows, scale in zip(by_output, scales, strict=True)),
-            fraction(offset[i, 0]),
+            offset[i, 0],
             sampling_time,
         )
-        for i in range(offset.nrows())
+        for i in range(len(offset))
     )
 
 
@@ -203,22 +143,22 @@ def _scale(rows: list[list[Fraction]]) -> Fraction:
     return next((gain for row in rows if (gain := sum(row, Fraction(0)))), Fraction(1))
 
 
-def _chains(A: fmpq_mat, B: fmpq_mat, states: Sequence[str]) -> list[int]:
+def _chains(A: Matrix, B: Matrix, states: Sequence[str]) -> list[int]:
     """Return κ_c: how many of B_c, A B_c, … are among the first independent columns of [B, A B, …]."""
-    n, m = B.nrows(), B.ncols()
+    n, m = len(B), B.columns
     if m == n:
         return [1] * n
-    taken: list[fmpq_mat] = []
+    taken: list[Matrix] = []
     orders, alive, power = [0] * m, [True] * m, B
     while len(taken) < n and any(alive):
         for c in range(m):
             if alive[c] and len(taken) < n:
-                column = columns_of(power, [c])
-                alive[c] = beside([*taken, column]).rank() == len(taken) + 1
+                column = power.columns_of([c])
+                alive[c] = beside([*taken, column]).rank == len(taken) + 1
                 if alive[c]:
                     taken.append(column)
                     orders[c] += 1
-        power = A * power
+        power = A @ power
     if len(taken) < n:
         raise ValueError(
             f"{_REFUSED}: its inputs reach {len(taken)} of {n} dimensions, and none of them ever changes "
@@ -229,31 +169,31 @@ def _chains(A: fmpq_mat, B: fmpq_mat, states: Sequence[str]) -> list[int]:
     return orders
 
 
-def _never_moved(reached: list[fmpq_mat], n: int) -> list[Fraction]:
+def _never_moved(reached: list[Matrix], n: int) -> list[Fraction]:
     """Return a row that maps every reached column to zero, scaled to a largest entry of 1."""
-    row = kernel(beside(reached).transpose())[0] if reached else fmpq_mat(n, 1, [fmpq(int(i == 0)) for i in range(n)])
-    weights = [fraction(row[i, 0]) for i in range(n)]
+    row = beside(reached).transposed.null_space[0] if reached else Matrix.unit(n).columns_of([0])
+    weights = [row[i, 0] for i in range(n)]
     return [w / max(weights, key=abs) for w in weights]
 
 
-def _outputs(A: fmpq_mat, B: fmpq_mat, orders: list[int]) -> fmpq_mat:
+def _outputs(A: Matrix, B: Matrix, orders: list[int]) -> Matrix:
     """Return the rows q_c, which map the last column of chain c to 1 and all other chosen columns to zero."""
-    n, m = B.nrows(), B.ncols()
+    n, m = len(B), B.columns
     if m == n:
-        return fmpq_mat(n, n, [fmpq(int(i == j)) for i in range(n) for j in range(n)])
-    columns = [A**j * columns_of(B, [c]) for c, order in enumerate(orders) for j in range(order)]
-    inverse = beside(columns).inv()
+        return Matrix.unit(n)
+    columns = [A.power(j) @ B.columns_of([c]) for c, order in enumerate(orders) for j in range(order)]
+    inverse = beside(columns).inverse
     lasts = np.cumsum(orders) - 1
-    return stacked([row_of(inverse, int(last)) for last in lasts])
+    return inverse.rows_of(lasts.tolist())
 
 
-def _independent_columns(B: fmpq_mat) -> list[int]:
+def _independent_columns(B: Matrix) -> list[int]:
     """Return the first columns that are a basis of the range of B. ValueError: they are nearly dependent."""
     kept: list[int] = []
-    for c in range(B.ncols()):
-        if columns_of(B, [*kept, c]).rank() == len(kept) + 1:
+    for c in range(B.columns):
+        if B.columns_of([*kept, c]).rank == len(kept) + 1:
             kept.append(c)
-    chosen = columns_of(B, kept)
+    chosen = B.columns_of(kept)
     if kept and not _condition(chosen) < _WORST_CONDITION:
         raise ValueError(
             "system: the columns of B must be clearly independent or exactly dependent, but are neither; for "
@@ -262,24 +202,24 @@ def _independent_columns(B: fmpq_mat) -> list[int]:
     return kept
 
 
-def _least_norm(reduced: fmpq_mat, B: fmpq_mat) -> fmpq_mat:
+def _least_norm(reduced: Matrix, B: Matrix) -> Matrix:
     """Return the matrix from w to the smallest u with B u = B_r w: with B = B_r F it is Fᵀ (F Fᵀ)⁻¹."""
-    transposed = reduced.transpose()
-    F = (transposed * reduced).inv() * transposed * B
-    return F.transpose() * (F * F.transpose()).inv()
+    transposed = reduced.transposed
+    F = (transposed @ reduced).inverse @ transposed @ B
+    return F.transposed @ (F @ F.transposed).inverse
 
 
-def _accumulated(A: fmpq_mat, steps: int) -> fmpq_mat:
+def _accumulated(A: Matrix, steps: int) -> Matrix:
     """Return I + A + … + A^(steps − 1)."""
-    total = A * 0
+    total = A - A
     for j in range(steps):
-        total = total + A**j
+        total = total + A.power(j)
     return total
 
 
-def _condition(matrix: fmpq_mat) -> float:
+def _condition(matrix: Matrix) -> float:
     """Return the condition number of the matrix with columns scaled to unit length, so that units do not matter."""
-    columns = rounded(matrix)
+    columns = matrix.rounded
     return float(np.linalg.cond(columns / np.linalg.norm(columns, axis=0)))
 
 

@@ -13,8 +13,9 @@ from trackably.arguments import numbers, real
 from trackably.arrays import Array, ArrayLike
 from trackably.systems.constrained import ConstrainedSystem, LinearConstraint
 from trackably.systems.disturbances import DisturbanceSet, Measured, Zonotope, checked, float_below, measured, whole
-from trackably.systems.linear import LinearSystem, exact, fraction
+from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope, squares_in_widths, unit_scales
+from trackably.systems.rationals import Matrix
 
 # How fast the error decays under a feedback, and how far disturbances take it, in float64.
 
@@ -220,10 +221,8 @@ class InvariantSet:
     @cached_property
     def _closed_loop(self) -> tuple[int, list[list[int]]]:
         """q and q A_K in whole numbers."""
-        n = len(self.system.A)
-        A_K = exact(self.system.A) + exact(self.system.B) * exact(self.feedback)
-        entries = [[fraction(A_K[i, j]) for j in range(n)] for i in range(n)]
-        return whole(entries)
+        A_K = Matrix.exact(self.system.A) + Matrix.exact(self.system.B) @ Matrix.exact(self.feedback)
+        return whole(A_K.entries)
 
     @cached_property
     def _whole_box(self) -> tuple[int, list[list[int]]]:
