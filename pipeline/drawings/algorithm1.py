@@ -15,6 +15,7 @@ from matplotlib.patches import FancyArrowPatch, Patch
 from matplotlib.path import Path
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
+from pipeline.drawings.landscape import Landscape
 from pipeline.drawings.style import (
     PUBLISHED,
     SYMBOLS,
@@ -43,7 +44,6 @@ from trackably.exports.figures import (
     styled,
 )
 from trackably.gp.samples import Samples
-from trackably.learning.landscape import Landscape
 from trackably.systems.reference import Reference
 from trackably.systems.sets.interval import Interval
 

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pipeline.drawings import algorithm1, loops, predictions, references
+from pipeline.drawings.landscape import Landscape, landscape
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
 from pipeline.loops.initial_states import ON
@@ -33,7 +34,6 @@ from pipeline.storage.tables import read_columns
 from trackably.arrays import Array
 from trackably.exports import figures
 from trackably.gp.joint import JointPrior
-from trackably.learning.landscape import Landscape, landscape
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
 from trackably.systems.disturbance.tightening import Tightening

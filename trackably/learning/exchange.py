@@ -118,7 +118,7 @@ _MORE_STEPS = 60  # as good as the last one: where these do not lead below the b
 
 
 @dataclass(frozen=True)
-class _Path:
+class _Descent:
     """The present end of a local search, and the rounds that led there."""
 
     end: Array
@@ -126,11 +126,11 @@ class _Path:
 
 
 @dataclass(frozen=True)
-class _Followed:
+class _LocalSearch:
     """A search with `places` of its own, from a promising start; `is_second` if it is the second one from there."""
 
     start: Array
-    path: _Path
+    path: _Descent
     places: Places
     is_second: bool = False
 
@@ -138,10 +138,10 @@ class _Followed:
     def is_going_on(self) -> bool:
         return bool(self.path.rounds)
 
-    def again(self) -> Iterator[tuple[float, "_Followed"]]:
+    def again(self) -> Iterator[tuple[float, "_LocalSearch"]]:
         """Yield the same from its start, with all places found, to be done at once; nothing where that was done."""
         if self.is_going_on and not self.is_second:
-            yield -np.inf, _Followed(self.start, _Path(self.start), self.places, is_second=True)
+            yield -np.inf, _LocalSearch(self.start, _Descent(self.start), self.places, is_second=True)
 
 
 Step = Callable[[Program, Array, Array | None, float, sqp.GiveUp], sqp.Minimum | None]
@@ -187,23 +187,23 @@ class Exchange:
         objective goes on first: what it finds may end others. A search that finds no better solution is repeated once,
         with all its places in the first program, as it may have left its basin.
         """
-        order, queue = count(), list[tuple[float, int, _Followed]]()
+        order, queue = count(), list[tuple[float, int, _LocalSearch]]()
         for start in starts:
             try:
                 candidate = Candidate.at(self.problem, start)
             except IllConditioned:
                 continue
             places = merged(self._no_places, candidate.closest_places)
-            queue.append((candidate.objective, next(order), _Followed(start, _Path(start), places)))
+            queue.append((candidate.objective, next(order), _LocalSearch(start, _Descent(start), places)))
         heapq.heapify(queue)
         while queue:
             value, _, search = heapq.heappop(queue)
-            for further, going_on in self._followed(value, search):
+            for further, going_on in self._advance_search(value, search):
                 heapq.heappush(queue, (further, next(order), going_on))
 
     def together(self, points: Iterable[Array], step: Step = Program.minimise) -> None:
         """Improve all points by `step` until none violates a bound at a place that is not yet `active`."""
-        paths, places = [_Path(point) for point in points], self.active or self._no_places
+        paths, places = [_Descent(point) for point in points], self.active or self._no_places
         for _ in range(_MAX_ROUNDS):
             if not paths:
                 break
@@ -240,7 +240,7 @@ class Exchange:
         """The objective that has to be undercut."""
         return self.ceiling if self.best is None else self.best.objective
 
-    def _followed(self, value: float, search: _Followed) -> Iterator[tuple[float, _Followed]]:
+    def _advance_search(self, value: float, search: _LocalSearch) -> Iterator[tuple[float, _LocalSearch]]:
         """Solve the next program of a search that has reached this objective; yield what is to be done next, and when.
 
         Searches with a smaller objective go on earlier.
@@ -257,13 +257,13 @@ class Exchange:
         elif search.is_going_on or not _is_near(paths[0].end, self._visited):
             yield paths[0].rounds[-1].objective, replace(search, path=paths[0], places=met)
 
-    def _advanced(self, paths: Sequence[_Path], places: Places, step: Step) -> tuple[list[_Path], Places]:
+    def _advanced(self, paths: Sequence[_Descent], places: Places, step: Step) -> tuple[list[_Descent], Places]:
         """Solve the program with these places from the ends of the paths.
 
         Return the paths that violate bounds but may become the best, and all places.
         """
         program, met = Program(self.problem, places), places
-        promising, ends, size = list[_Path](), list[Array](), sum(map(len, places))
+        promising, ends, size = list[_Descent](), list[Array](), sum(map(len, places))
         minima = list[Array]()
 
         def give_up(x: Array, merit: float, gain: float) -> bool:
@@ -289,7 +289,7 @@ class Exchange:
             if candidate is None or self._is_no_better(candidate):
                 continue
             done = Round(found.x, candidate.objective, candidate.worst[0], size)
-            longer = _Path(found.x, (*path.rounds, done))
+            longer = _Descent(found.x, (*path.rounds, done))
             if candidate.is_feasible:
                 self._keep(candidate, longer.rounds)
             # Compare with the places of this program: another search of this round may have found the same ones.

@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pipeline.drawings import algorithm1, predictions, references
+from pipeline.drawings.landscape import landscape
 from pipeline.drawings.style import state_at_steps, tube_after_steps
 from pipeline.published.algorithm1 import Trace
 from pipeline.published.scalar import scalar, state_and_input
@@ -20,7 +21,6 @@ from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import Steps
-from trackably.learning.landscape import landscape
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
 from trackably.systems.margins import margin_profile

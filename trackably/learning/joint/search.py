@@ -130,7 +130,7 @@ class Point:
 
 
 @dataclass(frozen=True)
-class _Path:
+class _Descent:
     """The last point of a descent, the places met so far, the curvature of J, and how far the next step may `reach`."""
 
     point: Point
@@ -160,7 +160,7 @@ class JointSearch:
         point = self._at(start, no_places(self.problem) if places is None else places, near, _ALMOST)
         if point is None:
             return
-        path = self._descended(_Path(point, point.function.places), _ALMOST, _COARSE_GAIN)
+        path = self._descend(_Descent(point, point.function.places), _ALMOST, _COARSE_GAIN)
         coarse = path.point
         if not coarse.is_solution or self._is_no_better(coarse.objective):
             return
@@ -169,7 +169,7 @@ class JointSearch:
         fine = self._at(coarse.log_theta, coarse.function.places, coarse.function.mean.signals, tolerance)
         if fine is not None and fine.function.margin > -_ROUGH and not crowded:
             again = replace(path, point=fine, reach=max(path.reach, _NEARBY))
-            fine = self._descended(again, 0.0, _FINE_GAIN).point
+            fine = self._descend(again, 0.0, _FINE_GAIN).point
         found = fine if fine is not None and fine.is_solution else coarse
         if not self._is_no_better(found.objective):
             self.best = found
@@ -183,7 +183,7 @@ class JointSearch:
         if point is not None and point.is_solution:
             self.best = point
 
-    def _descended(self, path: "_Path", tolerance: float, least_gain: float) -> "_Path":
+    def _descend(self, path: "_Descent", tolerance: float, least_gain: float) -> "_Descent":
         """Take steps in θ while they make J smaller by more than `least_gain`, a part of 1 + |J|.
 
         From a contradiction one step goes to the minimiser of the relaxation. If it is met there too, more places do
@@ -207,10 +207,10 @@ class JointSearch:
             if there is None or there.is_unfinished(point.ceiling) or self._is_hopeless(there):
                 break
             if there.is_solution and there.objective < point.ceiling:
-                path = _Path(there, path.met(there), found.curvature, 2 * path.reach)
+                path = _Descent(there, path.met(there), found.curvature, 2 * path.reach)
             elif point.is_solution:
                 reach = float(np.max(np.abs(found.x - point.log_theta))) / _SHORTER
-                path = _Path(point, path.met(there), found.curvature, reach)
+                path = _Descent(point, path.met(there), found.curvature, reach)
             else:
                 break
         return path
@@ -223,7 +223,7 @@ class JointSearch:
         bent = sum(map(len, point.function.active))
         return not point.is_solution and bent > max(_MANY_BENDS, sum(map(len, self.problem.samples)) / 2)
 
-    def _is_known(self, value: float, path: "_Path", least_gain: float) -> bool:
+    def _is_known(self, value: float, path: "_Descent", least_gain: float) -> bool:
         """Whether a relaxation with this value promises too little, or nothing better than the best point."""
         gain = least_gain * (1 + abs(value))
         nothing = value >= path.point.ceiling - gain or path.reach < _SHORTEST

@@ -95,7 +95,7 @@ def test_functions_that_break_bounds_though_bent_at_hundreds_of_times_end_the_se
     start = free_of(problem).posterior.prior.log_hyperparameters
     point = joint._at(start, no_places(problem), None, 0.0)
     assert point is not None
-    joint._descended(search._Path(point, point.function.places), 0.0, 1e-4)
+    joint._descend(search._Descent(point, point.function.places), 0.0, 1e-4)
     assert (joint.fits == 1) is is_given_up
 
 

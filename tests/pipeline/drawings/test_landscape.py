@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from pipeline.drawings.landscape import landscape
 from pipeline.published.scalar import scalar, state_and_input
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
@@ -11,7 +12,6 @@ from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import Steps
-from trackably.learning.landscape import landscape
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
 from trackably.systems.sets.interval import Interval
