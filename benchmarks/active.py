@@ -31,7 +31,7 @@ from trackably.gp.samples import Samples
 from trackably.learning.learner import FUNCTION, JOINT, Learner
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Polytope
 
 _TOPIC = "active bounds"
 _GIVEN, _LEARNED, _MISFIT = 3.0, 10.0, 1.05  # times the program's

@@ -21,7 +21,7 @@ from trackably.learning.methods import all_phases
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.screening import screened
 from trackably.learning.search import best_solution
-from trackably.systems.sets.interval import Interval
+from trackably.systems.polytopes import Interval
 
 T = TypeVar("T")
 _FIRST_STEP, _LAST_STEP = 70, 300

@@ -23,7 +23,7 @@ from trackably.learn import learn_reference
 from trackably.learning.problem import Solution
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
-from trackably.systems.sets.interval import Interval
+from trackably.systems.polytopes import Interval
 
 _FEWEST, _COUNTS = 100, (1_000, 10_000, 100_000, 1_000_000)
 _SPAN = 2.0  # seconds

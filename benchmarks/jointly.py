@@ -22,8 +22,8 @@ from trackably.learning.prior import prior_for
 from trackably.recordings import Column, CsvLayout, read_csv
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.sampling import sampled_signals
-from trackably.systems.sets.polytope import Polytope
 
 ALONE = "θ alone"
 _TIME, _MISFIT, _ERROR = (f"learned jointly: {what}" for what in ("time with proof", "misfit", "error"))

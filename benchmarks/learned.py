@@ -14,7 +14,7 @@ from trackably.gp.samples import Samples
 from trackably.learning.learner import Learner
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Polytope
 
 
 @dataclass(frozen=True)

@@ -20,11 +20,11 @@ from trackably.control.tube import TubeController
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbance.tightening import tightening
-from trackably.systems.disturbance.zonotope import Zonotope
+from trackably.systems.disturbances import Zonotope
 from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.tightening import tightening
 
 _STARTS, _DRAWS = 40, 400
 

@@ -53,7 +53,7 @@ def _numpy_version() -> tuple[int, ...]:
         return ()
 
 
-PACKAGES = ("numpy", "scipy", "cvxpy", "clarabel", "python-flint", "mpmath", "matplotlib", "mcap", "zstandard")
+PACKAGES = ("numpy", "scipy", "cvxpy", "clarabel", "mpmath", "matplotlib", "mcap", "zstandard")
 PYTHON, BLAS, SIMD = "python", "BLAS", "NumPy's instructions"
 NAMES = (PYTHON, *PACKAGES, BLAS, SIMD)
 

@@ -20,16 +20,15 @@ from trackably.arrays import Array
 from trackably.certificates.certified import Attempt, Certified, learn_certified
 from trackably.certificates.goal import Goal
 from trackably.certificates.prove import Outcome, prove_at_instants
-from trackably.gp.joint import JointPrior
-from trackably.gp.period import period_of
+from trackably.gp.joint import JointPrior, period_of
 from trackably.gp.samples import Samples
 from trackably.learning import learner, methods
 from trackably.learning.learner import Learner
 from trackably.learning.problem import ActiveBound, NoSolution, Solution
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbance.tightening import Tightening
 from trackably.systems.reference import Reference
+from trackably.systems.tightening import Tightening
 
 
 class Algorithm1(Fields):

@@ -20,8 +20,7 @@ from pipeline.published.ground_truth import GROUND_TRUTHS, draw
 from pipeline.storage.archive import Conservatism, Draws, Study, Tightness
 from trackably.arrays import Array
 from trackably.errors import NoReferenceError
-from trackably.gp.joint import JointPosterior
-from trackably.gp.period import period_of
+from trackably.gp.joint import JointPosterior, period_of
 from trackably.gp.samples import Samples
 from trackably.learning.methods import all_phases, unconstrained
 from trackably.learning.problem import NoSolution, Solution

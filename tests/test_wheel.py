@@ -18,7 +18,6 @@ from trackably.extras import EXTRA_OF
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 CALLED = {  # names of distributions, where modules are called otherwise
-    "flint": "python-flint",
     "google": "protobuf",
     "mcap_protobuf": "mcap-protobuf-support",
     "mcap_ros2": "mcap-ros2-support",
@@ -70,7 +69,7 @@ def test_without_an_extra_it_requires_what_the_library_imports(metadata: Message
     every = metadata.get_all("Requires-Dist", [])
     plain = required([requirement for requirement in every if "extra ==" not in requirement])
     assert plain == used_by("trackably") - OPTIONAL.keys() == required(PROJECT["dependencies"])
-    assert plain <= {"numpy", "scipy", "clarabel", "mpmath", "cattrs", "tqdm", "threadpoolctl", "python-flint"}
+    assert plain <= {"numpy", "scipy", "clarabel", "mpmath", "cattrs", "tqdm", "threadpoolctl"}
     assert {*metadata.get_all("Provides-Extra", [])} == {"all", *OPTIONAL.values()}
 
 

@@ -77,9 +77,9 @@ if TYPE_CHECKING:
     from trackably.streams.reference import StreamReference as StreamReference
     from trackably.streams.relearner import Relearner as Relearner
     from trackably.systems.constrained import ConstrainedSystem as ConstrainedSystem
-    from trackably.systems.disturbance.hull import ConvexHull as ConvexHull
-    from trackably.systems.disturbance.zonotope import Zonotope as Zonotope
-    from trackably.systems.flat.form import FlatForm as FlatForm
+    from trackably.systems.disturbances import ConvexHull as ConvexHull
+    from trackably.systems.disturbances import Zonotope as Zonotope
+    from trackably.systems.flat_forms import FlatForm as FlatForm
     from trackably.systems.library import kinematic_bicycle as kinematic_bicycle
     from trackably.systems.library import mobile_robot as mobile_robot
     from trackably.systems.library import pendulum as pendulum
@@ -87,8 +87,8 @@ if TYPE_CHECKING:
     from trackably.systems.library import two_tanks as two_tanks
     from trackably.systems.linear import LinearSystem as LinearSystem
     from trackably.systems.nonlinear import NonlinearSystem as NonlinearSystem
-    from trackably.systems.sets.polytope import Polytope as Polytope
-    from trackably.systems.signals.pieces import PolynomialPieces as PolynomialPieces
+    from trackably.systems.pieces import PolynomialPieces as PolynomialPieces
+    from trackably.systems.polytopes import Polytope as Polytope
 
 __version__ = "0.2.0"
 
@@ -99,13 +99,13 @@ _MODULES = {
     "Column": "recordings.tables",
     "ConstrainedSystem": "systems.constrained",
     "Controller": "control.controller",
-    "ConvexHull": "systems.disturbance.hull",
+    "ConvexHull": "systems.disturbances",
     "Counterexample": "certificates.outcome",
     "CsvLayout": "recordings.csv_file",
     "DoubtfulInputWarning": "errors",
     "Failed": "checker",
     "Field": "recordings.mcap_file",
-    "FlatForm": "systems.flat.form",
+    "FlatForm": "systems.flat_forms",
     "Fleet": "fleet.learn_many",
     "IgnoresSamplesWarning": "explanation",
     "Impossible": "certificates.outcome",
@@ -124,8 +124,8 @@ _MODULES = {
     "PiecewisePolynomial2": "gp.kernels.piecewise_polynomial",
     "PiecewisePolynomial3": "gp.kernels.piecewise_polynomial",
     "Plan": "control.stepping",
-    "PolynomialPieces": "systems.signals.pieces",
-    "Polytope": "systems.sets.polytope",
+    "PolynomialPieces": "systems.pieces",
+    "Polytope": "systems.polytopes",
     "Product": "gp.kernels.base",
     "Proved": "checker",
     "RationalQuadratic": "gp.kernels.rational_quadratic",
@@ -144,7 +144,7 @@ _MODULES = {
     "Undecided": "checker",
     "Unproved": "certificates.outcome",
     "Unsolved": "control.stepping",
-    "Zonotope": "systems.disturbance.zonotope",
+    "Zonotope": "systems.disturbances",
     "certify": "given.certify",
     "certify_table": "given.table",
     "check": "checking",

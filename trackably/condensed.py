@@ -27,7 +27,7 @@ from trackably.gp.joint import JointPrior
 from trackably.gp.posterior import IllConditioned, Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples, Scatter
-from trackably.gp.stencils import Stencils
+from trackably.gp.stencil import Stencils
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.sampling import sampled_signals
 

@@ -21,7 +21,7 @@ from trackably.gp.samples import Samples
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
-from trackably.systems.quantity import Quantity
+from trackably.systems.trajectories import Quantity
 
 T = TypeVar("T")
 

@@ -10,7 +10,7 @@ from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.prior import NOISE, Prior
 from trackably.gp.samples import Samples
-from trackably.systems.disturbance.tightening import Tightening
+from trackably.systems.tightening import Tightening
 
 _DEAREST = 3
 _SHOWN = 4  # times of given values

@@ -23,10 +23,9 @@ from trackably.gp.samples import Samples
 from trackably.learning.joint.places import places_of
 from trackably.learning.problem import ActiveBound, Method, Side, Solution
 from trackably.learning.space import SearchSpace
-from trackably.systems.flat.functional import Functional
-from trackably.systems.flat.trajectory import Coordinate
+from trackably.systems.polytopes import Interval
 from trackably.systems.reference import Reference
-from trackably.systems.sets.interval import Interval
+from trackably.systems.trajectories import Coordinate, Functional
 
 
 @dataclass(frozen=True)

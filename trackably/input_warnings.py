@@ -10,7 +10,7 @@ from trackably.errors import DoubtfulInputWarning
 from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
-from trackably.systems.sets.interval import Interval
+from trackably.systems.polytopes import Interval
 
 _OUTLYING = 1e3  # times the spread of the others
 _FEW = 0.1  # of all samples: more are no outliers

@@ -25,7 +25,6 @@ from trackably.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, lev
 from trackably.explanation import IgnoresSamplesWarning, given_too_narrowly, ignored, inflated, outlying
 from trackably.feasibility.impossible import impossible
 from trackably.fit import Fit
-from trackably.gp.factors.threads import one_blas_thread
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.samples import Samples
@@ -45,7 +44,8 @@ from trackably.request.plant import drawn_in
 from trackably.request.prior import Noise
 from trackably.request.samples import Measurements, SamplesLike
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbance.sets import DisturbanceSet
+from trackably.systems.disturbances import DisturbanceSet
+from trackably.threads import one_blas_thread
 from trackably.waypoints import Waypoints, waypoints
 
 Found = tuple[Certified, tuple[Condensation, ...], tuple[str, ...]]

@@ -30,9 +30,9 @@ from trackably.learning.problem import ActiveBound, Method
 from trackably.proved import ProvedReference
 from trackably.saved import SavedReference
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbance.tightening import Tightening
 from trackably.systems.draws import Bands, Draws, band, bounded_steps, draws_within_bounds
 from trackably.systems.reference import Reference
+from trackably.systems.tightening import Tightening
 
 
 @dataclass(frozen=True, eq=False)

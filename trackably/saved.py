@@ -19,11 +19,10 @@ from trackably.errors import InputError
 from trackably.files import LEFT_OUT, read_bytes, write_atomically
 from trackably.fit import Fit
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbance.sets import DisturbanceSet
-from trackably.systems.disturbance.tightening import Tightening, tightening
-from trackably.systems.disturbance.zonotope import Zonotope
+from trackably.systems.disturbances import DisturbanceSet, Zonotope
 from trackably.systems.linear import LinearSystem
 from trackably.systems.reference import Reference
+from trackably.systems.tightening import Tightening, tightening
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,8 @@ from trackably.arguments import is_number, real
 from trackably.certificates.goal import Claim
 from trackably.certificates.pinned import Pinned, coordinates, extent
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbance.tightening import Tightening
-from trackably.systems.sets.interval import Interval
+from trackably.systems.polytopes import Interval
+from trackably.systems.tightening import Tightening
 
 Waypoints = Mapping[float, Mapping[str, float] | Literal["rest"]]
 """Values of states and inputs, by name, at times [s]; or "rest": an equilibrium, with the input that holds it."""

@@ -18,8 +18,7 @@ from trackably.learning.learner import JOINT
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
-from trackably.systems.sets.interval import Interval
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Interval, Polytope
 
 _TOPIC = "windows learned again"
 _WINDOWS, _COUNT = 100, 30

@@ -26,8 +26,7 @@ from trackably.learning.space import SearchSpace
 from trackably.recordings import CsvLayout, read_csv
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
-from trackably.systems.sets.interval import Interval
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Interval, Polytope
 
 _TOPIC = "recordings under bounds"
 _PROGRAM = "quadratic program on a fine grid"

@@ -43,7 +43,7 @@ from trackably import (
 from trackably.arrays import Array
 from trackably.certificates.goal import Claim
 from trackably.gp.kernels.base import Kernel
-from trackably.systems.sets.interval import Interval
+from trackably.systems.polytopes import Interval
 
 Chosen = npt.NDArray[np.bool_]
 

@@ -23,9 +23,8 @@ from trackably.control.tube import TubeController
 from trackably.learning import learner
 from trackably.learning.joint.search import learn_from
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbance.invariant import InvariantSet
-from trackably.systems.disturbance.tightening import Tightening, tightening
 from trackably.systems.reference import Reference, Window
+from trackably.systems.tightening import InvariantSet, Tightening, tightening
 
 COUNT, KEPT = 300, 9
 _WARM_UP = 60

@@ -44,8 +44,8 @@ from trackably.exports.figures import (
     styled,
 )
 from trackably.gp.samples import Samples
+from trackably.systems.polytopes import Interval
 from trackably.systems.reference import Reference
-from trackably.systems.sets.interval import Interval
 
 _STEP: Final = r"iteration $\bar{k}$ [steps]"
 _LIMIT: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.9, "linestyle": (0, (4, 1.5))}

@@ -36,8 +36,8 @@ from trackably.exports import figures
 from trackably.gp.joint import JointPrior
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
-from trackably.systems.disturbance.tightening import Tightening
 from trackably.systems.reference import Reference
+from trackably.systems.tightening import Tightening
 
 Drawings = dict[str, Callable[[], Figure]]
 

@@ -44,9 +44,8 @@ from trackably.exports.figures import (
     styled,
 )
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.polytopes import Interval, Polytope
 from trackably.systems.reference import Window
-from trackably.systems.sets.interval import Interval
-from trackably.systems.sets.polytope import Polytope
 
 ByInitialState = Mapping[str, LoopTrajectory]
 _ROUNDING: Final = 1e-16

@@ -27,8 +27,8 @@ from trackably.exports.figures import (
     svg,
 )
 from trackably.files import write_atomically
+from trackably.systems.polytopes import Interval
 from trackably.systems.reference import Reference
-from trackably.systems.sets.interval import Interval
 
 PUBLISHED: Final[dict[str, Any]] = {
     "linestyle": "none",

@@ -48,8 +48,8 @@ from trackably.gp.samples import Samples
 from trackably.learning.prior import prior_for
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbance.tightening import Tightening
 from trackably.systems.sampling import kinds_by_name, relative_to_first
+from trackably.systems.tightening import Tightening
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
 _RESERVED = {

@@ -10,13 +10,11 @@ from pipeline.experiments.fields import as_tuple
 from pipeline.yaml_file import Fields
 from trackably.arguments import is_number
 from trackably.systems.constrained import ConstrainedSystem, System
-from trackably.systems.disturbance.hull import ConvexHull
-from trackably.systems.disturbance.sets import DisturbanceSet
-from trackably.systems.disturbance.tightening import Tightening, tightening
-from trackably.systems.disturbance.zonotope import Zonotope
+from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope
 from trackably.systems.library import model_of
 from trackably.systems.linear import LinearSystem
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Polytope
+from trackably.systems.tightening import Tightening, tightening
 
 
 def _matrix(written: object) -> object:

@@ -7,8 +7,8 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.control.bounds import Inequalities
-from trackably.systems.disturbance.sets import DisturbanceSet
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.disturbances import DisturbanceSet
+from trackably.systems.polytopes import Polytope
 
 
 @dataclass(frozen=True, eq=False)

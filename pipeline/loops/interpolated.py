@@ -10,8 +10,8 @@ from trackably.arrays import Array
 from trackably.gp.samples import Samples
 from trackably.gp.stencil import Stencil
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.flat.trajectory import Coordinate
 from trackably.systems.reference import Window
+from trackably.systems.trajectories import Coordinate
 
 
 @dataclass(frozen=True, eq=False)

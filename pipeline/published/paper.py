@@ -13,8 +13,8 @@ from trackably.arrays import Array
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.polytopes import Interval
 from trackably.systems.reference import Reference
-from trackably.systems.sets.interval import Interval
 
 _PRINTED = Path("data/paper/printed_numbers.csv")
 

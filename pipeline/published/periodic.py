@@ -7,8 +7,7 @@ import numpy as np
 
 from pipeline.published.scalar import coefficients, growth_rates, state_and_input
 from trackably.arrays import Array
-from trackably.gp.joint import JointPosterior, JointPrior
-from trackably.gp.period import period_of
+from trackably.gp.joint import JointPosterior, JointPrior, period_of
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import ROUNDING_BACKOFF, Bounded, Constraint, Signalled
@@ -17,8 +16,8 @@ from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.quantity import Quantity
-from trackably.systems.sets.interval import Interval
+from trackably.systems.polytopes import Interval
+from trackably.systems.trajectories import Quantity
 
 _WHOLE = 1e-9
 

@@ -5,10 +5,9 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
-from trackably.systems.quantity import Quantity
+from trackably.systems.polytopes import Interval, Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.interval import Interval
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.trajectories import Quantity
 
 
 def scalar(

@@ -19,9 +19,9 @@ from trackably.errors import InputError
 from trackably.files import to_json
 from trackably.gp.joint import JointPosterior
 from trackably.gp.samples import Samples
-from trackably.systems.flat.functional import Functional
 from trackably.systems.margins import MarginProfile
-from trackably.systems.signals.signal import Signal
+from trackably.systems.pieces import Signal
+from trackably.systems.trajectories import Functional
 
 
 @dataclass(frozen=True)

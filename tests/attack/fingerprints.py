@@ -24,8 +24,7 @@ from trackably import CertifiedTable, RefutedTable, Table, certify_table
 from trackably.checker import Proved, Refuted
 from trackably.codec.converter import decode
 from trackably.codec.values import CodecError
-from trackably.systems.signals.pieces import PolynomialPieces
-from trackably.systems.signals.signal import Signal
+from trackably.systems.pieces import PolynomialPieces, Signal
 
 _DIGITS = 30
 """In which two functions are the same where they agree at some times."""

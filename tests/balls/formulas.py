@@ -4,9 +4,8 @@ from collections.abc import Mapping
 
 from flint import arb
 
-from trackably.systems.flat.requirements import MOST_MULTIPLIED
-from trackably.systems.formulas.evaluation import evaluate
-from trackably.systems.formulas.expression import Expression
+from trackably.systems.expressions import Expression, evaluate
+from trackably.systems.identities import MOST_MULTIPLIED
 
 
 class UndefinedError(ArithmeticError):

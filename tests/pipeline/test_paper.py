@@ -8,7 +8,7 @@ import pytest
 from pipeline.published.paper import period_of_curve, reach_in_intervals, states_behind
 from pipeline.published.scalar import growth_rates, scalar
 from tests.project import ROOT
-from trackably.systems.sets.interval import Interval
+from trackably.systems.polytopes import Interval
 
 TIMES = np.linspace(0, 4, 401)
 

@@ -8,9 +8,9 @@ from scipy.interpolate import Akima1DInterpolator, BSpline, CubicSpline, PchipIn
 
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
+from trackably.systems.pieces import Beyond, PolynomialPieces
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.polytope import Polytope
-from trackably.systems.signals.pieces import Beyond, PolynomialPieces
 
 FAMILIES = ("cubic", "pchip", "akima", "quintic", "linear", "steps", "b-spline")
 

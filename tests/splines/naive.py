@@ -10,8 +10,8 @@ from itertools import pairwise
 
 from flint import arb, ctx, fmpq, fmpq_poly
 
-from trackably.systems.flat.functional import Functional
-from trackably.systems.signals.pieces import PolynomialPieces
+from trackably.systems.pieces import PolynomialPieces
+from trackably.systems.trajectories import Functional
 
 PRECISION = 300
 

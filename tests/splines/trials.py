@@ -15,8 +15,8 @@ from trackably.certificates.form import encode_certificate, encode_counterexampl
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import prove, prove_on_window
 from trackably.checker import Proved, Refuted, check
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.polytope import Polytope
 
 MARGINS = (1e-15, 1e-13, 1e-11, 1e-9, 1e-7, 1e-4)
 """Of the distance between the extremes."""

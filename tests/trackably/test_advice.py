@@ -17,7 +17,7 @@ from trackably import (
 )
 from trackably.learn import _LEARNERS
 from trackably.learning.learner import HYPERPARAMETERS
-from trackably.systems.sets.interval import Interval
+from trackably.systems.polytopes import Interval
 
 
 @pytest.mark.parametrize("claim", ["all_times", (0.0, 3.0)])

@@ -21,7 +21,7 @@ from trackably import (
 )
 from trackably.certificates.form import encode_certificate
 from trackably.codec import CodecError
-from trackably.systems.disturbance.tightening import tightening
+from trackably.systems.tightening import tightening
 
 KERNEL = SquaredExponential(0.5, 0.5)
 PUSHED = Zonotope.box([0.0, -0.005], [0.0, 0.005])

@@ -34,7 +34,7 @@ from trackably.explanation import given_values
 from trackably.learning.joint.search import learn_jointly
 from trackably.learning.learner import JOINT
 from trackably.learning.problem import Contradiction
-from trackably.systems.sets.interval import Interval
+from trackably.systems.polytopes import Interval
 
 KNOWN = SquaredExponential(0.5, 0.6)
 AT = {1.0: {"force": -1.0}, 0.0: {"position": -0.98, "velocity": 0.0}}

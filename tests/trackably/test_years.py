@@ -31,9 +31,8 @@ from trackably.checker import Proved, check
 from trackably.checker.intervals import exactly, ratio
 from trackably.exports.c99 import header
 from trackably.gp.signal import KernelSum
+from trackably.systems.pieces import PolynomialPieces, moved_back, two_product
 from trackably.systems.reference import Reference
-from trackably.systems.signals.double_double import moved_back, two_product
-from trackably.systems.signals.pieces import PolynomialPieces
 
 UNIT = Fraction(1, 2**53)
 STEPS = st.integers(-(10**10), 10**10)

@@ -14,7 +14,6 @@ from trackably.certificates.draft import evaluated_until, evaluation_errors
 from trackably.certificates.goal import Goal, for_all_times
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import Failure
-from trackably.gp.factors.threads import one_blas_thread
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.constraint import Constraint
@@ -23,9 +22,10 @@ from trackably.learning.problem import ConstrainedProblem, NoSolution, NothingFe
 from trackably.learning.space import SearchSpace
 from trackably.progress.work import done
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.quantity import Quantity
+from trackably.systems.polytopes import Interval
 from trackably.systems.reference import Reference
-from trackably.systems.sets.interval import Interval
+from trackably.systems.trajectories import Quantity
+from trackably.threads import one_blas_thread
 
 _LENGTHSCALE = "lengthscale"
 _LARGEST_BACKOFF = 1e-2

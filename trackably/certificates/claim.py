@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackably.gp.signal import KernelSum
+from trackably.systems.polytopes import rounded
 from trackably.systems.reference import Reference
-from trackably.systems.sets.interval import rounded
 
 
 @dataclass(frozen=True)

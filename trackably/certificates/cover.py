@@ -12,8 +12,8 @@ from trackably.certificates.draft import TERMS, Draft, has_periodic_part
 from trackably.checker.boxes import Box
 from trackably.checker.floats.intervals import Floats
 from trackably.progress.work import done
-from trackably.systems.quantities import Quantities
 from trackably.systems.reference import Reference
+from trackably.systems.trajectories import Quantities
 
 _MOST_BOXES, _MOST_BY_CENTRE = 20_000, 8
 _MOST_HALVINGS, _NARROW_ENOUGH = 60, 4  # so often boxes are halved; so often until most of them have to be accepted

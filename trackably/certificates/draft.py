@@ -24,8 +24,8 @@ from trackably.checker.subject import Subject
 from trackably.checker.tail import check_tail
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.periodic import Periodic
-from trackably.systems.flat.shifted import shifted
 from trackably.systems.reference import Reference
+from trackably.systems.trajectories import shifted
 
 TERMS = 16
 LATEST = 1e60

@@ -16,11 +16,10 @@ from trackably.certificates.robust import Robust
 from trackably.checker import certificate as of_certificate
 from trackably.checker import counterexample as of_counterexample
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbance.hull import ConvexHull
-from trackably.systems.disturbance.sets import DisturbanceSet
-from trackably.systems.flat.functional import Functional
+from trackably.systems.disturbances import ConvexHull, DisturbanceSet
 from trackably.systems.linear import LinearSystem
 from trackably.systems.reference import Reference
+from trackably.systems.trajectories import Functional
 
 _ROOM = 0.99
 """The stated violation is a little smaller than the one that was found."""

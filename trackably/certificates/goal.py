@@ -7,8 +7,7 @@ from typing import Literal, Self
 
 from trackably.certificates.claim import OnWindow
 from trackably.certificates.prove import Outcome, prove, prove_on_window, prove_while_settling
-from trackably.gp.joint import JointPrior
-from trackably.gp.period import has_period
+from trackably.gp.joint import JointPrior, has_period
 from trackably.gp.samples import Samples
 from trackably.learning.index_set import AllPhases, IndexSet, Window
 from trackably.systems.constrained import ConstrainedSystem

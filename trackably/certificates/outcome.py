@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from trackably.learning.problem import NoSolution
-from trackably.systems.disturbance.tightening import Tightening
+from trackably.systems.polytopes import Interval, rounded
 from trackably.systems.reference import Reference
-from trackably.systems.sets.interval import Interval, rounded
+from trackably.systems.tightening import Tightening
 
 
 @dataclass(frozen=True)

@@ -25,10 +25,9 @@ from trackably.checker.form import subject_of
 from trackably.checker.piecewise import check_sizes, evaluation_errors, is_nowhere_negative, value_of_pieces, whole_sum
 from trackably.checker.quantities import functionals
 from trackably.checker.subject import Functional, Subject
-from trackably.systems.quantities import Quantities
-from trackably.systems.quantity import Quantity
+from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
-from trackably.systems.signals.pieces import PolynomialPieces
+from trackably.systems.trajectories import Quantities, Quantity
 
 Outcome = Certificate | Counterexample | Unproved
 

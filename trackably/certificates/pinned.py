@@ -14,12 +14,10 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.prove import Failure, Outcome, prove_on_window
 from trackably.learning.problem import Pin
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.flat.functional import Functional
-from trackably.systems.flat.trajectory import Trajectory
 from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Interval, Polytope, rounded
 from trackably.systems.reference import Reference
-from trackably.systems.sets.interval import Interval, rounded
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.trajectories import Functional, Trajectory
 
 WINDOW = 1e-6
 """Of a sampling time, to either side: values are proved in a window, as that of a certificate has a length."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trackably.cached import cached
 from trackably.certificates.certificate import Certificate, Cover
 from trackably.certificates.claim import AllPhases, AllTimes, AtInstants, Claim, OnWindow, latest_time, refuse_empty
 from trackably.certificates.cover import UncoveredBox, cover
@@ -20,9 +21,8 @@ from trackably.certificates.pieces import prove_pieces, prove_pieces_on_window
 from trackably.certificates.sketch import jump_of, sketches
 from trackably.certificates.tail import tail_start
 from trackably.checker.intervals import UndefinedError, exactly
-from trackably.gp.factors.cached import cached
-from trackably.systems.quantity import Quantity
 from trackably.systems.reference import Reference
+from trackably.systems.trajectories import Quantity
 
 Failure = Counterexample | Unproved
 Outcome = Certificate | Failure

@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 
 from trackably.systems.constrained import ConstrainedSystem, LinearConstraint
-from trackably.systems.disturbance.invariant import InvariantSet
-from trackably.systems.disturbance.measured import Measured
-from trackably.systems.disturbance.tightening import Tightening
+from trackably.systems.disturbances import Measured
+from trackably.systems.tightening import InvariantSet, Tightening
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,14 +8,10 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.certificates.outcome import Unproved
-from trackably.gp.remembered import Remembered
-from trackably.systems.flat.functional import Signals
-from trackably.systems.flat.trajectory import Trajectory
-from trackably.systems.formulas.evaluation import evaluate_floats
-from trackably.systems.formulas.expression import Angle, Expression, all_nodes
-from trackably.systems.quantities import Indices, Quantities
-from trackably.systems.quantity import Quantity
+from trackably.gp.signal import Remembered
+from trackably.systems.expressions import Angle, Expression, all_nodes, evaluate_floats
 from trackably.systems.reference import Reference
+from trackably.systems.trajectories import Indices, Quantities, Quantity, Signals, Trajectory
 
 _POINTS_PER_CORRELATION_TIME, _MOST_POINTS = 12, 50_000
 _FEWEST_POINTS, _FEWEST_OF_FORMULAS = 65, 1025

@@ -9,7 +9,7 @@ import numpy as np
 
 from trackably.arrays import Array, Flags
 from trackably.certificates.draft import Draft
-from trackably.gp.kernels.radial import Radial
+from trackably.gp.kernels.elementary import Radial
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference

@@ -25,18 +25,13 @@ from trackably.gp.hyperparameter import Hyperparameter
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.registry import KERNELS, name_of
 from trackably.gp.signal import KernelSum
-from trackably.gp.stencil import Stencil
-from trackably.gp.stencils import Stencils
+from trackably.gp.stencil import Stencil, Stencils
 from trackably.systems.constrained import System
-from trackably.systems.disturbance.hull import ConvexHull
-from trackably.systems.disturbance.sets import DisturbanceSet
-from trackably.systems.disturbance.zonotope import Zonotope
-from trackably.systems.formulas.expression import Expression
-from trackably.systems.formulas.nested_lists import from_lists, to_lists
+from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope
+from trackably.systems.expressions import Expression, from_lists, to_lists
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
-from trackably.systems.signals.pieces import PolynomialPieces
-from trackably.systems.signals.signal import Signal
+from trackably.systems.pieces import PolynomialPieces, Signal
 
 _MAY_BE_MISSING = {"flat", "angles", "positive", "scatters"}  # fields of systems and samples, which know no files
 

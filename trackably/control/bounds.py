@@ -9,9 +9,8 @@ import scipy
 
 from trackably.arrays import Array
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.polytopes import Polytope, extents, squares_in_widths, unit_scales
 from trackably.systems.reference import Window
-from trackably.systems.sets.polytope import Polytope
-from trackably.systems.sets.scales import extents, squares_in_widths, unit_scales
 
 
 @dataclass(frozen=True, eq=False)

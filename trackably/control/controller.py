@@ -18,8 +18,8 @@ from trackably.control.references import TrackedReference
 from trackably.control.search import solve_by_linearisation
 from trackably.control.stepping import Infeasible, Plan, StepResult, answer_step
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
-from trackably.systems.sets.polytope import Polytope
 
 __all__ = ["TOLERANCE", "Controller"]
 

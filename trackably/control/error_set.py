@@ -9,9 +9,8 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.gp.bounded import nonnegative_least_squares
-from trackably.systems.disturbance.invariant import InvariantSet
-from trackably.systems.disturbance.rationals import as_array
-from trackably.systems.disturbance.zonotope import Zonotope
+from trackably.systems.disturbances import Zonotope, as_array
+from trackably.systems.tightening import InvariantSet
 
 _ROUNDING, _OF_LEAST_SQUARES = 1e-12, 1e-9
 """Points that miss the set by this part of its size along each axis count as inside: of facets, and without them."""

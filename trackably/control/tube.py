@@ -22,9 +22,8 @@ from trackably.control.programs import CompiledProgram, StepPrograms
 from trackably.control.references import TrackedReference
 from trackably.control.stepping import ROUNDING, Infeasible, Plan, Status, StepResult, answer_step
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbance.invariant import InvariantSet
-from trackably.systems.disturbance.tightening import Tightening
 from trackably.systems.reference import Window
+from trackably.systems.tightening import InvariantSet, Tightening
 
 _SMALLEST = 1e-6
 """A start whose cost is flatter in a direction than this part of its steepest has no optimum in float64."""

@@ -15,9 +15,7 @@ from trackably.exports.c99_kernels import array, kernel_sum_function, number
 from trackably.exports.proved import Proved
 from trackably.files import new_file, write_text
 from trackably.systems.allocation import ROUNDING, Allocation
-from trackably.systems.flat.functional import Functional
-from trackably.systems.flat.trajectory import Coordinate
-from trackably.systems.formulas.expression import (
+from trackably.systems.expressions import (
     Angle,
     Binary,
     Constant,
@@ -26,8 +24,9 @@ from trackably.systems.formulas.expression import (
     Power,
     Variable,
 )
+from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
-from trackably.systems.signals.pieces import PolynomialPieces
+from trackably.systems.trajectories import Coordinate, Functional
 
 _SMALLEST = """\
 // Puts the smallest admissible input that acts as u does in the place of u.

@@ -5,10 +5,10 @@ from math import tau
 from typing import Any
 
 from trackably.gp.kernels.base import Kernel, Product, Sum
+from trackably.gp.kernels.elementary import Radial
 from trackably.gp.kernels.matern import Matern
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
-from trackably.gp.kernels.radial import Radial
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum

@@ -25,8 +25,8 @@ from trackably.arrays import Array
 from trackably.control.angles import angles_of
 from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.polytopes import Interval
 from trackably.systems.reference import Reference
-from trackably.systems.sets.interval import Interval
 
 P = ParamSpec("P")
 # Start from matplotlib's defaults, so that a user's own matplotlibrc has no effect.

@@ -13,9 +13,9 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import AllPhases, AllTimes, AtInstants, OnWindow
 from trackably.control.angles import angles_of
 from trackably.gp.samples import Samples
-from trackably.systems.quantity import Quantity
+from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
-from trackably.systems.signals.pieces import PolynomialPieces
+from trackably.systems.trajectories import Quantity
 
 
 class Proved(Protocol):

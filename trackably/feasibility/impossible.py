@@ -18,9 +18,9 @@ from trackably.certificates.pinned import Pinned, extent
 from trackably.checker.contradiction import FORMAT, VERSION
 from trackably.feasibility.steps import Least, Steps, first_gap, least, steps_of
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbance.tightening import Tightening
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.tightening import Tightening
 
 _NOTHING = 1e-6  # of a width: solvers find no less
 _ACTIVE = 1e-6  # of the largest multiplier

@@ -24,7 +24,7 @@ from trackably.checker.formulas import names as names_in
 from trackably.checker.intervals import UndefinedError, between
 from trackably.checker.subject import NonlinearSystem
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Polytope
 
 _MOST_UNKNOWNS = 2000
 """States and inputs of all steps. Further steps are left out: fewer are a relaxation too, and programs stay small."""

@@ -18,10 +18,10 @@ from trackably.gp.stencil import Stencil
 from trackably.proved import ProvedReference
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
+from trackably.systems.pieces import Beyond, PolynomialPieces
+from trackably.systems.polytopes import rounded
 from trackably.systems.reference import Reference
 from trackably.systems.sampling import default_sample, shows_level, stencils_by_name
-from trackably.systems.sets.interval import rounded
-from trackably.systems.signals.pieces import Beyond, PolynomialPieces
 
 
 @dataclass(frozen=True, eq=False)

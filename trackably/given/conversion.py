@@ -21,7 +21,7 @@ from scipy.interpolate import (
 from trackably.arguments import numbers
 from trackably.arrays import Array
 from trackably.gp.samples import Samples
-from trackably.systems.signals.pieces import Beyond, PolynomialPieces
+from trackably.systems.pieces import Beyond, PolynomialPieces
 
 _DEFAULT_END = 1.0  # of a basis of python-control [s]
 _MISSED = 1e-9  # of the largest value: more is no rounding

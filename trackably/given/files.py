@@ -19,8 +19,8 @@ from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem, System
 from trackably.systems.library import model_of
 from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.sampling import shows_level
-from trackably.systems.sets.polytope import Polytope
 
 _PARTS = {"system", "state_set", "input_set"}
 _LINEAR = {"A", "B", "c", "continuous", "states", "inputs", "sampling_time"}

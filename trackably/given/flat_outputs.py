@@ -14,8 +14,8 @@ from trackably.certificates.pieces import keeps, least_near, times_to_look_at
 from trackably.checker.form import subject_of
 from trackably.checker.subject import Functional, Pieces
 from trackably.gp.stencil import Stencil
+from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
-from trackably.systems.signals.pieces import PolynomialPieces
 
 _PARTS = tuple(1e-13 * 8.0**k for k in range(16))
 """Parts of the size of a curve by which a distance may be larger than what is seen of it."""

@@ -23,10 +23,9 @@ from trackably.given.certify import CertifiedReference, Given, Moved
 from trackably.given.conversion import Interpolation, as_pieces
 from trackably.given.flat_outputs import distance
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.flat.functional import Functional
-from trackably.systems.flat.trajectory import Coordinate
+from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
-from trackably.systems.signals.pieces import PolynomialPieces
+from trackably.systems.trajectories import Coordinate, Functional
 
 _FEWEST, _MOST, _PER_PIECE = 64, 400, 4
 _INSTANTS = 6  # for each interval between knots

@@ -24,7 +24,7 @@ from trackably.checker.subject import System
 from trackably.checker.tables import FORMAT, REFUTED, VERSION, Part
 from trackably.files import new_file, write_json
 from trackably.systems.constrained import ConstrainedSystem, Side
-from trackably.systems.sets.interval import Interval, rounded
+from trackably.systems.polytopes import Interval, rounded
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,9 +19,7 @@ from trackably.gp.kernels.base import Kernel
 from trackably.gp.signal import KernelSum
 from trackably.learning.index_set import IndexSet, TimesAndMargins
 from trackably.progress.work import done
-from trackably.systems.flat.functional import Functional
-from trackably.systems.quantities import Quantities
-from trackably.systems.quantity import Quantity
+from trackably.systems.trajectories import Functional, Quantities, Quantity
 
 Indices = npt.NDArray[np.intp]
 

@@ -19,7 +19,7 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import IllConditioned
-from trackably.gp.remembered import Remembered
+from trackably.gp.signal import Remembered
 from trackably.learning import sqp
 from trackably.learning.constraint import closest
 from trackably.learning.nonlinear import Program

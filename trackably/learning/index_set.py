@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.arrays import Array
+from trackably.gp.joint import period_of
 from trackably.gp.kernels.base import Kernel
-from trackably.gp.period import period_of
 
 # A signal cannot change much faster than its kernel's correlation time: with this many grid points in each correlation
 # time the grid shows every local minimum, which is then refined.

@@ -1,7 +1,6 @@
 """Methods that the paper does not have. Each maps (samples, prior, plant, space, …) to a Solution or NoSolution."""
 
-from trackably.gp.joint import JointPrior
-from trackably.gp.period import period_of
+from trackably.gp.joint import JointPrior, period_of
 from trackably.gp.samples import Samples
 from trackably.learning.constraint import ROUNDING_BACKOFF, Constraint
 from trackably.learning.index_set import AllPhases

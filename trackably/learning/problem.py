@@ -15,8 +15,7 @@ from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Bounded
 from trackably.learning.space import SearchSpace
 from trackably.progress.work import done
-from trackably.systems.flat.trajectory import Trajectory
-from trackably.systems.quantity import Quantity
+from trackably.systems.trajectories import Quantity, Trajectory
 
 _ROUNDING = 1e-9  # of a width
 _MANY_CONTACTS = 100  # active bounds of a function that is rough

@@ -12,7 +12,7 @@ from trackably.gp.joint import JointPrior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.gp.stencil import Stencil
-from trackably.systems.sets.interval import Interval
+from trackably.systems.polytopes import Interval
 
 MOST_STARTS = 10_000
 """More starts would take days, and the points for them more memory than there is."""

@@ -27,7 +27,7 @@ import scipy
 from scipy.linalg.lapack import dpotrf, dtrtri
 
 from trackably.arrays import Array
-from trackably.gp.factors.cached import cached
+from trackably.cached import cached
 
 FEASIBLE = 1e-12
 _PIVOTS = 100  # for each row of a quadratic program: SciPy's own 3 are too few where bounds nearly coincide

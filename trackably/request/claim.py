@@ -6,9 +6,9 @@ from trackably.arguments import is_number
 from trackably.certificates.goal import Claim
 from trackably.gp.joint import JointPrior
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbance.tightening import Tightening
-from trackably.systems.quantity import Quantity
-from trackably.systems.sets.interval import ends_shown
+from trackably.systems.polytopes import ends_shown
+from trackably.systems.tightening import Tightening
+from trackably.systems.trajectories import Quantity
 
 
 def claimed(claim: object) -> Claim:

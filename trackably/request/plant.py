@@ -3,8 +3,8 @@
 from trackably.arguments import instance
 from trackably.arrays import ArrayLike
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbance.sets import DisturbanceSet
-from trackably.systems.disturbance.tightening import Tightening, tightening
+from trackably.systems.disturbances import DisturbanceSet
+from trackably.systems.tightening import Tightening, tightening
 
 
 def checked_plant(plant: object) -> None:

@@ -16,8 +16,18 @@ from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.request.prior import Noise, priors_by_name, value_of
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.frames import Column, Frame, is_column, is_frame, samples_of_column, samples_of_frame
-from trackably.systems.sampling import default_sample, kinds_by_name, relative_to_first, sampled_signals
+from trackably.systems.sampling import (
+    Column,
+    Frame,
+    default_sample,
+    is_column,
+    is_frame,
+    kinds_by_name,
+    relative_to_first,
+    sampled_signals,
+    samples_of_column,
+    samples_of_frame,
+)
 
 T = TypeVar("T")
 

@@ -19,7 +19,6 @@ from trackably.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, lev
 from trackably.explanation import IgnoresSamplesWarning, ignored
 from trackably.feasibility.impossible import impossible
 from trackably.fit import Fit, edges_of
-from trackably.gp.factors.threads import one_blas_thread
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.samples import Samples
@@ -37,8 +36,9 @@ from trackably.request.samples import Measurements, SamplesLike
 from trackably.streams.reference import StreamReference
 from trackably.streams.windows import Stream, constraints_at, learn_proved, part_of
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbance.sets import DisturbanceSet
+from trackably.systems.disturbances import DisturbanceSet
 from trackably.systems.reference import Reference
+from trackably.threads import one_blas_thread
 from trackably.waypoints import Waypoints, waypoints
 
 _CALLER = 3  # frames up: the decorator of `learn_stream` is one of them

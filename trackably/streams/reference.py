@@ -23,8 +23,8 @@ from trackably.gp.samples import Samples
 from trackably.proved import ProvedReference
 from trackably.saved import Saved, SavedTightening, window_of
 from trackably.streams.windows import Stream
-from trackably.systems.disturbance.tightening import Tightening
 from trackably.systems.reference import Reference
+from trackably.systems.tightening import Tightening
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from contextvars import ContextVar
 from typing import Any, NoReturn, TypeVar
 
 import numpy as np
-from flint import arb, ctx
+from mpmath.ctx_iv import MPIntervalContext
 
 from trackably.arrays import Array
 from trackably.systems.expressions import (
@@ -249,7 +249,8 @@ T = TypeVar("T")
 
 _Sequence = (list, tuple, np.ndarray)
 _SIZES, _DRAWS = np.logspace(-4, 6, 11), 6  # of each size, half of them positive: roots and logarithms need it
-_FLOAT64 = 53
+_IV = MPIntervalContext()
+_IV.prec = 53  # as float64 has
 _ROUNDING = 1e3  # times what the formula's operations may round: f may add in another order
 _LINALG = (
     "np.linalg takes plain numbers only: write the inverse out, which of [[a, b], [c, d]] is "
@@ -307,34 +308,38 @@ def _seen(f: Dynamics, x: Array, u: Array) -> tuple[Array, str]:
 def _agree(formula: Expression, values: dict[str, float], seen: float, rounded: float) -> bool:
     """Return whether a number may be that of the formula, of which `rounded` is the value in float64.
 
-    Ball arithmetic in the precision of float64 says what operations may round. Where one of both values is not defined,
+    Intervals in the precision of float64 say what operations may round. Where one of both values is not defined,
     numbers may be too large on the way: then nothing is said.
     """
-    before, ctx.prec = ctx.prec, _FLOAT64
+    width = _rounding_width(formula, values)
+    if not np.isfinite(width) or not np.isfinite(rounded):
+        return bool(np.isfinite(width)) or not np.isnan(rounded) or not np.isfinite(seen)
+    return bool(abs(seen - rounded) <= _ROUNDING * (width / 2 + np.spacing(abs(rounded))))
+
+
+def _rounding_width(formula: Expression, values: dict[str, float]) -> float:
+    """Return the width of what rounding to float64 may make of the value; infinite where there may be none."""
     try:
-        ball = evaluate(formula, {name: arb(value) for name, value in values.items()}, _Balls())
-    finally:
-        ctx.prec = before
-    if not ball.is_finite() or not np.isfinite(rounded):
-        return ball.is_finite() or not np.isnan(rounded) or not np.isfinite(seen)
-    return bool(abs(seen - rounded) <= _ROUNDING * (float(ball.rad()) + np.spacing(abs(rounded))))
+        found = evaluate(formula, {name: _IV.mpf(value) for name, value in values.items()}, _Intervals())
+        return float(found.delta.b)
+    except (ArithmeticError, ValueError, TypeError, AttributeError):  # mpmath has complex values, or none
+        return float("inf")
 
 
-class _Balls:
-    """Balls that hold what rounding to float64 may do."""
+class _Intervals:
+    """Intervals that hold what rounding to float64 may do."""
 
-    def constant(self, value: float) -> arb:
-        return arb(value)
+    def constant(self, value: float) -> Any:
+        return _IV.mpf(value)
 
-    def power(self, base: arb, exponent: float) -> arb:
-        return base ** arb(exponent)
+    def power(self, base: Any, exponent: float) -> Any:
+        return base ** (int(exponent) if exponent == int(exponent) else _IV.mpf(exponent))
 
-    def function(self, name: str, argument: arb) -> arb:
-        found: arb = getattr(argument, name)()
-        return found
+    def function(self, name: str, argument: Any) -> Any:
+        return _IV.atan2(argument, 1) if name == "atan" else getattr(_IV, name)(argument)
 
-    def angle(self, y: arb, x: arb) -> arb:
-        return arb.atan2(y, x)
+    def angle(self, y: Any, x: Any) -> Any:
+        return _IV.atan2(y, x)
 
 
 def formulas_of(call: Callable[[], Any], what: str) -> tuple[tuple[Expression, ...], tuple[Expression, ...]]:

@@ -15,8 +15,8 @@ from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, R
 from trackably.arrays import Array
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.polytope import Polytope
 
 _AHEAD = 300  # steps at most
 _SETTLED = 1e-12  # of an error: later steps bound the command alone

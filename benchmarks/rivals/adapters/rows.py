@@ -7,9 +7,8 @@ import numpy as np
 from benchmarks.rivals.model import Problem
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
-from trackably.gp.row_kernel import row_kernel
-from trackably.gp.rows import Rows, Terms
-from trackably.systems.flat.functional import Functional
+from trackably.gp.rows import Rows, Terms, row_kernel
+from trackably.systems.trajectories import Functional
 
 POINTS = 200
 """Times of the grid, if nothing else is said: as many as the published study of (c) begins with."""

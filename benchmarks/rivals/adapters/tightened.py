@@ -18,11 +18,10 @@ from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, R
 from trackably.arrays import Array
 from trackably.gp.bounded import root
 from trackably.gp.joint import JointPosterior
-from trackably.gp.row_kernel import row_kernel
-from trackably.gp.rows import Rows, Terms
+from trackably.gp.rows import Rows, Terms, row_kernel
 from trackably.gp.signal import KernelSum
-from trackably.systems.flat.functional import Functional
 from trackably.systems.reference import Reference
+from trackably.systems.trajectories import Functional
 
 _LAGS = 16  # in which the supremum is sought; it is at the longest one where covariances fall with the distance
 

@@ -12,8 +12,8 @@ from benchmarks.rivals.model import Curve, Violation
 from trackably.arrays import Array
 from trackably.gp.stencil import POINT, Stencil
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.quantity import Quantity
-from trackably.systems.sets.interval import Interval
+from trackably.systems.polytopes import Interval
+from trackably.systems.trajectories import Quantity
 
 _TOLERANCE = Fraction(1, 10**9)  # of the bound's width
 

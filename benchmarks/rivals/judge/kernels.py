@@ -14,8 +14,8 @@ from trackably.certificates.sketch import sketches
 from trackably.checker.intervals import exactly
 from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.polytope import Polytope
 
 _WIDER = (1e-9, 1e-6, 1e-3, 1e-1)  # of the violation, and of the width a thousandth of it
 _SEARCHES = 4

@@ -8,7 +8,7 @@ from benchmarks.rivals.judge.curves import PolynomialCurve, of_flat_outputs
 from benchmarks.rivals.judge.polynomials import Combination, Pieces, bernstein, combined, halved, largest
 from benchmarks.rivals.problems import problem
 from trackably.gp.stencil import POINT
-from trackably.systems.sets.interval import Interval
+from trackably.systems.polytopes import Interval
 
 _TOLERANCE = Fraction(1, 10**9)
 

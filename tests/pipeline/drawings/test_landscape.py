@@ -14,7 +14,7 @@ from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import Steps
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
-from trackably.systems.sets.interval import Interval
+from trackably.systems.polytopes import Interval
 
 PLANT = scalar(0.9, 0.5, state_set=Interval(-2, 0.05), input_set=Interval(-0.5, 0.5), sampling_time=0.01)
 STATE, INPUT = state_and_input(PLANT)

@@ -12,8 +12,8 @@ from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.polytope import Polytope
 
 PLANT = ConstrainedSystem(
     LinearSystem(np.diag([0.9, 0.8]), np.eye(2), states=("x", "y"), inputs=("u", "w"), sampling_time=0.1),

@@ -18,7 +18,7 @@ from tests.project import ROOT
 from trackably.files import from_json, to_json
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Polytope
 
 EXPERIMENTS = sorted(path.name for path in (ROOT / "data" / "results").iterdir() if [*path.glob("*.mcap")])
 

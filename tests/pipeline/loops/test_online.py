@@ -20,7 +20,7 @@ from trackably.gp.samples import Samples
 from trackably.learning.learner import JOINT
 from trackably.learning.problem import NoSolution
 from trackably.learning.space import SearchSpace
-from trackably.systems.sets.interval import Interval
+from trackably.systems.polytopes import Interval
 
 PLANT = instances.example1().plant
 PRIOR = JointPrior((Prior(SquaredExponential(1.0, 1.0).as_learned(), noise_std=0.02),))

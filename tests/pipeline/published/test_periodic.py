@@ -24,7 +24,7 @@ from trackably.learning import search
 from trackably.learning.methods import all_phases, exact, unconstrained
 from trackably.learning.problem import ConstrainedProblem, NothingFeasible, Solution
 from trackably.learning.space import SearchSpace
-from trackably.systems.sets.interval import Interval
+from trackably.systems.polytopes import Interval
 
 SYSTEM = scalar(0.9, 0.1, state_set=Interval(-2.0, 2.0), input_set=Interval(-3.0, 1.4), sampling_time=0.01)
 STATE_SET, INPUT_SET = interval_sets(SYSTEM)

@@ -22,8 +22,7 @@ from tests.trackably.gp.instances import over
 from tests.trackably.systems.instances import PLANTS, interval_box, intervals, plants
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
-from trackably.systems.sets.interval import Interval
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Interval, Polytope
 
 STATES = np.linspace(-3, 3, 13)
 

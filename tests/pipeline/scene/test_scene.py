@@ -26,7 +26,7 @@ from tests.project import ROOT
 from trackably.files import from_json
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Polytope
 
 NAN = float("nan")
 MADE = sorted(path.parent.name for path in (ROOT / "data" / "results").glob("*/scene.mcap"))

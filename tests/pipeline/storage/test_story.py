@@ -30,7 +30,7 @@ from pipeline.storage.theorems import Proved, write_record
 from tests.project import ROOT
 from trackably.gp.hyperparameter import Learned
 from trackably.systems.margins import MarginProfile
-from trackably.systems.quantity import Quantity
+from trackably.systems.trajectories import Quantity
 from trackably.theorem import theorem
 
 EXPERIMENTS = load_experiments(ROOT / "params.yaml")

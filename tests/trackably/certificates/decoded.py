@@ -10,14 +10,11 @@ from trackably.certificates.cover import Cover
 from trackably.certificates.robust import Robust
 from trackably.codec.converter import decode
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbance.hull import ConvexHull
-from trackably.systems.disturbance.invariant import InvariantSet
-from trackably.systems.disturbance.measured import measured
-from trackably.systems.disturbance.sets import DisturbanceSet
-from trackably.systems.disturbance.zonotope import Zonotope
+from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope, measured
 from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.tightening import InvariantSet
 
 _CLAIMS = {"all_times": AllTimes, "all_phases": AllPhases, "window": OnWindow, "instants": AtInstants}
 

@@ -12,8 +12,8 @@ from trackably.certificates.certificate import Certificate, Cover
 from trackably.certificates.draft import Draft
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.sketch import Sketch
+from trackably.systems.polytopes import Interval
 from trackably.systems.reference import Reference
-from trackably.systems.sets.interval import Interval
 
 Lie = Callable[[np.random.Generator, Any], Any]
 """Returns what takes the place of a function, given the honest one."""

@@ -14,8 +14,8 @@ from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, Piec
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
-from trackably.systems.flat.functional import Functional
 from trackably.systems.reference import Reference
+from trackably.systems.trajectories import Functional
 
 DIGITS = 60
 _EXACTLY = 3

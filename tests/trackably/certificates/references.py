@@ -14,8 +14,8 @@ from trackably.gp.samples import Samples
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
+from trackably.systems.polytopes import Interval
 from trackably.systems.reference import Reference
-from trackably.systems.sets.interval import Interval
 
 
 def _periodic_samples() -> Samples:

@@ -12,7 +12,7 @@ from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.gp.samples import Samples
 from trackably.learning.learner import HYPERPARAMETERS, JOINT
 from trackably.learning.problem import NothingFactored, NothingFeasible, Pin
-from trackably.systems.sets.interval import Interval
+from trackably.systems.polytopes import Interval
 
 
 def test_example1_has_the_sound_optimum():

@@ -14,7 +14,7 @@ from trackably.gp.samples import Samples
 from trackably.gp.stencil import POINT
 from trackably.learning.space import SearchSpace
 from trackably.systems.linear import LinearSystem
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Polytope
 
 
 def stable_enough(system: LinearSystem) -> bool:

@@ -27,8 +27,8 @@ from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import Steps
 from trackably.learning.search import best_solution
 from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Interval
 from trackably.systems.reference import Reference
-from trackably.systems.sets.interval import Interval
 
 WIDE = Interval(-2.0, 2.0)
 PLANT = scalar(0.9, 0.5, state_set=WIDE, input_set=WIDE, sampling_time=0.05)

@@ -22,7 +22,7 @@ from trackably.gp.kernels.rational_quadratic import RationalQuadratic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.formulas.expression import (
+from trackably.systems.expressions import (
     BINARY,
     FUNCTIONS,
     Constant,
@@ -34,8 +34,8 @@ from trackably.systems.formulas.expression import (
     Variable,
 )
 from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.polytope import Polytope
 
 X, U = Variable("x"), Variable("u")
 EXPONENTS = (-2.0, -1.0, 0.5, 1.5, 2.0, 3.0, -0.7, 5.0)

@@ -8,7 +8,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from tests.trackably.certificates.references import PROBLEMS
 from trackably.certificates.certified import learn_certified
-from trackably.gp.factors.threads import one_blas_thread
+from trackably.threads import one_blas_thread
 
 
 def blas_threads() -> set[int]:
@@ -38,7 +38,7 @@ def test_learning_uses_one():
 def test_every_library_is_known_even_if_nothing_has_been_loaded():
     """A limit that is asked for first finds the libraries that learning loads later."""
     code = (
-        "from trackably.gp.factors.threads import _libraries; known = len(_libraries().select(user_api='blas').info());"
+        "from trackably.threads import _libraries; known = len(_libraries().select(user_api='blas').info());"
         "import trackably.learn; from threadpoolctl import threadpool_info;"
         "print(known, len([x for x in threadpool_info() if x['user_api'] == 'blas']))"
     )

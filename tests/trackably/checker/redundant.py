@@ -17,8 +17,8 @@ from trackably.learn import learn_reference
 from trackably.reference import TrackableReference
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.polytope import Polytope
 
 STEPS = np.arange(5000)
 PLANT = ConstrainedSystem(ONE_STATE, Polytope.box([-3.0], [3.0]), Polytope.box([-1.0, -0.2], [1.0, 0.2]))

@@ -20,8 +20,8 @@ from trackably.gp.signal import KernelSum
 from trackably.reference import TrackableReference
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.polytope import Polytope
 
 
 def test_what_the_smallest_input_of_all_could_not_do_is_followed_all_the_same():

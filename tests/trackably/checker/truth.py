@@ -7,9 +7,9 @@ from functools import cache
 from tests.trackably.certificates import naive
 from tests.trackably.certificates.decoded import decode_certificate
 from tests.trackably.checker.test_soundness import smallest_margin
-from trackably.systems.flat.flatness import Flatness
-from trackably.systems.flat.functional import Functional
+from trackably.systems.linear import Flatness
 from trackably.systems.reference import Reference
+from trackably.systems.trajectories import Functional
 
 
 @cache

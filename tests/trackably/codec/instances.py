@@ -14,9 +14,8 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Interval, Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.interval import Interval
-from trackably.systems.sets.polytope import Polytope
 
 KERNEL = Sum(Product(SquaredExponential(0.1 + 0.2, 1 / 3), Periodic(1.0, 2.0, 3.0)), RationalQuadratic(1.0, 2.0, 0.7))
 PLANT = scalar(0.9, -0.1, state_set=Interval(-1.0, 1.0), input_set=Interval(-2.0, 2.0), sampling_time=0.1)

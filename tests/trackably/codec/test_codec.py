@@ -26,8 +26,8 @@ from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
 from trackably.gp.stencil import Stencil
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.polytopes import Interval
 from trackably.systems.reference import Reference
-from trackably.systems.sets.interval import Interval
 
 ELEMENTARY: tuple[type[Elementary], ...] = (
     *(SquaredExponential, Matern32, Matern52, RationalQuadratic, Periodic),

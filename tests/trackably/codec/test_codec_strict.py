@@ -19,9 +19,8 @@ from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.gp.stencil import Stencil
 from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Interval, Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.interval import Interval
-from trackably.systems.sets.polytope import Polytope
 
 SE = SquaredExponential(1.0, 2.0)
 PRIOR = Prior(SE.as_learned(), 0.1)

@@ -15,7 +15,7 @@ from trackably.condensed import condensed, condensed_enough, finer
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Scatter
-from trackably.gp.stencils import Stencils
+from trackably.gp.stencil import Stencils
 
 over = pytest.mark.parametrize("samples", INSTANCES.values(), ids=INSTANCES)
 CENTRES = 40

@@ -11,8 +11,8 @@ from trackably.control.references import TabulatedReference
 from trackably.control.simulation import simulate
 from trackably.control.stepping import Plan
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
-from trackably.systems.sets.polytope import Polytope
 
 ROBOT = ConstrainedSystem(
     robot(),

@@ -9,7 +9,7 @@ from trackably.control.controller import TOLERANCE, Controller
 from trackably.control.stepping import Infeasible, Plan, Status
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Polytope
 
 PLANT = instances.double_integrator()
 AT_REST = instances.at_rest(PLANT, 1.2)  # on its bound

@@ -14,8 +14,8 @@ from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.library import tank
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.polytope import Polytope
 
 TANK = ConstrainedSystem(tank(5.0, outflow=0.05), Polytope.box([0.3], [1.25]), Polytope.box([0.02], [0.068]))
 PAIR = ConstrainedSystem(

@@ -16,7 +16,7 @@ from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Polytope
 
 PLANT = instances.double_integrator()
 _, STENCIL = PLANT.flatness.states[0].stencil

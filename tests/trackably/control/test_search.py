@@ -11,8 +11,8 @@ from trackably.control.simulation import simulate
 from trackably.control.stepping import Infeasible, Plan, Status
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
-from trackably.systems.sets.polytope import Polytope
 
 HARD = [(0.5, 3, 3), (0.5, 10, 6), (0.8, 10, 1)]
 

@@ -16,8 +16,8 @@ from trackably.control.stepping import Infeasible, Plan
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
-from trackably.systems.sets.polytope import Polytope
 
 ACCURACY = 1e-6
 """Of the widths of the sets."""

@@ -12,8 +12,8 @@ from trackably.control.simulation import apply_fallback, shifted_inputs, simulat
 from trackably.control.stepping import Plan, Status, Unsolved
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
-from trackably.systems.sets.polytope import Polytope
 
 PLANT = instances.double_integrator()
 CONTROLLER = Controller(PLANT, 20, np.diag([10.0, 1.0]), 0.1 * np.eye(1))

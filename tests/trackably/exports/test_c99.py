@@ -37,9 +37,9 @@ from trackably.checker.piecewise import evaluation_errors as errors_of_pieces
 from trackably.exports.c99 import header
 from trackably.exports.proved import Proved
 from trackably.gp.signal import KernelSum
-from trackably.systems.flat.functional import Functional
+from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
-from trackably.systems.signals.pieces import PolynomialPieces
+from trackably.systems.trajectories import Functional
 
 pytestmark = pytest.mark.skipif(CC is None, reason="there is no C compiler")
 

@@ -31,7 +31,7 @@ from trackably.feasibility import impossible as proposing
 from trackably.feasibility.impossible import impossible
 from trackably.feasibility.steps import Steps, Value, least, steps_of
 from trackably.streams import learn as streams
-from trackably.systems.disturbance.tightening import tightening
+from trackably.systems.tightening import tightening
 from trackably.waypoints import Waypoints, waypoints
 
 WEAK = replace(AXIS, state_set=Polytope.box([-1, -1.5], [1, 1.5]), input_set=Polytope.box([-0.1], [0.1]))

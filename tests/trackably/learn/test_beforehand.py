@@ -12,8 +12,7 @@ from trackably.empirical_bayes import levels, split_means
 from trackably.gp.joint import JointPrior
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
-from trackably.gp.stencil import POINT, Stencil
-from trackably.gp.stencils import Stencils
+from trackably.gp.stencil import POINT, Stencil, Stencils
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace

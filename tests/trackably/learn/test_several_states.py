@@ -22,7 +22,7 @@ from trackably import (
     mobile_robot,
 )
 from trackably.gp.joint import JointPosterior
-from trackably.gp.stencils import Stencils
+from trackably.gp.stencil import Stencils
 from trackably.systems.sampling import kinds_by_name, sampled_signals, stencils_by_name
 
 SPEED = np.where(TIMES < 1.5, 0.5 * np.pi / 1.5 * np.sin(np.pi * TIMES / 1.5), 0.0)

@@ -14,7 +14,7 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import AllPhases, Steps, Window
-from trackably.systems.sets.interval import Interval
+from trackably.systems.polytopes import Interval
 
 KERNEL = SquaredExponential(1.0, 0.5)
 

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.arrays import Array, Flags
-from trackably.gp.factors.cached import cached
+from trackably.cached import cached
 from trackably.gp.joint import JointPosterior
 from trackably.gp.row_posterior import RowPosterior
 from trackably.gp.signal import KernelSum

@@ -7,7 +7,7 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
-from trackably.gp.row_kernel import row_kernel
+from trackably.gp.rows import row_kernel
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Bounded, Constraint
 from trackably.learning.joint.constrained_mean import ConstrainedMean, constrained_mean, is_linear

@@ -12,16 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.arrays import Array, Flags
-from trackably.gp.factors.cached import cached
-from trackably.gp.remembered import Remembered
+from trackably.cached import cached
 from trackably.gp.rows import Rows, Terms
-from trackably.gp.signal import KernelSum
+from trackably.gp.signal import KernelSum, Remembered
 from trackably.learning.constraint import PARTS, Bounded, Constraint, local_minima
 from trackably.learning.index_set import Indices
 from trackably.learning.problem import ActiveBound, ConstrainedProblem, Side
-from trackably.systems.flat.functional import Functional
-from trackably.systems.flat.trajectory import Trajectory
-from trackably.systems.quantities import Quantities
+from trackably.systems.trajectories import Functional, Quantities, Trajectory
 
 LOWER, UPPER = 1.0, -1.0
 _MANY, _MOST = 500, 1200  # active places: steps in θ are taken with no more

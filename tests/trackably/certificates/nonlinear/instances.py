@@ -12,8 +12,8 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove as prove_always
 from trackably.gp.kernels.periodic import Periodic
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.polytope import Polytope
 
 END = 3.0
 BOX = Polytope.box

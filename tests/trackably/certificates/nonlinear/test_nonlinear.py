@@ -31,8 +31,8 @@ from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.polytope import Polytope
 
 
 @pytest.mark.parametrize("name", INSTANCES)

@@ -14,8 +14,8 @@ from tests.trackably.plants import AXIS
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove, prove_on_window
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.sets.polytope import Polytope
 
 WINDOW = (0.25, 2.75)
 ROOM = 1e-7

@@ -9,7 +9,7 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove_on_window
 from trackably.certificates.robust import robust_of
-from trackably.systems.disturbance.zonotope import Zonotope
+from trackably.systems.disturbances import Zonotope
 
 KINDS = ("example1", "pushed cart", "triangle", "three states")
 

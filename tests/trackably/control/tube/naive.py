@@ -4,7 +4,7 @@ import cvxpy as cp
 import numpy as np
 
 from trackably.control.tube import TubeController
-from trackably.systems.disturbance.zonotope import Zonotope
+from trackably.systems.disturbances import Zonotope
 
 
 def in_error_set(Z, e: cp.Expression) -> list[cp.Constraint]:

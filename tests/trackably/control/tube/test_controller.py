@@ -16,10 +16,10 @@ from trackably.control.simulation import shifted_inputs, simulate
 from trackably.control.stepping import Infeasible, Plan, Status
 from trackably.control.tube import TubeController, TubeProblem
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbance.tightening import tightening
-from trackably.systems.disturbance.zonotope import Zonotope
+from trackably.systems.disturbances import Zonotope
 from trackably.systems.linear import LinearSystem
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Polytope
+from trackably.systems.tightening import tightening
 
 
 def off(loop, part: float) -> np.ndarray:

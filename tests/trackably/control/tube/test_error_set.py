@@ -9,9 +9,9 @@ from tests.trackably.control.tube.naive import in_error_set
 from tests.trackably.systems.disturbance.instances import ALL
 from trackably.control.error_set import ErrorSet, Nearest
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbance.tightening import tightening
-from trackably.systems.disturbance.zonotope import Zonotope
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.disturbances import Zonotope
+from trackably.systems.polytopes import Polytope
+from trackably.systems.tightening import tightening
 
 
 @pytest.mark.parametrize("name", ALL)

@@ -24,7 +24,7 @@ from trackably.learning.problem import ConstrainedProblem, Pin
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Polytope
 
 Course = Callable[[np.ndarray], np.ndarray]
 

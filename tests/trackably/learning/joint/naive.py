@@ -8,7 +8,7 @@ import numpy as np
 
 from tests.trackably.learning.joint.instances import Case
 from trackably.learning.joint.constrained_mean import ConstrainedMean
-from trackably.systems.flat.functional import Functional
+from trackably.systems.trajectories import Functional
 
 _NEGLIGIBLE = 1e-14  # of the largest variance: of directions in which the functions do not differ
 _ACCURATE = {"tol_gap_abs": 1e-12, "tol_gap_rel": 1e-12, "tol_feas": 1e-12}

@@ -31,7 +31,7 @@ from trackably.learning.problem import NoSolution
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
-from trackably.systems.sets.polytope import Polytope
+from trackably.systems.polytopes import Polytope
 
 _SPAN = 2.0
 _FINE = 20_001  # times

@@ -1,1 +1,0 @@
-"""Flat outputs of a system: signals that determine its states and inputs."""

@@ -1,1 +1,0 @@
-"""Formulas of nonlinear systems: written as Python functions, kept as expressions."""

@@ -1,1 +1,0 @@
-"""Sets: intervals and polytopes."""

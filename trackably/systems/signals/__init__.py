@@ -1,1 +1,0 @@
-"""Signals that are not learned as sums of kernels: piecewise polynomials."""
