@@ -112,6 +112,11 @@ def why_not_flat(f: Sequence[Expression], form: FlatForm, states: Sequence[str],
     own = _CheckersFormulas()
     flat = subject.FlatForm(own.all(form.states), own.all(form.inputs), form.angles, own.all(form.positive))
     system = subject.NonlinearSystem(own.all(f), tuple(states), tuple(inputs), 1.0, flat)
+    for state, formula in zip(states, system.f, strict=True):
+        for angle in form.angles:
+            turned = flatness.turns(formula, angle)
+            if turned is None or (turned and state not in form.angles):
+                return f"calls {angle} an angle, but the formula of {state} changes if it is turned by 2π"
     why = flatness.why_not_flat(system, flat)
     if why is None:
         return None

@@ -15,7 +15,7 @@ from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.elementary import Elementary
-from trackably.gp.kernels.matern import Matern32, Matern52
+from trackably.gp.kernels.matern import Matern32, Matern52, Matern72
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
@@ -30,7 +30,7 @@ from trackably.systems.polytopes import Interval
 from trackably.systems.reference import Reference
 
 ELEMENTARY: tuple[type[Elementary], ...] = (
-    *(SquaredExponential, Matern32, Matern52, RationalQuadratic, Periodic),
+    *(SquaredExponential, Matern32, Matern52, Matern72, RationalQuadratic, Periodic),
     *(PiecewisePolynomial2, PiecewisePolynomial3),
 )
 positive = st.floats(1e-3, 1e3)
