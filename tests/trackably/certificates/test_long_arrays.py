@@ -52,11 +52,3 @@ def test_windows_and_steps_are_summed_too(reference) -> None:
     np.testing.assert_array_equal(window.inputs, reference.input(k))
     near = slice(HALF, HALF + CENTRES)
     np.testing.assert_array_equal(reference.state(k)[near, 0], reference.signals[0].summed(k[near] * STEP))
-
-
-def test_the_learner_may_still_take_the_fast_way(reference, times) -> None:
-    """It decides nothing that is claimed; and it is another way, or else the tests above would show nothing."""
-    (signal,) = reference.signals
-    fast, summed = signal(times), signal.summed(times)
-    np.testing.assert_allclose(fast, summed, atol=1e-9)
-    assert np.max(np.abs(fast - summed)) > 2 * evaluation_errors(reference, 1e5)["state"]

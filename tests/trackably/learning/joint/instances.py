@@ -9,7 +9,7 @@ import numpy as np
 from tests.trackably.systems.instances import unbounded
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.base import Kernel, Product, Sum
-from trackably.gp.kernels.matern import Matern32, Matern52
+from trackably.gp.kernels.matern import Matern32, Matern52, Matern72
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
@@ -143,6 +143,7 @@ KERNELS: dict[str, Kernel] = {
     "squared_exponential": SE,
     "matern32": Matern32(0.9, 0.5),
     "matern52": Matern52(0.9, 0.5),
+    "matern72": Matern72(0.9, 0.5),
     "rational_quadratic": RationalQuadratic(0.8, 0.4, 1.3),
     "piecewise_polynomial2": PiecewisePolynomial2(0.8, 1.5),
     "piecewise_polynomial3": PiecewisePolynomial3(0.8, 1.7),
