@@ -125,9 +125,11 @@ def test_wall_clocks_are_kept_apart(finished):
 def test_the_figures_and_tables_can_be_shown(finished):
     results = Results("example1", finished / "results")
     drawn = drawings(load_experiment("example1", finished / "params.yaml"), results)
-    assert set(drawn) == {"closed-loop", "cost", "infeasibility", "feasible-set", "relearning"}
+    of_references = {"margins", "tracking"}  # drawn from what other stages write, by their own tests
+    loops = {name: draw for name, draw in drawn.items() if name not in of_references}
+    assert set(loops) == {"closed-loop", "cost", "infeasibility", "feasible-set", "relearning"}
     with sketched():
-        assert all(svg(draw()).startswith(b"<?xml") for draw in drawn.values())
+        assert all(svg(draw()).startswith(b"<?xml") for draw in loops.values())
     assert len(table_of_loops(results).rows) == 9
     assert len(table_of_offers(results).rows) == 6
 
