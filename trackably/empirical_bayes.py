@@ -1,6 +1,6 @@
 """What is learned before bounds count: prior means, noise, and hyperparameters from samples of their own."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 from reprlib import repr as short
@@ -16,6 +16,9 @@ from trackably.fit import edges_of
 from trackably.gp.bounded import least_norm
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPosterior, JointPrior
+from trackably.gp.kernels.matern import Matern52
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.posterior import Posterior
 from trackably.gp.prior import NOISE, Prior
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
@@ -39,6 +42,7 @@ _NO_EVIDENCE = 1.0  # in −2 ln p
 _SEEN = 10.0  # times the least noise that is sought, a thousandth of the amplitude: less is none to be measured
 _ROOM = 1e-2, 1e-4, 1e-6  # of a bound's width, between it and a mean that is chosen: the first that leaves one
 _MOST_STEPS = 50  # to an admissible equilibrium: two for a linear system
+_FAR_LIKELIER = 10.0  # in −2 ln p: odds of 150 to 1
 _SAME = 1e-9  # relative, of two steps
 
 
@@ -111,6 +115,14 @@ def empirical_prior(
         return found
     likeliest = found.posterior.prior
     questions = [*_held_back(likeliest, between)]
+    if likelier := [] if keep else [*_likelier(found.posterior, prior, between, left_out, starts)]:
+        held = _holding_noise(prior, {of.name: of.noise_std for of in likelier})
+        found = best_solution(
+            ConstrainedProblem(samples, held, SearchSpace.around(samples, held, starts), means=between)
+        )
+        if not isinstance(found, Solution):
+            return found
+        likeliest, questions = found.posterior.prior, [*questions, *map(str, likelier)]
     means = _admissible(at_rest, found.posterior, [ends == _ANYWHERE for ends in between])
     if keep:
         narrow = [edge for edge in edges_of(likeliest, samples) if edge.is_given]
@@ -127,6 +139,56 @@ def empirical_prior(
     return EmpiricalPrior(
         together, tuple(questions), found.posterior, with_noise if known != with_noise.parts else None
     )
+
+
+@dataclass(frozen=True)
+class LikelierKernel:
+    """Matérn 5/2 explains the samples of `name` far better than a squared exponential: −2 ln p is smaller by `gain`."""
+
+    name: str
+    gain: float
+    noise_std: float
+
+    def __str__(self) -> str:
+        return (
+            f"kernel: Matern52() explains the samples of {self.name} far better than SquaredExponential() does "
+            f"(−2 ln p is {self.gain:.3g} less): σ_n = {self.noise_std:.4g} is learned with it, as the smoother kernel "
+            "takes motion for noise"
+        )
+
+
+def _likelier(
+    likeliest: JointPosterior, prior: JointPrior, between: Ends, left_out: Sequence[bool], starts: int
+) -> Iterator[LikelierKernel]:
+    """Yield what σ_n is learned with instead, where a squared exponential is too smooth for the motion: noise is the
+    sensor's, not the kernel's. Only σ_n that were `left_out` are."""
+    parts = zip(prior.names, prior.parts, likeliest.parts, between, left_out, strict=True)
+    for name, part, posterior, ends, may in parts:
+        if not may or not isinstance(part.kernel, SquaredExponential) or not _go_on(posterior):
+            continue
+        alone = JointPrior((replace(part, kernel=Matern52()),), (name,))
+        space = SearchSpace.around((posterior.samples,), alone, starts)
+        found = best_solution(ConstrainedProblem((posterior.samples,), alone, space, means=(ends,)))
+        if isinstance(found, Solution):
+            gain = posterior.negative_log_marginal_likelihood()[0] - found.objective
+            if gain > _FAR_LIKELIER:
+                yield LikelierKernel(name, gain, float(found.posterior.prior.parts[0].noise_std))
+
+
+def _holding_noise(prior: JointPrior, noises: Mapping[str, float]) -> JointPrior:
+    parts = zip(prior.names, prior.parts, strict=True)
+    held = tuple(replace(part, noise_std=noises.get(name, part.noise_std)) for name, part in parts)
+    return JointPrior(held, prior.names, prior.shared)
+
+
+def _go_on(posterior: Posterior) -> bool:
+    """Whether residuals are correlated with the next ones in time, more than by chance.
+
+    Those of a kernel that fits are correlated negatively, as the posterior mean follows each sample a little.
+    """
+    residuals = posterior.weights * posterior.samples.relative_noise  # each in units of its noise
+    along = float(residuals[1:] @ residuals[:-1])
+    return along * float(np.sqrt(len(residuals))) > float(residuals @ residuals)
 
 
 def split_means(

@@ -101,9 +101,10 @@ def learn_reference(
     noise_std
         σ_n of the samples. The `relative_noise` of samples multiplies it. A number is known. A pair is learned in this
         interval with the bounds, and grows where they keep the function off its samples. Left out, it is learned
-        without bounds and then known; with the bounds only where samples show no noise, where no function is found with
-        that noise, and for the `method` "hyperparameters". It has to be known of several states that show one flat
-        output, each in its own unit.
+        without bounds and then known (with Matern52, and a warning, where that explains the samples far better than a
+        SquaredExponential); with the bounds only where samples show no noise, where no function is found with that
+        noise, and for the `method` "hyperparameters". It has to be known of several states that show one flat output,
+        each in its own unit.
     mean
         The prior mean, in the unit of the sampled states. A pair is learned in this interval, as it is most likely
         without bounds. Left out, it is learned wherever it is most likely. Where the claim needs it to be an admissible

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import errno
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -48,6 +48,10 @@ class Fleet:
     def table(self) -> Path:
         """The table as CSV: one line for each recording, failures too."""
         return self.folder / TABLE
+
+    def __iter__(self) -> Iterator[Row]:
+        """Yield the rows, in the order given."""
+        return iter(self.rows)
 
     @property
     def proved(self) -> tuple[Row, ...]:

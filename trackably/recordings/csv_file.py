@@ -197,7 +197,10 @@ def csv_reading(
         if cell.strip().lstrip("+-.,")[:1].isdigit():
             return ""  # a value, but in another format
         others = ", ".join(map(repr, layout.missing)) or "nothing"
-        return f"; if it stands for no value, name it in `missing` of the layout beside {others}"
+        return (
+            f"; if it stands for no value, name it in `missing` of the layout beside {others}; if the line holds units "
+            "or notes, name its number in `skip`"
+        )
 
     form = Form(layout.is_missing, lambda cell: parse(cell, layout.decimal), DateTimes.seconds, hint)
     return TableReading.of(path_given(path), form, time, time_unit, signals, repairs, origin, between)

@@ -15,7 +15,10 @@ def path(tmp_path: Path) -> Path:
     return tmp_path / "some.csv"
 
 
-MISSING = "; if it stands for no value, name it in `missing` of the layout beside '', '-', 'na', 'n/a', 'nan', 'null'"
+SKIP = "; if the line holds units or notes, name its number in `skip`"
+MISSING = (
+    "; if it stands for no value, name it in `missing` of the layout beside '', '-', 'na', 'n/a', 'nan', 'null'" + SKIP
+)
 FORMATS = ' (DateTimes("%d.%m.%Y %H:%M:%S") as time unit reads other formats)'
 
 REFUSALS: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
@@ -53,7 +56,7 @@ REFUSALS: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
         "t,x\n0,Fehler\n",
         {"layout": CsvLayout(missing=("LOST", ""))},
         ", line 2, column 'x': expected a number, got 'Fehler'; if it stands for no value, "
-        "name it in `missing` of the layout beside 'LOST', ''",
+        "name it in `missing` of the layout beside 'LOST', ''" + SKIP,
     ),
     "decimal commas without quotes": (
         "t,x\n0,1,5\n",
