@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Iterator, Mapping
+from math import inf
 
 import numpy as np
 
@@ -121,6 +122,8 @@ def _between(source: CsvColumn | McapField, unit: float = 1.0) -> tuple[float, f
     """Return between which times, in this `unit` [s], samples are of any use: others are not judged."""
     if (wanted := source.excerpt) is None:
         return None
+    if wanted.end == inf:
+        return wanted.start * (1 - _ROUNDING) / unit, inf
     until = wanted.end + wanted.held_out
     return wanted.start / unit - _ROUNDING * until / unit, (1 + _ROUNDING) * until / unit
 

@@ -1,5 +1,6 @@
 """Where the samples of one name come from, as written in params.yaml: a ground truth, a CSV file or an MCAP file."""
 
+from math import inf
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -34,13 +35,13 @@ class Drawn(Fields):
 class Excerpt(Fields):
     """Which part of a recording references are learned from, and which part is held out to compare with.
 
-    References are learned from the samples between `start` and `end` [s], roughly `every` seconds apart (0: all). The
-    samples of the next `held_out` seconds are held out. Times count from `start`; values are multiplied by `scale`, and
-    count from `level`, or from the median of the samples that are learned from.
+    References are learned from the samples between `start` and `end` [s] (left out: the last sample), roughly `every`
+    seconds apart (0: all). The samples of the next `held_out` seconds are held out. Times count from `start`; values
+    are multiplied by `scale`, and count from `level`, or from the median of the samples that are learned from.
     """
 
     start: NonNegativeFloat = 0.0
-    end: PositiveFloat
+    end: PositiveFloat = inf
     every: NonNegativeFloat = 0.0
     held_out: NonNegativeFloat = 0.0
     level: float | Literal["median"] = 0.0
@@ -50,6 +51,8 @@ class Excerpt(Fields):
     def _ordered(self) -> "Excerpt":
         if not self.start < self.end:
             raise ValueError(f"expected start < end, got {self.start} and {self.end}")
+        if self.held_out and self.end == inf:
+            raise ValueError("held_out: expected the end of what is learned from, which what is held out follows")
         return self
 
 

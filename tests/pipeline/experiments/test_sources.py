@@ -68,6 +68,13 @@ def test_what_is_held_out_has_to_be_there(tmp_path: Path) -> None:
             sampled_by(load_experiment("tank", path))
 
 
+def test_an_excerpt_without_an_end_goes_on_to_the_last_sample(tmp_path: Path) -> None:
+    long = times_of(written_to(tmp_path, changed("tank", ("end: 240.0, held_out: 60.0", "end: 1e9"))))
+    assert times_of(written_to(tmp_path, changed("tank", (", end: 240.0, held_out: 60.0", "")))) == long
+    with pytest.raises(InputError, match="held_out: expected the end of what is learned from"):
+        load_experiment("tank", written_to(tmp_path, changed("tank", ("end: 240.0, ", ""))))
+
+
 def test_doubts_are_told_when_samples_are_made(tmp_path: Path) -> None:
     path = written_to(tmp_path, changed("tank", ("claim: all_times", "claim: {window: [5000.0, 6000.0]}")))
     with pytest.warns(DoubtfulInputWarning, match="experiment tank: claim: the window from 5000 s to 6000 s is"):
