@@ -58,26 +58,31 @@ def test_base_may_be_a_revision(new: Path) -> None:
     assert "sound.final_step: 130 → 131" in done.stdout
 
 
-BROKEN = {
-    "no YAML": ("rules: [", "is not YAML"),
-    "misspelt": ("rules: [{name: all, absolut: 1e-6}]", "rules.0.absolut: is not a known field"),
-    "negative": ("rules: [{name: all, absolute: -1}]", "rules.0.absolute"),
-    "no tolerance": ("rules: [{name: all}]", "'all' needs absolute or relative"),
-    "no default": ("rules: [{name: one, artifact: x, absolute: 1}]", "the last rule has to match everything"),
-    "none": ("", "tolerances.yaml: "),
+REFUSED = {
+    "tolerances that are no YAML": ("tolerances.yaml", "rules: [", "is not YAML"),
+    "a misspelt tolerance": (
+        "tolerances.yaml",
+        "rules: [{name: all, absolut: 1e-6}]",
+        "rules.0.absolut: is not a known field",
+    ),
+    "no tolerance for the rest": (
+        "tolerances.yaml",
+        "rules: [{name: one, artifact: x, absolute: 1}]",
+        "the last rule has to match everything",
+    ),
+    "a claim of two kinds": (
+        "claims.yaml",
+        "{claims: [{claim: c, source: s, value: {file: a.json, path: x}, equals: 1, at_least: 0}]}",
+        "expected one of equals, printed, at_least and at_most",
+    ),
 }
 
 
-@pytest.mark.parametrize(("text", "said"), BROKEN.values(), ids=BROKEN)
-def test_a_broken_tolerance_file_is_one_sentence(base: Path, new: Path, text: str, said: str) -> None:
-    (new / "tolerances.yaml").write_text(text)
+@pytest.mark.parametrize(("name", "text", "said"), REFUSED.values(), ids=REFUSED)
+def test_a_broken_file_is_one_sentence(base: Path, new: Path, name: str, text: str, said: str) -> None:
+    (new / "tolerances.yaml").write_bytes((ROOT / "tolerances.yaml").read_bytes())
+    (new / name).write_text(text)
     refused(run(new, str(base)), said)
-
-
-def test_a_broken_claim_is_one_sentence(base: Path, new: Path) -> None:
-    claim = "{claims: [{claim: c, source: s, value: {file: a.json, path: x}, equals: 1, at_least: 0}]}"
-    (new / "claims.yaml").write_text(claim)
-    refused(run(new, str(base), *OPTIONS), "expected one of equals, printed, at_least and at_most")
 
 
 @pytest.mark.parametrize("wrong", ["no-such-revision", "claims.yaml", "--not-an-option^{tree}"])

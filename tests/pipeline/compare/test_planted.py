@@ -1,0 +1,237 @@
+"""One change is planted in an artifact: the comparison says in which one, where, and what stands there now."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from pipeline.compare.model import ABSENT, Status
+from pipeline.storage.logs import Series
+from tests.pipeline.compare.project import (
+    RESULTS,
+    compared,
+    edit_json,
+    edit_log,
+    edit_text,
+    moved,
+    only,
+    with_sample,
+)
+
+Plant = Callable[[Path], object]
+METRICS, TABLE, LOG, FIGURE, CERTIFICATE, NOTEBOOK = (
+    *(RESULTS / name for name in ("metrics.json", "iterations.csv", "fit.mcap", "figures/margins.svg")),
+    RESULTS / "certificate.json",
+    Path("notebooks/example1.ipynb"),
+)
+
+
+def text(path: Path, old: str, new: str) -> Plant:
+    return lambda root: edit_text(root / path, old, new)
+
+
+def json_of(path: Path, change: Callable[[Any], object]) -> Plant:
+    return lambda root: edit_json(root / path, change)
+
+
+def metric(**values: object) -> Plant:
+    return json_of(METRICS, lambda metrics: metrics["sound"].update(values))
+
+
+def sample(topic: str, field: str, row: int, value: float) -> Plant:
+    return lambda root: edit_log(root / LOG, lambda s: with_sample(s, field, row, value) if s.topic == topic else s)
+
+
+def cut(path: Path) -> Plant:
+    return lambda root: (root / path).write_bytes((root / path).read_bytes()[:-100])
+
+
+MOVED: dict[str, tuple[Plant, str, str]] = {
+    "a metric": (metric(nlml=-3.7160332 + 2e-5), "example1/metrics.json", "sound.nlml"),
+    "a metric is no number": (metric(nlml=math.nan), "example1/metrics.json", "sound.nlml"),
+    "a cell of a table": (text(TABLE, "82,0.5", "82,0.51"), "example1/iterations.csv", "column bound, line 4"),
+    "a row of a table": (text(TABLE, "83,0.4\n", ""), "example1/iterations.csv", "column k_bar, line 5"),
+    "a sample": (
+        sample("/references/sound", "mean", 7, 0.7001),
+        "example1/fit.mcap /references/sound mean",
+        "t = 0.07 s",
+    ),
+    "a sample is lost": (sample("/samples", "value", 3, math.nan), "example1/fit.mcap /samples value", "t = 0.03 s"),
+    "a colour": (
+        text(FIGURE, "#d55e00", "#0072b2"),
+        "example1/figures/margins.svg",
+        "axes_1/line2d_1/path[1]: style stroke",
+    ),
+    "a point": (
+        text(FIGURE, "L 3 1", "L 3 1.2"),
+        "example1/figures/margins.svg",
+        "axes_1/line2d_1/path[1]: coordinate 6",
+    ),
+    "a word on a figure": (
+        text(FIGURE, "step $k$", "time"),
+        "example1/figures/margins.svg",
+        "axes_1/text_1/comment[1]: text",
+    ),
+    "a curve": (
+        text(FIGURE, "L 4 2", "L 4 2 L 9 2"),
+        "example1/figures/margins.svg",
+        "axes_1/line2d_1/path[1]: distance between the outlines",
+    ),
+    "a number in a notebook": (
+        text(NOTEBOOK, "0.659325", "0.659345"),
+        "notebooks/example1.ipynb",
+        "cell 1, output 1, stdout, line 2, number 1",
+    ),
+    "a word in a notebook": (
+        text(NOTEBOOK, "learned", "failed"),
+        "notebooks/example1.ipynb",
+        "cell 1, output 1, stdout, line 1",
+    ),
+}
+
+
+@pytest.mark.parametrize(("plant", "name", "place"), MOVED.values(), ids=MOVED)
+def test_a_change_is_found_where_it_is_and_nowhere_else(
+    base: Path, new: Path, plant: Plant, name: str, place: str
+) -> None:
+    plant(new)
+    row = only(compared(base, new))
+    assert (row.name, row.status, row.worst[0].place) == (name, Status.DIFFERENT, place)
+
+
+def test_a_difference_is_told_with_its_size_and_its_rule(base: Path, new: Path) -> None:
+    metric(nlml=-3.7160332 + 2e-5)(new)
+    worst = only(compared(base, new)).worst[0]
+    assert (worst.base, worst.rule.name) == (-3.7160332, "metrics")
+    assert (worst.absolute, worst.relative) == pytest.approx((2e-5, 2e-5 / 3.7160332))
+
+
+def test_identical_folders_are_identical(base: Path, new: Path) -> None:
+    comparison = compared(base, new)
+    assert comparison.within
+    assert {row.status for row in comparison.rows} == {Status.IDENTICAL}
+    assert all(claim.base.holds and claim.new.holds for claim in comparison.claims)
+    names = {path.relative_to(new).as_posix().removeprefix("data/results/") for path in new.rglob("*.*")}
+    assert {row.artifact for row in comparison.rows} == names
+
+
+def drawn_in_other_outlines(root: Path) -> None:
+    """Other digits of a number within tolerance have other outlines."""
+    digits = {"base": "4.480001", "new": "4.480002"}[root.name]
+    glyphs = "".join(f'<use xlink:href="#DejaVuSans-{ord(digit):x}"/>' for digit in digits)
+    edit_text(root / FIGURE, "<!-- step $k$ -->", f"<!-- worst {digits} --><g><defs/>{glyphs}</g>")
+
+
+def told(base: str, new: str) -> Plant:
+    return lambda root: metric(said={"base": base, "new": new}[root.name])(root)
+
+
+UNMOVED: dict[str, Plant] = {
+    "rounding in a metric": metric(nlml=-3.7160332 * (1 + 1e-12)),
+    "rounding in a table": text(TABLE, "0.7", "0.70000000001"),
+    "rounding in a notebook": text(NOTEBOOK, "0.659325", "0.65932500001"),
+    "rounding in a log": lambda root: edit_log(
+        root / LOG, lambda s: replace(s, fields={n: v * (1 + 1e-13) for n, v in s.fields.items()})
+    ),
+    "rounding in a figure": text(FIGURE, "L 2 2", "L 2.001 2"),
+    "a point on a line": text(FIGURE, "M 1 1 L 2 2", "M 1 1 L 1.5 1.5 L 2 2"),
+    "a name by its hash": text(FIGURE, "m0772998e1b", "mffffffffff"),
+    "wall clock": metric(seconds=99.0),
+    "other bytes": text(METRICS, "-3.7160332", "-3.71603320"),
+    "boxes of a proof": json_of(CERTIFICATE, lambda c: c["claim"]["covers"]["x"].update(ends=[0.0, 0.5, 1.0])),
+    "a cell of prose": json_of(
+        NOTEBOOK,
+        lambda n: n["cells"].insert(0, {"cell_type": "markdown", "id": "c", "metadata": {}, "source": "More"}),
+    ),
+}
+
+
+@pytest.mark.parametrize("plant", UNMOVED.values(), ids=UNMOVED)
+def test_what_says_the_same_is_within_tolerance(base: Path, new: Path, plant: Plant) -> None:
+    plant(new)
+    comparison = compared(base, new)
+    assert comparison.within
+    assert any(row.status is Status.WITHIN for row in comparison.rows)
+
+
+def test_numbers_of_a_sentence_and_outlines_of_digits_are_numbers(base: Path, new: Path) -> None:
+    for root in (base, new):
+        drawn_in_other_outlines(root)
+        told("at 0.2812170167227962 s", "at 0.2812170167239515 s")(root)
+    assert compared(base, new).within
+    metric(said="at 0.2813 s")(new)
+    assert only(compared(base, new)).worst[0].place == "sound.said, number 1"
+
+
+def test_what_is_missing_or_added_is_named(base: Path, new: Path) -> None:
+    (new / TABLE).unlink()
+    (new / RESULTS / "more.txt").write_text("more")
+    edit_log(base / LOG, lambda s: None if s.topic == "/samples" else s)
+    edit_log(new / LOG, lambda s: replace(s, fields={n: s.fields[n] for n in s.fields if n != "std"}))
+    assert [(row.name, row.status) for row in moved(compared(base, new))] == [
+        ("example1/fit.mcap /references/sound std", Status.MISSING),
+        ("example1/fit.mcap /samples", Status.EXTRA),
+        ("example1/iterations.csv", Status.MISSING),
+        ("example1/more.txt", Status.EXTRA),
+    ]
+
+
+def test_a_sample_left_out_is_missed_at_its_time(base: Path, new: Path) -> None:
+    keep = np.arange(10) != 4
+
+    def shorter(s: Series) -> Series:
+        return replace(s, times=s.times[keep], fields={name: values[keep] for name, values in s.fields.items()})
+
+    edit_log(new / LOG, lambda s: shorter(s) if s.topic == "/samples" else s)
+    rows = moved(compared(base, new))
+    assert {(row.worst[0].place, row.worst[0].new, row.differing) for row in rows} == {("t = 0.04 s", ABSENT, 1)}
+
+
+def test_a_damaged_log_is_different_even_where_both_are_damaged(base: Path, new: Path) -> None:
+    cut(LOG)(new)
+    log, certificate = moved(compared(base, new))
+    assert (log.name, log.status) == ("example1/fit.mcap", Status.DIFFERENT)
+    assert log.notes[0].startswith("cannot be read in NEW: ")
+    assert "fit.mcap cannot be read" in certificate.notes[0]
+    cut(LOG)(base)
+    assert len(moved(compared(base, new))[0].notes) == 2
+
+
+def test_a_changed_picture(base: Path, new: Path) -> None:
+    for root, level in ((base, 0), (new, 200)):
+        pixels = np.zeros((4, 6, 3), dtype=np.uint8)
+        pixels[2, 5, 1] = level
+        Image.fromarray(pixels).save(root / RESULTS / "figures/landscape.png")
+    worst = only(compared(base, new)).worst[0]
+    assert (worst.place, worst.base, worst.new) == ("green of the pixel at column 5, row 2", 0, 200)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda r: r["signals"][0]["weights"].__setitem__(0, 1.5 + 1e-12), "signals[0].weights[0] is 1.500000000001"),
+        (lambda r: r["plant"]["state_set"]["upper"].__setitem__(0, 0.06), "plant.state_set.upper[0] is 0.06"),
+        (lambda r: r["plant"]["state_set"]["rows"].pop(1), "plant.state_set.rows[1][0] is not there"),
+        (lambda r: r["plant"]["system"]["A"][0].__setitem__(1, 0.2), "plant.system.A[0][1] is 0.2"),
+        (lambda r: r["plant"]["system"]["states"].reverse(), "plant.system.states[0] is 'v'"),
+    ],
+)
+def test_a_certificate_is_for_the_reference_beside_it(base: Path, new: Path, change: Any, said: str) -> None:
+    json_of(CERTIFICATE, lambda certificate: change(certificate["reference"]))(new)
+    *_, row = moved(compared(base, new))
+    assert row.name == "example1/certificate.json reference"
+    assert row.notes[0].startswith("in NEW, the certificate is for another reference: ")
+    assert said in row.notes[0]
+
+
+def test_what_coq_has_proved_of_other_bits_is_not_compared(base: Path, new: Path) -> None:
+    for root, said in ((base, "theorem of 7 samples, checked by Coq"), (new, "theorem of 9 samples")):
+        output = {"output_type": "stream", "name": "stdout", "text": said}
+        cell = {"cell_type": "code", "id": "cell-9", "metadata": {}, "source": "theorem", "outputs": [output]}
+        edit_json(root / NOTEBOOK, lambda notebook, cell=cell: notebook["cells"].append(cell))
+    assert compared(base, new).within
