@@ -39,16 +39,6 @@ def run_here(stage: str, folder: Path, experiment: str = "example1") -> Done:
     return call(stage, *_arguments(folder, experiment))
 
 
-def refusal_of_fit(folder: Path, experiment: str, text: str) -> str:
-    """What `fit` says of an experiment without a reference: it ends with an error, and leaves nothing."""
-    written_to(folder, text)
-    assert run_here("generate", folder, experiment).returncode == 0
-    done = run_here("fit", folder, experiment)
-    assert done.returncode == 1
-    assert not (folder / "results" / experiment / "fit.mcap").exists()
-    return done.stderr
-
-
 @contextlib.contextmanager
 def sketched() -> Iterator[None]:
     """Figures with a coarse landscape and panels at matplotlib's own places: tests of plots examine their layout."""

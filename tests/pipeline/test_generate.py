@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.pipeline.params import PARAMS, changed, written_to
+from tests.pipeline.params import PARAMS, written_to
 from tests.pipeline.stages import STAGES, call, run_here
 
 BAD_SAMPLES = {
@@ -29,17 +29,6 @@ def test_unusable_samples_are_one_sentence(text: str, names: str, tmp_path: Path
     assert names in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
     assert not (tmp_path / "results").exists()
-
-
-def test_rows_outside_of_an_excerpt_are_not_judged(tmp_path: Path) -> None:
-    (tmp_path / "samples.csv").write_text("k,y\n0,1\n10,0.4\n20,0\n30,0\n40,lost\n40,1\n35,2\n")
-    source = "data/paper/example1_samples.csv"
-    changes = ((f"csv: {source}", f"csv: {tmp_path}/samples.csv\n        excerpt: {{end: 0.3}}"), ("data/paper/", "/"))
-    written_to(
-        tmp_path, changed("example1", *changes[:1]).replace(f"samples_from: {source}", f"samples_from: {tmp_path}")
-    )
-    done = run_here("generate", tmp_path)
-    assert done.returncode == 0, done.stderr
 
 
 def test_help_lists_every_stage() -> None:

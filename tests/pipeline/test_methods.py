@@ -12,7 +12,6 @@ from pipeline.methods import (
     Failed,
     Fit,
     Parameters,
-    methods_in_figures,
 )
 from tests.project import ROOT
 from trackably.certificates.certificate import Certificate
@@ -20,11 +19,6 @@ from trackably.gp.samples import Samples
 from trackably.systems.reference import Reference
 
 EXPERIMENTS = load_experiments(ROOT / "params.yaml")
-
-
-def test_entries_are_known_by_their_own_names() -> None:
-    assert all(METHODS[method.name] is method for method in METHODS.values())
-    assert len(METHODS) == 19
 
 
 @pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
@@ -35,14 +29,6 @@ def test_an_entry_agrees_with_itself(method) -> None:
     assert set(method.needs) <= blocks <= Experiment.model_fields.keys()
     assert method.is_robust == ("disturbance" in method.needs)
     assert method.looks_like is None or method.looks_like in METHODS
-
-
-def test_figures_show_methods_in_the_order_of_the_table_and_none_twice() -> None:
-    shown = {name: [m.name for m in methods_in_figures(e.methods)] for name, e in EXPERIMENTS.items()}
-    assert shown["example1"] == ["unconstrained", "hyperparameters", "joint", "as_published"]
-    assert "robust" in EXPERIMENTS["example1"].methods
-    assert shown["example2"] == ["unconstrained", "hyperparameters", "joint", "intervals", "grid"]
-    assert shown["tank"] == ["unconstrained", "hyperparameters", "joint"]
 
 
 def test_a_method_says_why_it_finds_nothing() -> None:

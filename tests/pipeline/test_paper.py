@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from pipeline.published.paper import period_of_curve, reach_in_intervals, states_behind
+from pipeline.published.paper import period_of_curve, states_behind
 from pipeline.published.scalar import growth_rates, scalar
 from tests.project import ROOT
 from trackably.systems.polytopes import Interval
@@ -28,11 +28,6 @@ def test_growth_rates_tell_the_states_they_were_made_for():
     low, high = growth_rates(plant, Interval(-0.7, 1.1))
     lowest, highest = states_behind(plant, np.array([low]), np.array([high]))
     assert (lowest.item(), highest.item()) == pytest.approx((-0.7, 1.1), abs=1e-12)
-
-
-def test_reach_in_intervals():
-    reach = reach_in_intervals(TIMES, 2 * TIMES, np.array([0.0, 1.0, 3.0]))
-    np.testing.assert_allclose(reach, [1.0, 8.0], atol=1e-9)
 
 
 def test_equations_have_the_numbers_that_they_have_in_the_paper() -> None:

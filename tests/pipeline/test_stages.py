@@ -1,26 +1,46 @@
-"""The stages from outside: the command line, what it leaves behind, and what it says when it cannot go on."""
+"""Stages from outside: the same bytes each time, and what they say and leave where they cannot go on."""
 
-import csv
 import json
+import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Mapping
 from pathlib import Path
+from unittest import mock
 
 import pytest
 
-from pipeline.storage.archive import read_fit, read_stage
+from pipeline.control import control
+from pipeline.experiments import load_experiment
+from pipeline.storage.loops import read_loops
 from pipeline.storage.results import Results
-from pipeline.storage.tables import read_columns, table_of_methods
+from pipeline.studies import mapped
 from tests.pipeline.params import EXAMPLE1, PARAMS, changed, undisturbed, written_to
-from tests.pipeline.stages import STAGES, drawn_here, is_shown, moved, run, run_all, run_all_here, run_here, written
+from tests.pipeline.stages import (
+    STAGES,
+    call,
+    drawn_here,
+    is_shown,
+    moved,
+    run,
+    run_all,
+    run_all_here,
+    run_here,
+    written,
+)
 from tests.project import ROOT
-from trackably import __main__ as library
+from trackably.errors import InputError
 
-METHODS = ("unconstrained", "as_published", "sound", "hyperparameters", "joint")
 SHORT = undisturbed("example1", EXAMPLE1)
+PERIODIC = changed(
+    "example2",
+    ("    study: {conservatism: [4, 8, 16, 32, 64, 128, 256], draws: 30}\n", ""),
+    ("intervals: 16", "intervals: 8"),
+    ("search: {starts: 16}", "search: {starts: 6}"),
+    text=undisturbed("example2"),
+)
 
 
 @pytest.fixture(scope="module")
@@ -29,107 +49,19 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return run_all_here(tmp_path_factory.mktemp("finished"), "example1", SHORT)
 
 
-def test_stages_leave_what_they_promise(finished: Path) -> None:
-    figures = ["scheme", "tube", "asymptotic", "convergence", "prediction", "landscape", "margins", "tightness"]
-    figures += ["closed-loop", "cost", "infeasibility", "feasible-set", "relearning"]
-    files = ["samples.mcap", "fit.mcap", "iterations.csv", "environment.json", "verification.mcap", "metrics.json"]
-    files += ["summary.json", "margins.csv", "control.mcap", "control.json", *(f"figures/{f}.svg" for f in figures)]
-    files += [f"certificates/{name}.json" for name in METHODS[1:]]
-    files += ["certificates/unconstrained.counterexample.json", "scene.mcap", "layout.json"]
-    assert written(finished).keys() == {f"example1/{name}" for name in files}
-
-
-def test_the_summary_tells_the_experiment(finished: Path) -> None:
-    results = Results("example1", finished / "results")
-    metrics, summary = (json.loads(path.read_text()) for path in (results.metrics, results.summary))
-    assert len(summary) == 8
-    for method in ("unconstrained", "joint"):
-        assert summary[f"objective_{method}"] == metrics[method]["objective"]
-        assert summary[f"rmse_{method}"] == metrics[method]["rmse"]
-        margins = metrics[method]["worst_state_margin"] / 2.05, metrics[method]["worst_input_margin"] / 1.0
-        assert summary[f"worst_relative_margin_{method}"] == pytest.approx(min(margins), rel=1e-12)
-    assert summary["price_joint"] == summary["objective_joint"] - summary["objective_unconstrained"]
-    assert 0 < 10 * summary["price_joint"] < summary["price_hyperparameters"]
-
-
-def test_active_bounds_are_told_and_survive_their_log(finished: Path) -> None:
-    """The state touches its upper bound once, where the unconstrained mean leaves it."""
-    results = Results("example1", finished / "results")
-    (active,) = read_fit(results).learned["joint"].active_bounds
-    (topic,) = [series for series in read_stage(results, "fit").series if series.topic.startswith("/active_bounds/")]
-    assert (active.name, active.side, topic.topic) == ("state", "upper", "/active_bounds/joint/state")
-    assert topic.times.tolist() == [active.time] == pytest.approx([0.88], abs=0.05)
-    assert {name: values.tolist() for name, values in topic.fields.items()} == {
-        "side": [1.0],
-        "multiplier": [active.multiplier],
-        "price": [active.price],
+def test_stages_leave_the_files_that_are_committed(finished: Path) -> None:
+    folder = ROOT / "data" / "results"
+    committed = {path.relative_to(folder).as_posix() for path in (folder / "example1").rglob("*.*")}
+    of_disturbances = {
+        "certificates/robust.json",
+        *(f"figures/{f}.svg" for f in ("disturbed-loops", "price-of-room", "tube-of-runs")),
     }
-    metrics = json.loads(results.metrics.read_text())["joint"]
-    assert metrics["price_by_bound"] == {"state (upper)": active.price}
-    assert metrics["objective"] - metrics["nlml"] == pytest.approx(active.price, rel=1e-9)
-
-
-def test_the_price_of_a_tighter_bound(finished: Path) -> None:
-    """Hyperparameters alone lose their samples where the bound is tighter than their noise."""
-    fitted = read_fit(Results("example1", finished / "results"))
-    assert fitted.study is not None
-    alone, joint = (fitted.study.tightness[name] for name in ("hyperparameters", "joint"))
-    assert alone.uppers.tolist() == joint.uppers.tolist() == [0.05, 0.002]
-    for of, name in ((alone, "hyperparameters"), (joint, "joint")):
-        assert of.objectives[0] == pytest.approx(fitted.learned[name].objective, rel=1e-9)
-        assert of.objectives[0] < of.objectives[1]
-    assert 20 * joint.misfits[1] < alone.misfits[1]
-    assert joint.errors[1] < 0.03 < alone.errors[1]
-
-
-def test_a_table_shows_what_methods_cost(finished: Path) -> None:
-    table = table_of_methods(Results("example1", finished / "results"))
-    assert list(table.columns) == ["", "l", "J", "price", "misfit", "error to the truth", "proved"]
-    assert [row[0] for row in table.rows] == [*METHODS]
-    assert [row[-1] for row in table.rows] == [False, True, True, True, True]
-
-
-def test_the_table_of_margins_has_the_smallest_of_each_method(finished: Path) -> None:
-    results = Results("example1", finished / "results")
-    table, summary = read_columns(results.margins), json.loads(results.summary.read_text())
-    assert list(table) == ["time", *METHODS]
-    assert (table["time"][0], len(table["time"])) == (0, 151)  # 301 sampling intervals, two in each row
-    for method in ("unconstrained", "joint"):
-        assert min(table[method]) == summary[f"worst_relative_margin_{method}"]
-
-
-def test_metrics_hold_the_published_numbers(finished: Path) -> None:
-    metrics = json.loads((finished / "results/example1/metrics.json").read_text())
-    free, sound, published = metrics["unconstrained"], metrics["sound"], metrics["as_published"]
-    assert (free["signal_std"], free["lengthscale"]) == pytest.approx((0.659325, 0.203472), abs=1e-5)
-    assert free["nlml"] == pytest.approx(-3.855397, abs=1e-5)
-    assert (free["first_violated_step"], free["last_violated_step"], free["final_step"]) == (77, 105, None)
-    assert free["worst_state_margin"] == pytest.approx(0.05 - 0.0917, abs=1e-4)
-    for found in (sound, published):
-        assert (found["signal_std"], found["lengthscale"]) == pytest.approx((0.701178, 0.219672), abs=1e-5)
-        assert found["nlml"] == pytest.approx(-3.716033, abs=1e-5)
-        assert (found["first_violated_step"], found["last_violated_step"], found["final_step"]) == (None, None, 130)
-        assert found["worst_state_margin_at_steps"] >= 0
-        assert found["worst_input_margin"] > 0
-        assert abs(found["smallest_defect"]) < 1e-7
-        assert found["tail"]["state_margin"] > 0
-
-
-def test_the_committed_trace_is_complete() -> None:
-    with (ROOT / "data/results/example1/iterations.csv").open(newline="") as file:
-        rows = list(csv.DictReader(file))
-    names = ["k_bar", "signal_std", "lengthscale", "mean_bound", "growth_lower", "growth_upper", "derivative_bound"]
-    assert list(rows[0]) == names
-    assert [int(row["k_bar"]) for row in rows] == list(range(70, 131))
-    assert [row["k_bar"] for row in rows if not row["mean_bound"]] == [str(k) for k in range(70, 81)]
-    assert float(rows[-1]["mean_bound"]) == pytest.approx(0.045841, abs=1e-5)
+    assert written(finished).keys() == committed - {f"example1/{name}" for name in of_disturbances}
 
 
 def test_running_again_writes_the_same_bytes(finished: Path, tmp_path: Path) -> None:
     """Also with other numbers of BLAS threads and another hash seed, and with a process for each stage and each core of
     its study: nothing that is in memory before a stage may reach its results.
-
-    Of the figures those of loops, and one more: tests/pipeline/drawings/test_plots.py draws the others twice.
     """
     written_to(tmp_path, SHORT)
     for stage in STAGES[:-1]:
@@ -137,50 +69,36 @@ def test_running_again_writes_the_same_bytes(finished: Path, tmp_path: Path) -> 
         assert (done.returncode, done.stdout, done.stderr) == (0, "", ""), done.stderr
     before = written(finished)
     assert written(tmp_path) == {name: content for name, content in before.items() if not is_shown(name)}
-    again = drawn_here(
-        tmp_path, "example1", "closed-loop", "cost", "infeasibility", "feasible-set", "relearning", "prediction"
-    )
+    again = drawn_here(tmp_path, "example1", "closed-loop", "feasible-set", "relearning", "prediction", "margins")
     assert again == {name: before[name] for name in again}
 
 
-def test_rounding_moves_results_within_tolerance_only(finished: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("name", "text", "noise_std"), [("example1", SHORT, "0.01}"), ("example2", PERIODIC, "0.3\n")], ids=["1", "2"]
+)
+def test_rounding_moves_results_within_tolerance_only(name: str, text: str, noise_std: str, tmp_path: Path) -> None:
     """Other BLAS kernels, where there are others, and noise that is larger by a rounding error."""
-    text = changed(
-        "example1",
-        ("noise_std: 0.01}", f"noise_std: {0.01 * (1 + 1e-14)!r}}}"),
-        ("    study: {tightness: [0.05, 0.002]}\n", ""),
-        text=SHORT,
-    )
-    written_to(tmp_path, text)
-    done = run_all(tmp_path, stages=("generate", "fit", "verify"), OPENBLAS_CORETYPE="Prescott")
+    stages = ("generate", "fit", "verify")
+    text = text.replace("    study: {tightness: [0.05, 0.002]}\n", "")
+    number = float(noise_std.strip("}\n"))
+    other = changed(name, (f"noise_std: {noise_std}", f"noise_std: {number * (1 + 1e-14)!r}{noise_std[-1]}"), text=text)
+    base, new = tmp_path / "base", tmp_path / "new"
+    for folder in (base, new):
+        folder.mkdir()
+    run_all_here(base, name, text, stages)
+    written_to(new, other)
+    done = run_all(new, stages, name, OPENBLAS_CORETYPE="Prescott")
     assert done.returncode == 0, done.stderr
-    assert [row for row in moved(finished, tmp_path) if row.topic != "attachment study.json"] == []
+    assert moved(base, new) == []
 
 
-FROM_A_FILE = """samples_from: data/paper/example1_samples.csv
-    samples:
-      state:
-        csv: data/paper/example1_samples.csv
-"""
-REFUSED: Mapping[str, tuple[str, str, str]] = {
-    "wrong type": ("A: [[0.9]]", "A: fast", "system.A"),
-    "empty interval": ("{lower: [-0.5], upper: [0.5]}", "{lower: [0.5], upper: [0.5]}", "input_set"),
-    "no such file": (FROM_A_FILE, FROM_A_FILE.replace("data/paper/example1_samples.csv", "none.csv"), "none.csv"),
-    "no such column": ("value_column: y", "value_column: z", "'z'"),
-}
-
-
-@pytest.mark.parametrize(("right", "wrong", "names"), REFUSED.values(), ids=REFUSED)
-def test_unusable_parameters_leave_earlier_results(
-    right: str, wrong: str, names: str, finished: Path, tmp_path: Path
-) -> None:
+def test_unusable_parameters_leave_earlier_results(finished: Path, tmp_path: Path) -> None:
     before = written(finished)
-    written_to(tmp_path, changed("example1", (right, wrong), text=SHORT))
+    written_to(tmp_path, changed("example1", ("A: [[0.9]]", "A: fast"), text=SHORT))
     (tmp_path / "results").symlink_to(finished / "results")
     done = run_here("generate", tmp_path)
-    assert done.returncode == 2
-    assert names in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1
+    assert (done.returncode, len(done.stderr.strip().splitlines())) == (2, 1)
+    assert "system.A" in done.stderr
     assert written(finished) == before
 
 
@@ -194,9 +112,8 @@ def test_a_damaged_or_missing_log_is_one_sentence_that_names_it(finished: Path, 
     for damaged in (whole[:-10], whole[:300] + bytes([whole[300] ^ 4]) + whole[301:], b""):
         (tmp_path / "results/example1/samples.mcap").write_bytes(damaged)
         done = run_here("fit", tmp_path)
-        assert done.returncode == 2
+        assert (done.returncode, len(done.stderr.strip().splitlines())) == (2, 1)
         assert "samples.mcap" in done.stderr
-        assert len(done.stderr.strip().splitlines()) == 1
 
 
 def test_a_killed_stage_leaves_earlier_results(finished: Path, tmp_path: Path) -> None:
@@ -213,33 +130,102 @@ def test_a_killed_stage_leaves_earlier_results(finished: Path, tmp_path: Path) -
     assert written(tmp_path) == before
 
 
-def test_certificates_are_checked_on_the_command_line(
-    finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+NO_REFERENCE = {
+    "an empty problem": (
+        ("{lower: [-2.0], upper: [0.05]}", "{lower: [-0.9], upper: [-0.5]}"),
+        ("no admissible equilibrium", "breaks the state bounds [-0.9, -0.5] at t = "),
+    ),
+    "a loop that does not end": (
+        ("first_step: 128, last_step: 300", "first_step: 128, last_step: 129"),
+        ("did not end", "not inside the state set"),
+    ),
+}
+
+
+@pytest.mark.parametrize(("change", "words"), NO_REFERENCE.values(), ids=NO_REFERENCE)
+def test_a_fit_without_a_reference_says_why_and_leaves_nothing(
+    change: tuple[str, str], words: tuple[str, ...], tmp_path: Path
 ) -> None:
-    def check(path: Path) -> int:
-        return library.main(["check", str(path)])
-
-    certificate = finished / "results/example1/certificates/joint.json"
-    assert check(certificate) == 0
-    proved = capsys.readouterr()
-    assert (proved.out.startswith("For all real t ≥ 0"), proved.err) == (True, "")
-    tighter = json.loads(certificate.read_text())
-    tighter["reference"]["plant"]["state_set"]["upper"][0] = 0.049
-    (tmp_path / "tighter.json").write_text(json.dumps(tighter))
-    assert check(tmp_path / "tighter.json") == 1
-    assert "does not prove" in capsys.readouterr().err
-    for text in ("{}", "no JSON", json.dumps({**tighter, "more": 1})):
-        (tmp_path / "none.json").write_text(text)
-        assert check(tmp_path / "none.json") == 2
-    assert check(tmp_path / "missing.json") == 2
-    capsys.readouterr()
-    assert check(certificate.with_name("unconstrained.counterexample.json")) == 4
-    assert capsys.readouterr().out.startswith("NOT TRACKABLE: at t = 0.8")
+    written_to(tmp_path, changed("example1", change, text=SHORT))
+    assert run_here("generate", tmp_path).returncode == 0
+    done = run_here("fit", tmp_path)
+    assert done.returncode == 1
+    assert all(word in done.stderr for word in words), done.stderr
+    assert not (tmp_path / "results/example1/fit.mcap").exists()
 
 
-def test_every_reference_says_what_is_proved_of_it(finished: Path) -> None:
-    metrics = json.loads((finished / "results/example1/metrics.json").read_text())
-    assert "certainly breaks [-2, 0.05]" in metrics["unconstrained"]["proof"]
-    assert metrics["sound"]["proof"].startswith("proved for all sampled instants")
-    for method in ("hyperparameters", "joint"):
-        assert metrics[method]["proof"].startswith("proved for all real t ≥ 0")
+def test_an_interrupt_has_its_exit_code_and_no_traceback(tmp_path: Path) -> None:
+    with mock.patch("pipeline.generate.generate", side_effect=KeyboardInterrupt):
+        done = call("generate", "example1", "--results", str(tmp_path))
+    assert (done.returncode, done.stderr.strip()) == (130, "")
+
+
+def test_an_interrupt_ends_processes_of_a_study_without_a_word(capfd: pytest.CaptureFixture[str]) -> None:
+    """A terminal interrupts all of them."""
+    with pytest.raises(KeyboardInterrupt), mapped((interrupt_all, [[os.getpid()]])) as (results,):
+        list(results)
+    assert capfd.readouterr() == ("", "")
+
+
+def interrupt_all(first: int) -> None:
+    """Interrupt the first process, and work on."""
+    if signal.getsignal(signal.SIGINT) != signal.SIG_IGN:
+        print("where it is interrupted, this process would say where it was", flush=True)
+    time.sleep(0.5)
+    os.kill(first, signal.SIGINT)
+    time.sleep(20)
+    print("nothing ended this process", flush=True)
+
+
+def test_a_period_of_whole_steps_allows_the_sampled_problem(tmp_path: Path) -> None:
+    text = changed(
+        "example2",
+        ("starts: 6", "starts: 1"),
+        ("kernel: {type: periodic}", "kernel: {type: periodic, period: 3.14}"),
+        ("grid, intervals, exact, ", "exact, sound_intervals, sampled, "),
+        text=PERIODIC,
+    )
+    results = Results("example2", run_all_here(tmp_path, "example2", text, STAGES[:3]) / "results")
+    metrics = json.loads(results.metrics.read_text())
+    assert tuple(metrics) == ("unconstrained", "exact", "sound_intervals", "sampled", "hyperparameters", "joint")
+    assert metrics["sampled"]["first_violated_step"] is None
+    assert metrics["sound_intervals"]["proof"].startswith("proved for all real t")
+    assert metrics["sampled"]["nlml"] <= metrics["exact"]["nlml"] + 1e-6
+
+
+BLOCK = SHORT[SHORT.index("    control:\n") : SHORT.index("    published: {")]
+
+
+@pytest.fixture
+def fitted(finished: Path, tmp_path: Path) -> Results:
+    """The fit of Example 1, to be followed otherwise."""
+    results = Results("example1", tmp_path / "results")
+    results.folder.mkdir(parents=True)
+    shutil.copyfile(finished / "results/example1/fit.mcap", results.log("fit"))
+    return results
+
+
+def test_loops_begin_and_end_with_the_window_that_is_proved(fitted: Results, tmp_path: Path) -> None:
+    """The sampling time is 0.01 s, and the horizon 20 steps."""
+    shorter = "    control: {steps: 40, logged: 30, shown: 10, horizons: [2]}\n"
+    text = SHORT.replace(BLOCK, shorter)
+
+    def closed(claim: str) -> None:
+        path = written_to(tmp_path, changed("example1", ("claim: all_times", f"claim: {claim}"), text=text))
+        control(load_experiment("example1", path), fitted)
+
+    closed("{window: [0.1, 0.4]}")
+    for by_state in read_loops(fitted, load_experiment("example1").plant).courses.values():
+        for course in by_state.values():
+            assert course.steps[0] == 10
+            assert course.steps[-1] <= 20
+    with pytest.raises(InputError, match="the window that is proved must be longer than the horizon, 20 steps"):
+        closed("{window: [0.0, 0.1]}")
+
+
+def test_samples_that_never_arrive_are_missed(fitted: Results, tmp_path: Path) -> None:
+    stream = next(line for line in SHORT.splitlines(keepends=True) if line.startswith("        stream: {"))
+    written_to(tmp_path, SHORT.replace(stream, ""))
+    done = run_here("control", tmp_path)
+    assert done.returncode == 2
+    assert "control.online: no samples of state arrive" in done.stderr

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from pipeline.disturbed import counts
-from pipeline.disturbed.__main__ import total
-from pipeline.disturbed.counts import Case, Counts, disturbed_runs, random_case
+from pipeline.disturbed.counts import Case, disturbed_runs, random_case
 from pipeline.loops.disturbances import Constant
 
 SEEDS = (0, 3, 11, 12)
@@ -28,10 +27,6 @@ def test_no_bound_is_broken_and_no_step_is_without_a_plan(seed):
     assert found.compared >= 1
 
 
-def test_there_are_cases_of_each_dimension():
-    assert {len(case_of(seed).controller.Q) for seed in SEEDS} == {1, 2, 3}
-
-
 def test_a_controller_that_leaves_no_room_is_counted(monkeypatch):
     """Disturbances that are thirty times too large break bounds, and the counts tell."""
     case = case_of(11)
@@ -39,10 +34,3 @@ def test_a_controller_that_leaves_no_room_is_counted(monkeypatch):
     monkeypatch.setattr(counts, "_kind", lambda case, i: lambda k, x: 30 * pushed(k, x))
     found = disturbed_runs(case, 1)
     assert found.broken + found.without_plan > 0
-
-
-def test_counts_add_up():
-    one, other = Counts("a", 3, 1, 0, 2, 1, 1, 0, [4]), Counts("b", 5, 2, 1, 0, 1, 0, 1, [])
-    every = total([one, other])
-    assert (every.steps, every.runs, every.broken, every.without_plan) == (8, 3, 1, 2)
-    assert "fails in 1 on the nominal reference, first at step 4 (median), in 1 on the robust one" in str(every)

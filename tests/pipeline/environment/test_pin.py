@@ -6,7 +6,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from pipeline.environment import has_avx2, kernels, pin
@@ -53,17 +52,6 @@ def test_a_new_process_takes_the_kernels_of_avx2_and_one_thread() -> None:
 @needs_avx2
 def test_kernels_that_somebody_names_stay() -> None:
     assert look(OPENBLAS_CORETYPE="Prescott")["kernels"] != ["Haswell"]
-
-
-@needs_avx2
-def test_the_names_of_instructions_are_those_of_this_numpy() -> None:
-    known = {name for names in np.show_config(mode="dicts")["SIMD Extensions"].values() for name in names}
-    assert {*kernels()["NPY_DISABLE_CPU_FEATURES"].split()} <= known
-
-
-@needs_avx2
-def test_this_process_is_pinned() -> None:
-    assert kernels().items() <= os.environ.items()
 
 
 def test_nothing_is_set_once_numpy_is_loaded(monkeypatch: pytest.MonkeyPatch) -> None:

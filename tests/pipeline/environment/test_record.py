@@ -3,15 +3,7 @@
 import subprocess
 import sys
 
-from pipeline.environment import BLAS, NAMES, PYTHON, environment
 from tests.project import ROOT
-
-
-def test_it_names_versions_and_kernels_and_no_machine() -> None:
-    found = environment()
-    assert tuple(found) == NAMES
-    assert found[PYTHON].count(".") == 1
-    assert "(" in found[BLAS]
 
 
 def test_it_does_not_depend_on_what_else_is_loaded() -> None:

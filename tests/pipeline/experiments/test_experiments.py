@@ -5,9 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.experiments import PARAMS, load_experiment, load_experiments
+from pipeline.experiments import load_experiment, load_experiments
 from pipeline.generate import sampled_by
-from pipeline.methods import METHODS, ROBUST
 from tests.pipeline.params import PARAMS as WRITTEN
 from tests.pipeline.params import changed, written_to
 from trackably.errors import InputError
@@ -16,39 +15,11 @@ from trackably.gp.kernels.registry import KERNELS
 from trackably.gp.prior import NOISE
 
 
-def test_every_entry_is_an_experiment() -> None:
-    """They use every method but two, for periods that are known and for steps between intervals, and one robust one."""
-    experiments = load_experiments(PARAMS)
-    assert list(experiments) == [
-        "example1",
-        "example1-resampled",
-        "example2",
-        "robot-axis",
-        "vehicle",
-        "tank",
-        "mobile-robot",
-    ]
-    assert {name for experiment in experiments.values() for name in experiment.methods} == {
-        *(name for name, method in METHODS.items() if not method.is_robust),
-        ROBUST.name,
-    } - {"sampled", "sound_intervals"}
-    assert [experiment.claim for experiment in experiments.values()].count("all_phases") == 2
-
-
 def test_a_mistake_in_one_experiment_does_not_stop_another(tmp_path: Path) -> None:
     path = written_to(tmp_path, changed("example1-resampled", ("seed: 3", "seed: -2")))
     assert load_experiment("example1", path).name == "example1"
     with pytest.raises(InputError):
         load_experiments(path)
-
-
-def test_missing_and_unreadable_files(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="there is no such file"):
-        load_experiments(tmp_path / "none.yaml")
-    binary = tmp_path / "params.yaml"
-    binary.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(InputError, match=r"params\.yaml"):
-        load_experiments(binary)
 
 
 def test_numbers_are_known_intervals_and_what_is_left_out_are_learned(tmp_path: Path) -> None:
@@ -73,14 +44,6 @@ def test_every_kernel_of_the_library_is_known_by_its_name(tmp_path: Path, name: 
     (prior,) = load_experiment("example1", written_to(tmp_path, text)).learned_prior.parts
     assert type(prior.kernel) is KERNELS[name]
     assert {*prior.learned} == prior.kernel.hyperparameters.keys()
-
-
-def test_all_that_is_wrong_is_said_at_once(tmp_path: Path) -> None:
-    path = written_to(tmp_path, changed("example1", ("A: [[0.9]]", "AA: [[0.9]]"), ("B: [[0.5]]", "B: [[x]]")))
-    with pytest.raises(
-        InputError, match=r"system.AA: is not a known field .*; .*system.A: is missing; .*system.B: exp"
-    ):
-        load_experiments(path)
 
 
 def test_all_fields_that_do_not_fit_are_said_at_once(tmp_path: Path) -> None:
@@ -128,12 +91,6 @@ def test_a_name_that_the_project_cannot_carry_stops_every_experiment(name: str, 
         load_experiment("example1", path)
     assert str(raised.value).startswith(f"{path}: experiments: ")
     assert "\n" not in str(raised.value)
-
-
-@pytest.mark.parametrize("name", ["tank2", "2-tanks", "'7'", "Tank_A"])
-def test_other_names_are_fine(name: str, tmp_path: Path) -> None:
-    path = written_to(tmp_path, WRITTEN.replace("  tank:\n", f"  {name}:\n"))
-    assert load_experiment(name.strip("'"), path).title.startswith("A tank")
 
 
 @pytest.mark.parametrize(
@@ -191,14 +148,6 @@ def test_margins_are_computed_as_far_as_anything_is_of_interest(
     assert last_step in (None, verified.last_step)
     if isinstance(experiment.claim, tuple):
         assert verified.last_step * experiment.plant.sampling_time >= experiment.claim[1]
-
-
-def test_stamps_may_count_steps() -> None:
-    """The published samples stand at steps 0, 10, … 60 of 0.01 s, and nothing is held out of them."""
-    sampled = sampled_by(load_experiment("example1"))
-    assert sampled.only.times.tolist() == [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6]
-    assert sampled.only.values[0] == -0.99306
-    assert sampled.held_out == ()
 
 
 def test_a_coordinate_may_be_free_and_two_states_are_a_plane(tmp_path: Path) -> None:

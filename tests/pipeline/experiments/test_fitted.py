@@ -12,7 +12,6 @@ from pipeline.experiments import Experiment, load_experiment
 from pipeline.experiments.load import read_fit_of
 from pipeline.storage.archive import read_margins
 from pipeline.storage.results import Results
-from pipeline.storage.tables import table_of_methods
 from pipeline.verify import verify
 from tests.pipeline.params import changed, written_to
 from tests.project import ROOT
@@ -52,9 +51,3 @@ def test_margins_of_other_references_are_refused(results: Results) -> None:
     shutil.copyfile(COMMITTED / "vehicle" / "verification.mcap", results.log("verification"))
     with pytest.raises(InputError, match="no margins of unconstrained, level; run the verify stage"):
         read_margins(results, fitted.learned)
-
-
-def test_broken_json_is_named(results: Results) -> None:
-    results.metrics.write_text("{", encoding="utf-8")
-    with pytest.raises(InputError, match=r"metrics\.json: expected JSON"):
-        table_of_methods(results)

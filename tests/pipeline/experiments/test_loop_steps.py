@@ -4,16 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.control import control
 from pipeline.experiments import Experiment, load_experiment
-from pipeline.methods import LearnedReference
-from pipeline.storage.archive import Fitted, Sampled, write_fit
-from pipeline.storage.loops import read_loops
-from pipeline.storage.results import Results
 from tests.pipeline.params import changed, undisturbed, written_to
-from trackably.errors import InputError
-from trackably.learning.problem import ConstrainedProblem, Solution
-from trackably.learning.search import best_solution
 
 CONTROL = """    control:
       steps: 10000
@@ -52,25 +44,3 @@ def test_loops_stay_in_the_window(claim: str, tmp_path: Path) -> None:
     if isinstance(experiment.claim, tuple) and experiment.loop_steps:
         last = experiment.loop_steps[-1] + experiment.control.horizon
         assert last * experiment.plant.sampling_time <= experiment.claim[1]
-
-
-def test_the_control_stage_begins_and_ends_with_the_window(example1, tmp_path: Path) -> None:
-    experiment, results = with_claim(tmp_path, "{window: [0.1, 0.4]}"), Results("example1", tmp_path)
-    free = best_solution(
-        ConstrainedProblem(example1.learning.samples, example1.learning.prior, example1.learning.space)
-    )
-    assert isinstance(free, Solution)
-    learned = {
-        name: LearnedReference.of(name, solution, experiment.plant)
-        for name, solution in (("unconstrained", free), ("joint", example1.learned.solution))
-    }
-    write_fit(
-        results, Fitted(Sampled(("state",), example1.learning.samples), learned, {}), example1.learning.samples[0].times
-    )
-    control(experiment, results)
-    for by_state in read_loops(results, experiment.plant).courses.values():
-        for course in by_state.values():
-            assert course.steps[0] == 10
-            assert course.steps[-1] <= 20
-    with pytest.raises(InputError, match="the window that is proved must be longer than the horizon, 20 steps"):
-        control(with_claim(tmp_path, "{window: [0.0, 0.1]}"), results)

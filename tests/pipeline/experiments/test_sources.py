@@ -31,12 +31,6 @@ def times_of(path: Path) -> list[float]:
     return sampled_by(load_experiment("tank", path)).samples[0].times.tolist()
 
 
-def test_a_search_has_a_default(tmp_path: Path) -> None:
-    path = written_to(tmp_path, changed("tank", ("    search: {starts: 8}\n", "")))
-    assert load_experiment("tank", path).search.starts == 8
-    assert load_experiment("tank", written_to(tmp_path, changed("tank", ("{starts: 8}", "{}")))).search.starts == 8
-
-
 def test_a_file_without_a_header(tmp_path: Path) -> None:
     (tmp_path / "tum.txt").write_text("".join(f"{1305031102 + 0.5 * k} {1 + k / 10} 0\n" for k in range(4)))
     csv = f"csv: {tmp_path}/tum.txt\n        separator: ' '\n        value_column: x\n        columns: [t, x, y]\n"

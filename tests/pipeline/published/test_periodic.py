@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from pipeline.published.ground_truth import two_harmonics
-from pipeline.published.periodic import GrowthRates, grid, interval_growth_rates, intervals, on_grid, sampled
+from pipeline.published.periodic import GrowthRates, grid, interval_growth_rates, intervals, sampled
 from pipeline.published.scalar import coefficients, growth_rates, interval_sets, scalar
 from tests.pipeline.published.periodic_instances import instance
-from tests.trackably.learning.searches import followed
 from tests.trackably.systems.instances import bounded
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.base import Product
@@ -21,8 +20,8 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning import search
-from trackably.learning.methods import all_phases, exact, unconstrained
-from trackably.learning.problem import ConstrainedProblem, NothingFeasible, Solution
+from trackably.learning.methods import exact, unconstrained
+from trackably.learning.problem import NothingFeasible, Solution
 from trackably.learning.space import SearchSpace
 from trackably.systems.polytopes import Interval
 
@@ -99,28 +98,11 @@ def test_the_grid_holds_at_its_instants_and_breaks_between_them(found):
     assert margins(found["grid"])[1] == pytest.approx(-4.57e-4, abs=1e-5)
 
 
-def test_numbers_of_the_trial_in_the_notes_are_a_local_minimum():
-    for constraints, objective, period in (
-        (on_grid(SYSTEM, 400), 121.25, 3.07),
-        (all_phases(SYSTEM), 121.28, 3.0654),
-    ):
-        problem = ConstrainedProblem((SAMPLES,), PRIOR, SPACE, constraints)
-        outcome = followed(problem, [np.log([1, 1, 3.07])])
-        assert outcome.objective == pytest.approx(objective, abs=0.005)
-        assert outcome.posterior.prior.hyperparameters["period"] == pytest.approx(period, abs=1e-4)
-
-
 def test_the_exchange_ends_where_nothing_is_broken(found):
     rounds = found["exact"].rounds
     assert [r.margin < 0 for r in rounds] == [True] * (len(rounds) - 1) + [False]
     assert [r.places for r in rounds] == sorted(r.places for r in rounds)
     assert rounds[-1].objective == found["exact"].objective
-
-
-def test_two_calls_give_the_same_bits(found):
-    again, first = learn("exact"), found["exact"]
-    assert again.posterior.parts[0].weights.tobytes() == first.posterior.parts[0].weights.tobytes()
-    assert [r.log_theta.tobytes() for r in again.rounds] == [r.log_theta.tobytes() for r in found["exact"].rounds]
 
 
 def test_growth_rates_of_every_interval_contain_the_derivative(found):
@@ -189,11 +171,6 @@ def test_a_period_between_steps_is_no_sampled_problem(period):
     known = JointPrior((replace(SINGLE, kernel=Periodic(period=period)),))
     with pytest.raises(ValueError, match="no whole multiple of the sampling time"):
         sampled((SAMPLES,), known, SYSTEM, SearchSpace.around((SAMPLES,), known))
-
-
-def test_a_learned_period_is_no_sampled_problem():
-    with pytest.raises(ValueError, match="the period is learned"):
-        sampled((SAMPLES,), PRIOR, SYSTEM, SPACE)
 
 
 def test_a_kernel_without_a_period_is_refused():

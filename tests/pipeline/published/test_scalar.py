@@ -1,7 +1,5 @@
 """Scalar linear systems: the dynamics and their inverse, successor sets, growth rates."""
 
-import math
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -45,45 +43,6 @@ def scalar_of(a: float, b: float, state_set: Interval, input_set: Interval, samp
     return scalar(a, b, state_set=state_set, input_set=input_set, sampling_time=sampling_time)
 
 
-@pytest.mark.parametrize(
-    ("abc", "wrong"),
-    [
-        ((math.nan, 1.0, 0.0), "A must be finite, got [[nan]]"),
-        ((0.9, math.inf, 0.0), "B must be finite, got [[inf]]"),
-        ((0.9, math.nan, 0.0), "B must be finite, got [[nan]]"),
-        ((0.9, 1.0, -math.inf), "c must be finite, got [-inf]"),
-    ],
-)
-def test_impossible_systems_are_refused(abc, wrong):
-    with pytest.raises(ValueError, match=f"^system: {re.escape(wrong)}$"):
-        LinearSystem.scalar(*abc, sampling_time=0.1)
-
-
-def test_a_system_that_no_input_moves_is_refused():
-    with pytest.raises(ValueError, match=r"^system: must be controllable, .*: its inputs reach 0 of 1 dimensions"):
-        scalar(0.9, 0.0, state_set=UNIT, input_set=UNIT, sampling_time=0.1)
-
-
-@pytest.mark.parametrize("bad", [0.0, -0.01, math.nan, math.inf])
-def test_impossible_sampling_times_are_refused(bad):
-    with pytest.raises(ValueError, match=f"^system: sampling_time must be a positive finite number, got {bad!r}$"):
-        scalar(0.9, 0.5, state_set=UNIT, input_set=UNIT, sampling_time=bad)
-
-
-@pytest.mark.parametrize("name", ["state_set", "input_set"])
-def test_sets_need_an_interior(name):
-    sets = {"state_set": UNIT, "input_set": UNIT} | {name: Interval(0.5, 0.5)}
-    with pytest.raises(ValueError, match=r"^set: must have an interior, got \[0\.5, 0\.5\] for coordinate 1$"):
-        scalar(0.9, 0.5, sampling_time=0.1, **sets)
-
-
-@pytest.mark.parametrize("name", ["state_set", "input_set"])
-def test_sets_of_another_dimension_are_refused(name):
-    plane = Polytope.box(np.array([-1.0, -1.0]), np.array([1.0, 1.0]))
-    with pytest.raises(ValueError, match=f"^system: {name} must have dimension 1, got 2$"):
-        replace(PLANTS["example1"], **{name: plane})
-
-
 def test_only_a_scalar_system_with_both_bounds_has_growth_rates():
     free = Polytope.box(np.array([-np.inf]), np.array([np.inf]))
     scaled = Polytope(np.array([[2.0]]), np.array([-1.0]), np.array([1.0]))
@@ -100,30 +59,6 @@ def test_only_a_scalar_system_with_both_bounds_has_growth_rates():
             state_and_input(plant)
         with pytest.raises(ValueError, match=r"^only a scalar system"):
             growth_rates(plant, UNIT)
-
-
-def test_coefficients_and_sets_are_those_of_the_plant():
-    sets = {"state_set": Interval(-2.0, 1.5), "input_set": Interval(-0.4, 0.7)}
-    plant = scalar(1.2, 0.3, 0.1, sampling_time=0.05, **sets)
-    assert coefficients(plant) == (1.2, 0.3, 0.1)
-    assert interval_sets(plant) == (sets["state_set"], sets["input_set"])
-    assert state_and_input(plant) == plant.quantities
-
-
-def test_dynamics_in_numbers():
-    system = LinearSystem.scalar(0.9, 0.5, 0.1, sampling_time=0.1)
-    states, inputs = np.array([[1.0], [2.0]]), np.array([[0.5], [-1.0]])
-    np.testing.assert_allclose(system.successor(states, inputs), [[1.25], [1.4]], rtol=1e-15)
-
-
-@over(PLANTS, "plant")
-def test_input_and_successor_are_inverse(plant):
-    def successor(x, u):
-        return plant.system.successor(x[:, None], u[:, None])[:, 0]
-
-    inputs = np.linspace(-2, 2, 13)
-    np.testing.assert_allclose(input_between(plant, STATES, successor(STATES, inputs)), inputs, atol=1e-13)
-    np.testing.assert_allclose(successor(STATES, input_between(plant, STATES, inputs)), inputs, atol=1e-13)
 
 
 @over(PLANTS, "plant")
@@ -148,14 +83,6 @@ def test_successor_set_in_numbers():
         plant = scalar_of(0.9, sign * 0.5, Interval(-2, 2), Interval(-0.2, 0.4), 0.01)
         low, high = successor_set(plant, np.array([1.0]))
         np.testing.assert_allclose([low[0], high[0]], [0.8, 1.1] if sign > 0 else [0.7, 1.0], rtol=1e-15)
-
-
-def test_successor_set_of_whole_numbers():
-    plant = PLANTS["example1"]
-    for one, other in zip(
-        successor_set(plant, np.array([0, 1])), successor_set(plant, np.array([0.0, 1.0])), strict=True
-    ):
-        np.testing.assert_array_equal(one, other)
 
 
 @given(plants, intervals())
@@ -190,14 +117,6 @@ def test_without_a_common_rate_the_bounds_cross():
     plant = scalar_of(-1.0, 0.1, Interval(-2, 2), Interval(-1, 1), 0.5)
     tau_low, tau_high = growth_rates(plant, Interval(-1.0, 1.0))
     assert tau_low > tau_high
-
-
-@over(PLANTS, "plant")
-@pytest.mark.parametrize("x", [-0.3, 0.0, 1.2])
-def test_growth_rates_of_one_state_are_its_successor_set(plant, x):
-    rates = np.array(growth_rates(plant, Interval(x, x)))
-    low, high = successor_set(plant, np.array(x))
-    np.testing.assert_allclose(x + rates * plant.sampling_time, [low, high], rtol=1e-12)
 
 
 @given(plants, st.floats(-3, 3), st.floats(-20, 20))

@@ -7,7 +7,7 @@ import pytest
 
 from pipeline.reproduce import Plan, Stage, copy_without_results, plan_of, run
 from tests.project import ROOT
-from trackably.errors import InputError, NoReferenceError
+from trackably.errors import NoReferenceError
 
 
 def stage(name: str, *needs: str, command: str = "") -> Stage:
@@ -67,11 +67,6 @@ def test_the_plan_is_that_of_dvc_yaml() -> None:
         assert {name for name in stages if name.startswith(f"{kind}@")} == {f"{kind}@{name}" for name in experiments}
 
 
-def test_a_project_that_dvc_cannot_read_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="dvc"):
-        plan_of(tmp_path)
-
-
 def test_the_copy_has_what_git_would_have_but_no_results(tmp_path: Path) -> None:
     project, copy = tmp_path / "project", tmp_path / "copy"
     for name in (
@@ -94,8 +89,3 @@ def test_the_copy_has_what_git_would_have_but_no_results(tmp_path: Path) -> None
     files = {path.relative_to(copy).as_posix() for path in copy.rglob("*") if path.is_file()}
     assert files == {".gitignore", "params.yaml", "data/paper/a.csv", "new module.py"}
     assert (copy / "params.yaml").read_text() == "changed"
-
-
-def test_what_is_no_repository_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="git cannot list its files"):
-        copy_without_results(tmp_path, tmp_path / "copy")

@@ -12,7 +12,7 @@ from sphinx.deprecation import RemovedInSphinx11Warning
 
 from pipeline.experiments import load_experiments
 from pipeline.site.build import build
-from pipeline.site.notebooks import errata, folded
+from pipeline.site.notebooks import errata
 from pipeline.site.sources import write_sources
 from tests.pipeline.site.conftest import NAME
 from tests.pipeline.viewer.browser import opened
@@ -147,12 +147,6 @@ def test_errata_of_the_committed_notebooks_are_found() -> None:
     titles = [cell["source"] for cell in found["cells"] if "".join(cell["source"]).startswith("## ")]
     assert len(titles) == 2
     assert len({cell["id"] for cell in found["cells"]}) == len(found["cells"]) > 12
-
-
-def test_outputs_stay_as_they_are() -> None:
-    path = ROOT / "notebooks" / "tank.ipynb"
-    before, after = (json.loads(text)["cells"] for text in (path.read_bytes(), folded(path)))
-    assert [cell.get("outputs") for cell in before] == [cell.get("outputs") for cell in after]
 
 
 def test_every_experiment_has_a_page(tmp_path: Path) -> None:

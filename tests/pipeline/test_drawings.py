@@ -1,0 +1,164 @@
+"""Figures: what they mark and name. That they are the same bytes each time is seen where stages draw all of them."""
+
+import subprocess
+import sys
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.mathtext import MathTextParser
+
+from pipeline.drawings import algorithm1, loops, predictions, references
+from pipeline.drawings.landscape import landscape
+from pipeline.drawings.style import INITIAL_STATE_STYLES
+from pipeline.experiments import load_experiment
+from pipeline.experiments.load import read_fit_of
+from pipeline.loops.initial_states import ABOVE, BELOW, ON
+from pipeline.loops.trajectory import LoopTrajectory
+from pipeline.storage.results import Results
+from tests.project import ROOT
+from trackably.exports.figures import axis_label, parsed_once, svg
+from trackably.gp.hyperparameter import Learned
+from trackably.gp.joint import JointPrior
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.prior import Prior
+from trackably.learning.constraint import Constraint
+from trackably.learning.index_set import Steps
+from trackably.learning.problem import ConstrainedProblem
+from trackably.learning.space import SearchSpace
+from trackably.systems.margins import margin_profile
+
+EXPERIMENT = load_experiment("example1")
+FITTED = read_fit_of(EXPERIMENT, Results("example1", ROOT / "data" / "results"))
+REFERENCES = {name: learned.reference for name, learned in FITTED.learned.items()}
+SAMPLES, PLANT = FITTED.sampled.only, EXPERIMENT.plant
+STATE, INPUT = PLANT.quantities
+STEPS = np.arange(151.0)
+
+
+def test_a_closer_look_is_taken_only_where_a_reference_leaves_its_state_set() -> None:
+    kept = {"sound": REFERENCES["sound"]}
+    assert len(predictions.prediction(SAMPLES, kept, "sound", STEPS).axes) == 1
+    both = predictions.prediction(SAMPLES, REFERENCES, "sound", STEPS)
+    first, last = both.axes[1].get_xlim()
+    assert first < 77
+    assert last > 105
+
+
+def test_the_worst_margins_are_written_out() -> None:
+    (profile, *_) = profiles = [margin_profile(REFERENCES["unconstrained"], q, 150, 5) for q in PLANT.quantities]
+    (axes, *_) = references.margins({"unconstrained": profiles}, {}).axes
+    margin, time = profile.worst
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert any(f"{margin:.3g}".replace("-", "−") in label and f"{time:.4g} s" in label for label in labels)
+
+
+def drawn_path() -> Figure:
+    vehicle = load_experiment("vehicle")
+    fitted = read_fit_of(vehicle, Results("vehicle", ROOT / "data" / "results"))
+    shown = {name: fitted.learned[name].reference for name in ("unconstrained", "joint")}
+    return references.path(shown, ("x", "y"), np.linspace(0, 12, 301), fitted.sampled.samples, (np.zeros(0),) * 2)
+
+
+def test_what_the_unconstrained_path_breaks_is_marked_and_nothing_else() -> None:
+    (axes,) = drawn_path().axes
+    lines = {str(line.get_label()): np.asarray(line.get_xydata()) for line in axes.lines}
+    marked = [label for label in lines if "unconstrained)" in label]
+    assert marked
+    for label in marked:
+        of_marks = np.isfinite(lines[label][:, 0])
+        assert 0 < np.sum(of_marks) < len(of_marks)
+    assert not any("joint)" in label for label in lines)
+    assert axes.get_aspect() == 1.0
+
+
+def test_the_first_failure_is_named_and_what_never_fails_too() -> None:
+    steps, window = np.arange(30.0), REFERENCES["joint"].window(0, 29)
+
+    def course(high: float, *lost: int) -> LoopTrajectory:
+        costs = np.where(np.isin(steps, lost), np.nan, 1.0)
+        states, inputs = np.full((30, 1), high), np.zeros((30, 1))
+        return LoopTrajectory(steps, states, inputs, window.states, inputs, costs, costs, costs)
+
+    shown = {
+        name: {"drawn": course(0.0), "greedy": course(0.0, *lost), "constant": course(0.0)}
+        for name, lost in (("nominal", (7, 8)), ("tube", ()))
+    }
+    figure = loops.disturbed_loops(shown, {"nominal": 7, "tube": None}, PLANT)
+    titles = [axes.get_title(loc="left") for axes in figure.axes[:2]]
+    assert titles == ["nominal:\nfails at step 7", "tube:\nnever fails"]
+
+
+def test_the_sessions_own_style_neither_shows_nor_changes() -> None:
+    def drawn() -> bytes:
+        return svg(algorithm1.tube(REFERENCES["sound"], np.arange(12)))
+
+    expected = drawn()
+    assert b"<text" not in expected, "letters are paths, so that fonts do not matter"
+    with mpl.rc_context({"font.size": 30, "lines.linewidth": 9}):
+        assert drawn() == expected
+        assert mpl.rcParams["font.size"] == 30
+
+
+def test_every_initial_state_has_a_style() -> None:
+    assert list(INITIAL_STATE_STYLES) == [ON, ABOVE, BELOW]
+
+
+def test_importing_touches_no_backend() -> None:
+    code = "import sys, pipeline.drawings; sys.exit('matplotlib.pyplot' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def problem(noise_std: float | Learned = 0.01) -> ConstrainedProblem:
+    prior = JointPrior((Prior(SquaredExponential(0.7, 0.22).as_learned(), noise_std),))
+    constraints = (Constraint(STATE, Steps(0, 130, 0.01)), Constraint(INPUT, Steps(0, 129, 0.01)))
+    return ConstrainedProblem((SAMPLES,), prior, SearchSpace.around((SAMPLES,), prior), constraints)
+
+
+def test_each_point_of_a_landscape_agrees_with_the_problem_and_what_cannot_be_factored_is_not_a_number() -> None:
+    theta1, theta2 = np.array([0.5, 1.1]), np.array([0.15, 0.22])
+    grid, of = landscape(problem(), theta1, theta2), problem()
+    k = np.arange(131) * 0.01
+    for i, second in enumerate(theta2):
+        for j, first in enumerate(theta1):
+            posterior = of.posterior(np.log([first, second]))
+            margins = [np.min(c.relative_margin(posterior, k[: 131 - n])) for n, c in enumerate(of.constraints)]
+            assert grid.objective[i, j] == posterior.negative_log_marginal_likelihood()[0]
+            assert grid.margin[i, j] == pytest.approx(min(margins), abs=1e-14)
+    lost = landscape(problem(1e-12), np.array([1.0]), np.array([0.1, 1e4]))
+    assert np.isfinite(lost.objective).ravel().tolist() == [True, False]
+    assert np.isnan(lost.margin[1, 0])
+    with pytest.raises(ValueError, match="two learned hyperparameters"):
+        landscape(problem(Learned(0.01)), np.ones(1), np.ones(1))
+
+
+UNITS = {"vx": "m/s", "vy": "m/s", "x": "m", "q[1]": "rad", "flow_in": "m³/s"}
+LABELS = {
+    "q[1]": "q[1] [rad]",
+    "flow_in": "flow in [m³/s]",
+    "vx-0.5*vy": "vx-0.5*vy [m/s]",
+    "vx (2)": "vx (2) [m/s]",
+    "x+vx": "x+vx",
+    "z": "z",
+}
+
+
+@pytest.mark.parametrize("name", LABELS)
+def test_a_unit_is_written_where_all_terms_have_it(name: str) -> None:
+    assert axis_label(name, UNITS) == LABELS[name]
+
+
+def test_a_formula_that_is_parsed_once_is_the_same_as_if_it_were_parsed_again() -> None:
+    fonts = FontProperties(size=7), FontProperties(size=8)
+    cases = [(text, dpi, font) for text in ("$k$", r"$\theta_1$") for dpi in (72, 144) for font in fonts]
+
+    def sizes() -> list[tuple[float, ...]]:
+        return [tuple(MathTextParser("path").parse(text, dpi, font)[:3]) for text, dpi, font in cases]
+
+    expected, original = sizes(), MathTextParser.parse
+    with parsed_once():
+        assert sizes() == sizes() == expected
+    assert len({*expected}) == len(cases)
+    assert MathTextParser.parse is original

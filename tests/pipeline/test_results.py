@@ -1,0 +1,265 @@
+"""Committed results of every experiment: numbers, logs and proofs say the same of each other.
+
+`make repro` shows that the code writes these results; what they have to say is tested here without running a stage.
+"""
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pipeline.disturbed import loops as runs
+from pipeline.disturbed.loops import prices
+from pipeline.experiments import Experiment, load_experiments
+from pipeline.experiments.load import read_fit_of
+from pipeline.storage.archive import Fitted, read_stage
+from pipeline.storage.loops import ClosedLoops, read_loops, table_of_loops, table_of_offers
+from pipeline.storage.results import Results
+from pipeline.storage.tables import read_columns, table_of_methods
+from tests.project import ROOT
+from trackably.checker import Proved, Refuted, check
+from trackably.codec import dumps
+from trackably.control.controller import scaled_controller
+from trackably.control.simulation import simulate
+from trackably.control.tube import TubeController
+
+EXPERIMENTS = load_experiments(ROOT / "params.yaml")
+BY_NAME = pytest.mark.parametrize("name", EXPERIMENTS)
+ANGLES = {"mobile-robot": ("heading",)}
+DISTURBED = pytest.mark.parametrize("name", [name for name, of in EXPERIMENTS.items() if of.disturbance])
+
+
+@dataclass(frozen=True)
+class Committed:
+    """What is committed of an experiment."""
+
+    experiment: Experiment
+    results: Results
+
+    @property
+    def fitted(self) -> Fitted:
+        return _fitted(self.experiment.name)
+
+    @property
+    def loops(self) -> ClosedLoops:
+        return _loops(self.experiment.name)
+
+    def json(self, name: str) -> Any:
+        return json.loads((self.results.folder / f"{name}.json").read_text(encoding="utf-8"))
+
+
+@cache
+def committed(name: str) -> Committed:
+    return Committed(EXPERIMENTS[name], Results(name, ROOT / "data" / "results"))
+
+
+@cache
+def _fitted(name: str) -> Fitted:
+    return read_fit_of(EXPERIMENTS[name], committed(name).results)
+
+
+@cache
+def _loops(name: str) -> ClosedLoops:
+    return read_loops(committed(name).results, EXPERIMENTS[name].plant)
+
+
+@BY_NAME
+def test_what_is_proved_keeps_every_bound_and_the_unconstrained_fit_does_not(name: str) -> None:
+    metrics = committed(name).json("metrics")
+    for method, of in metrics.items():
+        worst = min(value for key, value in of.items() if key.startswith("worst_") and key.endswith("_at_steps"))
+        if of["proof"].startswith("proved for"):
+            assert worst >= 0, method
+            assert of["first_violated_step"] is None, method
+        else:
+            assert "certainly breaks" in of["proof"], method
+            assert of["first_violated_step"] is not None, method
+    assert "certainly breaks" in metrics["unconstrained"]["proof"]
+    assert metrics["joint"]["proof"].startswith("proved for all real t")
+
+
+@BY_NAME
+def test_prices_are_differences_of_objectives_and_sums_over_bounds(name: str) -> None:
+    metrics = committed(name).json("metrics")
+    free, alone, joint = (metrics[method] for method in ("unconstrained", "hyperparameters", "joint"))
+    assert joint["price"] == joint["objective"] - free["nlml"]
+    assert sum(joint["price_by_bound"].values()) == pytest.approx(joint["objective"] - joint["nlml"], rel=1e-9)
+    assert alone["nlml"] == alone["objective"]
+    assert 0 < joint["price"] < alone["price"]
+
+
+@BY_NAME
+def test_active_bounds_and_studies_survive_their_log(name: str) -> None:
+    of = committed(name)
+    series = {series.topic: series for series in read_stage(of.results, "fit").series}
+    for active in of.fitted.learned["joint"].active_bounds:
+        topic = series[f"/active_bounds/joint/{active.name}"]
+        (row,) = np.flatnonzero(topic.times == active.time)
+        logged = {field: float(values[row]) for field, values in topic.fields.items()}
+        side = {"lower": -1.0, "upper": 1.0}[active.side]
+        assert logged == {"side": side, "multiplier": active.multiplier, "price": active.price}
+    if (study := of.fitted.study) is not None:
+        assert dumps(study) == dumps(read_fit_of(of.experiment, of.results).study)
+
+
+def test_joint_learning_loses_no_samples_where_a_bound_is_tighter_than_their_noise() -> None:
+    fitted = committed("example1").fitted
+    assert fitted.study is not None
+    alone, joint = (fitted.study.tightness[name] for name in ("hyperparameters", "joint"))
+    for of, name in ((alone, "hyperparameters"), (joint, "joint")):
+        assert of.objectives[0] == pytest.approx(fitted.learned[name].objective, rel=1e-9)
+        assert np.all(np.diff(of.objectives) > 0)
+    (tight,) = np.flatnonzero(joint.uppers == 0.002)
+    assert 20 * joint.misfits[tight] < alone.misfits[tight]
+    assert joint.errors[tight] < 0.03 < alone.errors[tight]
+
+
+@BY_NAME
+def test_summary_and_tables_hold_what_the_metrics_say(name: str) -> None:
+    of = committed(name)
+    metrics, summary, margins = of.json("metrics"), of.json("summary"), read_columns(of.results.margins)
+    widths = {quantity.name: quantity.bounds.width for quantity in of.experiment.plant.quantities}
+    assert list(margins) == ["time", *metrics]
+    for method in ("unconstrained", "joint"):
+        assert summary[f"objective_{method}"] == metrics[method]["objective"]
+        relative = [metrics[method][f"worst_{name}_margin"] / width for name, width in widths.items()]
+        assert summary[f"worst_relative_margin_{method}"] == pytest.approx(min(relative), rel=1e-12)
+        assert min(margins[method]) == summary[f"worst_relative_margin_{method}"]
+    assert summary["price_joint"] == metrics["joint"]["price"]
+    rows = {row[0]: row[-1] for row in table_of_methods(of.results).rows}
+    assert rows == {method: found["proof"].startswith("proved for") for method, found in metrics.items()}
+
+
+@BY_NAME
+def test_the_checker_says_of_every_file_what_the_metrics_say(name: str) -> None:
+    of = committed(name)
+    metrics = of.json("metrics")
+    files = {path.name.split(".")[0]: path for path in of.results.certificate("joint").parent.iterdir()}
+    assert files.keys() == metrics.keys()
+    for method, path in files.items():
+        verdict = check(json.loads(path.read_text(encoding="utf-8")))
+        is_proved = metrics[method]["proof"].startswith("proved for")
+        assert isinstance(verdict, Proved if is_proved else Refuted), method
+
+
+@BY_NAME
+def test_the_system_goes_where_the_stored_reference_goes(name: str) -> None:
+    of = committed(name)
+    for learned in of.fitted.learned.values():
+        reference = learned.reference
+        states, inputs = reference.state(np.arange(501)), reference.input(np.arange(500))
+        off = reference.plant.system.successor(states[:-1], inputs) - states[1:]
+        of_angles = np.array([state in ANGLES.get(name, ()) for state in reference.plant.system.states])
+        off = np.where(of_angles, np.remainder(off + np.pi, 2 * np.pi) - np.pi, off)
+        np.testing.assert_allclose(states[1:] + off, states[1:], atol=1e-9)
+
+
+@BY_NAME
+def test_the_last_round_is_the_proved_one(name: str) -> None:
+    columns = read_columns(committed(name).results.iterations)
+    if "proved" in columns:
+        assert columns["proved"][-1] == 1
+    elif "relative_margin" in columns:
+        margins = columns["relative_margin"]
+        assert (margins >= 0).tolist() == [False] * (len(margins) - 1) + [True]
+    else:
+        assert columns["k_bar"].tolist() == [*range(int(columns["k_bar"][0]), int(columns["k_bar"][-1]) + 1)]
+        known = np.isfinite(columns["mean_bound"])
+        assert known.tolist() == sorted(known)
+
+
+@BY_NAME
+def test_loops_have_a_plan_at_each_step_on_what_is_proved_and_their_log_holds_what_is_counted(name: str) -> None:
+    of = committed(name)
+    counted, closed = of.json("control"), of.loops
+    for start, kept in counted["joint"].items():
+        if start != "first_untrackable_step":
+            assert (kept["infeasible_steps"], kept["unsolved_steps"]) == (0, 0), start
+    assert counted["joint"]["first_untrackable_step"] is None
+    assert counted["unconstrained"]["first_untrackable_step"] is not None
+    system = of.experiment.plant.system
+    for reference, by_start in closed.courses.items():
+        for start, course in by_start.items():
+            said, lost = counted[reference][start], course.infeasible
+            assert len(lost) <= said["infeasible_steps"]
+            assert said["first_infeasible_step"] in (None, *lost)
+            moved = system.successor(course.states[:-1], course.inputs[:-1])
+            np.testing.assert_allclose(moved, course.states[1:], atol=1e-12)
+    assert len(table_of_loops(of.results).rows) >= 2
+    if "online" in counted:
+        offers = counted["online"]["offers"]
+        assert all(offer["reason"] for offer in offers)
+        assert counted["online"]["infeasible_steps"] == 0
+        assert closed.offered["taken"].tolist() == [float(offer["taken"]) for offer in offers]
+        assert len(table_of_offers(of.results).rows) == len(offers)
+
+
+@BY_NAME
+def test_feasible_sets_of_scalar_systems_grow_with_the_horizon(name: str) -> None:
+    feasible = committed(name).loops.feasible
+    if all({"lower", "upper"} <= of.keys() for of in feasible.values()):
+        for short, long in zip(sorted(feasible)[:-1], sorted(feasible)[1:], strict=True):
+            assert np.all(feasible[long]["lower"] <= feasible[short]["lower"] + 1e-9)
+            assert np.all(feasible[long]["upper"] >= feasible[short]["upper"] - 1e-9)
+
+
+@DISTURBED
+def test_robust_references_leave_room_and_disturbed_loops_on_them_break_nothing(name: str) -> None:
+    of = committed(name)
+    tightened = of.experiment.tightening.plant
+    robust = of.fitted.learned["robust"].reference
+    assert np.all(tightened.state_set.margin(robust.state(np.arange(300.0))) >= -1e-9)
+    disturbed = of.json("control")["disturbed"]
+    assert disturbed["tube"]["broken"] == 0
+    for kind, counts in disturbed["robust"]["tube"].items():
+        assert (counts["steps_without_plan"], counts["steps_outside"]) == (0, 0), kind
+    for reference, by_controller in of.loops.disturbed.loops.items():
+        for controller, by_kind in by_controller.items():
+            for kind, course in by_kind.items():
+                said = disturbed[reference][controller][kind]
+                # A loop that is given up has no input at its last step, and no row for it.
+                assert said["steps_without_plan"] - len(course.infeasible) in {0, 1}
+                assert said["first_step_without_plan"] in {None, *course.infeasible}
+                worst = np.min(of.experiment.plant.state_set.margin(course.states[1:]))
+                assert worst == said["worst_state_margin"]
+    many = of.loops.disturbed.runs
+    assert np.all((many.lowest <= many.single) & (many.single <= many.highest))
+
+
+@DISTURBED
+def test_the_price_of_room_rises_from_the_nominal_reference_over_the_robust_one(name: str) -> None:
+    of = committed(name)
+    price, metrics = of.json("control")["price_of_room"], of.json("metrics")
+    by_size = dict(zip(price["sizes"], zip(price["price"], price["misfit"], strict=True), strict=True))
+    for size, method in ((0.0, "joint"), (1.0, "robust")):
+        cost, misfit = by_size[size]
+        assert cost == pytest.approx(metrics[method]["price"], rel=1e-12)
+        assert misfit == pytest.approx(metrics[method]["misfit"], rel=1e-9)
+    assert np.all(np.diff(price["price"]) > 0)
+    assert price["largest"] > 1
+
+
+def test_a_run_is_that_of_the_tube_controller() -> None:
+    of = committed("example1")
+    drawn_in, reference = of.experiment.tightening, of.fitted.learned["robust"].reference
+    course = runs._run(drawn_in, reference.window(0, 40), 0, 4)
+    nominal = scaled_controller(of.experiment.plant, 20)
+    loop = simulate(
+        TubeController(drawn_in, 20, nominal.Q, nominal.R),
+        reference,
+        course[0, :1],
+        40,
+        disturbances=runs.disturbances("greedy" if 4 % 3 == 1 else "constant", drawn_in, 4),
+        noise=runs.noise(drawn_in, 4),
+    )
+    np.testing.assert_allclose(np.column_stack([loop.states[:-1], loop.inputs]), course, atol=1e-12)
+
+
+def test_sizes_with_nothing_left_are_left_out() -> None:
+    of = committed("example1")
+    assert of.experiment.disturbance is not None
+    beyond = of.experiment.disturbance.model_copy(update={"sizes": (20.0,)})
+    assert prices(of.experiment.model_copy(update={"disturbance": beyond}), of.fitted)["sizes"] == [0.0, 1.0]

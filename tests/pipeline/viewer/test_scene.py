@@ -1,0 +1,194 @@
+"""Scenes and layouts: what the logs hold is shown, and messages are what viewers read."""
+
+import importlib
+import json
+import re
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pipeline.experiments import load_experiments
+from pipeline.loops.trajectory import LoopTrajectory
+from pipeline.storage.logs import Documents, Log, Topic, read_log, topics_of, write_log
+from pipeline.storage.results import Results
+from pipeline.viewer.layout import layout_of, write_scene
+from pipeline.viewer.scene import (
+    SCHEMAS,
+    allowed_region,
+    event_topic,
+    losses,
+    offers,
+    plane_of,
+    proof_topic,
+    scene_topics,
+)
+from tests.project import ROOT
+from trackably.files import from_json
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
+
+EXPERIMENTS = load_experiments(ROOT / "params.yaml")
+BY_NAME = pytest.mark.parametrize("name", EXPERIMENTS)
+NAN = float("nan")
+BOX = Polytope.box([-2, -1, -5, -5], [2, 1, 5, 5])
+_PATH = re.compile(r'(?:"(?P<quoted>(?:[^"\\]|\\.)*)"|(?P<plain>[A-Za-z0-9_/-]+))\.(?P<field>\D.*)')
+
+
+def results_of(name: str) -> Results:
+    return Results(name, ROOT / "data" / "results")
+
+
+def layout_for(name: str) -> dict[str, Any]:
+    plant = EXPERIMENTS[name].plant
+    return layout_of(plant, topics_of(results_of(name)), plane_of(plant, EXPERIMENTS[name].plane))
+
+
+def panels(layout: dict[str, Any], kind: str) -> list[dict[str, Any]]:
+    return [config for name, config in layout["configById"].items() if name.split("!")[0] == kind]
+
+
+def paths(layout: dict[str, Any]) -> set[tuple[str, str]]:
+    """Return topic and field of each series and axis, read as viewers read paths."""
+    written = [path["value"] for config in panels(layout, "Plot") for path in config["paths"]]
+    written += [config["xAxisPath"]["value"] for config in panels(layout, "Plot") if "xAxisPath" in config]
+    found = [match for text in written if (match := _PATH.fullmatch(text))]
+    return {(m["plain"] or re.sub(r"\\(.)", r"\1", m["quoted"]), m["field"].strip('"')) for m in found}
+
+
+def leaves(tree: Any) -> list[str]:
+    return [tree] if isinstance(tree, str) else leaves(tree["first"]) + leaves(tree["second"])
+
+
+@BY_NAME
+def test_every_topic_is_shown_and_no_other_and_every_panel_has_one_place(name: str) -> None:
+    found, layout = topics_of(results_of(name)), layout_for(name)
+    scenes = {topic for config in panels(layout, "3D") for topic in config["topics"]}
+    shown = {topic for topic, _ in paths(layout)} | scenes
+    shown |= {config["topicToRender"] for config in panels(layout, "RosOut")}
+    assert shown == {topic for topic, about in found.items() if about.rows}
+    assert all(field in found[topic].fields for topic, field in paths(layout))
+    (tab,) = panels(layout, "Tab")
+    placed = [*leaves(layout["layout"]), *chain.from_iterable(leaves(page["layout"]) for page in tab["tabs"])]
+    assert sorted(placed) == sorted(layout["configById"])
+
+
+@BY_NAME
+def test_every_bound_of_a_state_or_an_input_is_a_line(name: str) -> None:
+    plant = EXPERIMENTS[name].plant
+    drawn = {
+        config["foxglovePanelTitle"]: {p["value"] for p in config["paths"]}
+        for config in panels(layout_for(name), "Plot")
+    }
+    for constraint in plant.given_constraints:
+        if constraint.name in {*plant.system.states, *plant.system.inputs}:
+            levels = {float(text) for text in drawn[constraint.name] if not _PATH.fullmatch(text)}
+            assert levels == {constraint.bounds.lower, constraint.bounds.upper}
+
+
+@BY_NAME
+def test_no_committed_layout_is_stale(name: str) -> None:
+    assert from_json(results_of(name).layout.read_bytes()) == layout_for(name)
+
+
+def test_names_that_are_no_identifiers_are_quoted_and_topics_of_unknown_kinds_are_shown() -> None:
+    system = LinearSystem(A=[[0.9]], B=[[0.5]], sampling_time=0.1)
+    plant = ConstrainedSystem(system, Polytope.box([-1], [2]), Polytope.box([-3], [3]))
+    topics = [
+        Topic('/margins/joint/a+"b"', "margins", ("margin",), 1),
+        Topic("/new/kind", "new/kind", ("a", "b"), 3),
+        Topic("/empty", "empty", ("x",), 0),
+    ]
+    layout = layout_of(plant, {topic.name: topic for topic in topics})
+    assert paths(layout) == {('/margins/joint/a+"b"', "margin"), ("/new/kind", "a"), ("/new/kind", "b")}
+
+
+def plant(state_set: Polytope = BOX) -> ConstrainedSystem:
+    A = np.kron([[0.0, 1.0], [0.0, 0.0]], np.eye(2))
+    B = np.kron([[0.0], [1.0]], np.eye(2))
+    system = LinearSystem.discretised(A, B, 0.1, np.zeros(4), ("x", "y", "vx", "vy"), ("ax", "ay"))
+    return ConstrainedSystem(system, state_set, Polytope.box([-1, -1], [1, 1]))
+
+
+def course(places: list[tuple[float, float]], lost: tuple[int, ...] = ()) -> LoopTrajectory:
+    n = len(places)
+    states = np.hstack([np.array(places), np.zeros((n, 2))])
+    costs = np.array([NAN if k in lost or k == n - 1 else 1.0 for k in range(n)])
+    inputs = np.vstack([np.zeros((n - 1, 2)), [[NAN, NAN]]])
+    return LoopTrajectory(np.arange(n, dtype=float), states, inputs, states, inputs, costs, costs, costs)
+
+
+def topics() -> list[Documents]:
+    return [
+        *scene_topics(
+            plant(),
+            ("x", "y"),
+            paths={"joint": np.array([[0.0, 0.0], [1.0, 0.5]])},
+            samples=np.array([[0.1, 0.2]]),
+            feasible={5: np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])},
+            followed=course([(0, 0), (1, 0), (1, 1), (1, 1)]),
+        )
+    ]
+
+
+def test_messages_are_valid_by_their_schemas_and_are_read_as_they_were_written(tmp_path: Path) -> None:
+    validator = importlib.import_module("jsonschema").Draft202012Validator
+    for documents in [*topics(), proof_topic({"joint": {"proof": "proved"}}), event_topic([(0, 2, "a", "b")])]:
+        validator.check_schema(SCHEMAS[documents.name])
+        for _, message in documents.messages:
+            validator(SCHEMAS[documents.name]).validate(message)
+            assert {*message} == {*SCHEMAS[documents.name]["properties"]}
+    log = Log((), {"experiment": {}}, {"a": b"0"}, tuple(topics()))
+    write_log(tmp_path / "scene.mcap", log)
+    assert read_log(tmp_path / "scene.mcap") == log
+
+
+def test_a_scene_has_every_path_and_set_and_the_vehicle_turns_where_it_goes() -> None:
+    scene, frames = topics()
+    ((_, message),) = scene.messages
+    assert {entity["id"] for entity in message["entities"]} == {
+        "bounds", "path joint", "feasible with horizon 5", "samples", "vehicle"
+    }  # fmt: skip
+    assert [time for time, _ in frames.messages] == [0, 100_000_000, 200_000_000, 300_000_000]
+    turns = [2 * np.arctan2(m["rotation"]["z"], m["rotation"]["w"]) for _, m in frames.messages]
+    np.testing.assert_allclose(turns, [0, np.pi / 2, np.pi / 2, np.pi / 2], atol=1e-5)
+    places = [(m["translation"]["x"], m["translation"]["y"]) for _, m in frames.messages]
+    assert places == [(0, 0), (1, 0), (1, 1), (1, 1)]
+
+
+def test_the_region_is_cut_by_bounds_on_both_states_and_ends_at_a_distance_where_one_is_free() -> None:
+    H, h = BOX.inequalities
+    wall = Polytope.halfspaces(np.vstack([H, [[1, 1, 0, 0], [1, 0, 1, 0]]]), np.append(h, [2.0, 1.0]))
+    corners = allowed_region(plant(wall), ("x", "y"), np.array([[-1.0, -1.0], [9.0, 9.0]]))
+    expected = [(-2, -1), (2, -1), (2, 0), (1, 1), (-2, 1)]
+    assert {tuple(corner) for corner in corners.round(9).tolist()} == {*expected}
+    free = Polytope(np.eye(4)[1:], [-1, -5, -5], [1, 5, 5])
+    corners = allowed_region(plant(free), ("x", "y"), np.array([[0.0, 0.0], [10.0, 1.0]]))
+    assert (corners.min(axis=0).tolist(), corners.max(axis=0).tolist()) == ([-5, -0.5], [15, 1])
+
+
+def test_events_name_each_time_without_a_plan_and_refused_offers_are_warnings() -> None:
+    lost = course([(0, 0)] * 8, lost=(1, 2, 5))
+    assert [(time / 1e8, text) for time, _, _, text in losses("joint, on", lost, 0.1)] == [
+        (1, "no plan from step 1 to 2"),
+        (3, "a plan again at step 3"),
+        (5, "no plan from step 5 to 5"),
+        (6, "a plan again at step 6"),
+    ]
+    records = [{"step": 3, "taken": True, "reason": "fine"}, {"step": 5, "taken": False, "reason": "no plan"}]
+    assert [level for _, level, *_ in offers(records, 0.1)] == [2, 3]
+
+
+def test_scene_and_layout_are_written_for_results(tmp_path: Path) -> None:
+    committed, mine = results_of("tank"), Results("tank", tmp_path)
+    for path in committed.folder.rglob("*"):
+        if path.is_file() and path.name not in {"scene.mcap", "layout.json"} and path.suffix != ".svg":
+            (mine.folder / path.relative_to(committed.folder)).parent.mkdir(parents=True, exist_ok=True)
+            (mine.folder / path.relative_to(committed.folder)).symlink_to(path)
+    write_scene(EXPERIMENTS["tank"], mine)
+    shown = {documents.topic for documents in read_log(mine.log("scene")).documents}
+    assert {"/proofs"} <= shown <= {"/proofs", "/events"}
+    assert json.loads(mine.layout.read_text(encoding="utf-8"))["layout"]
