@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from benchmarks import __main__ as command
-from benchmarks import constrained, report
+from benchmarks import report
 from benchmarks.duel import Disagreement, Row, agree, duel, no_worse
-from benchmarks.problems import example
 
 
 def nothing() -> None:
@@ -18,12 +17,6 @@ def nothing() -> None:
 
 def compared(**options) -> Row:
     return duel("topic", "problem", "rival", nothing, options.pop("theirs", nothing), rounds=1, target=2.0, **options)
-
-
-def test_a_comparison_has_numbers_and_a_verdict():
-    row = compared()
-    assert row.ratio > 0
-    assert row.verdict in ("met", "missed")
 
 
 def broken() -> None:
@@ -67,16 +60,3 @@ def test_a_rival_may_end_at_something_worse_but_not_at_something_better_or_at_no
     for theirs in (70.0, np.inf, np.nan):
         with pytest.raises(Disagreement, match="is worse than"):
             no_worse("l", 71.3, theirs, 1e-6)
-
-
-def test_where_a_warm_start_leads_nowhere_all_starts_are_tried_and_the_row_says_so(monkeypatch):
-    """With a solver that knows the optimum, and loses it once."""
-    optimum = np.log([0.701178, 0.219672])
-
-    def solved(problem, starts):
-        return (np.inf, np.empty(0)) if problem.last == 80 and len(starts) == 1 else (-3.716, optimum)
-
-    monkeypatch.setattr(constrained, "by_slsqp", solved)
-    found = constrained._slsqp_algorithm1(example("example1"), False)
-    assert (found.last_step, found.fits, found.lost) == (130, 61, 1)
-    assert "in 1 the warm start ends at nothing feasible" in found.told(-3.716)

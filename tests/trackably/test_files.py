@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from trackably.files import from_json, to_json, write_atomically, write_json, write_text
+from trackably.files import from_json, to_json, write_atomically, write_json
 
 
 def names(folder: Path) -> list[str]:
@@ -71,21 +71,6 @@ def test_a_link_is_replaced_and_its_target_kept(tmp_path: Path) -> None:
     path.symlink_to(shared)
     write_atomically(path, b"own")
     assert (shared.read_bytes(), path.read_bytes(), path.is_symlink()) == (b"shared", b"own", False)
-
-
-def test_text_is_utf8_with_its_own_newlines(tmp_path: Path) -> None:
-    write_text(tmp_path / "text", "σ_n\nκ\n")
-    assert (tmp_path / "text").read_bytes() == "σ_n\nκ\n".encode()
-
-
-def test_json_keeps_the_order_and_reads_back(tmp_path: Path) -> None:
-    value = {"z": 0.1 + 0.2, "a": [1, None, True], "θ": "κ"}
-    write_json(tmp_path / "value.json", value)
-    data = (tmp_path / "value.json").read_bytes()
-    assert data.startswith(b'{\n  "z": 0.30000000000000004,\n  "a": [')
-    assert data.endswith(b"\n}\n")
-    assert "θ".encode() in data
-    assert list(from_json(data).items()) == list(value.items())  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])

@@ -53,13 +53,6 @@ def test_the_price_is_what_the_objective_exceeds_the_least_likelihood_by(joint, 
     assert least(joint) == pytest.approx(least(alone), rel=1e-6)
 
 
-def test_the_method_that_was_taken_is_named(joint, alone):
-    assert (joint.method, alone.method) == ("joint", "hyperparameters")
-    assert joint.active_bounds
-    assert alone.active_bounds == ()
-    np.testing.assert_array_equal(alone.fit.posterior.signals[0].weights, alone.reference.signals[0].weights)
-
-
 def test_the_gap_is_the_cost_minus_the_dual_with_the_plants_own_bounds(joint, alone):
     """δ = g − m⁺ costs λᵀ K λ, and L_a δ = Σ_b K_ab λ_b; the dual at λ is 2 λᵀ (b − L m⁺) − λᵀ K λ."""
     mean, primal, demanded = joint.fit.posterior.signals, 0.0, 0.0
@@ -80,23 +73,6 @@ def test_both_misfits_are_those_of_the_states(joint):
         off = SAMPLES.values - reference.state_at(SAMPLES.times)[:, 0]
         assert said == pytest.approx({"position": np.sqrt(np.mean(off**2))}, rel=1e-9)
     assert joint.unconstrained_misfit["position"] < joint.misfit["position"]
-
-
-def test_the_explanation_names_the_dearest_bound_and_when_it_is_active(joint, alone):
-    times = [bound.time for bound in joint.active_bounds if (bound.name, bound.side) == ("velocity", "upper")]
-    assert f"the velocity upper bound costs {joint.fit.contacts[0].price:.3g} between" in joint.explanation
-    assert joint.fit.contacts[0].start == min(times)
-    assert f"the bounds cost {joint.price:.3g} in −2 ln p" in joint.explanation
-    assert "for these hyperparameters, no function costs less" in joint.explanation
-    assert alone.explanation.endswith(f"the bounds cost {alone.price:.3g} in −2 ln p")
-    assert joint.explanation.startswith("proved for all real t ≥ 0")
-
-
-def test_what_is_saved_says_the_same(joint, tmp_path):
-    joint.save(tmp_path / "axis.json")
-    again = TrackableReference.load(tmp_path / "axis.json")
-    assert (again.explanation, again.method) == (joint.explanation, joint.method)
-    assert (again.price, again.active_bounds) == (joint.price, joint.active_bounds)
 
 
 def test_a_reference_that_ignores_its_samples_is_announced_first(tmp_path):

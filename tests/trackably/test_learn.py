@@ -25,7 +25,6 @@ from trackably import (
     learn_reference,
 )
 from trackably.certificates.form import encode_certificate
-from trackably.checking import check_file
 from trackably.codec import CodecError
 from trackably.errors import InputError
 
@@ -43,13 +42,6 @@ def test_the_system_follows_inside_its_sets(axis: TrackableReference) -> None:
     assert np.min(AXIS.state_set.margin(states)) >= 0
     assert np.min(AXIS.input_set.margin(inputs)) >= 0
     np.testing.assert_allclose(states[:60:4, 0], np.interp(k[:60:4] * 0.05, TIMES, MOVED), atol=0.15)
-
-
-def test_a_window_is_what_the_steps_give(axis: TrackableReference) -> None:
-    window = axis.window(7, 12)
-    np.testing.assert_array_equal(window.states, axis.state(np.arange(7, 20)))
-    np.testing.assert_array_equal(window.inputs, axis.input(np.arange(7, 19)))
-    assert axis.state(5).shape == (2,)
 
 
 def test_deviations_are_those_of_the_states_that_many_draws_would_have(axis: TrackableReference) -> None:
@@ -102,46 +94,6 @@ def test_the_certificate_stands_alone(axis: TrackableReference, tmp_path: Path) 
     assert isinstance(check(content), Failed)
     assert "proved for all real t ≥ 0" in axis.explanation
     assert "lengthscale = " in repr(axis)
-
-
-def test_the_wrong_file_is_told_from_the_right_one(axis: TrackableReference, tmp_path: Path) -> None:
-    axis.save(tmp_path / "axis.json")
-    axis.save_certificate(tmp_path / "proof.json")
-    with pytest.raises(InputError, match=r"proof.json: holds a certificate; what can be loaded is the reference"):
-        TrackableReference.load(tmp_path / "proof.json")
-    with pytest.raises(InputError, match=r"axis.json: is a saved reference, not a certificate; `save_certificate`"):
-        check_file(tmp_path / "axis.json")
-    with pytest.raises(InputError, match=r"nothing.json: there is no such file$"):
-        check_file(tmp_path / "nothing.json")
-    with pytest.raises(InputError, match=r"expected a file, got a folder$"):
-        check_file(tmp_path)
-    assert "For all real t ≥ 0" in check_file(tmp_path / "proof.json")
-
-
-def test_how_far_the_samples_are_is_said(axis: TrackableReference) -> None:
-    """Against the states themselves: position is what was sampled."""
-    off = SAMPLES.values - axis.reference.state_at(TIMES)[:, 0]
-    assert axis.misfit == pytest.approx({"position": np.sqrt(np.mean(off**2))}, rel=1e-9)
-    times = np.sqrt(np.mean(off**2)) / 0.02
-    spread = np.std(SAMPLES.values)
-    assert (
-        f"{axis.misfit['position']:.3g} off the samples of position, which spread by {spread:.3g}" in axis.explanation
-    )
-    assert f"{times:.3g} times their noise" in axis.explanation
-    far = learn_reference({"position": SAMPLES}, AXIS, SquaredExponential(0.01, 3.0), "all_times", noise_std=0.02)
-    assert far.misfit["position"] > 0.3
-
-
-def test_the_usual_process_is_at_hand_to_compare_with(axis: TrackableReference) -> None:
-    """It is closer to the samples, and breaks the bounds."""
-    weak = ConstrainedSystem(AXIS.system, Polytope.box([-1.1, -0.5], [0.2, 0.5]), AXIS.input_set)
-    with pytest.warns(IgnoresSamplesWarning, match="the velocity upper bound costs"):
-        slow = learn_reference({"position": SAMPLES}, weak, KERNEL, "all_times", noise_std=0.02)
-    usual = slow.unconstrained()
-    assert usual.plant is slow.reference.plant
-    off = SAMPLES.values - usual.state_at(TIMES)[:, 0]
-    assert np.sqrt(np.mean(off**2)) < 0.5 * slow.misfit["position"]
-    assert np.min(weak.state_set.margin(usual.state(np.arange(60)))) < -0.1
 
 
 def test_what_is_not_proved_is_refused(axis: TrackableReference) -> None:

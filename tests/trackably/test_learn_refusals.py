@@ -82,24 +82,6 @@ def refusals() -> dict[str, tuple[dict[str, object], str]]:
     }
 
 
-WRONG_TYPES = {
-    "values": ({"samples": {"position": SAMPLES.values}}, "expected Samples(times, values) of position, got ndarray"),
-    "no mapping": ({"samples": [SAMPLES]}, "expected Samples, or a mapping from names to Samples, got list"),
-    "kernel class": (
-        {"kernel": SquaredExponential},
-        "expected a kernel such as SquaredExponential(), got ",
-    ),
-    "kernel number": ({"kernel": 1.0}, "expected a kernel such as SquaredExponential(), got float"),
-}
-
-
-@pytest.mark.parametrize("name", WRONG_TYPES)
-def test_what_is_no_sample_or_kernel_is_refused(name: str) -> None:
-    changed, sentence = WRONG_TYPES[name]
-    with pytest.raises(TypeError, match=re.escape(sentence)):
-        learn_reference(**{"samples": SAMPLES, "plant": AXIS, "kernel": KERNEL, "claim": "all_times"} | changed)
-
-
 @pytest.mark.parametrize("name", refusals())
 def test_refusals_say_what_is_wrong(name: str) -> None:
     changed, sentence = refusals()[name]

@@ -26,7 +26,6 @@ from trackably.learning.prior import prior_for
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.space import SearchSpace
 from trackably.progress import bar, work
-from trackably.progress.bar import progress_bar, recordings_bar
 from trackably.progress.work import BudgetEnded, Work, done, until, watched
 from trackably.streams.windows import constraints_at
 from trackably.systems.library import tank
@@ -119,17 +118,6 @@ def test_an_interrupt_ends_it_at_once() -> None:
     assert len(heard) == 5  # nobody watches any more
 
 
-def test_one_may_watch_within_another(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The inner one counts, and the outer one goes on afterwards."""
-    shown, heard = terminal(monkeypatch), list[Work]()
-    with watched(heard.append):
-        with progress_bar("inner"):
-            done("box")
-        done("fit")
-    assert heard == ["fit"]
-    assert "boxes proved: 1" in shown.getvalue()
-
-
 def test_who_asks_for_messages_hears_how_far_long_work_is(monkeypatch, caplog) -> None:
     quiet = learned()
     monkeypatch.setattr(bar, "_EVERY", 0.0)
@@ -142,39 +130,6 @@ def test_who_asks_for_messages_hears_how_far_long_work_is(monkeypatch, caplog) -
     learned(progress=False)
     assert not caplog.records
     assert np.array_equal(quiet.state(np.arange(50)), heard.state(np.arange(50)))
-
-
-def test_a_message_comes_every_few_seconds(monkeypatch, caplog) -> None:
-    now = iter([100.0, 109.9, 110.0, 110.1, 119.9, 125.0])
-    monkeypatch.setattr(bar, "monotonic", lambda: next(now))
-    caplog.set_level(logging.INFO, "trackably")
-    told = bar.Messages()
-    for count in range(5):
-        told(lambda count=count: f"at {count}")
-    assert caplog.messages == ["at 1 [10 s]", "at 4 [25 s]"]
-
-
-def test_recordings_are_counted_in_messages(monkeypatch, caplog) -> None:
-    monkeypatch.setattr(bar, "_EVERY", 0.0)
-    caplog.set_level(logging.INFO, "trackably")
-    with recordings_bar("learn references", 2) as count:
-        count()
-        count()
-    with recordings_bar("learn references", 2, shown=False) as count:
-        count()
-    first, second = caplog.messages
-    assert first.startswith("learn references: 1 of 2 recordings")
-    assert second.startswith("learn references: 2 of 2 recordings")
-
-
-def test_a_terminal_is_told_by_its_line_alone(monkeypatch, caplog) -> None:
-    monkeypatch.setattr(bar, "_EVERY", 0.0)
-    caplog.set_level(logging.INFO, "trackably")
-    terminal(monkeypatch)
-    learned()
-    with recordings_bar("learn references", 1) as count:
-        count()
-    assert not caplog.records
 
 
 def test_the_command_line_says_how_far_a_long_check_is(tmp_path) -> None:

@@ -1,13 +1,9 @@
 """The library's face: every public name is there, has its type, and loads no more than it needs."""
 
 import ast
-import inspect
 import os
-import re
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -41,29 +37,6 @@ def test_what_is_public_is_there() -> None:
         assert getattr(trackably, name).__name__ == name
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         _ = trackably.nothing
-
-
-def test_the_first_page_of_help_names_what_is_there() -> None:
-    named = {name.partition(".")[0] for name in re.findall(r"`([\w.]+)`", trackably.__doc__ or "")}
-    assert "learn_reference" in named
-    assert named <= {*dir(trackably)}
-
-
-def signatures() -> Iterator[tuple[str, str]]:
-    """Yield names and signatures of all public functions, classes and their public methods, as help() shows them."""
-    for name in trackably.__all__:
-        public = getattr(trackably, name)
-        methods = inspect.getmembers(public, callable) if inspect.isclass(public) else []
-        for called, of in [(name, public), *((f"{name}.{m}", f) for m, f in methods if not m.startswith("_"))]:
-            with suppress(ValueError):  # one of C
-                yield called, str(inspect.signature(of))
-
-
-def test_signatures_are_shown_with_the_names_of_types() -> None:
-    """Modules with `from __future__ import annotations` show ArrayLike, others the five lines that it stands for."""
-    shown = dict(signatures())
-    assert "kernel: 'Kernel | Mapping[str, Kernel]'" in shown["learn_reference"]
-    assert {name for name, text in shown.items() if "_typing" in text or len(text) > 1000} == set()
 
 
 def test_the_package_says_that_it_is_typed() -> None:

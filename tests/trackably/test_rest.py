@@ -14,7 +14,6 @@ from trackably import (
     Polytope,
     Proved,
     Samples,
-    SquaredExponential,
     TrackableReference,
     check,
     learn_reference,
@@ -80,20 +79,6 @@ def test_the_state_is_the_prior_mean_in_every_digit(family, mean):
         assert not np.any(found.input(k))
     np.testing.assert_allclose(found.input(k), 0.2 * mean, rtol=1e-12)
     np.testing.assert_array_equal(found.reference.signals[0].jet(k * 0.01, 3)[1:], 0)
-
-
-def test_all_states_and_inputs_come_to_rest(axis):
-    k = np.arange(int(np.ceil(rest(axis) / 0.01)) + 1, 20_000)
-    assert not np.any(axis.state(k))
-    assert not np.any(axis.input(k))
-    np.testing.assert_allclose(axis.state(np.arange(0, 60, 5))[:, 0], MOVED[:-1], atol=0.06)
-
-
-def test_a_squared_exponential_does_not(axis):
-    """It comes as close as one likes: later, and never there while float64 has numbers that small."""
-    slow = learned(AXIS, SquaredExponential())
-    at = np.array([1.2 * rest(axis)])
-    assert 0 < np.max(np.abs(slow.reference.signals[0](at))) < 1e-3
 
 
 def test_the_proof_ends_where_rest_begins(axis):

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from tests.trackably.plants import AXIS, SAMPLES
-from trackably import Controller, SquaredExponential, TrackableReference, learn_reference, simulate
+from trackably import SquaredExponential, TrackableReference, learn_reference
 from trackably.codec import CodecError
 
 
@@ -79,37 +79,3 @@ def test_nothing_is_saved_where_no_file_can_be(reference: TrackableReference, tm
         with pytest.raises(TypeError, match=r"^save.*: expected a path, got None$"):
             save(None)
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
-
-
-def test_steps_that_are_none(reference: TrackableReference) -> None:
-    controller = Controller(AXIS, 5, [[1, 0], [0, 1]], [[0.1]])
-    wrong: dict[str, Callable[[], object]] = {
-        "steps: expected numbers, got '1'": lambda: reference.state("1"),
-        "window: horizon: expected a whole number, got 1.5": lambda: reference.window(0, 1.5),
-        "window: k: expected a whole number, got 1.5": lambda: reference.window(1.5, 1),
-        "draws: count: expected a whole number, got 1.5": lambda: reference.draws(0, count=1.5),
-        "controller: k: expected a whole number, got 1.5": lambda: controller.step(1.5, [0, 0], reference),
-        "controller: state: expected numbers, got 'x'": lambda: controller.step(1, "x", reference),
-        "steps: expected numbers, got 'a'": lambda: reference.state_std("a"),
-        "draws: seed: expected a whole number, got 'a'": lambda: reference.draws(0, count=9, seed="a"),
-        "bands: coverage: expected a number, got 'a'": lambda: reference.bands(0, coverage="a", count=9),
-        "controller: expected a reference, with `window(k, horizon)`, got NoneType": lambda: controller.step(
-            1, [0, 0], None
-        ),
-        "simulate: expected a reference, with `window(k, horizon)`, got Samples": lambda: simulate(
-            controller, SAMPLES, [0, 0], 3
-        ),
-        "simulate: controller: expected a Controller(plant, horizon, Q, R), got None": lambda: simulate(
-            None, reference, [0, 0], 3
-        ),
-        "simulate: initial_state: expected numbers, got 'ab'": lambda: simulate(controller, reference, "ab", 3),
-        "simulate: steps: expected a whole number, got 1.5": lambda: simulate(controller, reference, [0, 0], 1.5),
-    }
-    for sentence, call in wrong.items():
-        with pytest.raises(TypeError) as caught:
-            call()
-        assert str(caught.value) == sentence
-    with pytest.raises(ValueError, match=r"controller: initial_guess must have shape \(5, 1\), got \(1,\)"):
-        controller.step(1, [0, 0], reference, initial_guess=[1])
-    with pytest.raises(ValueError, match="simulate: steps must be at least 0, got -1"):
-        simulate(controller, reference, [0, 0], -1)

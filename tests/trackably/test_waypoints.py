@@ -30,11 +30,9 @@ from trackably import learn as learning
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.pinned import Pinned, coordinates
-from trackably.explanation import given_values
 from trackably.learning.joint.search import learn_jointly
 from trackably.learning.learner import JOINT
 from trackably.learning.problem import Contradiction
-from trackably.systems.polytopes import Interval
 
 KNOWN = SquaredExponential(0.5, 0.6)
 AT = {1.0: {"force": -1.0}, 0.0: {"position": -0.98, "velocity": 0.0}}
@@ -94,21 +92,6 @@ def test_given_values_have_prices_like_bounds(axis):
     assert names == {("position", 0.0), ("velocity", 0.0), ("force", 1.0)}
     assert "the given value of position costs" in axis.explanation
     assert "the bounds and given values cost" in axis.explanation
-
-
-@pytest.mark.parametrize("value", [-0.98, 0.3015113011, 1 / 3, 1e-5, 12345.6789])
-@pytest.mark.parametrize("tolerance", [1.3e-4, 1.34e-4, 1.3456e-4, 2e-7])
-def test_what_is_printed_of_a_value_is_no_closer_than_what_is_proved(value, tolerance):
-    words = str(Pinned(0.0, {"x": value}, {"x": tolerance})).split()
-    printed, by = float(words[2]), float(words[4])
-    off = tolerance + abs(printed - value)
-    assert off * (1 - 1e-11) <= by <= 1.01 * off
-
-
-def test_a_tolerance_can_be_given():
-    found = learned({0.0: {"position": -0.98}, 0.5: {"position": -0.74}}, at_tolerance={"position": 1e-6})
-    assert [pinned.tolerances for pinned in found.fit.pinned] == [{"position": 1e-6}] * 2
-    np.testing.assert_allclose(found.state(np.array([0, 10]))[:, 0], [-0.98, -0.74], atol=1e-6, rtol=0)
 
 
 def test_a_value_on_its_bound_is_met_from_inside():
@@ -228,26 +211,11 @@ def test_at_rest_the_system_stays_where_it_is_with_the_input_that_holds_it(name,
     assert TrackableReference.load(tmp_path / "reference.json").explanation == found.explanation
 
 
-@pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning")
-def test_rest_has_a_price_for_each_rate():
-    found = learned({1.5: "rest"})
-    equal = {(bound.name, bound.time) for bound in found.active_bounds if bound.side == "equal"}
-    assert equal == {("rate of position", 1.5), ("rate of velocity", 1.5)}
-
-
 def test_a_stream_comes_to_rest_in_the_window_of_that_time():
     found = learn_stream(SAMPLES, AXIS, KNOWN, "all_times", window=1.0, noise_std=0.02, at={1.5: "rest"})
     (pinned,) = found.stream.pinned
     assert (pinned.values["velocity"], pinned.values["force"]) == (0.0, 0.0)
     assert found.state(31) == pytest.approx(found.state(30), abs=2e-4)
-
-
-def test_rest_that_is_not_met_is_no_reference(monkeypatch):
-    """A planted fault: a learner that forgets it."""
-    forgetful = replace(JOINT, solve=lambda problem: learn_jointly(replace(problem, pins=())))
-    monkeypatch.setitem(learning._LEARNERS, "joint", forgetful)
-    with pytest.raises(NotTrackableError, match="certainly breaks"):
-        learned({1.0: "rest"})
 
 
 @pytest.mark.parametrize("name", RESTING)
@@ -276,11 +244,6 @@ ROBOT = ConstrainedSystem(
 def test_where_rest_is_not_known_it_is_refused(plant, samples, sentence):
     with pytest.raises(ValueError, match=sentence):
         learn_reference(samples, plant, KNOWN, (0.0, 2.0), noise_std=0.02, at={1.0: "rest"})
-
-
-def test_other_words_than_rest_are_refused():
-    with pytest.raises(TypeError, match='at: expected values by name of a state or an input, or "rest", at 1 s, got'):
-        learned({1.0: "stop"})
 
 
 REFUSALS = {
@@ -315,22 +278,3 @@ def test_a_window_that_is_proved_holds_the_neighbours_of_its_time(axis):
     for time in (0.0, 1.0, 12345.678):
         outcome = Pinned(time, {"velocity": 0.0}, {"velocity": 9.0}).prove(axis.reference)
         assert outcome.claim.start < np.nextafter(time, -np.inf) < np.nextafter(time, np.inf) < outcome.claim.end
-
-
-def test_the_extent_of_a_coordinate_is_that_of_the_corners():
-    corners = np.array([[0.0, 0.0], [2.0, 1.0], [-1.0, 3.0]])
-    triangle = Polytope.halfspaces([[1.0, -2.0], [2.0, 3.0], [-3.0, -1.0]], [0.0, 7.0, 0.0])
-    for i in range(2):
-        extent = triangle.extent(i)
-        assert (extent.lower, extent.upper) == pytest.approx((corners[:, i].min(), corners[:, i].max()))
-    assert Polytope([[-2.0, 0.0], [1.0, 0.0]], [-2.0, -0.5], [2.0, 3.0]).extent(0) == Interval(-0.5, 1.0)
-    assert Polytope([[-2.0, 0.0]], [-2.0], [2.0]).extent(1) is None
-    assert Polytope([[1.0, 1.0]], [-2.0], [2.0]).extent(1) is None
-
-
-def test_an_explanation_shows_few_of_many_given_values() -> None:
-    many = [Pinned(0.5 * i, {"position": 0.1}, {"position": 1e-3}) for i in range(25)]
-    said = given_values(many)
-    assert said == [*map(str, many[:3]), "21 more such times", str(many[-1])]
-    for few in (many[:0], many[:1], many[:5]):
-        assert given_values(few) == [*map(str, few)]

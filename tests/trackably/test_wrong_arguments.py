@@ -229,12 +229,6 @@ def test_numbers_of_every_kind_are_taken() -> None:
     assert CART.sampling_time == 0.1
 
 
-def test_a_certificate_is_found_by_its_path_as_text(tmp_path) -> None:
-    (tmp_path / "list.json").write_text("[]")
-    with pytest.raises(Exception, match=r"list\.json: "):
-        check_file(str(tmp_path / "list.json"))
-
-
 @pytest.mark.parametrize("seconds", [-1, 0, 0.0, float("nan"), float("inf"), "1"])
 def test_a_check_needs_a_positive_time(seconds: object) -> None:
     expected = TypeError if isinstance(seconds, str) else ValueError

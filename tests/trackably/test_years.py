@@ -13,11 +13,8 @@ from tests.trackably.exports.c_programs import CC, compiled, run
 from tests.trackably.exports.references import KERNEL, SWING, on_window, periodic
 from tests.trackably.plants import AXIS, SAMPLES
 from trackably import (
-    Controller,
     Periodic,
-    Plan,
     RationalQuadratic,
-    Relearner,
     Samples,
     TrackableReference,
     learn_reference,
@@ -117,32 +114,6 @@ def test_values_in_c_are_within_the_certified_error_for_years(
     np.testing.assert_allclose(at, np.hstack([*proved.eval(times)]), atol=1e-11)
 
 
-def test_a_controller_and_a_relearner_go_on_after_a_thousand_periods() -> None:
-    proved = irregular()
-    controller = Controller(SWING, horizon=12, Q=[[1.0]], R=[[0.1]])
-    relearner = Relearner(proved)
-    for k in (41_900, 10**7, 10**10):
-        x = proved.state(k)
-        assert isinstance(controller.step(k, x, proved), Plan)
-        assert isinstance(relearner.step(controller, k, x), Plan)
-
-
-def test_the_limit_that_remains_is_said_in_decimal_and_kept() -> None:
-    proved = irregular()
-    said = "(evaluated in float64 up to 4.607e+12 s, 145,986 years)"
-    assert said in proved.explanation
-    assert said in proved.certificate.explanation
-    assert said in header(proved, "swing")
-    last = proved.certificate.last_time
-    assert last == 2.0**40 * 4.19
-    step = proved.reference.plant.sampling_time
-    assert proved.state(int(last / step)).shape == (1,)
-    for late in (int(last / step) + 1, -int(last / step) - 1, 10**60):
-        with pytest.raises(ValueError, match=r"further from zero than 4\.60695e\+12 s"):
-            proved.state(late)
-    assert "evaluated in float64" not in on_window().explanation
-
-
 def test_steps_that_float64_cannot_count_are_refused() -> None:
     """2⁵³ + 1 is no float64: its phase would be that of another step. Of polynomial pieces as well."""
     slow = Reference((KernelSum(Periodic(1.0, 1.0, 1e6), 0.0, np.array([0.0]), np.array([0.1])),), SWING)
@@ -151,12 +122,6 @@ def test_steps_that_float64_cannot_count_are_refused() -> None:
         certificate = Certificate(reference, AllPhases(1e6), 0, {}, {}, 1e18)
         assert certificate.first_unproved(np.array([2.0**52 * 0.1])) is None
         assert certificate.first_unproved(np.array([(2.0**53 + 2) * 0.1])) is not None
-
-
-def test_the_checker_says_that_whole_periods_do_not_count() -> None:
-    verdict = check(encode_certificate(irregular().certificate))
-    assert isinstance(verdict, Proved)
-    assert " s, to which later ones are moved by whole periods" in verdict.statement
 
 
 def test_what_comes_to_rest_has_no_end() -> None:

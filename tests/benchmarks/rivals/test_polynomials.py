@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import PPoly
 
-from benchmarks.rivals.judge.curves import PolynomialCurve, of_flat_outputs
-from benchmarks.rivals.judge.polynomials import Combination, Pieces, bernstein, combined, halved, largest
-from benchmarks.rivals.problems import problem
-from trackably.gp.stencil import POINT
+from benchmarks.rivals.judge.curves import PolynomialCurve
+from benchmarks.rivals.judge.polynomials import Combination, Pieces, bernstein, halved, largest
 from trackably.systems.polytopes import Interval
 
 _TOLERANCE = Fraction(1, 10**9)
@@ -34,11 +32,6 @@ def test_the_largest_value_is_enclosed_and_what_dense_times_show(seed):
     assert float(found.least) <= seen + 1e-5
 
 
-def test_a_parabola_has_its_exact_maximum():
-    found = largest(Pieces((Fraction(0), Fraction(1)), ((Fraction(0), Fraction(1), Fraction(-1)),)), _TOLERANCE)
-    assert (found.least, found.time) == (Fraction(1, 4), Fraction(1, 2))
-
-
 def test_what_hides_between_two_grid_points_is_found():
     # Zero at both ends and below −1 there, and 1/1000 above zero in the middle of a tenth.
     spike = Pieces((Fraction(0), Fraction(1, 10)), ((Fraction(-1), Fraction(4004, 100), Fraction(-40040, 100)),))
@@ -52,15 +45,6 @@ def test_bernstein_coefficients_reproduce_the_polynomial_on_both_halves():
     assert left[0] == 1
     assert left[-1] == right[0] == sum(part)
     assert right[-1] == sum(a * 2**k for k, a in enumerate(part))
-
-
-def test_combinations_of_shifted_pieces_have_the_values_of_their_terms():
-    p, q = pieces(1), pieces(2)
-    start, end = Fraction(1, 4), Fraction(3, 2)
-    found = combined([(Fraction(2), p), (Fraction(-1, 3), q.shifted(Fraction(1, 8)))], Fraction(1), start, end)
-    t = np.linspace(0.26, 1.49, 50)
-    assert found(t) == pytest.approx(1 + 2 * p(t) - q(t + 0.125) / 3, abs=1e-12)
-    assert p.derivative()(t) == pytest.approx((p(t + 1e-6) - p(t - 1e-6)) / 2e-6, abs=1e-3)
 
 
 def test_a_combination_is_the_same_exactly_and_in_float64():
@@ -81,13 +65,3 @@ def test_a_curve_says_by_how_much_and_where_a_bound_is_broken():
     assert broken.least <= broken.most
     assert broken.time == 0.5
     assert kept.is_none
-
-
-def test_flat_outputs_give_the_inputs_of_the_sampled_system():
-    plant = problem("example1").task.plant
-    ramp = Pieces((Fraction(0), Fraction(4)), ((Fraction(0), Fraction(1)),))
-    curve = of_flat_outputs([ramp], [POINT], plant)
-    name, _, values = curve.bounded[1]
-    t = np.linspace(0, 3, 7)
-    assert name == "input"
-    assert values(t) == pytest.approx((t + 0.01 - 0.9 * t) / 0.5)

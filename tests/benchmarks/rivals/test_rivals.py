@@ -3,15 +3,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from benchmarks.rivals import figures, page, table
+from benchmarks.rivals import page, table
 from benchmarks.rivals.adapters import fine_grid, ours, tightened
 from benchmarks.rivals.adapters.rows import Grid
 from benchmarks.rivals.entries import RIVALS
-from benchmarks.rivals.judge.kernels import KernelCurve, widened
+from benchmarks.rivals.judge.kernels import KernelCurve
 from benchmarks.rivals.model import Found, NotFound, Promise, Rival
 from benchmarks.rivals.objective import objective_of
 from benchmarks.rivals.problems import problem, problems
-from benchmarks.rivals.study import summary as study
 from trackably.gp.row_posterior import RowPosterior
 from trackably.learning.joint.dual import solve_dual
 from trackably.systems.reference import Reference
@@ -70,20 +69,6 @@ def test_cones_keep_the_bounds_between_their_times_and_cost_more_than_a_fine_gri
     assert objective_of(of, answer) > objective_of(of, found(fine_grid.solve))
 
 
-def test_the_steepness_of_a_stationary_kernel_is_that_of_its_definition():
-    of = problem("example1")
-    posterior, functional = of.likeliest.posterior, of.task.plant.quantities[0].functional
-    kernel, half = posterior.prior.parts[0].kernel, 0.05
-    assert tightened.steepness(posterior, functional, half) == pytest.approx(
-        np.sqrt(2 * (kernel(np.zeros(())) - kernel(np.array(half)))), rel=1e-6
-    )
-
-
-def test_our_objective_of_a_posterior_mean_is_its_likelihood():
-    answer = found(ours.HYPERPARAMETERS.solve)
-    assert objective_of(problem("example1"), answer) == pytest.approx(answer.objective, abs=1e-6)
-
-
 def test_a_rival_that_fails_is_a_row_that_says_so():
     rival = Rival("z", "nobody", Promise("", "nowhere"), lambda _: NotFound("infeasible", "there is no such curve"))
     row = table.measured(problem("example1"), rival)
@@ -91,50 +76,11 @@ def test_a_rival_that_fails_is_a_row_that_says_so():
     assert "there is no such curve" in table.page([row])
 
 
-def test_rows_are_written_and_read(tmp_path):
-    row = table.measured(problem("example1"), ours.JOINT)
-    table.write([row], tmp_path / "rows.json")
-    assert table.read(tmp_path / "rows.json") == [row]
-    assert "**none: proved**" in table.page([row])
-
-
-def test_every_rival_says_what_it_promises():
-    assert len({rival.name for rival in RIVALS}) == len(RIVALS)
-    for rival in RIVALS:
-        assert rival.promise.source
-        assert rival.promise.summary or rival.promise.quote
-
-
 def test_committed_rows_are_of_known_problems_and_rivals():
     names, rivals = {of.name for of in problems()}, {rival.name for rival in RIVALS}
     for row in table.read(page.RESULTS):
         assert row.problem in names
         assert row.rival in rivals
-
-
-def test_figures_show_every_rival_that_was_measured():
-    finer, rows = table.read(page.SWEEP), table.read(page.RESULTS)
-    for figure, names in (
-        (figures.violations(finer), {row.rival for row in finer}),
-        (figures.tightness(rows), {row.rival for row in rows if row.tightness is not None and row.error is not None}),
-    ):
-        assert {text.get_text() for text in figure.legends[0].get_texts()} == names
-
-
-def test_the_figure_of_the_study_shows_every_rival_and_system():
-    entries = study.read(page.STUDY)[-1]
-    figure = figures.study(entries)
-    assert {text.get_text() for text in figure.legends[0].get_texts()} == {entry.rival for entry in entries}
-    titles = {axes.get_title(loc) for axes in figure.axes for loc in ("left", "center")} - {""}
-    assert titles == {entry.system for entry in entries}
-
-
-def test_wider_bounds_are_wider_by_the_part_that_was_asked_for():
-    of = problem("vehicle")
-    reference = Reference(of.likeliest.posterior.signals, of.task.plant)
-    for before, after in zip(reference.quantities, widened(reference, 0.25).quantities, strict=True):
-        assert after.bounds.lower == pytest.approx(before.bounds.lower - 0.25 * before.bounds.width)
-        assert after.bounds.upper == pytest.approx(before.bounds.upper + 0.25 * before.bounds.width)
 
 
 def test_the_drive_cycle_has_the_length_and_the_speed_that_the_agency_gives():

@@ -1,25 +1,20 @@
-import json
 from dataclasses import fields, replace
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline.published.scalar import scalar
-from tests.trackably.codec.instances import GENERAL, KERNEL, PLANT, REFERENCE, SIGNAL
+from tests.trackably.codec.instances import GENERAL
 from trackably.arrays import Array
-from trackably.codec import decode, dumps, encode, loads
-from trackably.files import to_json
+from trackably.codec import dumps, loads
 from trackably.gp.hyperparameter import Learned
-from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.elementary import Elementary
 from trackably.gp.kernels.matern import Matern32, Matern52, Matern72
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
-from trackably.gp.kernels.registry import KERNELS
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
@@ -50,42 +45,9 @@ plants = st.builds(
 )
 vectors = st.lists(any_float, min_size=1, max_size=6).map(np.array)
 
-VALUES = [
-    KERNEL,
-    REFERENCE,
-    GENERAL,
-    SIGNAL,
-    PLANT,
-    GENERAL.plant,
-    GENERAL.plant.system,
-    GENERAL.plant.state_set,
-    GENERAL.plant.input_set,
-    Interval(-1.0, 2.0),
-    Prior(KERNEL, 0.1).as_learned({"left.left.signal_std", "right.lengthscale"}),
-    Prior(SquaredExponential(1.0, Learned(0.2, (1 / 3, 2.0))), Learned(0.3, (0.1, 0.2)), 1.0),
-    Prior(KERNEL, 0.1).as_learned(),
-    Samples(np.array([0.1, 0.2]), np.array([-0.0, 1e-300])),
-    Samples(np.array([0.1, 0.2]), np.array([-0.0, 1e-300]), np.array([1 / 3, 2.0]), Stencil((0.1, -1 / 3), 0.1, -0.0)),
-    JointPrior(
-        (Prior(KERNEL, 0.1).as_learned(), Prior(SquaredExponential(0.1, 0.7), 0.1).as_learned()),
-        ("x", "y"),
-        frozenset({"noise_std"}),
-    ),
-]
-
 
 def names(value: object) -> str:
     return type(value).__name__
-
-
-def test_every_kernel_has_a_name() -> None:
-    assert set(KERNELS.values()) == {*ELEMENTARY, Sum, Product}
-
-
-@given(kernels)
-def test_kernels_return(kernel: Kernel) -> None:
-    assert loads(Kernel, dumps(kernel)) == kernel  # type: ignore[type-abstract]
-    assert loads(type(kernel), dumps(kernel)) == kernel
 
 
 def same_plant(one: ConstrainedSystem, other: ConstrainedSystem) -> bool:
@@ -111,15 +73,6 @@ def test_references_return_bit_for_bit(
     with np.errstate(all="ignore"):
         assert again.state_at(t).tobytes() == reference.state_at(t).tobytes()
         assert again.input_at(t).tobytes() == reference.input_at(t).tobytes()
-
-
-@pytest.mark.parametrize("value", VALUES, ids=names)
-def test_writing_what_was_read_gives_the_same_bytes(value: object) -> None:
-    data = dumps(value)
-    again = loads(type(value), data)
-    assert type(again) is type(value)
-    assert dumps(again) == data == to_json(encode(value))
-    assert json.loads(data) == encode(value)
 
 
 @given(kernels, positive, any_float, st.data())
@@ -156,30 +109,3 @@ def test_samples_return() -> None:
     again = loads(Samples, dumps(samples))
     assert again.times.tobytes() == samples.times.tobytes()
     assert again.values.tobytes() == samples.values.tobytes()
-
-
-def test_what_the_json_looks_like() -> None:
-    assert encode(Prior(SquaredExponential(2.0, (0.5, 8.0)), Learned(0.3))) == {
-        "kernel": {
-            "type": "squared_exponential",
-            "signal_std": 2.0,
-            "lengthscale": {"learned": 2.0, "interval": [0.5, 8.0]},
-        },
-        "noise_std": {"learned": 0.3, "interval": None},
-        "mean": 0.0,
-    }
-    assert encode(Stencil((1.0,), 0.5)) == {"weights": [1.0], "step": 0.5, "offset": 0.0}
-    assert encode(REFERENCE)["signals"][0]["centres"] == [0.0, 0.1]
-    system = {"A": [[0.9]], "B": [[-0.1]], "c": [0.0], "states": ["state"], "inputs": ["input"], "sampling_time": 0.1}
-    assert encode(PLANT)["system"] == encode(PLANT.system) == system
-    assert set(encode(PLANT)) == {"system", "state_set", "input_set"}
-    assert encode(PLANT.state_set) == {"rows": [[1.0]], "lower": [-1.0], "upper": [1.0], "dimension": 1}
-
-
-def test_numbers_of_numpy_are_written_as_numbers() -> None:
-    data = encode(Interval(np.float64(0.1), np.float64(0.2)))
-    assert {type(value) for value in data.values()} == {float}
-
-
-def test_a_whole_number_is_a_number() -> None:
-    assert decode(Interval, {"lower": 0, "upper": 1}) == Interval(0.0, 1.0)

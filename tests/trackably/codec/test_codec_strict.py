@@ -10,7 +10,7 @@ import pytest
 
 from tests.trackably.codec.instances import GENERAL, PLANT, REFERENCE, SIGNAL, edited
 from trackably.arrays import Array
-from trackably.codec import CodecError, decode, dumps, encode, loads
+from trackably.codec import CodecError, decode, encode, loads
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.elementary import Elementary
 from trackably.gp.kernels.periodic import Periodic
@@ -141,49 +141,3 @@ def test_what_would_not_return_is_not_written(make: Callable[[], object], compla
 @dataclass(frozen=True)
 class Strange:
     function: Callable[[object], int]
-
-
-@dataclass(frozen=True)
-class Container:
-    """Shapes of fields that later stages use."""
-
-    step: int | None
-    found: bool
-    pair: tuple[float, float] | None
-    bounds: dict[str, Interval]
-    curves: tuple[Array, ...]
-    parts: tuple[Interval, ...]
-
-
-CONTAINER = Container(
-    3, True, (0.1, 0.2), {"b": Interval(0.0, 1.0), "a": Interval(0.5, 1.0)}, (np.ones(2),), (Interval(0.0, 1.0),)
-)
-
-
-@pytest.mark.parametrize("value", [CONTAINER, replace(CONTAINER, step=None, pair=None, bounds={}, parts=())])
-def test_other_shapes_of_fields_return(value: Container) -> None:
-    again = loads(Container, dumps(value))
-    assert replace(again, curves=()) == replace(value, curves=())
-    assert [curve.tolist() for curve in again.curves] == [[1.0, 1.0]]
-    assert list(again.bounds) == list(value.bounds)
-
-
-@pytest.mark.parametrize(
-    ("field", "wrong"),
-    [
-        ("step", True),
-        ("step", 3.0),
-        ("found", 1),
-        ("pair", [0.1]),
-        ("pair", [0.1, 0.2, 0.3]),
-        ("pair", "ab"),
-        ("bounds", []),
-        ("bounds", {"a": {"lower": 0.0}}),
-        ("curves", [[True]]),
-        ("parts", {}),
-        ("parts", 1.0),
-    ],
-)
-def test_other_shapes_of_fields_are_strict(field: str, wrong: object) -> None:
-    with pytest.raises(CodecError, match=rf"Container: .* @ \$.{field}"):
-        decode(Container, edited(CONTAINER, field, to=wrong))

@@ -93,22 +93,6 @@ def test_of_streams(kernel: Kernel):
     assert apart <= OF_NOISE
 
 
-def test_centres_that_lose_nothing_are_kept():
-    found = learn_reference(
-        drawn(2200, 0.3), CART, SquaredExponential(0.6, 3.0), (0.0, 200.0), noise_std=NOISE, mean=MEAN
-    )
-    assert len(found.samples[0]) <= 550
-
-
-def test_a_number_that_is_asked_for_is_kept_whatever_it_costs():
-    found = learn_reference(
-        drawn(300, 0.3), CART, Matern32(0.7, 3.0), (0.0, 25.0), noise_std=NOISE, mean=MEAN, centres=40
-    )
-    (cost,) = found.fit.condensed
-    assert len(found.samples[0]) == 40
-    assert cost.is_large
-
-
 def test_samples_to_learn_hyperparameters_from_are_as_many_as_these_need():
     samples, few = drawn(2200, 0.3), drawn(60, 0.3)
     asked = {"claim": (0.0, 5.0), "noise_std": (0.01, 0.2), "mean": MEAN, "starts": 2, "learn_from": samples}

@@ -9,13 +9,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tests.trackably.condensed.instances import INSTANCES, REGULAR, seen
+from tests.trackably.condensed.instances import INSTANCES, seen
 from trackably import Matern52, Samples, SquaredExponential
-from trackably.condensed import condensed, condensed_enough, finer
+from trackably.condensed import condensed, condensed_enough
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
-from trackably.gp.samples import Scatter
-from trackably.gp.stencil import Stencils
 
 over = pytest.mark.parametrize("samples", INSTANCES.values(), ids=INSTANCES)
 CENTRES = 40
@@ -93,12 +91,6 @@ def test_gradient_of_the_likelihood_against_differences(samples):
         assert gradient[i] == pytest.approx((high - low) / (2 * step), rel=1e-4, abs=1e-3)
 
 
-@over
-@pytest.mark.parametrize("centres", [240, 10**6])
-def test_as_many_centres_as_samples_change_nothing(samples, centres):
-    assert condensed(samples, centres) is samples
-
-
 def test_a_bin_with_no_more_samples_than_centres_keeps_them():
     few = condensed(samples := seen(np.linspace(0, 3, 9)), 8)
     np.testing.assert_array_equal(few.times[:4], samples.times[:4])
@@ -128,13 +120,6 @@ def test_an_automatic_number_resolves_what_few_centres_do_not():
     assert few.scatter.squares / few.scatter.count == pytest.approx(0.01, rel=0.1)
 
 
-def test_an_automatic_number_is_larger_where_the_signal_is_faster():
-    times = np.arange(3000) / 100
-    noise = 0.1 * np.random.default_rng(1).standard_normal(times.size)
-    counts = [len(condensed_enough(Samples(times, np.sin(w * times) + noise))) for w in (0.1, 1.0, 10.0)]
-    assert counts == sorted(set(counts))
-
-
 @pytest.mark.parametrize(("count", "w", "few"), [(2500, 1.4, 1248), (5000, 1.4, 2500)])
 def test_where_less_than_a_quarter_is_not_enough_a_quarter_may_be(count, w, few):
     """Half of the samples at most: their posterior is that of all, up to a small part of the noise."""
@@ -146,56 +131,3 @@ def test_where_less_than_a_quarter_is_not_enough_a_quarter_may_be(count, w, few)
     prior = replace(PRIOR, kernel=SquaredExponential(0.8, 1.5), noise_std=0.05)
     one, other = (Posterior(prior, of).mean(times[::7]) for of in (samples, found))
     assert float(np.sqrt(np.mean((one - other) ** 2))) < 0.05 * 0.05
-
-
-def test_known_noise_spares_what_it_hides():
-    times = np.arange(3000) / 100
-    samples = Samples(times, np.sin(times) + 0.01 * np.sin(40 * times))
-    assert len(condensed_enough(samples, noise_std=1.0)) < len(condensed_enough(samples))
-
-
-def test_what_no_few_centres_resolve_stays_as_it_is():
-    samples = seen(REGULAR)
-    rough = replace(samples, values=np.cumsum(np.random.default_rng(2).standard_normal(len(samples))))
-    assert condensed_enough(rough) is rough
-
-
-def test_comparison_is_with_all_samples_where_these_are_few_enough():
-    samples = INSTANCES["regular"]
-    few = condensed(samples, CENTRES)
-    assert finer(samples, few, 240) is samples
-    assert len(finer(samples, few, 239)) == 2 * len(few)
-
-
-def test_condensing_twice_keeps_what_was_left():
-    once = condensed(INSTANCES["regular"], 120)
-    twice = condensed(once, CENTRES)
-    assert len(twice) + twice.scatter.count == 240
-    assert twice.scatter.squares > once.scatter.squares
-
-
-KINDS = Stencils((INSTANCES["velocities"].stencil,) * 2, ("a", "b"), (0, 1) * 3)
-
-
-@pytest.mark.parametrize(
-    ("samples", "centres", "said"),
-    [
-        (INSTANCES["regular"], 3, "at least 4"),
-        (Samples([0.0, 0.0, 1, 2, 3, 4], [0.0] * 6, stencil=KINDS), 4, "several kinds"),
-    ],
-    ids=["too few", "kinds"],
-)
-def test_refusals(samples, centres, said):
-    with pytest.raises(ValueError, match=said):
-        condensed(samples, centres)
-
-
-@pytest.mark.parametrize("given", [{"count": -1}, {"squares": -1.0}, {"squares": np.inf}, {"log_scale": np.nan}])
-def test_a_scatter_is_refused_that_is_none(given):
-    with pytest.raises(ValueError, match="scatter: expected"):
-        Scatter(**{"count": 1, **given})
-
-
-def test_as_many_scatters_as_kinds():
-    with pytest.raises(ValueError, match="one scatter for each of 1"):
-        Samples([0.0], [1.0], scatters=(Scatter(), Scatter()))

@@ -8,8 +8,7 @@ import pytest
 
 from tests.trackably.plants import AXIS
 from trackably import Samples, SquaredExponential, TrackableReference, learn_reference
-from trackably.condensed import MANY, condensed_by_name
-from trackably.gp.hyperparameter import Learned
+from trackably.condensed import condensed_by_name
 from trackably.gp.joint import JointPosterior
 
 RANDOM = np.random.default_rng(3)
@@ -62,11 +61,6 @@ def test_what_it_costs_is_what_all_samples_change(fewer):
     assert "of 500 samples of position by 48 centres: with all, l changes by" in fewer.explanation
 
 
-def test_all_samples_cost_nothing_and_nothing_is_said(whole):
-    assert whole.fit.condensed == ()
-    assert "centres" not in whole.explanation
-
-
 def test_what_is_saved_stands_for_all_samples_still(fewer, tmp_path):
     fewer.save(tmp_path / "saved.json")
     again = TrackableReference.load(tmp_path / "saved.json")
@@ -88,18 +82,6 @@ def test_positions_and_velocities_are_condensed_by_name():
     assert cost.apart < 0.1
 
 
-def test_hyperparameters_of_other_samples_are_learned_of_fewer_too(fewer):
-    found = learned({"position": DENSE}, learn_from={"position": DENSE}, centres=CENTRES)
-    assert found.hyperparameters == pytest.approx(
-        {name: float(value) for name, value in fewer.fit.unconstrained_prior.hyperparameters.items()}, rel=1e-4
-    )
-
-
-def test_few_samples_are_all_learned_from_without_a_word(whole):
-    assert len(DENSE) < MANY
-    assert learned({"position": DENSE}).identity == whole.identity
-
-
 def test_many_samples_are_condensed_without_being_asked(monkeypatch):
     few = lambda *given: condensed_by_name(*given[:-2], 400, given[-1])  # noqa: E731
     monkeypatch.setattr("trackably.request.samples.condensed_by_name", few)
@@ -107,13 +89,3 @@ def test_many_samples_are_condensed_without_being_asked(monkeypatch):
     assert cost.centres <= 125
     assert abs(cost.change_of_l) < 1.0
     assert cost.apart < 0.05
-
-
-def test_noise_that_is_learned_allows_no_loss_yet():
-    """Its present value is none that is known: with σ_n = 0.3, far fewer centres would do."""
-    names, learnable = [("position",)], {"position": Learned.between(0.2, 0.4)}
-    counts = [
-        len(condensed_by_name({"position": DENSE}, names, "auto", noise, 400)["position"])
-        for noise in (None, learnable, {"position": 0.3})
-    ]
-    assert counts[0] == counts[1] > counts[2]

@@ -31,16 +31,6 @@ def headings() -> Array:
     return np.asarray(found)
 
 
-def test_what_others_simulate_does_not_jump() -> None:
-    """The system's own equations give the states, without whole turns between them."""
-    answer = robot().to_control().response(eight().instants(K))
-    x = answer.states[:, 0]
-    for k in K[:-1]:
-        x = eight().plant.system.successor(x, answer.inputs[:, k])
-        np.testing.assert_allclose(x, answer.states[:, k + 1], atol=1e-7)
-    np.testing.assert_allclose(answer.states[2], headings(), atol=1e-9)
-
-
 def test_do_mpc_sees_one_heading_from_step_to_step() -> None:
     """Whatever the order of the calls: each begins where the turns since time zero have led."""
     controller = SimpleNamespace(

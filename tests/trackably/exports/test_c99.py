@@ -174,13 +174,6 @@ def test_times_that_are_not_proved_are_refused_as_in_python(tmp_path: Path) -> N
     assert refused.tolist() == [False, False, True, True]
 
 
-def test_between_instants_there_is_no_function(tmp_path: Path) -> None:
-    proved = stub(Reference((random_sum(SquaredExponential(0.7, 0.31)),), AXIS), AtInstants(40))
-    refused, _ = run(compiled(proved, tmp_path, "reference_step((long)t, x, u)"), np.array([-1.0, 0.0, 5.0]))
-    assert refused.tolist() == [True, False, False]
-    assert "reference_at" not in header(proved, "reference")
-
-
 def test_arithmetic_that_is_not_certified_does_not_compile(tmp_path: Path) -> None:
     (tmp_path / "a.c").write_text(header(on_window(), "axis"), encoding="utf-8")
     for option, works in (("-O3", True), ("-ffast-math", False)):
@@ -188,13 +181,6 @@ def test_arithmetic_that_is_not_certified_does_not_compile(tmp_path: Path) -> No
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
         assert (done.returncode == 0) == works, done.stderr
     assert "certified for IEEE double precision without fast-math" in done.stderr
-
-
-def test_what_cannot_be_written_is_refused(tmp_path: Path) -> None:
-    for name in ("", "2axis", "a b", "a-b", "x;", "ä"):
-        with pytest.raises(ValueError, match=r"^to_c: name must be an identifier in C"):
-            on_window().to_c(tmp_path / "r.h", name)
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("seed", range(3))

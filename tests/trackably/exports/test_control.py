@@ -5,9 +5,7 @@ import control.flatsys
 import numpy as np
 import pytest
 
-from tests.trackably.exports.references import EVERY, all_times, nonlinear, on_window, periodic
-
-every = pytest.mark.parametrize("name", EVERY)
+from tests.trackably.exports.references import all_times, nonlinear, on_window, periodic
 
 
 @pytest.mark.parametrize("of", [all_times, on_window, periodic], ids=lambda of: of.__name__)
@@ -28,13 +26,3 @@ def test_control_simulates_a_nonlinear_system() -> None:
     )
     simulated = control.input_output_response(theirs, mine.time, mine.inputs, mine.states[:, 0])
     np.testing.assert_allclose(simulated.states, mine.states, atol=1e-9)
-
-
-@every
-def test_a_response_covers_the_steps_that_are_proved(name: str) -> None:
-    reference = EVERY[name]()
-    answer, plant = reference.to_control().response(), reference.reference.plant
-    np.testing.assert_allclose(np.diff(answer.time), plant.sampling_time)
-    assert answer.time[0] == 0
-    expected = {"on_window": 3.0, "periodic": 2.0, "nonlinear": 3.0}.get(name, answer.time[-1])
-    assert answer.time[-1] == pytest.approx(expected)

@@ -1,19 +1,16 @@
 """A proved reference is called, drawn and shown as Python's users expect, and only where it is proved."""
 
-from dataclasses import replace
 from html.parser import HTMLParser
-from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from tests.trackably.exports.references import EVERY, all_times, on_window, periodic
+from tests.trackably.exports.references import EVERY, on_window, periodic
 from tests.trackably.plants import AXIS, SAMPLES
-from trackably.certificates.claim import AtInstants
 from trackably.exports.mixin import ExportMixin
-from trackably.exports.proved import margins_found, shown_times
+from trackably.exports.proved import margins_found
 from trackably.exports.shown import html
 from trackably.request.samples import samples_by_name
 from trackably.systems.reference import Reference
@@ -71,20 +68,6 @@ def test_a_figure_needs_no_arguments(name: str) -> None:
         times, values = next(line for line in axes.lines if line.get_label() == "reference").get_data()
         np.testing.assert_array_equal(values, reference(times)[:, i])
     assert "samples" in figure.axes[0].get_legend_handles_labels()[1]
-
-
-def test_between_instants_nothing_is_shown_where_nothing_is_proved() -> None:
-    proved = Stub(all_times().reference, replace(all_times().certificate, claim=AtInstants(40)))
-    steps = shown_times(proved, 800) / AXIS.sampling_time  # type: ignore[arg-type]
-    np.testing.assert_allclose(steps, np.arange(41), atol=1e-9)
-    np.testing.assert_allclose(
-        shown_times(proved, 800, 0.12, 0.31) / AXIS.sampling_time,  # type: ignore[arg-type]
-        [3, 4, 5, 6],
-    )
-    assert "all sampled instants" in proved._repr_html_()
-    np.testing.assert_array_equal(proved(0.3), all_times()(0.3))
-    with pytest.raises(ValueError, match="between the sampled instants, which alone are proved"):
-        proved(0.32)
 
 
 class Texts(HTMLParser):
@@ -147,12 +130,3 @@ def test_frames_are_samples() -> None:
     ):
         np.testing.assert_allclose(found.times, times, rtol=1e-9)
         np.testing.assert_array_equal(found.values, values)
-
-
-@pytest.mark.parametrize("write", ["save", "save_certificate", "to_csv", "to_parquet", "to_c", "to_ros2"])
-def test_a_folder_that_is_not_there_is_not_made(write: str, tmp_path: Path) -> None:
-    """It may be misspelt: the file would be looked for elsewhere."""
-    joints = ({"axis": {"positions": "position"}},) if write == "to_ros2" else ()
-    with pytest.raises(FileNotFoundError, match=rf"{write}: there is no such folder: '.*reslts'"):
-        getattr(on_window(), write)(tmp_path / "reslts" / "a.yaml", *joints)
-    assert list(tmp_path.iterdir()) == []

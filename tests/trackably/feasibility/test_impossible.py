@@ -29,7 +29,7 @@ from trackably.certificates.goal import Claim
 from trackably.certificates.judge import accepted_file
 from trackably.feasibility import impossible as proposing
 from trackably.feasibility.impossible import impossible
-from trackably.feasibility.steps import Steps, Value, least, steps_of
+from trackably.feasibility.steps import Steps, Value, least
 from trackably.streams import learn as streams
 from trackably.systems.tightening import tightening
 from trackably.waypoints import Waypoints, waypoints
@@ -122,31 +122,10 @@ def test_windows_are_examined_wherever_they_are(start):
     assert told({}, MOVING, (start, start + 0.02)) is None
 
 
-def test_steps_beyond_the_ends_of_a_claim_ask_nothing():
-    """However close they are: a reference may go anywhere there."""
-    assert told({}, MOVING, (0.0, 1.45)) is not None
-    assert told({}, MOVING, (0.0, 1.45 - 1e-8)) is None
-    assert told({0.05: {"position": 0.5}}, MOVING, (0.05, 1.5)) is not None
-    assert told({0.05: {"position": 0.5}}, MOVING, (1e-8, 0.9)) is None
-
-
 def test_times_that_steps_do_not_link_exclude_nothing():
     assert told({0.0: {"position": 0.0}, 0.025: {"position": 0.9}}) is None
     assert told({0.0: {"position": 0.0}, 0.05: {"position": 0.9}}) is not None
     assert told({0.3: {"position": 0.0}, 0.35: {"position": 0.9}}) is not None
-
-
-def test_where_it_may_rest_nothing_is_computed():
-    assert [steps.count for steps in steps_of(WEAK, "all_times", ())] == [667]
-    assert told({}) is None
-
-
-def test_vehicles_are_not_examined():
-    """Their headings count up to whole turns only."""
-    from trackably import mobile_robot  # noqa: PLC0415
-
-    robot = ConstrainedSystem(mobile_robot(0.1), Polytope.box([-3, -3, -3], [3, 3, 3]), Polytope.box([0.1, -1], [1, 1]))
-    assert told({0.0: {"x": 0.0}, 0.1: {"x": 2.0}}, robot, (0.0, 1.0)) is None
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -182,12 +161,6 @@ def test_a_free_state_is_bounded_by_what_the_others_do(first):
     assert found.given == f"position = 0.5 at t = {first + 0.1:g} s"
 
 
-def test_what_nothing_bounds_proves_nothing():
-    nowhere = replace(WEAK, state_set=Polytope.box([-np.inf, -np.inf], [np.inf, np.inf]))
-    assert told({1.0: REST, 1.05: {"position": 0.8}}, nowhere).missing == pytest.approx(0.8, abs=1e-3)
-    assert told({1.0: {"position": 0.0}, 1.05: {"velocity": 5.0}}, nowhere) is None
-
-
 @pytest.mark.parametrize("learn", [learning.learn_reference, streams.learn_stream])
 def test_nothing_is_learned_where_nothing_is_possible(learn, monkeypatch):
     monkeypatch.setattr(learning, "learn_certified", None)
@@ -196,12 +169,6 @@ def test_nothing_is_learned_where_nothing_is_possible(learn, monkeypatch):
     with pytest.raises(NotTrackableError, match="no reference exists") as raised:
         learn(SAMPLES, WEAK, KERNEL, "all_times", noise_std=0.02, at={0.0: REST, 1.0: {"position": 0.8}}, **options)
     assert isinstance(raised.value.outcome, Impossible)
-
-
-def test_a_window_without_a_place_to_rest_is_examined_first(monkeypatch):
-    monkeypatch.setattr(learning, "learn_certified", None)
-    with pytest.raises(NotTrackableError, match=r"no reference exists, .*: bounds contradict each other"):
-        learn_reference(SAMPLES, MOVING, KERNEL, (0.0, 3.0), noise_std=0.02)
 
 
 FIRST = ConstrainedSystem(
@@ -239,13 +206,6 @@ def test_what_a_feedback_or_a_margin_excludes_is_not_called_impossible(name):
     assert "no reference exists" not in outcome.explanation
     assert drawn_in in outcome.explanation
     assert f"; {instead} may leave more room: x = 0.506832 at t = 1.1 s is out of reach" in outcome.explanation
-
-
-@pytest.mark.parametrize("name", DRAWN_IN)
-def test_a_value_outside_of_what_is_left_of_the_bounds_is_refused_with_the_reason(name):
-    left = r"inside \[-9.*\] at 1 s, got 9.99; disturbance, noise and margin leave no more of its bounds"
-    with pytest.raises(ValueError, match=left):
-        learned_first({1.0: {"x": 9.99}}, **DRAWN_IN[name][0])
 
 
 @pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning")

@@ -141,13 +141,6 @@ def test_failures_are_rows_with_their_sentence_and_the_others_go_on(tmp_path):
     assert written(tmp_path) == before
 
 
-def test_warnings_are_questions_in_the_table(tmp_path):
-    fleet = learned({"far": Samples([0.0, 0.1], [3.0, 3.0])}, tmp_path)
-    assert "samples" in fleet.rows[0].questions[0]
-    assert fleet.rows[0].questions[0] in fleet.table.read_text()
-    assert f"far: proved, but {fleet.rows[0].questions[0]}" in str(fleet)
-
-
 def test_the_recorded_window_reaches_to_the_steps_around_it(tmp_path):
     """A loop takes the step right after the last sample, and the one right before the first."""
     step = PLANT.sampling_time
@@ -158,25 +151,3 @@ def test_the_recorded_window_reaches_to_the_steps_around_it(tmp_path):
     assert found.state(np.array([0, last])).shape == (2, len(PLANT.system.states))
     with pytest.raises(ValueError, match="outside of what is proved"):
         found.state(last + 1)
-
-
-@pytest.mark.parametrize(
-    ("recordings", "options", "error", "said"),
-    [
-        ({}, {}, ValueError, "one at least"),
-        ([], {}, ValueError, "one at least"),
-        (3, {}, TypeError, "recordings: expected"),
-        (["a.csv"], {}, TypeError, r"recordings\[0\]: expected a Source"),
-        ([Source("a", broken), Source("a", broken)], {}, ValueError, "'a' appears twice"),
-        ([Source(3, broken)], {}, TypeError, r"recordings\[0\]: expected a text"),
-        ({"a": motion(0)}, {"workers": 0}, ValueError, "workers must be at least 1"),
-        ({"a": motion(0)}, {"workers": "2"}, TypeError, "workers: expected"),
-        ({"a": motion(0)}, {"cluster": 3}, TypeError, "cluster: expected"),
-        ({"a": motion(0)}, {"at": object()}, TypeError, "between runs"),
-        ({"a": motion(0)}, {"noise": 0.1}, TypeError, "noise"),
-    ],
-)
-def test_wrong_arguments_are_refused_before_anything_is_written(tmp_path, recordings, options, error, said):
-    with pytest.raises(error, match=said):
-        learned(recordings, tmp_path / "fleet", **options)
-    assert not (tmp_path / "fleet").exists()

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import numpy as np
 import pyarrow as pa
 import pytest
 from mcap.writer import Writer
@@ -15,7 +14,6 @@ from trackably import (
     parts_of_parquet,
     read_csv,
     read_mcap,
-    read_parquet,
     recordings_in,
     topics_of,
 )
@@ -73,12 +71,6 @@ def test_a_wrong_cell_spoils_its_own_part_and_names_the_line(tmp_path):
         right.read()
 
 
-def test_a_row_without_a_name_is_refused(tmp_path):
-    (tmp_path / "all.csv").write_text(TABLE + ",1,2\n")
-    with pytest.raises(InputError, match="line 6, column 'who'"):
-        parts_of_csv(tmp_path / "all.csv", "who", "t", "s", {"position": "x"})
-
-
 def written(path: Path, **columns: object) -> Path:
     parquet.write_table(pa.table(columns), path)
     return path
@@ -95,21 +87,6 @@ def test_parquet_says_what_the_same_table_says_as_csv(tmp_path):
     csv = parts_of_csv(tmp_path / "all.csv", "who", "t", "s", {"position": "x"})
     table = parts_of_parquet(file, "who", "t", "s", {"position": "x"})
     assert [(s.name, numbers(s.read())) for s in table] == [(s.name, numbers(s.read())) for s in csv]
-
-
-@pytest.mark.parametrize(
-    ("columns", "said"),
-    [
-        ({"t": [0.0, 1.0], "y": [1.0, 2.0]}, "no column 'x'; there are 't', 'y'"),
-        ({"t": [0.0, 1.0], "x": ["a", "b"]}, "row 1, column 'x': expected a finite number"),
-        ({"t": [1.0, 0.0], "x": [1.0, 2.0]}, "row 2: times must not decrease"),
-        ({"t": [0.0, 1.0], "x": [1.0, np.inf]}, "row 2, column 'x'"),
-        ({"t": pa.array([], pa.float64()), "x": pa.array([], pa.float64())}, "there are no rows"),
-    ],
-)
-def test_what_is_wrong_in_parquet_is_named(tmp_path, columns, said):
-    with pytest.raises(InputError, match=said):
-        read_parquet(written(tmp_path / "a.parquet", **columns), "t", "s", {"position": "x"})
 
 
 @pytest.fixture

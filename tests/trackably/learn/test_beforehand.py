@@ -1,18 +1,15 @@
 """Prior means are learned as they are most likely; hyperparameters may be learned from samples of their own."""
 
-import warnings
-
 import numpy as np
 import pytest
 import scipy
 
-from tests.trackably.plants import AXIS, CART, SAMPLES, TIMES
+from tests.trackably.plants import AXIS, SAMPLES, TIMES
 from trackably import DoubtfulInputWarning, Matern52, Samples, SquaredExponential, TrackableReference, learn_reference
-from trackably.empirical_bayes import levels, split_means
 from trackably.gp.joint import JointPrior
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
-from trackably.gp.stencil import POINT, Stencil, Stencils
+from trackably.gp.stencil import Stencil, Stencils
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
@@ -20,7 +17,6 @@ from trackably.learning.space import SearchSpace
 SHIFTED = Samples(TIMES, SAMPLES.values - 0.4)
 KINDS = Stencils((Stencil((0.5, 0.5), 0.05, 0.1), Stencil((-20.0, 20.0), 0.05)), ("a", "b"), (0, 1) * 8)
 OF_KINDS = Samples(TIMES, SHIFTED.values, np.ones(16), KINDS)
-DOUBLED = Samples(TIMES, SHIFTED.values, np.ones(16), Stencil((2.0,), 0, 1))
 
 
 def nlml(prior: Prior, samples: Samples, mean: float) -> float:
@@ -75,14 +71,6 @@ def learned(samples: Samples = SHIFTED, **options) -> TrackableReference:
 AXIS_WIDE = type(AXIS)(AXIS.system, type(AXIS.state_set).box([-2.0, -1.2], [0.5, 1.2]), AXIS.input_set)
 
 
-def test_a_reference_comes_to_rest_at_the_learned_mean() -> None:
-    found = learned(mean=(-1.5, 0.3))
-    (part,) = found.prior.parts
-    assert -1.5 < part.mean < -0.1
-    np.testing.assert_allclose(found.state(10**6), [part.mean, 0.0], atol=1e-9)
-    assert found.objective < learned().objective
-
-
 def test_an_interval_that_holds_the_mean_back_is_asked_about() -> None:
     with pytest.warns(DoubtfulInputWarning, match="mean: that of position lies at an end of the interval in which"):
         found = learned(mean=(-0.1, 0.3))
@@ -90,12 +78,6 @@ def test_an_interval_that_holds_the_mean_back_is_asked_about() -> None:
     for wrong in ((0.3, -0.1), (0.0,), ("a", "b"), (0.0, np.inf)):
         with pytest.raises(ValueError, match=r"^mean of position: expected a number or \[lower, upper\] with"):
             learned(mean=wrong)
-
-
-def test_a_mean_outside_the_bounds_is_refused_as_a_given_one_is() -> None:
-    above = Samples(TIMES, SAMPLES.values + 3.0)
-    with pytest.raises(ValueError, match="mean: must be an admissible equilibrium, but at rest there the position is"):
-        learned(above, mean=(0.6, 5.0))
 
 
 def test_hyperparameters_from_samples_of_their_own() -> None:
@@ -114,34 +96,3 @@ def test_hyperparameters_from_samples_of_their_own() -> None:
         )  # position is not quite the flat output
     assert found.prior.learned == ()
     assert found.samples[0].values.tolist() == SHIFTED.values.tolist()
-
-
-def test_samples_to_learn_from_are_of_the_same_states() -> None:
-    with pytest.raises(ValueError, match="learn_from: expected samples of position, as of the first ones, got z1"):
-        learned(learn_from={"z1": SHIFTED})
-    with pytest.raises(ValueError, match='learn_from: needs method="joint"'):
-        learned(learn_from=SHIFTED, method="hyperparameters")
-
-
-def test_means_of_several_flat_outputs() -> None:
-    given = {"a": Samples(TIMES, 0.5 + 0.1 * np.sin(TIMES)), "b": Samples(TIMES, 0.1 * np.cos(TIMES))}
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        found = learn_reference(
-            given,
-            CART,
-            SquaredExponential(0.2, 1.0),
-            "all_times",
-            noise_std=0.05,
-            mean={"a": (0.0, 1.0), "b": 0.0},
-            starts=1,
-        )
-    assert found.prior.parts[0].mean == pytest.approx(0.5, abs=0.2)
-    assert found.prior.parts[1].mean == 0.0
-
-
-def test_intervals_are_those_of_the_flat_output() -> None:
-    level, between = split_means({"x": (1.0, 3.0), "y": 2.0}, ("x", "y"), {})
-    assert (level, between) == ({"x": 2.0, "y": 2.0}, {"x": (1.0, 3.0)})
-    samples = Samples(TIMES, TIMES, np.ones(16), Stencil((-2.0,), 0, 1.0))
-    assert levels(between, ("x", "y"), (samples, Samples(TIMES, TIMES, np.ones(16), POINT))) == ((-1.0, 0.0), None)

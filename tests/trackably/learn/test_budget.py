@@ -94,37 +94,6 @@ def test_what_is_handed_out_is_proved_and_not_farther_from_the_best_than_said(ta
     assert found.objective == pytest.approx(best.objective, rel=1e-5)
 
 
-@pytest.mark.usefixtures("counted")
-def test_with_enough_time_it_is_the_same_reference():
-    task = TASKS["together"]
-    assert task(budget=1e9).identity == task().identity
-
-
-@pytest.mark.usefixtures("counted")
-def test_what_is_saved_says_so_still(tmp_path):
-    found = next(
-        found
-        for budget in np.geomspace(20, 3000, 12).round().tolist()
-        if isinstance(found := within(TASKS["together"], budget), TrackableReference) and found.fit.budget
-    )
-    found.save(tmp_path / "found.json")
-    assert TrackableReference.load(tmp_path / "found.json").explanation == found.explanation
-
-
-@pytest.mark.parametrize(
-    ("budget", "error", "said"),
-    [
-        (0, ValueError, "budget: expected a positive number of seconds, got 0"),
-        (-1.0, ValueError, "budget: expected a positive number of seconds, got -1"),
-        (float("nan"), ValueError, "budget"),
-        ("1", TypeError, "budget: expected a number, got '1'"),
-    ],
-)
-def test_refusals(budget, error, said):
-    with pytest.raises(error, match=said):
-        TASKS["together"](budget=budget)
-
-
 def test_where_a_stream_is_faster_and_as_good_it_is_said():
     rng = np.random.default_rng(0)
     times = np.arange(800) * 0.1 + 0.04 * rng.uniform(0, 1, 800)

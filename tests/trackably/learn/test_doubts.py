@@ -1,7 +1,6 @@
 """Valid input that is hardly what was meant is asked about, and what is meant is not."""
 
 import re
-import warnings
 
 import numpy as np
 import pytest
@@ -87,10 +86,3 @@ def test_a_question_is_a_warning_and_the_answer_comes_nevertheless() -> None:
         found = learn_reference(SAMPLES, AXIS, KNOWN, (1000.0, 1001.0), noise_std=0.02, mean=0.0, starts=1)
     assert caught[0].filename == __file__
     np.testing.assert_allclose(found.state(20_000), 0.0, atol=1e-6)
-
-
-def test_sampled_systems_are_not_asked_about() -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        sampled = LinearSystem.discretised([[0, 1], [0, 0]], [[0], [1]], 0.01)
-    assert asked(plant=ConstrainedSystem(sampled, X, U), name="x1") == []

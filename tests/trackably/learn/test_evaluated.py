@@ -1,14 +1,12 @@
 """Length scales end where float64 can no longer evaluate the reference: a harmless motion of a long chain is proved."""
 
 import re
-import warnings
 
 import numpy as np
 import pytest
 
 from trackably import (
     ConstrainedSystem,
-    DoubtfulInputWarning,
     LinearSystem,
     Periodic,
     Polytope,
@@ -56,13 +54,3 @@ def test_what_can_be_evaluated_is_searched_to_its_end():
     found = learned(0.1, 0.02, Periodic(period=8.0))
     assert found.hyperparameters["lengthscale"] == pytest.approx(10.0)
     assert "float64 does not" not in found.explanation
-
-
-def test_nobody_is_sent_to_an_interval_in_which_nothing_is_proved():
-    """The longer length scale that fits better is out of reach, so that no such thing is said of a shorter interval."""
-    with pytest.warns(DoubtfulInputWarning) as asked:
-        learned(0.01, 0.02, Periodic(lengthscale=(0.3, 1.2), period=8.0))
-    assert [str(each.message).rsplit(": ", 1)[1] for each in asked] == ["was it meant as a limit?"]
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert learned(0.01, 0.02, Periodic(lengthscale=(0.3, 10.0), period=8.0)).fit.limited == ("lengthscale",)

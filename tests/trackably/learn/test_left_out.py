@@ -81,15 +81,6 @@ def test_what_is_learned_is_what_is_learned_with_that_mean_given() -> None:
     assert found.price < given(mean=0.0).price
 
 
-def test_a_mean_is_left_out_by_name() -> None:
-    samples = {"a": Samples(T, 0.5 + 0.1 * np.sin(T)), "b": Samples(T, 0.1 * np.cos(T))}
-    found = learn_reference(
-        samples, CART, SquaredExponential(0.2, 1.0), (0.0, 5.0), noise_std=0.05, mean={"a": None, "b": 0.0}
-    )
-    assert found.prior.parts[0].mean == pytest.approx(0.5, abs=0.1)
-    assert found.prior.parts[1].mean == 0.0
-
-
 def walled() -> ConstrainedSystem:
     """Two carts, of which the sum of positions is bounded, and the speeds too."""
     system = LinearSystem(np.eye(2), 0.1 * np.eye(2), states=("x", "y"), inputs=("p", "q"), sampling_time=0.1)
@@ -172,24 +163,6 @@ def test_in_a_window_it_is_the_likeliest_of_all(name: str) -> None:
     assert [part.mean for part in found.prior.parts] == [part.mean for part in found.likeliest.prior.parts]
 
 
-def test_where_it_had_to_move_the_explanation_says_so() -> None:
-    """The samples swing about −1, near the lower bound, and the bound of the mean is 1 % of the width above it."""
-    found = learn_reference(
-        swing(-1.9), integrator(-1.0, 3.0, 5.0), SquaredExponential(), "all_times", noise_std=0.5, starts=2
-    )
-    (part,) = found.prior.parts
-    assert part.mean == pytest.approx(-1.0 + 0.01 * 4.0)
-    assert "the prior mean of state is -0.96, as the likeliest, -1.8" in found.explanation
-
-
-def test_without_an_admissible_equilibrium_the_message_says_what_is_missing() -> None:
-    moving = ConstrainedSystem(AXIS.system, Polytope.box([-9, 0.1], [9, 1.0]), AXIS.input_set)
-    with pytest.raises(
-        ValueError, match=r"mean: must be an admissible equilibrium, but at rest there the velocity is 0,"
-    ):
-        learn_reference(SAMPLES, moving, KNOWN, "all_times", noise_std=0.02)
-
-
 def test_periodic_references_swing_about_the_mean_that_they_learn() -> None:
     t = np.linspace(0, 12, 60)
     samples = Samples(t, 80 + np.sin(2 * np.pi * t / 4) + 0.05 * NOISE[1])
@@ -222,16 +195,6 @@ def test_an_interval_is_learned_with_the_bounds_and_a_question_says_what_they_ad
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         learn_reference(swing(), integrator(-9, 9, 90), SquaredExponential(), (0.0, 5.9), noise_std=(0.001, 10.0))
-
-
-@pytest.mark.parametrize("noise_std", [None, (0.001, 10.0), 0.1])
-@pytest.mark.filterwarnings("ignore::trackably.DoubtfulInputWarning")
-def test_the_explanation_counts_in_the_noise_that_is_shown(noise_std) -> None:
-    found = learn_reference(
-        swing(), integrator(-9, 9, 1.8), SquaredExponential(), (0.0, 5.9), noise_std=noise_std, starts=4
-    )
-    ratio = found.misfit["state"] / found.hyperparameters["noise_std"]
-    assert f" and {ratio:.3g} times their {'noise' if noise_std == 0.1 else 'learned noise'};" in found.explanation
 
 
 def test_where_samples_show_no_noise_it_is_learned_with_the_bounds() -> None:
@@ -276,13 +239,6 @@ def test_noise_is_learned_with_the_bounds_only_where_no_function_is_found_with_i
         assert len(answers) == 2 - tried
 
 
-def test_hyperparameters_alone_keep_the_bounds_by_noise_too() -> None:
-    found = learn_reference(
-        swing(), integrator(-9, 9, 1.8), SquaredExponential(), (0.0, 5.9), starts=4, method="hyperparameters"
-    )
-    assert "noise_std" in found.prior.learned
-
-
 # Everywhere alike.
 
 
@@ -301,9 +257,3 @@ def test_streams_fleets_and_loops_learn_them_too(tmp_path) -> None:
     assert isinstance(again, TrackableReference)
     assert again.prior.parts[0].mean == first.prior.parts[0].mean
     assert again.hyperparameters["noise_std"] == first.hyperparameters["noise_std"]
-
-
-def test_what_is_saved_says_the_same(tmp_path) -> None:
-    found = followed(80.0, SquaredExponential(), "all_times")
-    found.save(tmp_path / "swing.json")
-    assert TrackableReference.load(tmp_path / "swing.json").explanation == found.explanation

@@ -47,14 +47,3 @@ def test_a_formula_is_linearised_at_the_neighbour() -> None:
 
     tight = learned(1.35)
     assert learned(1.4, near=tight).objective <= tight.objective + tight.duality_gap
-
-
-@pytest.mark.parametrize(
-    ("options", "says"),
-    [({"near": 1.0}, "near"), ({"near": "tight", "method": "hyperparameters"}, "joint"), ({"near": "rough"}, "same")],
-)
-def test_what_is_no_neighbour_is_refused(options, says) -> None:
-    given = {"tight": {}, "rough": {"kernel": Matern52()}}
-    near = _learned(_slowed(0.8), **given[options["near"]]) if options["near"] in given else options["near"]
-    with pytest.raises((TypeError, ValueError), match=says):
-        _learned(_slowed(0.9), **options | {"near": near})

@@ -57,17 +57,3 @@ def test_noise_is_not_asked_about(n):
     normal = rng.standard_normal(n)
     for off in (normal, rng.uniform(-1, 1, n), np.sign(normal), rng.laplace(size=n), np.round(normal / 2)):
         assert asked(off, float(np.std(off)) or 1.0) is None
-
-
-def test_what_is_far_off_is_counted():
-    off = np.where(np.arange(40) % 2, 0.1, -0.1)
-    off[[3, 30]] = -7.0, 8.0
-    assert asked(off, 0.5) == (
-        "samples: x is 8 at 30 s, 8 off the fit without bounds, 54 times as far as most (and 1 more are far off): is "
-        "it an outlier to be left out? It raises the noise that is learned"
-    )
-    assert asked(off, 0.5, is_learned=False).endswith("left out?")
-    assert asked(off, 2.0) is None  # within the noise
-    assert asked(off[:9], 0.5) is None  # too few to tell
-    off[:5] = 9.0
-    assert asked(off, 0.5) is None  # too many: the noise is of another kind

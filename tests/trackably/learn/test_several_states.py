@@ -1,13 +1,10 @@
 """Samples of several states that show one flat output are learned from together."""
 
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from pipeline.loops.interpolated import InterpolatedReference
-from pipeline.loops.online import receding_window
 from tests.trackably.plants import AXIS, SAMPLES, TIMES
 from trackably import (
     ConstrainedSystem,
@@ -21,9 +18,7 @@ from trackably import (
     learn_reference,
     mobile_robot,
 )
-from trackably.gp.joint import JointPosterior
 from trackably.gp.stencil import Stencils
-from trackably.systems.sampling import kinds_by_name, sampled_signals, stencils_by_name
 
 SPEED = np.where(TIMES < 1.5, 0.5 * np.pi / 1.5 * np.sin(np.pi * TIMES / 1.5), 0.0)
 FEW = Samples(SAMPLES.times[::5], SAMPLES.values[::5])
@@ -74,23 +69,6 @@ def test_it_is_proved_saved_and_read_again(both, tmp_path: Path) -> None:
     assert isinstance(again.samples[0].stencil, Stencils)
 
 
-def test_samples_that_say_nothing_change_nothing() -> None:
-    """Velocities with enormous noise: the likelihood gains a constant, the reference is the same."""
-    alone, noisy = learned({"position": SAMPLES}, 0.02), learned(
-        {"position": SAMPLES, "velocity": VELOCITY}, {"position": 0.02, "velocity": 1e7}
-    )  # fmt: skip
-    np.testing.assert_allclose(noisy.state(np.arange(80)), alone.state(np.arange(80)), atol=1e-6)
-
-
-def test_hyperparameters_are_learned_from_all(both) -> None:
-    found = learn_reference(
-        {"position": FEW, "velocity": VELOCITY}, AXIS, SquaredExponential(), "all_times", noise_std=STDS, starts=2
-    )
-    assert found.objective < both.objective
-    least = JointPosterior(found.prior, found.samples).negative_log_marginal_likelihood()[0]
-    assert least <= found.objective
-
-
 def test_one_noise_stands_for_all_where_samples_have_their_own() -> None:
     """As recordings give them: σ_n = 1, and the deviation of each sample."""
     given = {
@@ -99,38 +77,6 @@ def test_one_noise_stands_for_all_where_samples_have_their_own() -> None:
     }
     one, other = learned(given, 1.0), learned({"position": FEW, "velocity": VELOCITY})
     np.testing.assert_allclose(one.state(np.arange(60)), other.state(np.arange(60)), atol=1e-8)
-
-
-def test_names_are_in_order_and_samples_sorted() -> None:
-    (kinds,) = kinds_by_name(AXIS, ["velocity", "position"])
-    assert [*kinds] == ["position", "velocity"]
-    names, (samples,) = sampled_signals(AXIS, {"velocity": VELOCITY, "position": FEW})
-    assert names == ("position",)
-    assert isinstance(samples.stencil, Stencils)
-    assert samples.stencil.names == ("position", "velocity")
-    assert all(a <= b for a, b in pairwise(samples.times))
-    np.testing.assert_array_equal(samples.by_name("")["velocity"].values, VELOCITY.values)
-    with pytest.raises(ValueError, match="velocity and position show the same flat output; give one of them"):
-        stencils_by_name(AXIS, ["position", "velocity"])
-    with pytest.raises(ValueError, match="velocity says how its flat output moves, but not where it is"):
-        kinds_by_name(AXIS, ["velocity"])
-
-
-def test_straight_lines_connect_those_that_show_the_level() -> None:
-    _, (samples,) = sampled_signals(AXIS, {"velocity": VELOCITY, "position": FEW})
-    _, (alone,) = sampled_signals(AXIS, {"position": FEW})
-    lines = [InterpolatedReference((of,), AXIS).window(0, 50).states for of in (samples, alone)]
-    np.testing.assert_array_equal(*lines)
-
-
-def test_the_last_samples_keep_their_kinds() -> None:
-    _, together = sampled_signals(AXIS, {"velocity": VELOCITY, "position": FEW})
-    (last,) = receding_window(together, 3.0, 4)
-    kinds = last.by_name("")
-    assert {name: len(of) for name, of in kinds.items()} == {"position": 1, "velocity": 3}
-    assert kinds["velocity"].values.tolist() == VELOCITY.values[-3:].tolist()
-    (one,) = receding_window(together, 3.0, 1)
-    assert not isinstance(one.stencil, Stencils)
 
 
 def test_a_robot_learns_from_positions_and_velocities() -> None:

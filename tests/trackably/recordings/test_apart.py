@@ -9,7 +9,7 @@ import pytest
 
 from tests.trackably.recordings.tables import findings, record, rows
 from trackably import DoubtfulInputWarning
-from trackably.recordings import Column, Rows, average_repeated, keep_first_of_repeated, read_csv, sort_rows
+from trackably.recordings import Column, Rows, average_repeated, read_csv, sort_rows
 
 SEEDS = range(20)
 
@@ -31,19 +31,6 @@ def test_noise_is_not_asked_about(seed: int, known: bool) -> None:
     truth = np.sin(np.arange(60) / 7) * rng.uniform(0, 3)
     values, others = (of + 0.1 * rng.standard_normal(of.size) for of in (truth, truth[::2]))
     assert said(twice(values, others, [0.1] * 90 if known else None)) == []
-
-
-@pytest.mark.parametrize("known", [False, True])
-def test_another_sensor_is_asked_about(known: bool) -> None:
-    rng = np.random.default_rng(1)
-    values, others = 0.1 * rng.standard_normal(60), 5.0 + 0.1 * rng.standard_normal(30)
-    table = twice(values, others[:20], [0.1] * 80 if known else None)
-    (found,) = (of for of in findings(record(table, sort_rows, average_repeated)) if of.is_doubtful)
-    explained = "their noise explains (0.849)" if known else "what is usual between neighbours in time explains ("
-    assert found.what.startswith("values of x at one time that were averaged, though up to 5.")
-    assert explained in found.what
-    assert (found.count, found.first) == (20, "line 2")
-    assert [of for of in findings(record(table, sort_rows, keep_first_of_repeated)) if of.is_doubtful] == []
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -2,10 +2,8 @@
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from tests.project import ROOT
 from trackably.errors import InputError
 from trackably.recordings import (
     Column,
@@ -20,7 +18,6 @@ from trackably.recordings import (
     sort_rows,
 )
 
-REAL = sorted((ROOT.parent / "shared/data/breathing").glob("*.csv"))
 COMMAS = CsvLayout(decimal=",")
 MARKER = {axis: Column(axis, scale=1e-3) for axis in "xyz"}
 
@@ -78,25 +75,3 @@ def test_nothing_is_mended_unasked(path: Path, repairs: tuple[Repair, ...], mess
     with pytest.raises(InputError) as caught:
         read(path, *repairs)
     assert str(caught.value).startswith(f"{path}, {message}")
-
-
-@pytest.mark.skipif(not REAL, reason="the recordings are not at hand")
-@pytest.mark.parametrize("path", REAL, ids=lambda path: path.stem)
-def test_real_recordings(path: Path) -> None:
-    with pytest.raises(InputError, match="rows are out of order"):
-        read(path)
-    recording = read(path, drop_zero_rows, drop_rows_out_of_order, keep_first_of_repeated)
-    (cleaning,) = recording.cleanings
-    normal = "-N-" in path.name
-    dirt = [
-        *([] if normal else [Finding("zero in every signal, dropped", 1, "line 1299")]),
-        Finding("out of order, dropped", *((3, "line 836") if normal else (5, "line 130"))),
-    ]
-    assert (cleaning.rows, list(cleaning.findings)) == (1308 if normal else 1298, dirt)
-    for axis in "xyz":
-        signal = recording[axis]
-        assert len(signal) == cleaning.rows - sum(finding.count for finding in dirt)
-        assert np.all(np.abs(np.diff(signal.times) - 0.1) < 0.3)  # [s]; about 10 Hz, less the rows that were dropped
-        assert np.ptp(signal.values) < 0.05  # [m]
-    learned_from = recording.select(30, 60).every(0.3)
-    assert np.ptp(np.diff(learned_from["z"].times)) < 0.4

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackably.errors import InputError
 from trackably.recordings import DateTimes
 
 DATES = {
@@ -62,20 +61,6 @@ FORMATTED: list[tuple[DateTimes, str, str]] = [
     (DateTimes(zone="+01:00"), "2023-11-14T22:13:20.5Z", "1700000000.5"),
 ]
 
-NOT_SO_FORMATTED: list[tuple[DateTimes, str]] = [
-    (GERMAN, "2023-11-14T22:13:20Z"),
-    (GERMAN, "14.11.2023 22:13"),
-    (GERMAN, "14.11.2023 22:13:20."),
-    (GERMAN, "14.11.2023 22:13:20.5.5"),
-    (GERMAN, "14.11.2023 22:13:20 +01:00"),
-    (GERMAN, "30.02.2023 22:13:20"),
-    (GERMAN, "14.11.2023 22:13:60"),
-    (GERMAN, ""),
-    (POINTS, "14.11.2023 22.13"),
-    (DateTimes("%d.%m.%Y %H:%M"), "14.11.2023 22:13.5"),
-    (DateTimes("%d.%m.%Y %H:%M:%S.%f %z"), "14.11.2023 23:13:20.2500011 +0100"),
-]
-
 
 @pytest.mark.parametrize("text", DATES)
 def test_dates(text: str) -> None:
@@ -108,44 +93,3 @@ def test_a_format_reads_what_it_wrote(moment: datetime, fraction: str, minutes: 
     expected = int(utc.timestamp()) + Fraction(int(fraction), 10 ** len(fraction))
     found = DateTimes(form, zone).seconds(f"{moment.strftime(form)}{mark}{fraction}")
     assert Fraction(found) == expected
-
-
-@pytest.mark.parametrize(("clock", "text"), NOT_SO_FORMATTED)
-def test_no_dates_in_a_format(clock: DateTimes, text: str) -> None:
-    assert clock.format is not None
-    example = datetime(2024, 5, 1, 13, tzinfo=UTC).strftime(clock.format)
-    with pytest.raises(ValueError, match="expected") as caught:
-        clock.seconds(text)
-    assert str(caught.value) == f"expected a stamp like {example}, got {text!r}"
-
-
-@pytest.mark.parametrize(
-    "form",
-    [
-        "",
-        "ISO",
-        "dd.mm.yyyy HH:MM:SS",
-        "%H:%M:%S",
-        "%m.%Y",
-        "%d.%m.%Y %M",
-        "%d.%m.%Y %I:%M:%S",
-        "%d.%m.%Y %H:%M:%S %Z",
-        "%d.%m.%Y %Q",
-        "%d.%m.%Y %H %",
-        "%d.%m.%Y %H:%H",
-    ],
-)
-def test_no_format(form: str) -> None:
-    with pytest.raises(InputError) as caught:
-        DateTimes(form)
-    assert str(caught.value) == (
-        "clock: expected a format with day, month and year (and hour), and without the name of a zone, "
-        f'like "%d.%m.%Y %H:%M:%S", got {form!r}'
-    )
-
-
-@pytest.mark.parametrize("zone", ["", "CET", "Europe/Berlin", "1", "+25:00", "+1", "01:00", "+01:00 "])
-def test_no_zone(zone: str) -> None:
-    with pytest.raises(InputError) as caught:
-        DateTimes(zone=zone)
-    assert str(caught.value) == f'clock: expected a zone like "Z" or "+01:00", got {zone!r}'

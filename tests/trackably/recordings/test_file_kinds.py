@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from trackably.errors import InputError
-from trackably.recordings import KITTI, TUM, Column, CsvLayout, Field, frames, read_csv, read_mcap
+from trackably.recordings import Field, read_csv, read_mcap
 
 TABLE = b"t,x\n0,1\n1,2\n"
 KINDS: dict[str, tuple[bytes, str]] = {
@@ -43,46 +43,3 @@ def test_gzip_is_unpacked(tmp_path: Path) -> None:
         path.write_bytes(broken)
         with pytest.raises(InputError, match=r"some\.csv\.gz: a gzip file that cannot be unpacked .*: is it whole"):
             read_csv(path, "t", "s", {"x": "x"})
-
-
-TRAJECTORY = (
-    "# ground truth\n# timestamp tx ty tz qx qy qz qw\n"
-    "1305031102.1753 0.5 1 2 0 0 0 1\n1305031102.2753  0.75 1 2 0 0 0 1 \n"
-)
-POSES = "1 0 0 0.5 0 1 0 -1 0 0 1 2\n1 0 0 0.75 0 1 0 -1.5 0 0 1 2.5e+00\n"
-
-
-def test_trajectories_without_a_header(tmp_path: Path) -> None:
-    (tmp_path / "tum.txt").write_text(TRAJECTORY)
-    (tmp_path / "kitti.txt").write_text(POSES)
-    tum = read_csv(tmp_path / "tum.txt", "t", "epoch s", {"x": "x"}, TUM)
-    assert tum["x"].times.tolist() == [0.0, 0.1]
-    assert tum["x"].values.tolist() == [0.5, 0.75]
-    kitti = read_csv(tmp_path / "kitti.txt", None, frames(10), {"x": Column("x", 2.0), "z": "z"}, KITTI)
-    assert kitti["z"].times.tolist() == [0.0, 0.1]
-    assert kitti["z"].values.tolist() == [2.0, 2.5]
-
-
-def test_names_in_the_layout(tmp_path: Path) -> None:
-    path = tmp_path / "some.csv"
-    path.write_text("0;1\n1;2\n")
-    assert read_csv(path, "t", "s", {"x": "x"}, CsvLayout(columns=["t", "x"]))["x"].values.tolist() == [1.0, 2.0]
-    for layout, time, unit, said in (
-        (CsvLayout(columns=["x"]), None, "s", "line 1: expected 1 cells, as the layout names, got 2"),
-        (CsvLayout(columns=["t", "y"]), "t", "s", "there is no column 'x'; with the separator ';' there are 't', 'y'"),
-        (CsvLayout(), "t", "s", "if these are values, the file has no header, and `columns` of the layout names"),
-        (CsvLayout(columns=["t", "x"]), None, "ISO 8601", "time=None counts rows, and no count is a date"),
-    ):
-        with pytest.raises(InputError, match=re.escape(said)):
-            read_csv(path, time, unit, {"x": "x"}, layout)
-
-
-def test_a_header_below_a_title_is_pointed_out(tmp_path: Path) -> None:
-    path = tmp_path / "titled.csv"
-    path.write_text("measured on Monday\n\nt;x\n0;1\n")
-    said = "there are 'measured on Monday'; line 3 names all of them: `skip` of the layout leaves out the lines above"
-    with pytest.raises(InputError, match=re.escape(said)):
-        read_csv(path, "t", "s", {"x": "x"})
-    assert read_csv(path, "t", "s", {"x": "x"}, CsvLayout(skip=[1]))["x"].values.tolist() == [1.0]
-    with pytest.raises(InputError, match=r"there are 'measured on Monday'$"):
-        read_csv(path, "t", "s", {"x": "y"})

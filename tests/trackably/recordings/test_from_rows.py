@@ -87,15 +87,3 @@ def test_several_tables_have_one_origin() -> None:
     assert recording["y"].times.tolist() == [0.0]
     assert recording["x"].times.tolist() == [1.000000001, 1.100000001, 1.300000002]
     assert [cleaning.source for cleaning in recording.cleanings] == ["a.csv", "b"]
-
-
-def test_gaps_are_reported() -> None:
-    """Where the longest is, how long it lasts, and how many there are: gaps of 10.5 and 30 times the usual spacing."""
-    stamps = [Decimal(k) / 10 for k in (*range(10), *range(40, 60))]
-    numbers = np.ones(len(stamps))
-    table = Rows("a.csv", [f"line {k}" for k in range(len(stamps))], stamps, {"x": numbers})
-    assert str(record(table)).startswith("x: 30 samples from 0 to 5.9 s, none for 3.1 s after 0.9 s\n")
-    late = Rows("a.csv", [*table.places, "line 30"], [*stamps, Decimal("6.95")], {"x": np.ones(len(stamps) + 1)})
-    assert "none for 3.1 s after 0.9 s, the longest of 2 such gaps\n" in str(record(late))
-    assert record(late)["x"].samples().gaps == [(0.9, 4.0), (5.9, 6.95)]
-    assert "none" not in str(record(rows(EPOCH, x=[1, 2, 3]), absolute=True))

@@ -14,7 +14,6 @@ from trackably.recordings import (
     Repair,
     Rows,
     average_repeated,
-    drop_rows_out_of_order,
     drop_rows_without_time,
     drop_zero_rows,
     keep_first_of_repeated,
@@ -64,12 +63,6 @@ def test_repeats(repair: Repair, kept: float, word: str) -> None:
     assert findings(recording)[1:] == (Finding(f"time repeated, {word}", 2, "line 4"),)
 
 
-def test_dropping_out_of_order_spares_what_follows_a_stamp_of_the_future() -> None:
-    recording = record(rows(["0", "1", "99", "2", "3"], x=range(5)), drop_rows_out_of_order)
-    assert content(recording) == {"x": [(0.0, 0.0), (1.0, 1.0), (2.0, 3.0), (3.0, 4.0)]}
-    assert findings(recording) == (Finding("out of order, dropped", 1, "line 4"),)
-
-
 @given(st.lists(st.integers(0, 6), max_size=9))
 def test_the_fewest_rows_are_out_of_order(numbers: list[int]) -> None:
     wrong = out_of_order([Decimal(number) for number in numbers])
@@ -80,13 +73,6 @@ def test_the_fewest_rows_are_out_of_order(numbers: list[int]) -> None:
 
     assert ordered(wrong)
     assert not any(ordered(fewer) for fewer in combinations(range(len(numbers)), max(len(wrong) - 1, 0))) or not wrong
-
-
-def test_zeros_are_kept_unless_dropping_them_is_chosen() -> None:
-    table = rows(["0", "1"], x=[0, 1], y=[0, 0])
-    assert content(record(table))["x"] == [(0.0, 0.0), (1.0, 1.0)]
-    assert findings(record(table)) == (Finding("zero in every signal, kept", 1, "line 2"),)
-    assert findings(record(rows(["0", "1"], x=[0, 1]))) == ()
 
 
 def test_a_repair_of_ones_own() -> None:

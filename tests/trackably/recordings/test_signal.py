@@ -1,14 +1,9 @@
 """Signals and recordings: what is selected and thinned is a part of what was there, bit for bit."""
 
-import re
-from typing import Any
-
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackably.errors import InputError
 from trackably.recordings import Cleaning, Finding, Recording, Signal
 
 UNEVEN = Signal(np.array([-1.0, 0.0, 0.1, 0.25, 3.0]), np.array([5.0, 4.0, 3.0, 2.0, 1.0]), np.full(5, 0.1))
@@ -24,33 +19,6 @@ def same(a: Signal, b: Signal) -> bool:
         return s.times.tobytes(), s.values.tobytes(), None if s.noise_std is None else s.noise_std.tobytes()
 
     return content(a) == content(b)
-
-
-def test_arrays_are_the_signals_own() -> None:
-    deviations = np.ones(2)
-    own = Signal(np.array([0.0, 1.0]), np.zeros(2), deviations)
-    deviations[0] = 7
-    assert own.noise_std is not None
-    assert own.noise_std[0] == 1
-    for array in (own.times, own.values, own.noise_std):
-        with pytest.raises(ValueError, match="read-only"):
-            array[0] = 1
-
-
-@pytest.mark.parametrize(
-    ("arrays", "message"),
-    [
-        (([0.0, 0.0], [1.0, 2.0]), "times must increase strictly"),
-        (([0.0, 1.0], [1.0]), "as many times as values"),
-        (([], []), "non-empty"),
-        (([0.0, 1.0], [1.0, 2.0], [0.1]), "noise_std must be as long as the times, got shape (1,)"),
-        (([0.0, 1.0], [1.0, 2.0], [0.1, 0.0]), "noise_std[1] must be positive, got 0.0"),
-        (([0.0, 1.0], [1.0, 2.0], [np.nan, 1.0]), "noise_std[0] must be positive, got nan"),
-    ],
-)
-def test_no_signal(arrays: Any, message: str) -> None:
-    with pytest.raises(ValueError, match=re.escape(message)):
-        Signal(*map(np.array, arrays))
 
 
 def test_select_takes_both_ends() -> None:
@@ -78,27 +46,3 @@ def test_a_recording_does_what_its_signals_do() -> None:
         assert RECORDING.samples(name).times.tobytes() == RECORDING[name].times.tobytes()
     for part in (selected, thin):
         assert (part.origin, part.cleanings) == (17, (REPORT,))
-
-
-def test_beside() -> None:
-    other = Recording({"z": UNEVEN}, 17, (Cleaning("b.csv", 5),))
-    both = RECORDING.beside(other)
-    assert list(both.signals) == ["x", "y", "z"]
-    assert both.cleanings == (REPORT, Cleaning("b.csv", 5))
-    with pytest.raises(InputError, match="zero at 17 ns and 18 ns; read both with the same origin"):
-        RECORDING.beside(Recording({"z": UNEVEN}, 18))
-    with pytest.raises(InputError, match="both recordings have a signal 'x'"):
-        RECORDING.beside(Recording({"x": UNEVEN}, 17))
-
-
-def test_printed() -> None:
-    assert str(RECORDING.beside(Recording({"z": UNEVEN}, 17, (Cleaning("b.csv", 5),)))).splitlines() == [
-        "x: 5 samples from -1 to 3 s",
-        "y: 3 samples from 0 to 4 s",
-        "z: 5 samples from -1 to 3 s",
-        "time zero: 0.000000017 s on the file's own clock",
-        "a.csv: 7 rows",
-        "  no value of x: 2, first in line 3",
-        "b.csv: 5 rows",
-        "  nothing to mend",
-    ]

@@ -17,14 +17,12 @@ from trackably import (
     Samples,
     SquaredExponential,
     StreamReference,
-    TrackableReference,
     Zonotope,
     check,
     learn_stream,
 )
 from trackably.certificates.form import encode_certificate
 from trackably.codec import CodecError
-from trackably.errors import InputError
 from trackably.systems.library import tank
 
 TIMES = np.arange(120) / 6
@@ -80,13 +78,6 @@ def test_the_disturbed_system_keeps_the_given_bounds(name):
     assert np.linalg.norm(x - reference.state(steps)) > 1e-3
 
 
-def test_a_margin_is_kept_free():
-    reference, (lower, upper) = learned("margin"), (AXIS.state_set.lower, AXIS.state_set.upper)
-    states, free = reference.state(np.arange(400)), 0.05 * (upper - lower)
-    assert np.all((lower + free <= states) & (states <= upper - free))
-    assert "0.05 of each width is kept free at either bound" in reference.explanation
-
-
 def test_given_values_are_met_and_proved(tmp_path):
     """At the start, where windows meet, and within one; each is a little beside the samples."""
     x, v, later = MOVED[0] + 0.03, 0.8, MOVED[48] - 0.03
@@ -137,20 +128,6 @@ def test_a_nonlinear_plant_is_followed_by_its_inputs():
 def saved(tmp_path) -> Path:
     learned("pushed").save(tmp_path / "stream.json")
     return tmp_path / "stream.json"
-
-
-def test_another_kind_of_file_is_refused(saved, tmp_path):
-    with pytest.raises(CodecError, match=r"stream\.json: is no saved reference"):
-        TrackableReference.load(saved)
-    learned("pushed").save_certificate(tmp_path / "c.json")
-    with pytest.raises(InputError, match="holds a certificate"):
-        StreamReference.load(tmp_path / "c.json")
-
-
-def test_options_of_learn_reference_alone_are_refused_with_what_helps():
-    for name, said in [("method", "leave it out"), ("learn_from", "give them as known"), ("windows", "help\\(learn")]:
-        with pytest.raises(TypeError, match=f"learn_stream: takes no '{name}': .*{said}"):
-            learn(claim=(0.0, 20.0), **{name: None})
 
 
 HARM = {

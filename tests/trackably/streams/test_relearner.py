@@ -1,6 +1,5 @@
 """Learning in the loop from public names: windows are proved, late ones are told, and the old reference stays."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,6 @@ from trackably import (
     check,
     learn_reference,
 )
-from trackably.control.stepping import Status
 from trackably.learning.joint.places import places_of
 
 KERNEL = SquaredExponential(0.5, 0.5)
@@ -127,22 +125,6 @@ def test_a_reference_that_the_controller_refuses_is_not_tracked(learned):
     assert controller.asked == [learned]  # it was tried once
 
 
-def test_a_plan_within_the_tolerance_only_is_no_reason_to_go_over(learned, monkeypatch):
-    relearn, controller = Relearner(learned), Recorded()
-    relearn(window(2))
-    plan = controller.controller.step(40, learned.state(40), learned)
-    monkeypatch.setattr(Recorded, "step", lambda *_: replace(plan, slack=-2e-12, status=Status.SOLVED))
-    assert relearn.step(controller, 40, learned.state(40)).slack == -2e-12
-    assert relearn.reference is learned
-
-
-@pytest.mark.parametrize("status", Status)
-def test_a_plan_keeps_sets_up_to_rounding_whatever_its_status(learned, status):
-    plan = replace(Controller(AXIS, 20).step(40, learned.state(40), learned), status=status)
-    slacks = {0.1: True, 0.0: True, -1e-12: True, -2e-12: False, -1e-8: False, -2e-7: False}
-    assert {slack: replace(plan, slack=slack).keeps_sets for slack in slacks} == slacks
-
-
 def test_hyperparameters_move_where_that_is_asked_for():
     first = learn_reference(window(0), AXIS, SquaredExponential(), "all_times", **OPTIONS)
     still, moved = Relearner(first)(window(2)), Relearner(first, moving_every=1)(window(2))
@@ -173,19 +155,3 @@ def test_several_states_that_show_one_signal_keep_their_noise():
     assert found.objective == pytest.approx(anew.objective, abs=1e-3)
     with pytest.raises(ValueError, match=r"noise_std: must be known for each of position and velocity"):
         Relearner(first)(arrived)
-
-
-def test_what_does_not_fit_is_refused(learned):
-    brief = learn_reference(window(0), AXIS, KERNEL, (0.0, 2.0), **OPTIONS)
-    with pytest.raises(ValueError, match=r"reference: .* proved for all times, but it is for .*'all_times' or"):
-        Relearner(brief)
-    with pytest.raises(TypeError, match="reference: expected one that learn_reference returns"):
-        Relearner(learned.reference)
-    with pytest.raises(ValueError, match="budget: expected a positive number of seconds, got 0"):
-        Relearner(learned, budget=0)
-    with pytest.raises(ValueError, match="moving_every must be at least 0, got -1"):
-        Relearner(learned, moving_every=-1)
-    with pytest.raises(ValueError, match="samples: expected samples of position, as of the first ones, got z1"):
-        Relearner(learned)({"z1": window(2)})
-    with pytest.raises(ValueError, match="known cannot move, got moving_every = 2"):
-        Relearner(learn_reference(window(0), AXIS, KERNEL, "all_times", **OPTIONS), moving_every=2)

@@ -19,7 +19,7 @@ from trackably.gp.prior import Prior
 from trackably.gp.signal import KernelSum
 from trackably.learning.joint.search import learn_function
 from trackably.learning.problem import NoFunction, NoSolution
-from trackably.streams.windows import Continued, Stream, learn_proved, part_of, together, with_memory
+from trackably.streams.windows import Continued, Stream, learn_proved, part_of, with_memory
 from trackably.systems.sampling import sampled_signals
 
 TIMES = np.cumsum(np.random.default_rng(7).uniform(0.05, 0.25, 200))
@@ -152,12 +152,3 @@ def test_what_cannot_be_kept_is_said():
     of = stream(KERNELS["smooth"], TIGHT, 5.0, claim="all_times", mean=0.5)
     found = learn_proved(replace(of, samples=(part_of(of.samples[0], 0.0, 3.0),)))
     assert isinstance(found, NoSolution | Counterexample | Unproved)
-
-
-def test_sums_are_added():
-    kernel, at = KERNELS["smooth"], np.linspace(-3, 3, 50)
-    one = KernelSum(kernel, 0.2, np.array([0.0, 1.0]), np.array([1.0, -2.0]))
-    other = KernelSum(kernel, 0.2, np.array([1.0, 2.0]), np.array([0.5, 3.0]))
-    both = together(one, other)
-    np.testing.assert_allclose(both(at), one(at) + other(at) - 0.2, atol=1e-12)
-    assert len(both.centres) == 3

@@ -67,35 +67,6 @@ def test_round_trip(
     assert recording["x"].values.tobytes() == np.array(values).tobytes()
 
 
-def test_units_and_scales(path: Path) -> None:
-    signals = {"z": Column("x", 1e-3, noise_std="s"), "minus": Column("x", -2, noise_std="s")}
-    recording = read(path, "t;x;s\n0;64,1;0,3\n100;-0,7;0,1\n", "ms", signals=signals, layout=COMMAS)
-    assert pairs(recording, "z") == [(0.0, 0.0641), (0.1, -0.0007)]
-    assert pairs(recording, "minus") == [(0.0, -128.2), (0.1, 1.4)]
-    for name, noise_std in {"z": [0.0003, 0.0001], "minus": [0.6, 0.2]}.items():
-        found = recording[name].noise_std
-        assert found is not None
-        assert found.tolist() == noise_std
-
-
-STAMPED: dict[str, tuple[str, str]] = {
-    "ISO 8601": ("ISO 8601", "2023-11-14T22:13:20.000000001Z 2023-11-14T23:13:20.1+01:00"),
-    "epoch s": ("epoch s", "1700000000.000000001 1700000000.1"),
-    "epoch ns": ("epoch ns", "1700000000000000001 1700000000100000000"),
-}
-
-
-@pytest.mark.parametrize("name", STAMPED)
-def test_stamps_since_1970(path: Path, name: str) -> None:
-    unit, stamps = STAMPED[name]
-    first, second = stamps.split()
-    recording = read(path, f"t,x\n{first},1\n{second},2\n", unit)
-    assert recording.origin == 1700000000_000000001
-    assert pairs(recording) == [(0.0, 1.0), (0.099999999, 2.0)]
-    again = read(path, f"t,x\n{first},1\n{second},2\n", unit, origin=1700000000_000000000)
-    assert pairs(again) == [(1e-9, 1.0), (0.1, 2.0)]
-
-
 @pytest.mark.parametrize("cell", ["", " ", "NaN", "nan", "NA", "n/a", "-", "null", '""'])
 def test_missing_values(path: Path, cell: str) -> None:
     signals = {"x": Column("x"), "y": Column("y")}
@@ -106,11 +77,6 @@ def test_missing_values(path: Path, cell: str) -> None:
         Finding("no value of x", 2, "line 3"),
         Finding("no value of y", 1, "line 2"),
     )
-
-
-def test_what_is_missing_can_be_said(path: Path) -> None:
-    recording = read(path, "t,x\n0,1\n1,-9999\n2,LOST\n", layout=CsvLayout(missing=("-9999", "lost")))
-    assert pairs(recording) == [(0.0, 1.0)]
 
 
 def test_truncated_anywhere(path: Path) -> None:

@@ -86,16 +86,6 @@ def test_every_time(path: Path, write: WriteFile, time: MessageTime, of: str) ->
     assert stated["x"].times.tolist() == [(stamp - START + 1) / 10**9 for stamp in stamps]
 
 
-ROS2_AND_PROTOBUF_FIELDS = {"ros2": ("covariance[3]", [1.0] * 6), "protobuf": ("gains.p", [2 * s.x for s in STATES])}
-
-
-@pytest.mark.parametrize("name", ROS2_AND_PROTOBUF_FIELDS)
-def test_arrays_and_maps(path: Path, name: str) -> None:
-    WRITERS[name](path, STATES, CompressionType.ZSTD)
-    field, values = ROS2_AND_PROTOBUF_FIELDS[name]
-    assert read(path, field)["x"].values.tolist() == values
-
-
 def written(path: Path, *messages: object) -> Path:
     write_plain(path, [json.dumps(message).encode() for message in messages])
     return path
@@ -129,12 +119,6 @@ def test_stamps_in_json_keep_every_digit(path: Path) -> None:
     write_plain(path, [f'{{"t": {text}, "x": 1}}'.encode() for text in texts])
     recording = read(path, "x", Stamp("t", "epoch s"))
     assert (recording.origin, recording["x"].times.tolist()) == (START, [0.0, 1e-9])
-
-
-def test_names_with_dots_and_brackets(path: Path) -> None:
-    messages = [{"left.rate": 1, "left": {"rate": 2}, "a": {"b.c": {"x [m]": [5, 6]}}}] * 2
-    for field, value in {"left.rate": 1.0, "a.b.c.x [m][1]": 6.0}.items():
-        assert read(written(path, *messages), field)["x"].values.tolist() == [value] * 2
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])

@@ -1,7 +1,6 @@
 """Lists in messages: an entry is taken by its name; a number that means another frame later is refused."""
 
 import json
-import re
 from pathlib import Path
 
 import pytest
@@ -27,11 +26,6 @@ def read(path: Path, field: str) -> list[float]:
     return read_mcap(path, {"x": Field(TOPIC, field)})["x"].values.tolist()
 
 
-def test_one_frame_by_its_number(tmp_path: Path) -> None:
-    write_tf(tmp_path / "tf.mcap", ("arm",), ("arm", "hand"), ("arm",))
-    assert read(tmp_path / "tf.mcap", f"transforms[0].{X}") == [0.03, 1.03, 2.03]
-
-
 def test_frames_are_not_mixed(tmp_path: Path) -> None:
     path = tmp_path / "tf.mcap"
     write_tf(path, ("base",), ("arm",), ("base",), ("arm", "base"))
@@ -43,12 +37,3 @@ def test_frames_are_not_mixed(tmp_path: Path) -> None:
     )
     assert read(path, f"transforms[child_frame_id=base].{X}") == [0.04, 2.04, 3.04]
     assert read(path, f"transforms[child_frame_id=arm].{X}") == [1.03, 3.03]
-
-
-def test_names_of_frames_that_are_not_there(tmp_path: Path) -> None:
-    path = tmp_path / "tf.mcap"
-    write_tf(path, ("base",), ("arm", "arm"))
-    with pytest.raises(InputError, match=re.escape("there is no field 'transforms[child_frame_id=leg]")):
-        read(path, f"transforms[child_frame_id=leg].{X}")
-    with pytest.raises(InputError, match=re.escape("expected one entry with child_frame_id = 'arm', got 2")):
-        read(path, f"transforms[child_frame_id=arm].{X}")
