@@ -7,6 +7,7 @@ All that a notebook or a program needs is imported from here:
 - the prior: kernels such as `SquaredExponential` and `Periodic`, which add and multiply
 - learning with a proof: `learn_reference`, `learn_stream` for long recordings, `learn_many` for many of them
 - trajectories from elsewhere: `certify`, `repair`, `certify_table`
+- trajectories of robots: `Joints`, `JointTrajectory`, `certify_joints`, `repair_joints`, `stretch_joints`
 - proofs of others: `check`
 - control: `Controller`, `TubeController`, `simulate`, and `Relearner` to learn in the loop
 
@@ -64,6 +65,16 @@ if TYPE_CHECKING:
     from trackably.gp.kernels.rational_quadratic import RationalQuadratic as RationalQuadratic
     from trackably.gp.kernels.squared_exponential import SquaredExponential as SquaredExponential
     from trackably.gp.samples import Samples as Samples
+    from trackably.joints.certify import BrokenLimit as BrokenLimit
+    from trackably.joints.certify import BrokenLimits as BrokenLimits
+    from trackably.joints.certify import CertifiedTrajectory as CertifiedTrajectory
+    from trackably.joints.certify import certify_joints as certify_joints
+    from trackably.joints.certify import stretch_joints as stretch_joints
+    from trackably.joints.limits import Joints as Joints
+    from trackably.joints.messages import read_joint_trajectory as read_joint_trajectory
+    from trackably.joints.messages import write_joint_trajectory as write_joint_trajectory
+    from trackably.joints.repair import repair_joints as repair_joints
+    from trackably.joints.trajectory import JointTrajectory as JointTrajectory
     from trackably.learn import learn_reference as learn_reference
     from trackably.recordings.csv_file import CsvLayout as CsvLayout
     from trackably.recordings.csv_file import read_csv as read_csv
@@ -93,9 +104,12 @@ if TYPE_CHECKING:
 __version__ = "0.2.0"
 
 _MODULES = {
+    "BrokenLimit": "joints.certify",
+    "BrokenLimits": "joints.certify",
     "BudgetExceeded": "control.online",
     "CertifiedReference": "given.certify",
     "CertifiedTable": "given.table",
+    "CertifiedTrajectory": "joints.certify",
     "Column": "recordings.tables",
     "ConstrainedSystem": "systems.constrained",
     "Controller": "control.controller",
@@ -112,6 +126,8 @@ _MODULES = {
     "Infeasible": "control.stepping",
     "InfeasibleTightening": "certificates.outcome",
     "InputError": "errors",
+    "JointTrajectory": "joints.trajectory",
+    "Joints": "joints.limits",
     "Kernel": "gp.kernels.base",
     "LinearSystem": "systems.linear",
     "Matern32": "gp.kernels.matern",
@@ -146,6 +162,7 @@ _MODULES = {
     "Unsolved": "control.stepping",
     "Zonotope": "systems.disturbances",
     "certify": "given.certify",
+    "certify_joints": "joints.certify",
     "certify_table": "given.table",
     "check": "checking",
     "kinematic_bicycle": "systems.library",
@@ -157,14 +174,18 @@ _MODULES = {
     "parts_of_parquet": "fleet.sources",
     "pendulum": "systems.library",
     "read_csv": "recordings.csv_file",
+    "read_joint_trajectory": "joints.messages",
     "read_mcap": "recordings.mcap_file",
     "read_parquet": "recordings.parquet_file",
     "recordings_in": "fleet.sources",
     "repair": "given.repair",
+    "repair_joints": "joints.repair",
     "simulate": "control.simulation",
+    "stretch_joints": "joints.certify",
     "tank": "systems.library",
     "topics_of": "fleet.sources",
     "two_tanks": "systems.library",
+    "write_joint_trajectory": "joints.messages",
 }
 """The module of each public name. A test compares this table with the imports above, which only type checkers see."""
 

@@ -9,9 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably import (
+    BrokenLimit,
+    BrokenLimits,
     BudgetExceeded,
     CertifiedReference,
     CertifiedTable,
+    CertifiedTrajectory,
     Column,
     ConstrainedSystem,
     Controller,
@@ -28,6 +31,8 @@ from trackably import (
     Infeasible,
     InfeasibleTightening,
     InputError,
+    Joints,
+    JointTrajectory,
     Kernel,
     LinearSystem,
     Matern32,
@@ -62,6 +67,7 @@ from trackably import (
     Unsolved,
     Zonotope,
     certify,
+    certify_joints,
     certify_table,
     check,
     kinematic_bicycle,
@@ -73,13 +79,17 @@ from trackably import (
     parts_of_parquet,
     pendulum,
     read_csv,
+    read_joint_trajectory,
     read_mcap,
     read_parquet,
     recordings_in,
     repair,
+    repair_joints,
     simulate,
+    stretch_joints,
     topics_of,
     two_tanks,
+    write_joint_trajectory,
 )
 from trackably import (
     tank as draining,
@@ -176,6 +186,19 @@ if isinstance(repaired, CertifiedReference) and repaired.moved is not None:
     assert_type(repaired.moved["position"].rms, float)
 at_steps = certify_table(Table([[0.0, 0.0], [0.0, 0.1]], [[1.0]]), plant, tolerance=1e-3)
 assert_type(at_steps, CertifiedTable | RefutedTable | Unproved)
+arm = Joints(
+    position={"elbow": (-2, 2)}, velocity=1.0, jerk={"elbow": 40}, continuous=["wrist"], names=["elbow", "wrist"]
+)
+assert_type(arm.plant(0.01), ConstrainedSystem)
+assert_type(Joints.from_urdf("arm.urdf", acceleration=4.0), Joints)
+assert_type(Joints.from_joint_limits_yaml(Path("joint_limits.yaml")), Joints)
+moves = JointTrajectory.through([0.0, 1.0], [[0.0, 0.0], [0.1, 0.2]], names=arm.names)
+assert_type(moves(0.5, 1), npt.NDArray[np.float64])
+assert_type(write_joint_trajectory(read_joint_trajectory("moves.yaml"), "moves.mcap"), Path)
+for moved in (certify_joints(moves, arm), repair_joints(moves, arm, start=[[0, 0]]), stretch_joints(moves, arm)):
+    assert_type(moved, CertifiedTrajectory | BrokenLimits | Unproved)
+    if isinstance(moved, BrokenLimits):
+        assert_type(moved.first, BrokenLimit)
 warnings.simplefilter("error", IgnoresSamplesWarning)
 warnings.simplefilter("ignore", DoubtfulInputWarning)
 

@@ -37,6 +37,7 @@ Extensions. Each is a theorem with its proof, at the head of its module, and say
   - `disturbances`:   disturbed systems with a feedback, and noise of what it measures;
   - `tables`:         states and inputs at steps, shown to keep bounds and dynamics, or to break them;
   - `counterexample`: a time at which a bound is broken;
+  - `joints`:         trajectories of joints, the derivatives of which keep limits, or break them;
   - `contradiction`:  bounds and values that no reference satisfies.
 
 Which reference. The answer names the SHA-256 of all that defines x(t) and u(t): the signals, the system with its flat
@@ -74,6 +75,8 @@ from trackably.checker.answers import (
     Undecided,
     Verdict,
     impossible,
+    of_broken_joints,
+    of_joints,
     of_refuted_table,
     of_table,
     proved,
@@ -93,14 +96,18 @@ from trackably.checker.form import (
     read_table,
     require_short_texts,
 )
+from trackably.checker.joints import BROKEN as BROKEN_JOINTS
+from trackably.checker.joints import FORMAT as JOINTS
+from trackably.checker.joints import everything, read_broken_joints, read_joints
 from trackably.checker.tables import FORMAT as TABLE
 from trackably.checker.tables import REFUTED as REFUTED_TABLE
 from trackably.checker.watch import Report, UndecidedError, watched
 
 try:
     from trackably.checker.floats.boxes import FIRST_PASS
+    from trackably.checker.floats.joints import undecided
 except ImportError:  # there is no NumPy
-    FIRST_PASS = NO_FIRST_PASS
+    FIRST_PASS, undecided = NO_FIRST_PASS, everything
 
 __all__ = ["Failed", "Impossible", "NotACertificate", "Proved", "Refuted", "Undecided", "Verdict", "check"]
 
@@ -126,6 +133,10 @@ def _check(data: object, first_pass: FirstPass) -> Verdict:
         COUNTEREXAMPLE: lambda content: refuted(read_counterexample(content), first_pass),
         CONTRADICTION: lambda content: impossible(read_contradiction(content)),
         TABLE: lambda content: of_table(read_table(content)),
+        JOINTS: lambda content: of_joints(
+            read_joints(content), everything if first_pass is NO_FIRST_PASS else undecided, first_pass
+        ),
+        BROKEN_JOINTS: lambda content: of_broken_joints(read_broken_joints(content)),
         REFUTED_TABLE: lambda content: of_refuted_table(read_refuted_table(content)),
     }
     try:

@@ -12,6 +12,15 @@ from trackably.checker.disturbances import check_robust
 from trackably.checker.instants import check_instants, value_at
 from trackably.checker.intervals import Real, ratio
 from trackably.checker.inverse import UnsolvableError
+from trackably.checker.joints import (
+    BrokenTrajectory,
+    JointTrajectory,
+    OpenParts,
+    check_broken,
+    check_joints,
+    joints_refutation,
+    joints_statement,
+)
 from trackably.checker.piecewise import check_pieces, check_signals, value_of_pieces
 from trackably.checker.quantities import Quantity, quantities
 from trackably.checker.redundancy import check_input_set
@@ -107,6 +116,20 @@ def of_refuted_table(refuted: RefutedTable) -> Refuted | Failed:
     if reason:
         return Failed(reason, "counterexample")
     return Refuted(f"{table_refutation(refuted)} {NO_FIRST_PASS.trusted}")
+
+
+def of_joints(trajectory: JointTrajectory, undecided: OpenParts, first_pass: FirstPass) -> Proved | Failed:
+    """Return what is shown of a joint trajectory; `undecided` says what float64 intervals do not decide."""
+    reason = check_joints(trajectory, undecided)
+    return Failed(reason) if reason else Proved(f"{joints_statement(trajectory)} {first_pass.trusted}")
+
+
+def of_broken_joints(found: BrokenTrajectory) -> Refuted | Failed:
+    """Return what is shown of a joint trajectory that breaks limits."""
+    reason = check_broken(found)
+    if reason:
+        return Failed(reason, "counterexample")
+    return Refuted(f"{joints_refutation(found)} {NO_FIRST_PASS.trusted}")
 
 
 def impossible(contradiction: Contradiction) -> Impossible | Failed:

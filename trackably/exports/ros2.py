@@ -1,7 +1,7 @@
 """References as trajectories of joints, `trajectory_msgs/msg/JointTrajectory` of ROS 2: no ROS is needed."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -116,9 +116,14 @@ uint32 nanosec
 
 def write_yaml(proved: Proved, path: Path | str, joints: Joints, first: int | None, count: int | None) -> Path:
     """Write the message as YAML, which `ros2 topic pub` takes; one point a line."""
-    message = joint_trajectory(proved, joints, first, count).message("", 0)
+    return put_yaml(joint_trajectory(proved, joints, first, count), path, _story(proved))
+
+
+def put_yaml(trajectory: JointTrajectory, path: Path | str, story: Sequence[str]) -> Path:
+    """Write points as YAML, after lines of comment."""
+    message = trajectory.message("", 0)
     points = message.pop("points")
-    lines = [f"# {line}" for line in _story(proved)]
+    lines = [f"# {line}" for line in story]
     lines += [f"{key}: {_flow(value)}" for key, value in message.items()]
     lines += ["points:", *(f"  - {_flow(point)}" for point in points)]
     write_text(file := new_file("to_ros2", path), "\n".join(lines) + "\n")
@@ -135,16 +140,21 @@ def write_mcap(
     stamp: int,
 ) -> Path:
     """Write one message of the whole trajectory at time `stamp` [ns], without compression: the same bytes each time."""
+    whole("to_ros2: stamp", stamp, least=0)
+    trajectory = joint_trajectory(proved, joints, first, count)
+    return put_mcap(trajectory, path, topic, stamp, {"statement": proved.certificate.explanation})
+
+
+def put_mcap(trajectory: JointTrajectory, path: Path | str, topic: str, stamp: int, said: Mapping[str, str]) -> Path:
+    """Write points as one message, and what is said of them as metadata."""
     with optional("to_ros2"):
         from mcap.writer import CompressionType  # noqa: PLC0415
         from mcap_ros2.writer import Writer  # noqa: PLC0415
-    whole("to_ros2: stamp", stamp, least=0)
-    trajectory = joint_trajectory(proved, joints, first, count)
     content = BytesIO()
     with Writer(content, compression=CompressionType.NONE) as writer:
         schema = writer.register_msgdef(NAME, DEFINITION)
         writer.write_message(topic, schema, trajectory.message("", stamp), log_time=stamp, publish_time=stamp)
-        writer.add_metadata("trackably", {"statement": proved.certificate.explanation})
+        writer.add_metadata("trackably", dict(said))
     write_atomically(file := new_file("to_ros2", path), content.getvalue())
     return file
 

@@ -1,0 +1,311 @@
+"""Joint trajectories, a theorem of its own: limits of derivatives that hold between the points.
+
+Form. {"format": "trackably joint trajectory", "version": 1, "joints": [{"name", "limits": [[lower, upper] or null, …]},
+…], "trajectory": {"breakpoints": [t_0, …, t_K], "coefficients": [[[c_0, …, c_n], …], …], "beyond": "rest" or "end"},
+"jumps": [d_0, …, d_(R−1)]}. Each joint has R + 1 limits, R ≤ 4: of its position and of the derivatives of its order.
+
+Theorem. Each joint is q(t) = Σ_k c_k (t − t_i)^k for t_i ≤ t ≤ t_(i+1), with its own coefficients; every stored float64
+stands for exactly one real number. If `check` answers Proved, then on each piece, closed on both sides, the derivative
+q^(r) stays in its limits, r = 0, …, R. At each breakpoint between two pieces q^(r) jumps by d_r at most, r < R. Where
+the trajectory rests beyond its end, q stays at its last value, and this counts as one more piece. So for
+t_0 ≤ t ≤ t_K, or for all t ≥ t_0, the limits hold of every derivative, and each derivative below the highest one
+changes by nothing but the integral of the next one and by these jumps: nothing is infinite between two pieces. Nothing
+is said about the rounding of who evaluates q.
+
+If `check` answers Refuted of a "trackably broken joint trajectory", which has "broken" instead of nothing, then each of
+its entries is true: {"joint", "order": r, "piece": i, "since": s, "violation": v > 0} says that q^(r) is outside of its
+limits by v at least at t_i + s, on piece i; {"joint", "order": r, "jump": i, "violation"} that q^(r), r < R, jumps by
+more than d_r, namely by v at least, at t_i.
+
+Proof. On a piece of width h, q^(r) is Σ_k a_k x^k with a_k = c_(k+r) (k + r)!/k! h^k and 0 ≤ x ≤ 1, a polynomial with
+rational coefficients. It is shown to be nowhere negative beside its limits as the pieces of `piecewise` are; most of
+them are found to be so in float64 first (`floats.joints`). Jumps are compared in rational numbers.
+"""
+
+import hashlib
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+from math import perm
+from typing import Any
+
+from trackably.checker.form import (
+    UnreadableError,
+    a_bound,
+    file_of,
+    many,
+    one_of,
+    positive_number,
+    real_number,
+    record,
+    whole_number,
+)
+from trackably.checker.intervals import common_denominator, exact_sum
+from trackably.checker.limits import CENTRES, COEFFICIENTS, COORDINATES
+from trackably.checker.piecewise import is_nowhere_negative
+from trackably.checker.watch import progress, require_room, tick
+
+FORMAT, BROKEN, VERSION = "trackably joint trajectory", "trackably broken joint trajectory", 1
+ORDERS = ("position", "velocity", "acceleration", "jerk", "snap")
+"""What the derivatives of a joint are called."""
+
+Limit = tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint's name, and its limits by order of the derivative: None where there is none."""
+
+    name: str
+    limits: tuple[Limit, ...]
+
+
+@dataclass(frozen=True)
+class JointTrajectory:
+    """Pieces of all joints between the same breakpoints [s], by joint and piece; allowed `jumps` by order."""
+
+    joints: tuple[Joint, ...]
+    breakpoints: tuple[float, ...]
+    coefficients: tuple[tuple[tuple[float, ...], ...], ...]
+    rests: bool
+    jumps: tuple[float, ...]
+
+    def polynomial(self, joint: int, piece: int, order: int) -> list[Fraction]:
+        """Return the coefficients of a derivative on a piece, in the time since its breakpoint [s].
+
+        The piece after the last one is that at rest.
+        """
+        tick()
+        if piece == len(self.breakpoints) - 1:
+            last = piece - 1
+            return [value(self.polynomial(joint, last, 0), self.width(last)) if not order else Fraction(0)]
+        c = self.coefficients[joint][piece]
+        return [Fraction(c[k]) * perm(k, order) for k in range(order, len(c))] or [Fraction(0)]
+
+    def width(self, piece: int) -> Fraction:
+        """Return how long a piece takes [s]; of that at rest, 0 will do."""
+        if piece == len(self.breakpoints) - 1:
+            return Fraction(0)
+        return Fraction(self.breakpoints[piece + 1]) - Fraction(self.breakpoints[piece])
+
+    def jump(self, joint: int, order: int, at: int) -> Fraction:
+        """Return by how much a derivative jumps at a breakpoint after the first; at the last one, to rest."""
+        return self.polynomial(joint, at, order)[0] - value(self.polynomial(joint, at - 1, order), self.width(at - 1))
+
+    @property
+    def pieces(self) -> int:
+        """How many pieces there are, with that at rest."""
+        return len(self.breakpoints) - (not self.rests)
+
+    @property
+    def inner(self) -> range:
+        """The breakpoints at which jumps count."""
+        return range(1, self.pieces)
+
+    @property
+    def fingerprint(self) -> str:
+        """SHA-256 of names, breakpoints and coefficients, with every number as the shortest decimal that is it."""
+        numbers = [[joint.name for joint in self.joints], _plain(self.breakpoints), _plain(self.coefficients)]
+        return hashlib.sha256(repr([*numbers, self.rests]).encode()).hexdigest()
+
+
+def _plain(value: Any) -> Any:
+    return value + 0.0 if isinstance(value, float) else [*map(_plain, value)]
+
+
+@dataclass(frozen=True)
+class Broken:
+    """A derivative that is outside of its limits at `since` [s] after the breakpoint of a piece, or jumps there."""
+
+    joint: int
+    order: int
+    violation: float
+    piece: int = -1
+    since: float = 0.0
+    jump: int = -1
+
+
+@dataclass(frozen=True)
+class BrokenTrajectory:
+    """A trajectory, and what it breaks."""
+
+    trajectory: JointTrajectory
+    broken: tuple[Broken, ...]
+
+
+def value(polynomial: Sequence[Fraction], at: Fraction) -> Fraction:
+    """Return the value of a polynomial."""
+    return exact_sum(c * at**k for k, c in enumerate(polynomial))
+
+
+Open = Iterable[tuple[int, int, int]]
+"""Triples of joint, order, and piece or breakpoint, of which nothing is known yet."""
+OpenParts = Callable[[JointTrajectory], tuple[Open, Open]]
+
+
+def everything(trajectory: JointTrajectory) -> tuple[Open, Open]:
+    """Return all limits on all pieces, and all jumps."""
+    joints, pieces = range(len(trajectory.joints)), range(trajectory.pieces)
+    limits = [(j, r, i) for j in joints for r, limit in enumerate(trajectory.joints[j].limits) if limit for i in pieces]
+    return limits, [(j, r, i) for j in joints for r in range(len(trajectory.jumps)) for i in trajectory.inner]
+
+
+def check_joints(trajectory: JointTrajectory, undecided: OpenParts = everything) -> str | None:
+    """Return the first limit that is not shown to be kept, or jump that is too large; None where all is well."""
+    limits, jumps = map(list, undecided(trajectory))
+    for done, (j, r, i) in enumerate(limits):
+        progress(done, len(limits))
+        joint = trajectory.joints[j]
+        limit = joint.limits[r]
+        if limit and not _stays_inside(trajectory.polynomial(j, i, r), trajectory.width(i), limit):
+            return f'limit: the {ORDERS[r]} of "{joint.name}" is not shown to keep {limit} on piece {i}'
+    for j, r, i in jumps:
+        if abs(trajectory.jump(j, r, i)) > Fraction(trajectory.jumps[r]):
+            at = trajectory.breakpoints[i]
+            return f'jump: the {ORDERS[r]} of "{trajectory.joints[j].name}" jumps at {at!r} s'
+    return None
+
+
+def _stays_inside(polynomial: Sequence[Fraction], width: Fraction, limit: tuple[float, float]) -> bool:
+    require_room(len(polynomial), len(polynomial) * width.denominator.bit_length())
+    a = [c * width**k for k, c in enumerate(polynomial)]
+    low, high = map(Fraction, limit)
+    unit = common_denominator([*a, low, high])
+    first, *others = (int(c * unit) for c in a)
+    bottom, top = int(low * unit), int(high * unit)
+    above, below = [first - bottom, *others], [top - first, *(-c for c in others)]
+    return is_nowhere_negative(above) and is_nowhere_negative(below)
+
+
+def check_broken(found: BrokenTrajectory) -> str | None:
+    """Return the first entry that is not true; None where all are."""
+    trajectory = found.trajectory
+    pieces, orders = trajectory.pieces, len(trajectory.jumps)
+    for n, broken in enumerate(found.broken):
+        by, where = Fraction(broken.violation), f"broken[{n}]"
+        if broken.joint >= len(trajectory.joints) or broken.order > orders:
+            return f"{where}: there is no such joint, or no such order"
+        if broken.jump >= 0:
+            if broken.jump not in trajectory.inner or broken.order == orders:
+                return f"{where}: no jump counts there"
+            size = abs(trajectory.jump(broken.joint, broken.order, broken.jump))
+            if not size >= by > Fraction(trajectory.jumps[broken.order]):
+                return f"{where}: nothing is shown to jump by {broken.violation!r} there"
+            continue
+        limit, since = trajectory.joints[broken.joint].limits[broken.order], Fraction(broken.since)
+        if broken.piece >= pieces or not 0 <= since <= trajectory.width(broken.piece) or limit is None:
+            return f"{where}: there is no such piece, no such time in it, or no limit"
+        x = value(trajectory.polynomial(broken.joint, broken.piece, broken.order), since)
+        if not max(Fraction(limit[0]) - x, x - Fraction(limit[1])) >= by:
+            return f"{where}: nothing is shown to be broken by {broken.violation!r} there"
+    return None
+
+
+# Sentences.
+
+
+def joints_statement(trajectory: JointTrajectory) -> str:
+    """Return what is proved."""
+    kept = "; ".join(f'"{joint.name}": {_limits(joint)}' for joint in trajectory.joints)
+    first, last = trajectory.breakpoints[0], trajectory.breakpoints[-1]
+    times = f"t ≥ {first!r} s, at rest from {last!r} s on" if trajectory.rests else f"t from {first!r} s to {last!r} s"
+    jumps = ", ".join(f"{name} {by!r}" for name, by in zip(ORDERS, trajectory.jumps, strict=False))
+    return f"For every real {times}, all joints keep their limits, {kept}. {_identity(trajectory)}" + (
+        f" Between two pieces they jump by no more than: {jumps}." if jumps else ""
+    )
+
+
+def joints_refutation(found: BrokenTrajectory) -> str:
+    """Return what is broken."""
+    said = []
+    for broken in found.broken:
+        joint = found.trajectory.joints[broken.joint]
+        what = f'the {ORDERS[broken.order]} of "{joint.name}"'
+        if broken.jump >= 0:
+            at = found.trajectory.breakpoints[broken.jump]
+            said.append(f"at {at!r} s {what} jumps by at least {broken.violation!r}")
+        else:
+            at = found.trajectory.breakpoints[broken.piece]
+            limit = joint.limits[broken.order]
+            said.append(f"at {at!r} s + {broken.since!r} s {what} breaks {limit} by at least {broken.violation!r}")
+    return f"REFUTED: {'; '.join(said)}. {_identity(found.trajectory)}"
+
+
+def _identity(trajectory: JointTrajectory) -> str:
+    pieces, joints = len(trajectory.breakpoints) - 1, len(trajectory.joints)
+    return f"The trajectory has the SHA-256 {trajectory.fingerprint}, {pieces} pieces of {joints} joints."
+
+
+def _limits(joint: Joint) -> str:
+    return ", ".join(f"{ORDERS[r]} in {[*limit]}" for r, limit in enumerate(joint.limits) if limit) or "no limits"
+
+
+# Files.
+
+
+def _numbers(most: int) -> Callable[[object, str], tuple[float, ...]]:
+    """Read a list of numbers: that all are floats is seen at once, and what else there is, one by one."""
+    slow = many(real_number, most)
+
+    def read(given: object, where: str) -> tuple[float, ...]:
+        if isinstance(given, list) and 0 < len(given) <= most:
+            tick()
+            if all(type(number) is float and -1e300 < number < 1e300 for number in given):
+                return tuple(given)
+        return slow(given, where)
+
+    return read
+
+
+def _limit(given: object, where: str) -> Limit:
+    if given is None:
+        return None
+    low, *others = many(real_number, 2)(given, where)
+    if len(others) != 1 or not low <= others[0]:
+        raise UnreadableError(f"{where} must be a lower and an upper limit, or null")
+    return low, others[0]
+
+
+def _read(
+    joints: tuple[Joint, ...], trajectory: dict[str, Any], jumps: tuple[float, ...], broken: Any = None
+) -> JointTrajectory | BrokenTrajectory:
+    ends, rows = trajectory["breakpoints"], trajectory["coefficients"]
+    if len(ends) < 2 or not all(a < b for a, b in pairwise(ends)):
+        raise UnreadableError("trajectory.breakpoints must be two numbers at least, each larger than the one before")
+    if len(rows) != len(joints) or any(len(row) != len(ends) - 1 for row in rows):
+        raise UnreadableError("trajectory.coefficients must have a row for each joint, and in it one for each piece")
+    if any(len(joint.limits) != len(jumps) + 1 for joint in joints) or len({joint.name for joint in joints}) < len(
+        rows
+    ):
+        raise UnreadableError("joints must have different names, and one limit more than there are jumps")
+    if not any(limit for joint in joints for limit in joint.limits):
+        raise UnreadableError("joints must have some limit")
+    found = JointTrajectory(joints, ends, rows, trajectory["beyond"] == "rest", jumps)
+    return found if broken is None else BrokenTrajectory(found, broken)
+
+
+_parts: dict[str, Any] = {
+    "joints": many(record(Joint, name=a_bound, limits=many(_limit, len(ORDERS))), COORDINATES),
+    "trajectory": record(
+        dict,
+        breakpoints=_numbers(CENTRES),
+        coefficients=many(many(_numbers(COEFFICIENTS), CENTRES), COORDINATES),
+        beyond=one_of(("rest", "end")),
+    ),
+    "jumps": many(positive_number, len(ORDERS) - 1, empty=True),
+}
+_index = whole_number(CENTRES, 0)
+_at = {"joint": _index, "order": whole_number(len(ORDERS) - 1, 0), "violation": positive_number}
+
+
+def _entry(given: object, where: str) -> Broken:
+    if isinstance(given, dict) and "jump" in given:
+        return record(Broken, **_at, jump=_index)(given, where)
+    return record(Broken, **_at, piece=_index, since=real_number)(given, where)
+
+
+read_joints: Callable[[Any], Any] = file_of("joint trajectory", VERSION, record(_read, **_parts))
+read_broken_joints: Callable[[Any], Any] = file_of(
+    "broken joint trajectory", VERSION, record(_read, **_parts, broken=many(_entry, COORDINATES))
+)

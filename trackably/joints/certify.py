@@ -1,0 +1,414 @@
+"""Certify trajectories of joints: a proof that all limits hold between the points, or what is broken first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cache
+from math import comb, nextafter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from trackably.arguments import instance, real
+from trackably.arrays import Array
+from trackably.certificates.judge import judged_file
+from trackably.certificates.outcome import Unproved
+from trackably.checker import Proved, Refuted, Verdict
+from trackably.checker.joints import BROKEN, FORMAT, ORDERS, VERSION, Joint, value
+from trackably.checker.joints import JointTrajectory as Subject
+from trackably.files import new_file, write_atomically
+from trackably.given.certify import Moved
+from trackably.joints.limits import Joints
+from trackably.joints.trajectory import JointTrajectory, derivative
+from trackably.systems.polytopes import Interval, rounded
+
+TOLERANCE = 1e-9
+"""Of jumps between pieces, in the unit of what jumps: less is rounding."""
+
+
+class NotAcceptedError(ValueError):
+    """The checker does not accept what is said of a trajectory; the message has its reason."""
+
+
+@dataclass(frozen=True, eq=False)
+class CertifiedTrajectory:
+    """A `trajectory` that keeps all limits of `joints` between its points, as the checker has accepted.
+
+    Derivatives below the highest limited one jump by `tolerance` at most from piece to piece, each in its unit.
+    `moved` says how far a repair moved each joint, `factor` by how much it was slowed down.
+
+    NotAcceptedError (a ValueError): the checker does not accept it.
+    """
+
+    trajectory: JointTrajectory
+    joints: Joints
+    tolerance: float = TOLERANCE
+    moved: Mapping[str, Moved] = field(default_factory=dict)
+    factor: float = 1.0
+
+    def __post_init__(self) -> None:
+        content = {"format": FORMAT, "version": VERSION, **_content(self.trajectory, self.joints, self.tolerance)}
+        _accepted(self, content, Proved)
+
+    @property
+    def explanation(self) -> str:
+        """What is proved, in a sentence."""
+        first, last = self.trajectory.span
+        until = f"t ≥ {first:.6g} s, at rest from" if self.trajectory.rests else f"t from {first:.6g} s to"
+        names = ", ".join(self.joints.names)
+        said = [f"proved for all {until} {last:.6g} s: {names} keep {_limited(self.joints)}"]
+        said += [f"{name} was moved by {moved}" for name, moved in self.moved.items() if moved.most > 0]
+        return "; ".join(said + ([f"slowed down {self.factor!r} times"] if self.factor != 1 else []))
+
+    def save_certificate(self, path: Path | str) -> Path:
+        """Write the proof for `python -m trackably check FILE`; return the path. Raises OSError."""
+        write_atomically(file := new_file("save_certificate", path), vars(self)["accepted"])
+        return file
+
+    def __repr__(self) -> str:
+        return f"CertifiedTrajectory({self.explanation})"
+
+
+@dataclass(frozen=True)
+class BrokenLimit:
+    """A joint's derivative leaves its `limits` at `begins` [s], about, and is outside by `violation` at `time` [s].
+
+    It does so on one piece, and `violation` is the most that is seen there. Where it `jumps`, limits of the next higher
+    derivative are broken beyond any number, and `violation` is the jump. The checker has accepted the violation.
+    """
+
+    joint: str
+    order: str
+    limits: tuple[float, float] | None
+    begins: float
+    time: float
+    violation: float
+    jumps: bool
+
+    def __str__(self) -> str:
+        by = rounded(self.violation, "down")
+        if self.jumps:
+            return f"at t = {self.time:.9g} s the {self.order} of {self.joint} jumps by {by} at least"
+        return (
+            f"from t = {self.begins:.9g} s on the {self.order} of {self.joint} is outside of {[*(self.limits or ())]}, "
+            f"by {by} at least at {self.time:.9g} s"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class BrokenLimits:
+    """What each joint breaks first along a `trajectory`: an entry of `broken` for each joint that breaks a limit.
+
+    NotAcceptedError (a ValueError): the checker does not accept it.
+    """
+
+    trajectory: JointTrajectory
+    joints: Joints
+    tolerance: float
+    broken: tuple[BrokenLimit, ...]
+    places: tuple[Mapping[str, Any], ...]
+
+    def __post_init__(self) -> None:
+        about = _content(self.trajectory, self.joints, self.tolerance)
+        content = {"format": BROKEN, "version": VERSION, **about, "broken": [*map(dict, self.places)]}
+        _accepted(self, content, Refuted)
+
+    @property
+    def first(self) -> BrokenLimit:
+        """What is broken first of all."""
+        return min(self.broken, key=lambda broken: broken.begins)
+
+    @property
+    def explanation(self) -> str:
+        """What each joint breaks first, in the order of time."""
+        return "; ".join(map(str, sorted(self.broken, key=lambda broken: broken.begins)))
+
+    def save_counterexample(self, path: Path | str) -> Path:
+        """Write what is broken for `python -m trackably check FILE`; return the path. Raises OSError."""
+        write_atomically(file := new_file("save_counterexample", path), vars(self)["accepted"])
+        return file
+
+    def __repr__(self) -> str:
+        return f"BrokenLimits({self.explanation})"
+
+
+def certify_joints(
+    trajectory: Any, joints: Joints, tolerance: float = TOLERANCE
+) -> CertifiedTrajectory | BrokenLimits | Unproved:
+    """Prove that a trajectory keeps all limits at all times between its first and its last point, or refute it.
+
+    Parameters
+    ----------
+    trajectory
+        A JointTrajectory with the names of the joints, in any order, or what `JointTrajectory.of` takes, with a column
+        for each joint in their order. Where it rests beyond its end, this is proved, too.
+    joints
+        The joints with their limits.
+    tolerance
+        By how much the derivatives below the highest limited one may jump from piece to piece, each in its unit. A
+        jump beyond it breaks the next limit: the acceleration is infinite where a velocity jumps.
+
+    Returns
+    -------
+    CertifiedTrajectory
+        Proved, without any error: limits that are touched are kept. It is about the polynomials of the float64
+        coefficients; the rounding of who evaluates them is not in it.
+    BrokenLimits
+        Refuted: for each joint that breaks a limit, which one is broken first, when, and by how much.
+    Unproved
+        Neither: a number is too large, or the check takes too long.
+
+    Raises
+    ------
+    ValueError
+        Where names do not fit, or the tolerance is not positive.
+    TypeError
+        Where the trajectory is none.
+
+    """
+    given, tolerance = fitted(trajectory, joints), _positive(tolerance)
+    try:
+        return CertifiedTrajectory(given, joints, tolerance)
+    except NotAcceptedError as refused:
+        reason = str(refused)
+    found = list(_first_broken(given, joints, tolerance))
+    try:
+        if found:
+            return BrokenLimits(given, joints, tolerance, *zip(*found, strict=True))
+    except NotAcceptedError as refused:
+        reason = str(refused)
+    return Unproved("joints", Interval(-np.inf, np.inf), given.span, 0.0, reason)
+
+
+def stretch_joints(
+    trajectory: Any, joints: Joints, tolerance: float = TOLERANCE
+) -> CertifiedTrajectory | BrokenLimits | Unproved:
+    """Return a trajectory in the least common multiple of its time that keeps all limits, itself where it keeps them.
+
+    With s times the time, a derivative of order r is s⁻ʳ times as large: so the least s is the largest of
+    (q^(r)/limit)^(1/r), over all joints, orders and times. It is rounded up until the proof succeeds, by 1e-9 at most.
+    `CertifiedTrajectory.factor` is s. Arguments are those of `certify_joints`.
+
+    Returns BrokenLimits where time does not help: a position is outside, or a derivative jumps.
+
+    ValueError: zero is not inside of the limits of some derivative, so that a joint may not rest; else as
+    `certify_joints`.
+    """
+    given, outcome = fitted(trajectory, joints), certify_joints(trajectory, joints, tolerance)
+    if isinstance(outcome, CertifiedTrajectory):
+        return outcome
+    s = _least_factor(given, joints)
+    for part in (0.0, *(2.0**-52 * 4.0**k for k in range(12))):
+        factor = s * (1 + part)
+        try:
+            return CertifiedTrajectory(given.slowed(factor), joints, tolerance, factor=factor)
+        except NotAcceptedError:
+            continue
+    return certify_joints(given.slowed(s * (1 + 1e-9)), joints, tolerance)
+
+
+def fitted(trajectory: Any, joints: Joints) -> JointTrajectory:
+    """Return a trajectory of exactly these joints, in their order. Raises as `certify_joints`."""
+    instance("certify_joints: joints", joints, Joints, "Joints")
+    if not isinstance(trajectory, JointTrajectory):
+        named = None if isinstance(trajectory, Mapping) else joints.names
+        trajectory = JointTrajectory.of(trajectory, named)
+    given: JointTrajectory = trajectory
+    if given.names == joints.names:
+        return given
+    if {*given.names} != {*joints.names}:
+        odd = sorted({*given.names} ^ {*joints.names})
+        raise ValueError(f"trajectory: must have the joints {', '.join(joints.names)}, but {odd[0]!r} is in one only")
+    order = [given.names.index(name) for name in joints.names]
+    return JointTrajectory(joints.names, given.breakpoints, given.coefficients[order], given.rests)
+
+
+def _positive(tolerance: float) -> float:
+    if not (number := real("certify_joints: tolerance", tolerance)) > 0:
+        raise ValueError(f"certify_joints: tolerance must be positive, got {number}")
+    return number
+
+
+def _accepted(found: CertifiedTrajectory | BrokenLimits, content: Mapping[str, object], wanted: type[Verdict]) -> None:
+    """Ask the checker, and keep the bytes that it accepts. NotAcceptedError: it does not."""
+    data, verdict = judged_file(content)
+    if not isinstance(verdict, wanted):
+        raise NotAcceptedError(f"the checker does not accept it ({verdict})")
+    object.__setattr__(found, "accepted", data)
+
+
+def _content(trajectory: JointTrajectory, joints: Joints, tolerance: float) -> dict[str, Any]:
+    limits = joints.limits[: joints.order + 1].swapaxes(0, 1).tolist()
+    return {
+        "joints": [
+            {"name": name, "limits": [end if np.isfinite(end[0]) else None for end in of]}
+            for name, of in zip(joints.names, limits, strict=True)
+        ],
+        "trajectory": {
+            "breakpoints": trajectory.breakpoints.tolist(),
+            "coefficients": trajectory.coefficients.tolist(),
+            "beyond": "rest" if trajectory.rests else "end",
+        },
+        "jumps": [float(tolerance)] * joints.order,
+    }
+
+
+def _limited(joints: Joints) -> str:
+    return "their limits of " + ", ".join(
+        name for name, of in zip(ORDERS, joints.limits, strict=True) if np.any(np.isfinite(of))
+    )
+
+
+# What is broken is sought in float64, and told exactly.
+
+
+def bernstein(c: Array, widths: Array) -> Array:
+    """Return Bernstein coefficients on pieces, along the last axis: polynomials lie between the least and the largest.
+
+    `c` has the shape (…, K, n), and `widths` (K,) [s].
+    """
+    n = c.shape[-1]
+    return np.asarray((c * widths[:, None] ** np.arange(float(n))) @ _to_bernstein(n).T)
+
+
+@cache
+def _to_bernstein(n: int) -> Array:
+    return np.array([[comb(i, k) / comb(n - 1, k) for k in range(n)] for i in range(n)])
+
+
+def room(c: Array, widths: Array, joints: Joints) -> Array:
+    """Return for each piece how far Bernstein coefficients are inside of all limits, as a part of each width: (K,).
+
+    Where it is not negative, limits are kept, up to rounding.
+    """
+    found = np.full(len(widths), np.inf)
+    for r in range(joints.order + 1):
+        low, high = np.moveaxis(joints.limits[r], -1, 0)[:, :, None, None]
+        b, some = bernstein(derivative(c, r), widths), np.isfinite(low)
+        with np.errstate(invalid="ignore"):
+            inside = np.where(some, np.minimum(b - low, high - b) / (high - low), np.inf)
+        found = np.minimum(found, np.min(inside, axis=(0, 2)))
+    return found
+
+
+def extremes(polynomial: Array, width: float) -> Array:
+    """Return the times since a breakpoint at which a polynomial may be least or largest, ends included."""
+    d = derivative(polynomial, 1)
+    used = np.flatnonzero(np.abs(d) * width ** np.arange(float(len(d))) > 1e-14 * np.max(np.abs(polynomial)))
+    inner = np.roots(d[: used[-1] + 1][::-1]) if len(used) and used[-1] else np.zeros(0)
+    real_ones = inner.real[(np.abs(inner.imag) < 1e-6 * width) & (inner.real > 0) & (inner.real < width)]
+    return np.array([0.0, *np.sort(real_ones), width])
+
+
+def _first_broken(
+    given: JointTrajectory, joints: Joints, tolerance: float
+) -> Iterator[tuple[BrokenLimit, dict[str, Any]]]:
+    """Yield what each joint breaks first, and where the checker finds it."""
+    ends, widths, count = given.breakpoints, np.diff(given.breakpoints), joints.order + 1
+    subject = _subject(given, joints, tolerance)
+    outside = np.stack([_seen_outside(given, joints, r) for r in range(count)])  # order, joint, piece
+    jumps = np.zeros((joints.order, len(given.names), len(ends)))
+    for r in range(joints.order):
+        d = derivative(given.coefficients, r)
+        last = bernstein(d, widths)[:, :, -1]
+        after = np.pad(d[:, 1:, 0], ((0, 0), (0, 1))) if given.rests else d[:, 1:, 0]
+        jumps[r, :, 1 : 1 + after.shape[1]] = np.abs(after - last[:, : after.shape[1]])
+        jumps[r, :, -1] *= r > 0
+    for j, name in enumerate(given.names):
+        for i in range(len(ends)):
+            found = []
+            for r in np.flatnonzero(jumps[:, j, i] > tolerance / 2).tolist():
+                by = abs(subject.jump(j, r, i))
+                if by > Fraction(tolerance):
+                    t = float(ends[i])
+                    broken = BrokenLimit(name, ORDERS[r], None, t, t, _below(by), True)
+                    found.append((broken, {"joint": j, "order": r, "jump": i, "violation": broken.violation}))
+            for r in np.flatnonzero(outside[:, j, i]).tolist() if i < len(widths) else range(1, count * given.rests):
+                found += _outside(subject, j, r, i)
+            if found:
+                yield min(found, key=lambda each: each[0].begins)
+                break
+
+
+def _subject(given: JointTrajectory, joints: Joints, tolerance: float) -> Subject:
+    """Return what the checker computes with."""
+    limits = joints.limits[: joints.order + 1].swapaxes(0, 1).tolist()
+    every = tuple(
+        Joint(name, tuple((low, high) if np.isfinite(low) else None for low, high in of))
+        for name, of in zip(joints.names, limits, strict=True)
+    )
+    rows = tuple(tuple(map(tuple, of)) for of in given.coefficients.tolist())
+    return Subject(every, tuple(given.breakpoints.tolist()), rows, given.rests, (tolerance,) * joints.order)
+
+
+def _seen_outside(given: JointTrajectory, joints: Joints, r: int) -> Array:
+    """Return where a derivative may be outside: shape (J, K)."""
+    low, high = np.moveaxis(joints.limits[r], -1, 0)[:, :, None]
+    b = bernstein(derivative(given.coefficients, r), np.diff(given.breakpoints))
+    near = 1e-12 * np.max(np.abs(b), axis=2)
+    return np.asarray((np.min(b, axis=2) - near < low) | (np.max(b, axis=2) + near > high))
+
+
+def _outside(subject: Subject, j: int, r: int, i: int) -> Iterator[tuple[BrokenLimit, dict[str, Any]]]:
+    """Yield where on a piece a derivative is outside, if it is."""
+    limit, width = subject.joints[j].limits[r], subject.width(i)
+    if limit is None:
+        return
+    exact = subject.polynomial(j, i, r)
+    low, high = map(Fraction, limit)
+    polynomial, h = np.array([float(c) for c in exact]), float(width)
+    h = h if Fraction(h) <= width else nextafter(h, 0.0)
+    by, since = max(
+        (max(low - (x := value(exact, Fraction(t))), x - high), t) for t in extremes(polynomial, h).tolist()
+    )
+    if by <= 0:
+        return
+    begins, violation, name, t = h, _below(by), subject.joints[j].name, subject.breakpoints[i]
+    for end, sign in zip(limit, (1.0, -1.0), strict=True):
+        begins = min(begins, _leaves(sign * (polynomial - end * (np.arange(len(polynomial)) == 0)), h))
+    broken = BrokenLimit(name, ORDERS[r], limit, t + begins, t + since, violation, False)
+    yield broken, {"joint": j, "order": r, "piece": i, "since": since, "violation": violation}
+
+
+def _leaves(margin: Array, h: float) -> float:
+    """Return when a polynomial becomes negative first; h where it does not."""
+    times = extremes(margin, h)
+    values = np.polynomial.polynomial.polyval(times, margin)
+    if not np.any(values < 0):
+        return h
+    k = int(np.argmax(values < 0))
+    if k == 0:
+        return 0.0
+    a, b = float(times[k - 1]), float(times[k])
+    for _ in range(60):
+        middle = (a + b) / 2
+        a, b = (middle, b) if np.polynomial.polynomial.polyval(middle, margin) >= 0 else (a, middle)
+    return b
+
+
+def _below(by: Fraction) -> float:
+    return max(nextafter(float(by), 0.0), 5e-324)
+
+
+def _least_factor(given: JointTrajectory, joints: Joints) -> float:
+    """Return the least s for which derivatives of order r, divided by s^r, are inside of their limits; 1 at least."""
+    widths, s = np.diff(given.breakpoints), 1.0
+    for r in range(1, joints.order + 1):
+        d = derivative(given.coefficients, r)
+        for j, (low, high) in enumerate(joints.limits[r].tolist()):
+            if not low < 0 < high:
+                raise ValueError(
+                    f"stretch_joints: the limits of the {ORDERS[r]} of {joints.names[j]} must have 0 inside"
+                )
+            b = bernstein(d[j], widths)
+            most = np.max(np.maximum(b / high, b / low), axis=1)
+            for i in np.argsort(-most).tolist():
+                if most[i] <= s**r:
+                    break
+                times = extremes(d[j, i], float(widths[i]))
+                values = np.polynomial.polynomial.polyval(times, d[j, i])
+                s = max(s, float(np.max(np.maximum(values / high, values / low))) ** (1 / r))
+    return s

@@ -1,0 +1,288 @@
+"""Joints and their limits, as robots' descriptions have them, and the chains of integrators that follow commands."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+from xml.etree import ElementTree
+
+import numpy as np
+import numpy.typing as npt
+
+from trackably.arguments import is_number, names, numbers, real
+from trackably.arrays import Array
+from trackably.checker.joints import ORDERS
+from trackably.errors import InputError
+from trackably.files import from_yaml, path_of, read_bytes
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem, require_names
+from trackably.systems.polytopes import Polytope
+
+Limit = float | tuple[float, float] | None
+Limits = Limit | Sequence[Limit] | Mapping[str, Limit]
+"""A limit for all joints, one for each in their order, or one by name. A number l stands for [−l, l], None for none."""
+
+_LARGEST_FILE = 10_000_000  # bytes
+_NAMELESS = "joints: give names=, or limits by name, as velocity={'elbow': 2.0}"
+
+
+@dataclass(frozen=True, eq=False)
+class Joints:
+    """Named joints with limits of their position and of its time derivatives, each of shape (J, 2): [lower, upper].
+
+    A number l stands for [−l, l]; of a position, give both ends. None stands for no limit, and so do two infinite ends.
+    Units are those of the positions (rad or m), per s, s², s³ and s⁴. Joints that are `continuous` turn without end:
+    their positions have no limits, and whole turns of 2π make no difference where a motion begins.
+
+    ValueError: no joint or no limit, names that repeat or are unknown, a limit that is empty, NaN or infinite at one
+    end, or a position that is limited by one number. TypeError: a limit is no number and no pair.
+    """
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+    jerk: Array
+    snap: Array
+    names: tuple[str, ...]
+    continuous: frozenset[str] = frozenset()
+
+    def __init__(
+        self,
+        position: Limits = None,
+        velocity: Limits = None,
+        acceleration: Limits = None,
+        jerk: Limits = None,
+        snap: Limits = None,
+        *,
+        names: Sequence[str] | None = None,
+        continuous: Sequence[str] | bool = (),
+    ) -> None:
+        given = {"position": position, "velocity": velocity, "acceleration": acceleration, "jerk": jerk, "snap": snap}
+        known = _names(names, given)
+        turning = frozenset(known if continuous is True else continuous or ())
+        if unknown := sorted(turning - {*known}):
+            raise ValueError(f"joints: continuous: there is no joint {unknown[0]!r}, only {', '.join(known)}")
+        for order in ORDERS:
+            object.__setattr__(self, order, _limits(order, given[order], known))
+        object.__setattr__(self, "names", known)
+        object.__setattr__(self, "continuous", turning)
+        if not np.any(np.isfinite(self.limits)):
+            raise ValueError("joints: some limit is needed: position, velocity, acceleration, jerk or snap")
+        for name in known:
+            if name in turning and np.any(np.isfinite(self.position[known.index(name)])):
+                raise ValueError(f"joints: {name} is continuous, so that its position has no limits")
+
+    @property
+    def limits(self) -> Array:
+        """All limits, by order of the derivative: shape (5, J, 2)."""
+        return np.stack([getattr(self, order) for order in ORDERS])
+
+    @property
+    def order(self) -> int:
+        """The highest derivative that is limited for some joint: the length of the chains of integrators."""
+        return int(np.max(np.flatnonzero(np.any(np.isfinite(self.limits), axis=(1, 2)))))
+
+    @property
+    def is_turning(self) -> npt.NDArray[np.bool_]:
+        """Which joints are continuous: shape (J,)."""
+        return np.array([name in self.continuous for name in self.names])
+
+    def plant(self, sampling_time: float) -> ConstrainedSystem:
+        """Return the chains of integrators from the highest limited derivative, held over each step [s], to positions.
+
+        States are position, velocity, … of each joint in turn, as `elbow`, `elbow_velocity`; inputs are the highest
+        derivatives, as `elbow_jerk`. It is exact at the steps for whoever holds this derivative over each of them.
+        ValueError: only positions are limited, or a name is no identifier.
+        """
+        n, count = self.order, len(self.names)
+        if not n:
+            raise ValueError("joints: a plant needs a limit of the velocity, or of a higher derivative")
+        A, B = np.kron(np.eye(count), np.eye(n, k=1)), np.kron(np.eye(count), np.eye(n)[:, -1:])
+        called = [[name if not r else f"{name}_{ORDERS[r]}" for r in range(n + 1)] for name in self.names]
+        states, inputs = [name for of in called for name in of[:-1]], [of[-1] for of in called]
+        require_names([*states, *inputs])
+        system = LinearSystem.discretised(A, B, sampling_time, states=states, inputs=inputs)
+        lower, upper = np.moveaxis(self.limits[: n + 1].swapaxes(0, 1), 2, 0)
+        sets = (Polytope.box(lower[:, part].ravel(), upper[:, part].ravel()) for part in (slice(n), slice(n, n + 1)))
+        return ConstrainedSystem(system, *sets)
+
+    @classmethod
+    def from_urdf(cls, path: Path | str, acceleration: Limits = None, jerk: Limits = None, snap: Limits = None) -> Self:
+        """Return the joints of a robot's URDF that move by themselves, with the limits of position and velocity.
+
+        URDF says nothing of accelerations and of jerk: give them. Joints that are fixed, floating, planar or mimic
+        another one are left out. InputError: the file cannot be read, is no URDF, declares entities or a document type
+        (which could be any size), or has a joint without its limits.
+        """
+        with _of_file(path) as file:
+            return cls(**_of_urdf(file), acceleration=acceleration, jerk=jerk, snap=snap)
+
+    @classmethod
+    def from_joint_limits_yaml(cls, path: Path | str) -> Self:
+        """Return the joints of a `joint_limits.yaml`, as MoveIt and ros2_control write it.
+
+        There, `joint_limits` has, by joint, has_velocity_limits and max_velocity, min_position and max_position, and
+        likewise for acceleration and jerk; it may be inside of `ros__parameters`. A limit counts where its `has_…` says
+        so. Where decelerations have a limit of their own, the smaller one counts for both. Joints with angle_wraparound
+        and no limits of position are continuous. Effort and soft limits are not read. InputError: the file cannot be
+        read, says something else, or a limit that it has is missing or negative.
+        """
+        with _of_file(path) as file:
+            return cls(**_of_yaml(file))
+
+
+def _names(given: Sequence[str] | None, limits: Mapping[str, Limits]) -> tuple[str, ...]:
+    by_name = [[*of] for of in limits.values() if isinstance(of, Mapping)]
+    if given is None and not by_name:
+        raise ValueError(_NAMELESS)
+    known = names("joints: names", [*dict.fromkeys(name for of in by_name for name in of)] if given is None else given)
+    if not known or len({*known}) < len(known):
+        raise ValueError(f"joints: names must be different, one at least, got {', '.join(known) or 'none'}")
+    for name in known:
+        if not (name and len(name) <= 60 and all(letter.isalnum() or letter in "_-./" for letter in name)):
+            raise ValueError(f"joints: a name must be letters, digits, _, -, . and /, 60 at most, got {name!a:.80}")
+    return known
+
+
+def _limits(order: str, given: Any, known: Sequence[str]) -> Array:
+    """Return the limits of one derivative: shape (J, 2)."""
+    if isinstance(given, Mapping):
+        if unknown := [name for name in given if name not in known]:
+            raise ValueError(f"joints: {order}: there is no joint {unknown[0]!r}, only {', '.join(known)}")
+        each: list[Any] = [given.get(name) for name in known]
+    elif given is None or is_number(given) or _is_pair(given, len(known)):
+        each = [given] * len(known)
+    else:
+        each = [given] if isinstance(given, str) else [*given]
+        if len(each) != len(known):
+            raise ValueError(f"joints: {order}: expected one for each of {len(known)} joints, got {len(each)}")
+    found = np.array([_limit(f"joints: {order} of {name}", one) for name, one in zip(known, each, strict=True)])
+    found.flags.writeable = False
+    return found
+
+
+def _is_pair(given: Any, count: int) -> bool:
+    """Whether this is one pair for all joints: a tuple of two numbers, unless there are two joints."""
+    return isinstance(given, tuple) and len(given) == 2 and count != 2 and all(map(is_number, given))
+
+
+def _limit(what: str, given: Any) -> tuple[float, float]:
+    if given is None:
+        return -np.inf, np.inf
+    if is_number(given):
+        if " position of " in what:
+            raise ValueError(f"{what}: give a lower and an upper end, got {given}")
+        given = (-abs(given), given)
+    ends = numbers(what, given)
+    if ends.shape != (2,):
+        raise ValueError(f"{what}: expected a number, or a lower and an upper end, got shape {ends.shape}")
+    low, high = ends.tolist()
+    if not low < high or np.isinf(low) != np.isinf(high):
+        raise ValueError(f"{what}: must be a number above zero, or an interval with an interior, got [{low}, {high}]")
+    return low, high
+
+
+# Files.
+
+
+@contextmanager
+def _of_file(path: Path | str) -> Iterator[Path]:
+    """Raise InputError, which names the file, where what is read of it does not do."""
+    file = path_of("joints", path)
+    try:
+        yield file
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{file}: {error}") from error
+
+
+def _of_urdf(path: Path) -> dict[str, Any]:
+    data = read_bytes(path, _LARGEST_FILE)
+    if b"<!DOCTYPE" in data.upper() or b"<!ENTITY" in data.upper() or b"\0" in data:
+        raise ValueError("a URDF needs no document type and no entities: they are not read")
+    try:
+        root = ElementTree.fromstring(data)
+    except (ElementTree.ParseError, LookupError, ValueError) as error:
+        raise ValueError(f"is no XML: {error}") from error
+    if root.tag != "robot":
+        raise ValueError(f"is no URDF: expected a <robot>, got <{root.tag}>")
+    position: dict[str, Limit] = {}
+    velocity: dict[str, Limit] = {}
+    for joint in root.iterfind("joint"):
+        name, kind = joint.get("name", ""), joint.get("type")
+        if kind not in ("revolute", "continuous", "prismatic") or joint.find("mimic") is not None:
+            continue
+        limit = joint.find("limit")
+        if limit is None and kind != "continuous":
+            raise ValueError(f"joint {name!r} is {kind}, and needs a <limit>")
+        if name in position:
+            raise ValueError(f"there are two joints {name!r}")
+        said = {} if limit is None else limit.attrib
+        ends = (_number(said, "lower", name, 0.0), _number(said, "upper", name, 0.0))
+        position[name] = None if kind == "continuous" else ends
+        velocity[name] = _number(said, "velocity", name) if limit is not None else None
+    if not position:
+        raise ValueError("no joint moves")
+    return {"position": position, "velocity": velocity, "continuous": [n for n, of in position.items() if of is None]}
+
+
+def _number(said: Mapping[str, str], field: str, joint: str, default: float | None = None) -> float:
+    if field not in said and default is not None:
+        return default
+    try:
+        return real(f"joint {joint!r}: {field}", float(said[field]))
+    except KeyError:
+        raise ValueError(f"joint {joint!r}: its <limit> has no {field}") from None
+    except ValueError:
+        raise ValueError(f"joint {joint!r}: {field}: expected a finite number, got {said[field]!a:.60}") from None
+
+
+def _of_yaml(path: Path) -> dict[str, Any]:
+    try:
+        content = from_yaml(read_bytes(path, _LARGEST_FILE))
+    except ModuleNotFoundError:
+        raise InputError(f"{path}: YAML is read with ruamel.yaml: pip install ruamel.yaml") from None
+    by_joint = _joint_limits(content)
+    if not by_joint:
+        raise ValueError("expected joint_limits, with limits by joint")
+    found: dict[str, dict[str, Limit]] = {order: {} for order in ORDERS[:4]}
+    turning = []
+    for name, said in by_joint.items():
+        if not isinstance(said, Mapping):
+            raise ValueError(f"joint_limits: expected limits by joint, got {name!r}: {said!r:.60}")
+        for order, limits in found.items():
+            limits[name] = _said(name, order, said)
+        if found["position"][name] is None and said.get("angle_wraparound") is True:
+            turning.append(name)
+    return {**found, "continuous": turning}
+
+
+def _joint_limits(content: Any) -> Mapping[str, Any] | None:
+    """Return what is called joint_limits, at the top, or inside of nodes and of their ros__parameters."""
+    for _ in range(5):
+        if not isinstance(content, Mapping):
+            return None
+        if isinstance(found := content.get("joint_limits"), Mapping):
+            return found
+        inner = content.get("ros__parameters") or (next(iter(content.values())) if len(content) == 1 else None)
+        content = inner
+    return None
+
+
+def _said(joint: str, order: str, said: Mapping[str, Any]) -> Limit:
+    has = said.get(f"has_{order}_limits", False)
+    if not isinstance(has, bool):
+        raise ValueError(f"{joint}: has_{order}_limits must be true or false, got {has!r:.40}")
+    if not has:
+        return None
+    wanted = ["min_position", "max_position"] if order == "position" else [f"max_{order}"]
+    if order == "acceleration" and said.get("has_deceleration_limits") is True:
+        wanted.append("max_deceleration")
+    if missing := [field for field in wanted if field not in said]:
+        raise ValueError(f"{joint}: has_{order}_limits is true, but there is no {missing[0]}")
+    ends = [real(f"{joint}: {field}", said[field]) for field in wanted]
+    if order != "position" and min(ends) < 0:
+        raise ValueError(f"{joint}: {wanted[0]} must not be negative, got {min(ends)}")
+    return (ends[0], ends[1]) if order == "position" else min(ends)

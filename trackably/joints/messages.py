@@ -1,0 +1,194 @@
+"""Messages of ROS 2 as files, in both directions: `trajectory_msgs/msg/JointTrajectory`, without ROS."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from trackably.arguments import names, numbers, text, whole
+from trackably.arrays import Array
+from trackably.errors import InputError
+from trackably.exports import ros2
+from trackably.extras import optional
+from trackably.files import from_yaml, path_of, read_bytes
+from trackably.joints.trajectory import JointTrajectory
+
+FIELDS = ("positions", "velocities", "accelerations")
+_NANOSECONDS = 1_000_000_000
+_MOST_JUMPED = 1e-6
+_LARGEST_FILE = 100_000_000  # bytes
+
+
+def read_joint_trajectory(
+    path: Path | str, topic: str | None = None, message: int = 0, upsampled: bool = False
+) -> JointTrajectory:
+    """Return a `trajectory_msgs/msg/JointTrajectory` of an .mcap or .yaml file, as the controller of ROS 2 runs it.
+
+    Of an MCAP file, it is the message of this number on the topic, which may be left out where there is one topic.
+    Times count from the message's start. Pieces have the degree that the fields of both their points give, as
+    `JointTrajectory.through` says, and `upsampled` as there. Points without positions are integrated by the trapezoidal
+    rule from the point before, as `Trajectory::deduce_from_derivatives` does (the same file and commit). Where a
+    trajectory begins later than its start, the controller begins where the joints are: that piece is left out.
+
+    InputError: the file cannot be read, has no such message, or its points do not fit its joints.
+    """
+    file, number = path_of("read_joint_trajectory", path), whole("read_joint_trajectory: message", message, least=0)
+    if file.suffix in (".yaml", ".yml"):
+        try:
+            content = from_yaml(read_bytes(file, _LARGEST_FILE))
+        except ModuleNotFoundError:
+            raise InputError(f"{file}: YAML is read with ruamel.yaml: pip install ruamel.yaml") from None
+        except ValueError as error:
+            raise InputError(f"{file}: {error}") from error
+    elif file.suffix == ".mcap":
+        content = _received(file, topic, number)
+    else:
+        raise ValueError(f"read_joint_trajectory: expected the name of an .mcap or .yaml file, got {file}")
+    try:
+        joints, points = _points(content)
+        return _trajectory(joints, points, upsampled)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{file}: {error}") from error
+
+
+@dataclass(frozen=True)
+class Point:
+    """A time [ns] since the message's start, and what is known of all joints there, by order: empty for nothing."""
+
+    time: int
+    fields: tuple[Array, Array, Array]
+
+    def deduced(self, before: Point) -> tuple[Point, Point]:
+        """Return the point before and this one, with positions that are integrated where there are none.
+
+        What of the point before is needed and not known is zero, and stays so.
+        """
+        position, reached, acceleration = self.fields
+        if position.size:
+            return before, self
+        h = (self.time - before.time) / _NANOSECONDS
+        q, v, a = before.fields
+        v = v if v.size else np.zeros(q.size)
+        if not reached.size:
+            if not acceleration.size:
+                raise ValueError("a point has neither positions nor anything to integrate")
+            a = a if a.size else np.zeros(q.size)
+            reached = v + (a + acceleration) * 0.5 * h
+        return Point(before.time, (q, v, a)), Point(self.time, (q + (v + reached) * 0.5 * h, reached, acceleration))
+
+
+def _trajectory(joints: tuple[str, ...], points: Sequence[Point], upsampled: bool) -> JointTrajectory:
+    """Return the pieces between the points."""
+    if len(points) < 2:
+        raise ValueError("two points at least are needed: where the joints are before them is not in a message")
+    if not points[0].fields[0].size:
+        raise ValueError("points[0]: needs positions")
+    times = [point.time / _NANOSECONDS for point in points]
+    if upsampled and all([field.size > 0 for field in point.fields] == [True, False, False] for point in points):
+        return JointTrajectory.through(times, [p.fields[0] for p in points], names=joints, upsampled=True)
+    parts, before = [], points[0]
+    for i, point in enumerate(points[1:]):
+        first, before = point.deduced(before)
+        q, v, a = (np.stack(both) if all(one.size for one in both) else None
+                   for both in zip(first.fields, before.fields, strict=True))  # fmt: skip
+        assert q is not None, "deduced"
+        parts.append(JointTrajectory.through(times[i : i + 2], q, v, a, joints).coefficients)
+    n = max(part.shape[2] for part in parts)
+    rows = [np.pad(part, ((0, 0), (0, 0), (0, n - part.shape[2]))) for part in parts]
+    return JointTrajectory(joints, times, np.concatenate(rows, axis=1))
+
+
+def _received(file: Path, topic: str | None, number: int) -> Any:
+    with optional("read_joint_trajectory"):
+        from trackably.recordings.mcap_file import read_messages, topics_in  # noqa: PLC0415
+    if topic is None:
+        topics = topics_in(file)
+        if len(topics) != 1:
+            raise InputError(f"{file}: give topic=, one of {', '.join(topics) or 'none'}")
+        topic = topics[0]
+    received = read_messages(file, [text("read_joint_trajectory: topic", topic)])[topic]
+    if number >= len(received):
+        raise InputError(f"{file}: there are {len(received)} messages on {topic!r}, and none of number {number}")
+    return received[number].content()
+
+
+def _points(content: Any) -> tuple[tuple[str, ...], list[Point]]:
+    if (inner := _field(content, "trajectory")) is not None:  # of an action's goal
+        content = inner
+    joints, points = _field(content, "joint_names"), _field(content, "points")
+    if not isinstance(joints, list | tuple) or not isinstance(points, list | tuple):
+        raise ValueError("expected a JointTrajectory, with joint_names and points")
+    known = names("joint_names", [*joints])
+    found = [_point(f"points[{i}]", point, len(known)) for i, point in enumerate(points)]
+    for i, (a, b) in enumerate(pairwise(found), start=1):
+        if not a.time < b.time:
+            raise ValueError(f"points[{i}]: time_from_start must increase from point to point")
+    return known, found
+
+
+def _point(what: str, point: Any, count: int) -> Point:
+    since = _field(point, "time_from_start")
+    sec, nanosec = _field(since, "sec"), _field(since, "nanosec")
+    if sec is None:
+        raise ValueError(f"{what}: expected time_from_start with sec and nanosec")
+    time = whole(f"{what}: sec", sec) * _NANOSECONDS + whole(f"{what}: nanosec", nanosec or 0, 0, _NANOSECONDS - 1)
+    fields = []
+    for name in FIELDS:
+        given = _field(point, name)
+        of = numbers(f"{what}: {name}", [] if given is None else [*given])
+        if of.shape not in ((count,), (0,)) or not np.all(np.isfinite(of)):
+            raise ValueError(f"{what}: {name} must be {count} finite numbers, or none at all")
+        fields.append(of)
+    return Point(time, (fields[0], fields[1], fields[2]))
+
+
+def _field(node: Any, name: str) -> Any:
+    return node.get(name) if isinstance(node, Mapping) else getattr(node, name, None)
+
+
+def write_joint_trajectory(trajectory: JointTrajectory, path: Path | str, topic: str = "/joint_trajectory") -> Path:
+    """Write a `trajectory_msgs/msg/JointTrajectory` to an .mcap or .yaml file; return the path. Raises OSError.
+
+    Points are at the breakpoints, at times since the first one that are rounded to nanoseconds, with the fields from
+    which the controller makes pieces of this degree. What is written is not what was proved, digit by digit: prove what
+    `read_joint_trajectory` reads.
+
+    ValueError: the degree is above 5, pieces of it need derivatives that jump, or another kind of file.
+    """
+    if trajectory.degree > 5:
+        raise ValueError(
+            f"write_joint_trajectory: the controller knows degrees up to 5, but pieces have degree {trajectory.degree}"
+        )
+    count = 1 + (trajectory.degree > 1) + (trajectory.degree > 3)
+    ends = trajectory.breakpoints
+    nanoseconds = [int(t) for t in np.rint((ends - ends[0]) * _NANOSECONDS).tolist()]
+    values = {}
+    for order, name in enumerate(FIELDS[:count]):
+        after = replace(trajectory, rests=False)(ends, order)
+        before = np.array([_at_end(trajectory, i, order) for i in range(len(ends) - 1)])
+        jump = float(np.max(np.abs(after[1:-1] - before[:-1]), initial=0.0))
+        if jump > _MOST_JUMPED:
+            raise ValueError(f"write_joint_trajectory: {name} jump by {jump:.3g}, and a point has one value only")
+        values[name] = after
+    message = ros2.JointTrajectory(trajectory.names, nanoseconds, values)
+    file = path_of("write_joint_trajectory", path)
+    if file.suffix in (".yaml", ".yml"):
+        return ros2.put_yaml(message, file, [ros2.NAME])
+    if file.suffix == ".mcap":
+        return ros2.put_mcap(message, file, text("write_joint_trajectory: topic", topic), 0, {})
+    raise ValueError(f"write_joint_trajectory: expected the name of an .mcap or .yaml file, got {file}")
+
+
+def _at_end(trajectory: JointTrajectory, i: int, order: int) -> Array:
+    piece = replace(
+        trajectory,
+        breakpoints=trajectory.breakpoints[i : i + 2],
+        coefficients=trajectory.coefficients[:, i : i + 1],
+        rests=False,
+    )
+    return piece(trajectory.breakpoints[i + 1], order)

@@ -1,0 +1,227 @@
+"""Repair a trajectory of joints: the nearest spline that keeps all limits between its knots, by quadratic programs.
+
+A derivative of a B-spline is a B-spline of a lower degree, and lies between the least and the largest of its own
+coefficients. These are linear in those of the positions: limits that hold between the points are a few hundred linear
+inequalities for each joint, and no joint waits for another. No time has to be looked at again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from time import perf_counter
+from typing import Any
+
+import clarabel
+import numpy as np
+from scipy import sparse
+from scipy.interpolate import BSpline, PPoly
+
+from trackably.arguments import numbers
+from trackably.arrays import Array
+from trackably.certificates.outcome import Unproved
+from trackably.given.certify import Moved
+from trackably.joints.certify import (
+    TOLERANCE,
+    BrokenLimits,
+    CertifiedTrajectory,
+    NotAcceptedError,
+    bernstein,
+    certify_joints,
+    fitted,
+)
+from trackably.joints.limits import Joints
+from trackably.joints.trajectory import JointTrajectory, on_pieces
+from trackably.systems.polytopes import Interval
+
+_DEGREE, _FEWEST, _LOOKS = 5, 40, 4
+_BACKOFFS = (1e-7, 1e-5, 1e-3)
+"""Parts of the widths of limits by which they are drawn in, for the solver's tolerance."""
+
+
+def repair_joints(
+    trajectory: Any, joints: Joints, start: Any = None, tolerance: float = TOLERANCE, seconds: float = np.inf
+) -> CertifiedTrajectory | BrokenLimits | Unproved:
+    """Return the trajectory itself where it is proved, and otherwise the nearest spline that is.
+
+    The spline has degree 5 and knots at the breakpoints, with further ones between where these are few. It takes the
+    same time, and rests where the given one rests. It is nearest in the root mean square of each joint's positions,
+    among splines whose B-spline coefficients keep the limits (`Joints`), which is a little less than all that do.
+    `CertifiedTrajectory.moved` says how far each joint was moved, at most and in the root mean square.
+
+    Parameters
+    ----------
+    trajectory, joints, tolerance
+        As of `certify_joints`.
+    start
+        What is running where it begins, shape (orders, J): positions, velocities, accelerations, … of the joints in
+        their order; what is left out is zero. Left out as a whole, it is the trajectory's own.
+    seconds
+        After this time, no further quadratic program is begun.
+
+    Returns
+    -------
+    CertifiedTrajectory
+        Proved.
+    Unproved
+        No such spline was found, or the time was over. A slower one may exist (`stretch_joints`).
+
+    Raises
+    ------
+    ValueError
+        As `certify_joints`, and where `start` has another shape.
+    TypeError
+        As `certify_joints`.
+
+    """
+    given, until = fitted(trajectory, joints), perf_counter() + seconds
+    held = _held(given, joints, start)
+    if start is None or np.all(np.abs(given.state(given.span[0], len(held)) - held) <= tolerance):
+        outcome = certify_joints(given, joints, tolerance)
+        if isinstance(outcome, CertifiedTrajectory):
+            return outcome
+    splines, reason = Splines.of(given, joints.order), "no spline was found within the limits in the same time"
+    for backoff in _BACKOFFS:
+        columns = list(_solved(splines, given, joints, held, backoff, until))
+        if len(columns) < len(joints.names):
+            if perf_counter() > until:
+                reason = f"no spline was found in {seconds:g} s"
+            break
+        found = splines.trajectory(np.array(columns), given)
+        try:
+            return CertifiedTrajectory(found, joints, tolerance, _moved(given, found))
+        except NotAcceptedError as refused:
+            reason = str(refused)
+    return Unproved("joints", Interval(-np.inf, np.inf), given.span, 0.0, reason)
+
+
+def _held(given: JointTrajectory, joints: Joints, start: Any) -> Array:
+    """Return what is held at the start: shape (R, J)."""
+    R = max(joints.order, 1)
+    if start is None:
+        return given.state(given.span[0], R)
+    held = np.atleast_2d(numbers("repair_joints: start", start))
+    if held.ndim != 2 or held.shape[1] != len(joints.names) or not np.all(np.isfinite(held)):
+        raise ValueError(
+            f"repair_joints: start must be finite, a row for each order and a column for each of {len(joints.names)} "
+            f"joints, got shape {held.shape}"
+        )
+    return np.vstack([held[:R], np.zeros((max(R - len(held), 0), held.shape[1]))])
+
+
+@dataclass(frozen=True, eq=False)
+class Splines:
+    """B-splines of degree 5 with these `knots` [s], the first and the last of which count six times.
+
+    The first `order` coefficients are held; where splines come to `rest`, the last `order` ones are equal.
+    """
+
+    knots: Array
+    order: int
+    rests: bool
+
+    @classmethod
+    def of(cls, given: JointTrajectory, order: int) -> Splines:
+        """Return splines with knots at the breakpoints of a trajectory, and some between where they are few."""
+        ends = given.breakpoints
+        parts = np.maximum(np.ceil(_FEWEST * np.diff(ends) / (ends[-1] - ends[0])), 1).astype(int)
+        inner = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(ends[:-1], ends[1:], parts, strict=True)]
+        return cls(np.append(np.concatenate(inner), ends[-1]), max(order, 1), given.rests)
+
+    @cached_property
+    def padded(self) -> Array:
+        return np.concatenate([np.full(_DEGREE, self.knots[0]), self.knots, np.full(_DEGREE, self.knots[-1])])
+
+    @property
+    def count(self) -> int:
+        return len(self.knots) - 1 + _DEGREE
+
+    @cached_property
+    def coefficients_of(self) -> list[Any]:
+        """Matrices from the coefficients to those of the derivatives, by order."""
+        found, t = [sparse.eye_array(self.count, format="csr")], self.padded
+        for r in range(self.order):
+            p, n = _DEGREE - r, self.count - r
+            rate = p / (t[r + 1 + p : r + p + n] - t[r + 1 : r + n])
+            rows: Any = sparse.diags_array(rate) @ sparse.diags_array([-1.0, 1.0], offsets=[0, 1], shape=(n - 1, n))
+            found.append(sparse.csr_array(rows @ found[-1]))
+        return found
+
+    @cached_property
+    def free(self) -> Any:
+        """The matrix from what is free to all coefficients: zero for those that are held."""
+        last = self.count - (self.order - 1 if self.rests else 0)  # those from last − 1 on are equal
+        columns = np.minimum(np.arange(self.order, self.count), last - 1) - self.order
+        rows, ones = np.arange(self.order, self.count), np.ones(self.count - self.order)
+        return sparse.csc_array((ones, (rows, columns)), shape=(self.count, last - self.order))
+
+    def begun(self, state: Array) -> Array:
+        """Return coefficients that begin with a state (R,), and are zero beyond what that holds."""
+        c = np.zeros(self.count)
+        R = self.order
+        first = np.stack([D[[0], :R].toarray()[0] for D in self.coefficients_of[:R]])
+        c[:R] = np.linalg.solve(first, state[:R])
+        return c
+
+    @cached_property
+    def looks(self) -> tuple[Array, Any]:
+        """Times at which positions are compared [s], and the splines there."""
+        fine = np.interp(np.arange(_LOOKS * (len(self.knots) - 1) + 1) / _LOOKS, np.arange(len(self.knots)), self.knots)
+        return fine, sparse.csr_array(BSpline.design_matrix(fine, self.padded, _DEGREE))
+
+    def trajectory(self, coefficients: Array, given: JointTrajectory) -> JointTrajectory:
+        """Return the splines of coefficients (J, count) as pieces."""
+        inside = slice(_DEGREE, self.count)
+        parts = [PPoly.from_spline((self.padded, c, _DEGREE)).c[::-1, inside].T for c in coefficients]
+        return JointTrajectory(given.names, self.knots, np.stack(parts), given.rests)
+
+
+def _solved(
+    splines: Splines, given: JointTrajectory, joints: Joints, held: Array, backoff: float, until: float
+) -> Iterator[Array]:
+    """Yield the coefficients of one joint after the other, as long as some are found in time."""
+    times, design = splines.looks
+    wanted, E = given(times), splines.free
+    A = [sparse.csr_array(D @ E) for D in splines.coefficients_of]
+    B = design @ E
+    scale = 1.0 / len(times)
+    P = sparse.triu(scale * (B.T @ B), format="csc")
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    for j in range(len(joints.names)):
+        if perf_counter() > until:
+            return
+        fixed = splines.begun(held[:, j])
+        q = -scale * (B.T @ (wanted[:, j] - design @ fixed))
+        rows, bounds = [], []
+        for r in range(joints.order + 1):
+            low, high = joints.limits[r, j]
+            if not np.isfinite(low):
+                continue
+            moves = np.diff(A[r].indptr) > 0
+            offset = (splines.coefficients_of[r] @ fixed)[moves]
+            width = high - low
+            rows += [A[r][moves] / width, -A[r][moves] / width]
+            bounds += [(high - offset) / width - backoff, (offset - low) / width - backoff]
+        if not rows:
+            rows, bounds = [sparse.csr_array((1, E.shape[1]))], [np.ones(1)]
+        limits = np.concatenate(bounds)
+        cones = [clarabel.NonnegativeConeT(len(limits))]
+        found = clarabel.DefaultSolver(P, q, sparse.csc_array(sparse.vstack(rows)), limits, cones, settings).solve()
+        if found.status not in (clarabel.SolverStatus.Solved, clarabel.SolverStatus.AlmostSolved):
+            return
+        yield fixed + E @ np.array(found.x)
+
+
+def _moved(given: JointTrajectory, found: JointTrajectory) -> dict[str, Moved]:
+    """Return how far joints were moved: at most, over-estimated on each piece, and in the root mean square."""
+    ends, n = found.breakpoints, max(found.degree, given.degree) + 1
+    before, after = (
+        np.pad(c, ((0, 0), (0, 0), (0, n - c.shape[2])))
+        for c in (on_pieces(ends, given.breakpoints, given.coefficients), found.coefficients)
+    )
+    most = np.max(np.abs(bernstein(after - before, np.diff(ends))), axis=(1, 2))
+    times = np.linspace(*given.span, 4001)
+    rms = np.sqrt(np.mean((found(times) - given(times)) ** 2, axis=0))
+    return {name: Moved(float(m), float(r)) for name, m, r in zip(given.names, most, rms, strict=True)}

@@ -1,0 +1,341 @@
+"""Trajectories of joints as polynomial pieces: from splines, waypoints, time-optimal planners and ROS 2 messages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from itertools import pairwise
+from math import comb, perm
+from reprlib import repr as short
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from scipy.interpolate import BPoly, BSpline, CubicSpline, PPoly
+
+from trackably.arguments import names, numbers, real
+from trackably.arrays import Array, ArrayLike
+
+_ACCEPTED = (
+    "a spline of SciPy with a column for each joint, splines by name of a joint, a trajectory of Ruckig or of TOPP-RA, "
+    "or a JointTrajectory"
+)
+_OFF = 1e-9  # how far what is read may be from what its planner says, of the largest position: more is no rounding
+
+
+@dataclass(frozen=True, eq=False)
+class JointTrajectory:
+    """Joint j is q_j(t) = Σ_k c_jik (t − t_i)^k for t_i ≤ t ≤ t_(i+1), with `breakpoints` t_i [s], c = `coefficients`.
+
+    Shapes (K + 1,) and (J, K, degree + 1), with J `names`. The stored float64 numbers are exact; pieces need not meet.
+    Where it `rests`, all joints stay where they end; else nothing is said about later times.
+
+    ValueError: shapes do not fit, breakpoints do not increase, a number is not finite, or names repeat.
+    """
+
+    names: tuple[str, ...]
+    breakpoints: Array
+    coefficients: Array
+    rests: bool = True
+
+    if TYPE_CHECKING:  # arrays are made of what is given
+
+        def __init__(
+            self, names: Sequence[str], breakpoints: ArrayLike, coefficients: ArrayLike, rests: bool = True
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
+        known, ends = names("trajectory: names", self.names), numbers("trajectory: breakpoints", self.breakpoints)
+        c = numbers("trajectory: coefficients", self.coefficients)
+        if not known or len({*known}) < len(known):
+            raise ValueError(f"trajectory: names must be different, one at least, got {', '.join(known) or 'none'}")
+        if ends.ndim != 1 or len(ends) < 2 or not np.all(np.isfinite(ends)) or not np.all(np.diff(ends) > 0):
+            raise ValueError(
+                f"trajectory: times must be two finite numbers at least, each larger than the one before, got "
+                f"{short(ends.tolist())}"
+            )
+        if c.ndim != 3 or c.shape[:2] != (len(known), len(ends) - 1) or not c.shape[2] or not np.all(np.isfinite(c)):
+            raise ValueError(
+                f"trajectory: coefficients must be finite, for {len(known)} joints and {len(ends) - 1} pieces, got "
+                f"shape {c.shape}"
+            )
+        if not isinstance(self.rests, bool):
+            raise TypeError(f"trajectory: rests: expected True or False, got {self.rests!r}")
+        object.__setattr__(self, "names", known)
+        for name, array in (("breakpoints", ends), ("coefficients", c)):
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+
+    @classmethod
+    def of(cls, given: Any, names: Sequence[str] | None = None, rests: bool = True) -> Self:
+        """Return what a planner gives: a spline of SciPy with a column for each joint: `CubicSpline(t, q)`, q (N, J).
+
+        Or splines by name of a joint, a `Trajectory` of Ruckig, or what TOPP-RA's `compute_trajectory` returns. Left
+        out, names are q1, q2, …. What is proved later are the float64 coefficients; those of B-splines, of Ruckig's
+        profiles and of TOPP-RA's constant accelerations are computed, and rounded.
+
+        TypeError: something else. ValueError: a spline has no column for each name, or a planner's own values differ.
+        """
+        if isinstance(given, JointTrajectory):
+            return replace(given, rests=rests)  # type: ignore[return-value]
+        if isinstance(given, Mapping):
+            parts = [cls._of_one(curve, [name], rests) for name, curve in given.items()]
+            if not parts:
+                raise ValueError("trajectory: no joint is given")
+            ends = _shared([part.breakpoints for part in parts])
+            return cls(
+                [*given], ends, _beside([on_pieces(ends, part.breakpoints, part.coefficients) for part in parts]), rests
+            )
+        return cls._of_one(given, names, rests)
+
+    @classmethod
+    def _of_one(cls, given: Any, names: Sequence[str] | None, rests: bool) -> Self:
+        if hasattr(given, "profiles") and hasattr(given, "at_time"):
+            ends, c = _of_ruckig(given)
+        elif hasattr(given, "cspl"):
+            ends, c = _of_spline(given.cspl)
+        elif hasattr(given, "_ss") and hasattr(given, "_velocities"):
+            ends, c = _of_toppra(given)
+        elif isinstance(given, PPoly | BPoly | BSpline):
+            ends, c = _of_spline(given)
+        else:
+            raise TypeError(f"trajectory: expected {_ACCEPTED}, got {short(given)}")
+        known = names if names is not None else [f"q{j + 1}" for j in range(len(c))]
+        if len(known) != len(c):
+            raise ValueError(f"trajectory: expected a column for each of {len(known)} names, got {len(c)}")
+        return cls(known, ends, c, rests)
+
+    @classmethod
+    def through(
+        cls,
+        times: ArrayLike,
+        positions: ArrayLike,
+        velocities: ArrayLike | None = None,
+        accelerations: ArrayLike | None = None,
+        names: Sequence[str] | None = None,
+        upsampled: bool = False,
+        rests: bool = True,
+    ) -> Self:
+        """Return what ROS 2's joint_trajectory_controller makes of points at `times` (N,) [s], each field (N, J).
+
+        Between two points it is linear where they have positions alone, cubic where both have velocities, and quintic
+        where both have accelerations too. `upsampled`, as its parameter positions_upsampling: velocities of positions
+        alone are those of the cubic spline that begins and ends at rest. Formulas are those of
+        `Trajectory::interpolate_between_points` and `fill_cubic_spline_velocities`, in ros2_controllers,
+        joint_trajectory_controller/src/trajectory.cpp at commit 94e74de35f9d04f313aca8f29df66c3a76004aa7, solved here
+        from their conditions at both ends. What the controller adds in evaluating them in float64 is left out.
+
+        ValueError: shapes do not fit, times do not increase, or there are accelerations without velocities (the
+        controller commands zero positions then).
+        """
+        t, q = numbers("trajectory: times", times), numbers("trajectory: positions", positions)
+        given = {"velocities": velocities, "accelerations": accelerations}
+        fields = [q, *(numbers(f"trajectory: {name}", of) for name, of in given.items() if of is not None)]
+        if accelerations is not None and velocities is None:
+            raise ValueError("trajectory: accelerations need velocities: the controller ignores them, and positions")
+        if q.ndim != 2 or t.shape != q.shape[:1] or any(field.shape != q.shape for field in fields) or len(t) < 2:
+            raise ValueError(
+                f"trajectory: expected a time and a row for each of two points at least, got times {t.shape} and "
+                f"{', '.join(str(field.shape) for field in fields)}"
+            )
+        known = names if names is not None else [f"q{j + 1}" for j in range(q.shape[1])]
+        if not (np.all(np.isfinite(t)) and np.all(np.diff(t) > 0)):
+            raise ValueError(f"trajectory: times must be finite and increase, got {short(t.tolist())}")
+        if upsampled and len(fields) == 1:
+            fields.append(np.asarray(CubicSpline(t, q, bc_type="clamped")(t, 1)))
+        ends = np.stack(fields)
+        return cls(known, t, hermite(ends[:, :-1], ends[:, 1:], np.diff(t)), rests)
+
+    @property
+    def degree(self) -> int:
+        """The degree of the pieces; higher coefficients may be zero."""
+        return int(self.coefficients.shape[2]) - 1
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """When it begins and ends [s]."""
+        return float(self.breakpoints[0]), float(self.breakpoints[-1])
+
+    def __call__(self, t: ArrayLike, order: int = 0) -> Array:
+        """Return positions of all joints, or their derivatives of an order, at t [s]: shape (*t.shape, J).
+
+        At a breakpoint they are those of the piece that begins there; after the end, those of the last piece there,
+        or, where the trajectory rests, zero derivatives. Before the start, they are those of the first piece there.
+        """
+        times = np.clip(np.asarray(t, dtype=float), *self.span)
+        i = np.clip(np.searchsorted(self.breakpoints, times, side="right") - 1, 0, len(self.breakpoints) - 2)
+        since, found = times - self.breakpoints[i], np.zeros((len(self.names), *times.shape))
+        for c in np.moveaxis(derivative(self.coefficients, order), 2, 0)[::-1]:
+            found = found * since + c[:, i]
+        if order and self.rests:
+            found = np.where(np.asarray(t) >= self.span[1], 0.0, found)
+        return np.asarray(np.moveaxis(found, 0, -1))
+
+    def state(self, t: float, orders: int) -> Array:
+        """Return positions and their derivatives below an order at one time [s]: shape (orders, J)."""
+        return np.stack([self(t, order) for order in range(orders)])
+
+    def slowed(self, factor: float) -> Self:
+        """Return the same path in `factor` times the time, from the same start on. ValueError: it is not above 0."""
+        if not (s := real("slowed: factor", factor)) > 0:
+            raise ValueError(f"slowed: factor must be above 0, got {s}")
+        first = self.breakpoints[0]
+        scaled = self.coefficients / s ** np.arange(float(self.degree + 1))
+        return replace(self, breakpoints=first + s * (self.breakpoints - first), coefficients=scaled)
+
+    def delayed(self, by: float) -> Self:
+        """Return the same motion later [s]."""
+        return replace(self, breakpoints=self.breakpoints + real("delayed: by", by))
+
+
+def derivative(c: Array, order: int) -> Array:
+    """Return the coefficients of a derivative, along the last axis."""
+    n = c.shape[-1]
+    if order >= n:
+        return np.zeros((*c.shape[:-1], 1))
+    return np.asarray(c[..., order:] * np.array([float(perm(k, order)) for k in range(order, n)]))
+
+
+def hermite(start: Array, end: Array, widths: Array) -> Array:
+    """Return polynomials with these values and derivatives at both ends of pieces: (J, K, 2 R).
+
+    Shapes: start and end (R, K, J), by order of the derivative, and widths (K,) [s]. With x = t/h, the lower half of
+    the coefficients of x^k are h^k q^(k)/k! at the start; the upper half solves the conditions at x = 1.
+    """
+    R = len(start)
+    scale = widths[:, None] ** np.arange(float(R)) / np.array([perm(k, k) for k in range(R)])  # (K, R)
+    low, wanted = start * scale.T[:, :, None], end * scale.T[:, :, None]
+    lower, inverse = _at_end(R)
+    high = np.tensordot(inverse, wanted - np.tensordot(lower, low, axes=1), axes=1)
+    powers = widths[:, None] ** np.arange(2.0 * R)
+    low = start / np.array([perm(k, k) for k in range(R)])[:, None, None]
+    return np.concatenate([np.transpose(low, (2, 1, 0)), np.transpose(high, (2, 1, 0)) / powers[:, R:]], axis=2)
+
+
+@cache
+def _at_end(R: int) -> tuple[Array, Array]:
+    """Return what the lower powers of x say at x = 1, by C(k, r), and the inverse of what the upper ones say."""
+    lower, upper = (np.array([[comb(k, r) for k in of] for r in range(R)], dtype=float)
+                    for of in (range(R), range(R, 2 * R)))  # fmt: skip
+    return lower, np.rint(np.linalg.inv(upper))
+
+
+def shifted(c: Array, by: Array) -> Array:
+    """Return the coefficients of p(t + by), along the last axis; `by` has the shape of the others, or broadcasts."""
+    found = c.copy()
+    for i in range(c.shape[-1] - 1):
+        for k in range(c.shape[-1] - 2, i - 1, -1):
+            found[..., k] += by * found[..., k + 1]
+    return found
+
+
+def _shared(ends: Sequence[Array]) -> Array:
+    """Return all breakpoints from the latest first to the earliest last one [s]."""
+    first, last = max(of[0] for of in ends), min(of[-1] for of in ends)
+    if not first < last:
+        raise ValueError("trajectory: the joints' curves have no time in common")
+    every = np.unique(np.concatenate(ends))
+    every = every[(every > first) & (every < last)]
+    closest = 1e-9 * (last - first)
+    kept = every[(np.diff(every, prepend=first) > closest) & (last - every > closest)]
+    return np.concatenate([[first], kept, [last]])
+
+
+def on_pieces(ends: Array, own: Array, c: Array) -> Array:
+    """Return the coefficients of a curve on finer pieces, (J, K, n); breakpoints as near as rounding are its own."""
+    middle = (ends[:-1] + ends[1:]) / 2
+    i = np.clip(np.searchsorted(own, middle, side="right") - 1, 0, len(own) - 2)
+    return shifted(c[:, i], ends[:-1] - own[i])
+
+
+def _beside(parts: Sequence[Array]) -> Array:
+    """Return curves of several degrees as one array."""
+    n = max(part.shape[2] for part in parts)
+    return np.concatenate([np.pad(part, ((0, 0), (0, 0), (0, n - part.shape[2]))) for part in parts])
+
+
+def _of_spline(given: Any) -> tuple[Array, Array]:
+    if isinstance(given, BPoly):
+        given = PPoly.from_bernstein_basis(given)
+    if isinstance(given, BSpline):
+        inside = slice(int(given.k), len(given.t) - int(given.k))
+        columns = np.asarray(given.c).reshape(len(given.c), -1)
+        parts = [PPoly.from_spline((given.t, np.ascontiguousarray(c), int(given.k))) for c in columns.T]
+        c = np.stack([part.c[:, inside.start : inside.stop - 1] for part in parts], axis=2)
+        given = PPoly(c, given.t[inside])
+    if given.c.ndim > 3:
+        raise ValueError(f"trajectory: expected one value for each joint, got shape {given.c.shape[2:]}")
+    c = given.c.reshape(*given.c.shape[:2], -1)
+    kept = np.flatnonzero(np.diff(given.x) > 0)  # B-splines have knots that are equal
+    if not len(kept):
+        raise ValueError(f"trajectory: times must increase, got {short(given.x.tolist())}")
+    return np.append(given.x[kept], given.x[kept[-1] + 1]), np.transpose(c[::-1, kept], (2, 1, 0))
+
+
+def _of_ruckig(given: Any) -> tuple[Array, Array]:
+    """Return the pieces of constant jerk of Ruckig's profiles, on all breakpoints of all joints."""
+    if len(given.profiles) != 1:
+        raise ValueError("trajectory: a trajectory of Ruckig through waypoints has no profiles to read")
+    end, parts = float(given.duration), []
+    for profile in given.profiles[0]:
+        times, rows = [0.0], []
+        for of in (profile.brake, profile):
+            for t, j, a, v, p in zip(of.t, of.j, of.a, of.v, of.p, strict=False):
+                if t > 0:
+                    times.append(times[-1] + t)
+                    rows.append([p, v, a / 2, j / 6])
+        if end > times[-1] + 1e-12 or not rows:  # it waits for the others
+            last = [float(profile.pf), float(profile.vf), float(profile.af) / 2, 0.0]
+            times, rows = ([*times, end], [*rows, last]) if end > times[-1] else ([0.0, 1e-3], [last])
+        parts.append((np.array([*times[:-1], max(end, times[-1])]), np.array([rows])))
+    ends = _shared([times for times, _ in parts])
+    c = _beside([on_pieces(ends, *part) for part in parts])
+    return _verified(ends, c, lambda t: given.at_time(t)[0], "Ruckig")
+
+
+def _of_toppra(given: Any) -> tuple[Array, Array]:
+    """Return a cubic path q(s) at s(t) with constant accelerations between grid points: pieces of degree 6."""
+    path = getattr(given._path, "cspl", None)
+    if path is None:
+        raise ValueError("trajectory: a path of TOPP-RA must be one of its SplineInterpolator")
+    knots, cubic = _of_spline(path)
+    times: list[float] = []
+    rows = []
+    grid = zip(given._ss[:-1], given._ss[1:], given._velocities, given._velocities[1:], given._ts, given._ts[1:],
+               strict=False)  # fmt: skip
+    for s0, s1, v, v1, t0, t1 in grid:
+        if not t1 > t0:
+            continue
+        u = (v1 - v) / (t1 - t0)
+        inner = knots[(knots > s0 + 1e-12) & (knots < s1 - 1e-12)]
+        since = [0.0, *(2 * (s - s0) / (v + np.sqrt(v * v + 2 * u * (s - s0))) for s in inner), t1 - t0]
+        for a, b in pairwise(since):
+            s, rate = s0 + a * v + u * a * a / 2, v + u * a
+            middle = s0 + (a + b) / 2 * v + u * (a + b) ** 2 / 8
+            i = min(max(int(np.searchsorted(knots, middle, side="right")) - 1, 0), len(knots) - 2)
+            times.append(t0 + a)
+            rows.append(_composed(cubic[:, i], np.array([s - knots[i], rate, u / 2])))
+    ends = np.append(times, given._ts[-1])
+    return _verified(ends, np.stack(rows, axis=1), given, "TOPP-RA")
+
+
+def _composed(p: Array, inner: Array) -> Array:
+    """Return the coefficients of p(inner(t)) of some polynomials p, (J, n), by Horner's rule."""
+    found = p[:, -1:]
+    for k in range(p.shape[1] - 2, -1, -1):
+        found = np.stack([np.convolve(row, inner) for row in found])
+        found[:, 0] += p[:, k]
+    return found
+
+
+def _verified(ends: Array, c: Array, values: Any, planner: str) -> tuple[Array, Array]:
+    """Return pieces that have the values of a planner, halfway between breakpoints. ValueError: they have not."""
+    middle = (ends[:-1] + ends[1:]) / 2
+    wanted = np.array([np.asarray(values(float(t))) for t in middle]).reshape(len(middle), -1).T
+    since, found = middle - ends[:-1], np.zeros(wanted.shape)
+    for k in range(c.shape[2] - 1, -1, -1):
+        found = found * since + c[:, :, k]
+    off = float(np.max(np.abs(found - wanted)))
+    if not off <= _OFF * max(float(np.max(np.abs(wanted))), 1.0):
+        raise ValueError(f"trajectory: what is read of {planner} is {off:.3g} off its own values")
+    return ends, c
