@@ -125,28 +125,30 @@ class PlantInequalities:
 
 @dataclass(frozen=True, eq=False)
 class Slack:
-    """Bounds of the errors, in parts of the widths w: H e(i) / w ≤ `states`(i−1) for i = 1 … N, shape (N, 2r), and
+    """Bounds of the errors, in parts of the widths w: H e(i) / w ≤ `states`(i − 1) for i = 1 … N, shape (N, 2r), and
     G v(i) / w ≤ `inputs`(i) for i < N, shape (N, 2s).
 
-    The current error e(0) is not bounded, because no input changes it any more.
+    Where e(0) is bounded, too, `states` begin with its bounds, and have the shape (N + 1, 2r).
     """
 
     states: Array
     inputs: Array
 
     @classmethod
-    def along(cls, inequalities: PlantInequalities, window: Window) -> "Slack":
-        """Return (h − H x_r) / w and (g − G u_r) / w along the window of a reference."""
-        return cls(inequalities.states.slack(window.states[1:]), inequalities.inputs.slack(window.inputs))
+    def along(cls, inequalities: PlantInequalities, window: Window, first_bounded: int = 1) -> "Slack":
+        """Return (h − H x_r) / w and (g − G u_r) / w along the window of a reference; bounds of states count from
+        e(`first_bounded`) on."""
+        return cls(inequalities.states.slack(window.states[first_bounded:]), inequalities.inputs.slack(window.inputs))
 
     def widened(self, by: float) -> "Slack":
         """Move every bound outwards, `by` a part of its width."""
         return Slack(self.states + by, self.inputs + by)
 
     def remaining(self, inequalities: PlantInequalities, errors: Array, input_errors: Array) -> "Slack":
-        """Return the slack left by e(1), …, e(N) (N, n) and v(0), …, v(N−1) (N, m): negative where one violates its
+        """Return the slack left by e(0), …, e(N) (N + 1, n) and v(0), …, v(N−1) (N, m): negative where one violates its
         bound."""
         X, U = inequalities.states, inequalities.inputs
+        errors = errors[-len(self.states) :]
         return Slack(self.states - errors @ X.rows.T / X.widths, self.inputs - input_errors @ U.rows.T / U.widths)
 
     @property
@@ -160,10 +162,10 @@ class Slack:
 
         Quantities are the rows of the sets, those of the states first. Of equal slacks the earliest counts.
         """
-        N, r = len(self.states), self.states.shape[1] // 2
-        both_sides = [values.reshape(N, 2, -1).min(axis=1) for values in (self.states, self.inputs)]
+        N, r = len(self.inputs), self.states.shape[1] // 2
+        both_sides = [values.reshape(len(values), 2, -1).min(axis=1) for values in (self.states, self.inputs)]
         by_step = np.full((N + 1, r + self.inputs.shape[1] // 2), np.inf)
-        by_step[1:, :r], by_step[:-1, r:] = both_sides
+        by_step[-len(self.states) :, :r], by_step[:-1, r:] = both_sides
         smallest = np.min(by_step)
         steps_ahead, quantity = np.argwhere(by_step <= smallest + _TIE * (1 + abs(smallest)))[0].tolist()
         return quantity, steps_ahead

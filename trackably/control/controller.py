@@ -85,7 +85,7 @@ class Controller:
 
     def _solved(self, k: int, state: Array, window: Window, initial_guess: Array | None) -> Plan | Infeasible:
         if self.formulation.is_linear:
-            problem = StepProblem(self.formulation, k, state, window, self.formulation.local_model(window, window))
+            problem = StepProblem.of(self.formulation, k, state, window)
             return problem.optimum or problem.infeasible
         return solve_by_linearisation(self.formulation, k, state, turned_near(self.plant, window, state), initial_guess)
 

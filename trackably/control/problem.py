@@ -1,14 +1,17 @@
 """The problem of one step: its optimal plan, or how far the sets are from one."""
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
 from trackably.arrays import Array
 from trackably.control.bounds import AdmissiblePoints, PlantInequalities, Scales, Slack
 from trackably.control.error_model import ErrorModel, LinearQuadratic, linearisation_defects, reference_defects
-from trackably.control.programs import CompiledProgram, ElasticProgram, MeasuredStart, StepPrograms
+from trackably.control.programs import Program, StartSet, StepPrograms
 from trackably.control.stepping import ROUNDING, Infeasible, Plan, Status
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
@@ -17,21 +20,18 @@ from trackably.systems.reference import Window
 
 @dataclass(frozen=True, eq=False)
 class LocalModel:
-    """The error model near one trajectory, its optimum without bounds (in scales), and the defects d (N, n)."""
+    """The error model near one trajectory with its defects d (N, n); in scales its optimum without bounds, and its
+    programs."""
 
     error_model: ErrorModel
     without_bounds: LinearQuadratic
+    programs: StepPrograms
     defects: Array
-
-    @property
-    def scaled(self) -> ErrorModel:
-        """The model of the errors in scales."""
-        return self.without_bounds.model
 
 
 @dataclass(frozen=True, eq=False)
 class Formulation:
-    """The programs of a plant for a `horizon` N and weights Q (n, n) and R (m, m), each built when first used."""
+    """What all steps share of a plant, for a `horizon` N and weights Q (n, n) and R (m, m); found when first used."""
 
     plant: ConstrainedSystem
     horizon: int
@@ -44,13 +44,18 @@ class Formulation:
         return isinstance(self.plant.system, LinearSystem)
 
     def local_model(self, window: Window, nominal: Window) -> LocalModel:
-        """Return the model of the errors from a reference's `window`, linearised along the `nominal` trajectory."""
+        """Return the model of the errors from a reference's `window`, linearised along the `nominal` trajectory.
+
+        Raises ArithmeticError where the system is not defined there.
+        """
+        system = self.plant.system
         if self.is_linear:
-            defects = reference_defects(self.plant.system, window)
-            return LocalModel(self._model, self.linear_optimum, defects)
-        model = ErrorModel.along(self.plant.system, nominal)
-        defects = linearisation_defects(model, self.plant.system, window, nominal)
-        return LocalModel(model, self._without_bounds(model), defects)
+            return replace(self.linear_model, defects=reference_defects(system, window))
+        model = ErrorModel.along(system, nominal)
+        found = self._with_programs(model, linearisation_defects(model, system, window, nominal))
+        if not all(np.all(np.isfinite(part)) for part in (model.A, model.B, found.defects)):
+            raise ArithmeticError("a plan leads where the system is not defined")
+        return found
 
     @cached_property
     def scales(self) -> Scales:
@@ -61,20 +66,23 @@ class Formulation:
         return PlantInequalities.of(self.plant)
 
     @cached_property
-    def programs(self) -> StepPrograms:
-        return StepPrograms(self.plant, self.horizon, self.scales, self.scaled_weights, MeasuredStart(self.scales))
-
-    @cached_property
-    def elastic(self) -> ElasticProgram:
-        return ElasticProgram(self.scales, self.inequalities, self.horizon, *self.scaled_weights)
-
-    @cached_property
     def scaled_weights(self) -> tuple[Array, Array]:
         """Q and R of errors in scales, for a cost in its scale."""
         return self.scales.weights(self.Q, self.R)
 
     @cached_property
+    def start(self) -> StartSet:
+        """Where plans may start, in scales: from what is measured."""
+        return StartSet.measured(len(self.Q))
+
+    @cached_property
+    def feedback(self) -> Array:
+        """K (m, n) of u = v(0) + K (x − z(0)), for plans that start from another state z(0) than the measured one."""
+        return np.zeros((len(self.R), len(self.Q)))
+
+    @cached_property
     def admissible(self) -> AdmissiblePoints:
+        """The inputs that may be applied."""
         return AdmissiblePoints(self.plant.input_set)
 
     @cached_property
@@ -82,17 +90,21 @@ class Formulation:
         return AdmissiblePoints(self.plant.state_set)
 
     @cached_property
-    def _model(self) -> ErrorModel:
+    def linear_model(self) -> LocalModel:
+        """The model of a linear system, the same along every trajectory, without defects."""
         n, m, N = len(self.Q), len(self.R), self.horizon
-        return ErrorModel.along(self.plant.system, Window(np.zeros((N + 1, n)), np.zeros((N, m))))
+        anywhere = Window(np.zeros((N + 1, n)), np.zeros((N, m)))
+        return self._with_programs(ErrorModel.along(self.plant.system, anywhere), np.zeros((N, n)))
 
-    @cached_property
-    def linear_optimum(self) -> LinearQuadratic:
-        """The optimum without bounds of a linear system, the same along every trajectory."""
-        return self._without_bounds(self._model)
+    def programs(self, model: ErrorModel) -> StepPrograms:
+        """Return the programs along a model of the errors."""
+        scales, X, U = self.scales, self.inequalities.states, self.inequalities.inputs
+        rows = X.in_widths(scales.states), U.in_widths(scales.inputs)
+        return StepPrograms(model.scaled(scales), *self.scaled_weights, *rows, self.start)
 
-    def _without_bounds(self, model: ErrorModel) -> LinearQuadratic:
-        return LinearQuadratic(model.scaled(self.scales), *self.scaled_weights)
+    def _with_programs(self, model: ErrorModel, defects: Array) -> LocalModel:
+        programs = self.programs(model)
+        return LocalModel(model, LinearQuadratic(programs.model, *self.scaled_weights), programs, defects)
 
 
 TOLERANCE = 1e-7
@@ -109,7 +121,7 @@ _ULPS = 64 * np.finfo(float).eps
 
 @dataclass(frozen=True, eq=False)
 class StepProblem:
-    """The problem of step `k`: the system's `state` (n,), the reference's `window` ahead, and the model of errors.
+    """The problem of step `k`: the measured `state` (n,), the reference's `window` ahead, and the model of errors.
 
     Every result raises ArithmeticError where the numbers are beyond the solver or floating point.
     """
@@ -120,27 +132,43 @@ class StepProblem:
     window: Window
     model: LocalModel
 
+    @classmethod
+    def of(cls, formulation: Formulation, k: int, state: Array, window: Window) -> Self:
+        """Return the problem of a step, linearised along the reference."""
+        return cls(formulation, k, state, window, formulation.local_model(window, window))
+
+    def along(self, nominal: Window) -> Self:
+        """Return the same problem, linearised along another trajectory."""
+        return replace(self, model=self.formulation.local_model(self.window, nominal))
+
     @cached_property
     def optimum(self) -> Plan | None:
         """The optimal plan; None where there is no plan."""
         return self.without_bounds() or self.solved() or self.widened()
 
     @cached_property
-    def initial_error(self) -> Array:
+    def off(self) -> Array:
         """x(k) − x_r(k), shape (n,)."""
         return np.asarray(self.state - self.window.states[0])
 
     @cached_property
     def slack(self) -> Slack:
         """What the reference leaves for errors."""
-        return Slack.along(self.formulation.inequalities, self.window)
+        return Slack.along(self.formulation.inequalities, self.window, self.formulation.start.first_bounded)
+
+    @property
+    def free_start(self) -> Array | None:
+        """e(0) (n,) of the plan of least cost where no bound is active; None where it is not known."""
+        return self.off
 
     def without_bounds(self) -> Plan | None:
         """Return the optimum without bounds, if it keeps them."""
-        scales = self.formulation.scales
-        unforced = self.model.error_model.unforced_errors(self.initial_error, self.model.defects)
+        start, scales = self.free_start, self.formulation.scales
+        if start is None:
+            return None
+        unforced = self.model.error_model.unforced_errors(start, self.model.defects)
         v = self.model.without_bounds.input_errors(unforced / scales.states) * scales.inputs
-        plan = self.plan(v, Status.NO_ACTIVE_BOUND)
+        plan = self.plan(v, Status.NO_ACTIVE_BOUND, start)
         return plan if plan.slack >= -ROUNDING else None
 
     def solved(self) -> Plan | None:
@@ -159,22 +187,17 @@ class StepProblem:
 
         This program always has a solution. Raises ArithmeticError where the solver does not find it.
         """
-        v = self._solve(self.formulation.programs.widening, self.slack)
-        plan = None if v is None else self.plan(v, Status.WIDENED)
+        plan = self._solved(self.model.programs.widening, self.slack, 0.0)
         if plan is None or not self.ends_on_reference(plan):
             raise ArithmeticError("the numbers are beyond the solver")
         return plan
 
     @cached_property
     def infeasible(self) -> Infeasible:
-        """How much widening a plan needs, and how close one comes to the reference without it."""
-        fallback = self.closest or self._tracking(self.slack.widened(TOLERANCE - self.widest.slack)) or self.widest
-        return self.explain(self.widest, self.closest, fallback)
-
-    def explain(self, widest: Plan, closest: Plan | None, fallback: Plan) -> Infeasible:
-        """Return why there is no plan, where `widest` is the one that needs the least widening of the sets."""
-        f = self.formulation
-        errors, v = widest.states[1:] - self.window.states[1:], widest.inputs - self.window.inputs
+        """Why there is no plan: how much widening one needs, and how close one comes to the reference without it."""
+        f, closest, widest, tracking = self.formulation, self.closest, self.widest, self.model.programs.tracking
+        fallback = closest or self._solved(tracking, self.slack.widened(TOLERANCE - widest.slack), 0.0) or widest
+        errors, v = widest.states - self.window.states, widest.inputs - self.window.inputs
         quantity, steps_ahead = self.slack.remaining(f.inequalities, errors, v).tightest
         constraint = f.plant.given_constraints[quantity]
         return Infeasible(
@@ -196,13 +219,13 @@ class StepProblem:
         The end comes first: without the second minimum, any plan with that end would do, however far it leads from the
         reference on the way.
         """
-        v = self._solve(self.formulation.programs.terminal_error, self.slack.widened(TOLERANCE))
-        if v is None:
+        programs = self.model.programs
+        nearest = self._solved(programs.terminal_error, self.slack.widened(TOLERANCE), None)
+        if nearest is None:
             return None
-        nearest = self.plan(v, Status.WIDENED)
         # Where no other plan ends there, the first tolerance leaves the second program without an interior.
         end = nearest.states[-1] - self.window.states[-1]
-        return self._tracking(self.slack.widened(2 * TOLERANCE), end) or nearest
+        return self._solved(programs.tracking, self.slack.widened(2 * TOLERANCE), end) or nearest
 
     def is_feasible(self, plan: Plan) -> bool:
         """Whether a plan ends on the reference and keeps the sets, up to twice the tolerance."""
@@ -214,42 +237,37 @@ class StepProblem:
         missed = np.max(np.abs(plan.states[-1] - self.window.states[-1]) / scales)
         return bool(missed <= TOLERANCE + _ULPS * np.max(np.abs(plan.states) / scales))
 
-    def plan(self, v: Array, status: Status) -> Plan:
-        """Return the plan with input errors v (N, m)."""
-        return self.applying(self.formulation.admissible.pull_inside(self.window.inputs[0] + v[0]), v, status)
-
-    def applying(self, u: Array, v: Array, status: Status, slack: float = np.inf) -> Plan:
-        """Return the plan with input errors v (N, m), of which u (m,) is applied; `slack` is that of e(0), if any."""
-        f = self.formulation
-        errors = self.model.error_model.errors(self.initial_error, v, self.model.defects)
-        e = np.vstack([self.initial_error, errors])
+    def plan(self, v: Array, status: Status, start: Array | None = None) -> Plan:
+        """Return the plan with input errors v (N, m), from e(0) = `start` (n,): left out, from the measured state."""
+        f, start = self.formulation, self.off if start is None else start
+        e = np.vstack([start, self.model.error_model.errors(start, v, self.model.defects)])
         stage_costs = np.einsum("ia,ab,ib->i", e[:-1], f.Q, e[:-1]) + np.einsum("ia,ab,ib->i", v, f.R, v)
         if not (np.all(np.isfinite(e)) and np.all(np.isfinite(v)) and np.isfinite(np.sum(stage_costs))):
             raise ArithmeticError("a prediction overflows")
         return Plan(
             k=self.k,
-            input=u,
+            input=f.admissible.pull_inside(self.window.inputs[0] + v[0] + f.feedback @ (self.off - start)),
             cost=float(np.sum(stage_costs)),
             stage_cost=float(stage_costs[0]),
             states=self.window.states + e,
             inputs=self.window.inputs + v,
-            slack=min(slack, self.slack.remaining(f.inequalities, errors, v).smallest),
-            terminal_residual=float(np.max(np.abs(errors[-1]))),
+            slack=self.slack.remaining(f.inequalities, e, v).smallest,
+            terminal_residual=float(np.max(np.abs(e[-1]))),
             status=status,
         )
 
     def _optimum(self, slack: Slack, status: Status) -> Plan | None:
-        plan = self._tracking(slack, status=status)
+        plan = self._solved(self.model.programs.tracking, slack, 0.0, status)
         return plan if plan is not None and self.is_feasible(plan) else None
 
-    def _tracking(self, slack: Slack, end: Array | float = 0.0, status: Status = Status.WIDENED) -> Plan | None:
-        """Return the plan of least cost with e(N) = `end` (n,), by default zero; None where none is found."""
-        v = self._solve(self.formulation.programs.tracking, slack, end)
-        return None if v is None else self.plan(v, status)
-
-    def _solve(self, program: CompiledProgram, slack: Slack, end: Array | float = 0.0) -> Array | None:
-        """Return the v (N, m) that a program finds."""
-        f, model = self.formulation, self.model
-        start_slack = f.inequalities.states.slack(self.window.states[0])
-        found = f.programs.solve(program, model.scaled, self.initial_error, model.defects, slack, start_slack, end)
-        return None if found is None else found[1]
+    def _solved(
+        self, program: Program, slack: Slack, end: Array | float | None, status: Status = Status.WIDENED
+    ) -> Plan | None:
+        """Return the plan that a program finds, if any, with e(N) = `end` (n,): None where it is free."""
+        x, model = self.formulation.scales.states, self.model
+        at = None if end is None else np.broadcast_to(end, x.shape) / x
+        found = model.programs.solve(program, self.off / x, model.defects / x, slack, at)
+        if found is None:
+            return None
+        start, v = found[0] * x, found[1] * self.formulation.scales.inputs
+        return self.plan(v, status, start if len(self.formulation.start.directions) else self.off)

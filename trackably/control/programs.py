@@ -1,135 +1,58 @@
-"""The convex programs of a controller, translated for the solver once, and filled with numbers in each step."""
-
-from __future__ import annotations
+"""The convex programs of a step, as matrices for an interior-point method."""
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import clarabel
-import cvxpy as cp
 import numpy as np
-from numpy.typing import NDArray
+import numpy.typing as npt
 from scipy import sparse
 
 from trackably.arrays import Array
-from trackably.control.bounds import Inequalities, PlantInequalities, Scales, Slack
+from trackably.control.bounds import Slack
 from trackably.control.error_model import ErrorModel
-from trackably.systems.constrained import ConstrainedSystem
 
-# An interior-point method without warm start: the result depends on the parameters only, not on earlier steps. The
-# first tolerance is tighter than the solver's default (1e-8), because a cost of 1e-8 is an error of 1e-4. The next
-# tolerance is tried where float64 does not reach it.
+# An interior-point method without warm start: the result depends on the numbers only, not on earlier steps. The first
+# tolerance is tighter than the solver's default (1e-8), because a cost of 1e-8 is an error of 1e-4. The next tolerance
+# is tried where float64 does not reach it.
 _TOLERANCES = (1e-12, 1e-10, 1e-8)
 _MAX_ITERATIONS = 50
 
 
 @dataclass(frozen=True, eq=False)
-class CompiledProgram:
-    """A quadratic or linear program with parameters in its constraints alone.
+class Program:
+    """min ½ xᵀ P x + qᵀ x with E x = f and F x ≤ g, where A stacks E, of so many `equations`, on F."""
 
-    ValueError where it is not convex and affine in its parameters, or where its objective has parameters.
-    """
+    P: Array
+    q: Array
+    A: Array
+    equations: int
 
-    problem: cp.Problem
+    def solve(
+        self, limits: Array, tolerances: tuple[float, ...] = _TOLERANCES, accepted: tuple[str, ...] = ("Solved",)
+    ) -> Array | None:
+        """Return the optimal x for `limits` (f, g); None where the solver finds none.
 
-    def __post_init__(self) -> None:
-        if not self.problem.is_dcp(dpp=True):
-            raise ValueError("program: must be convex, and affine in its parameters")
-        if self.problem.objective.parameters():
-            raise ValueError("program: must have no parameters in its objective")
-
-    def solve(self) -> dict[int, Array] | None:
-        """Return the optimal values of the variables, by their ids, for the present values of the parameters.
-
-        None where the solver finds no solution. Raises ArithmeticError where a parameter is not finite.
+        Raises ArithmeticError where a number is not finite.
         """
-        form = self._form
-        A, b = form.constraints_at(self._values())
-        for tolerance in _TOLERANCES:
-            found = clarabel.DefaultSolver(form.P, form.q, A, b, form.cones, _settings(tolerance)).solve()
-            if found.status == clarabel.SolverStatus.Solved:
-                return form.split(np.array(found.x))
+        if not (np.all(np.isfinite(limits)) and np.all(np.isfinite(self._matrices[1].data))):
+            raise ArithmeticError("the numbers of its program are not finite")
+        sizes = (clarabel.ZeroConeT, self.equations), (clarabel.NonnegativeConeT, len(limits) - self.equations)
+        cones = [cone(size) for cone, size in sizes if size]
+        for tolerance in tolerances:
+            found = clarabel.DefaultSolver(
+                self._matrices[0], self.q, self._matrices[1], limits, cones, _settings(tolerance)
+            ).solve()
+            if str(found.status) in accepted:
+                return np.array(found.x)
             if found.status == clarabel.SolverStatus.PrimalInfeasible:
                 return None
         return None
 
-    def _values(self) -> Array:
-        """Return all parameters in the order of the form, and a one."""
-        values = np.ones(self._form.parameters)
-        for parameter in self.problem.parameters():
-            first = self._form.first_parameter[parameter.id]
-            values[first : first + parameter.size] = np.ravel(parameter.value, order="F")
-        if not np.all(np.isfinite(values)):
-            raise ArithmeticError("the numbers of its program are not finite")
-        return values
-
     @cached_property
-    def _form(self) -> _Form:
-        return _Form.of(self.problem)
-
-
-@dataclass(frozen=True, eq=False)
-class _Form:
-    """The solver's form: entries of −A and b are `entries` times (parameters, 1); all else is constant.
-
-    Column by column, with b as the last one, entry i lies in row `rows[i]`; column j begins at entry `columns[j]`.
-    Variables and parameters are vectors of all their entries, each in the order of Fortran, by id.
-    """
-
-    P: sparse.csc_array
-    q: Array
-    cones: list[object]
-    entries: sparse.csr_array
-    rows: NDArray[np.intp]
-    columns: NDArray[np.intp]
-    height: int
-    first_parameter: dict[int, int]
-    variables: dict[int, tuple[int, tuple[int, ...]]]
-
-    @classmethod
-    def of(cls, problem: cp.Problem) -> _Form:
-        data, _, _ = problem.get_problem_data(cp.CLARABEL, solver_opts={})
-        program, dims, q = data[cp.settings.PARAM_PROB], data["dims"], data["c"]
-        height, size = dims.zero + dims.nonneg, len(q)
-        assert program.constr_size == height, "only equations and inequalities"
-        tensor = sparse.csr_array(program.A)
-        used = np.flatnonzero(np.diff(tensor.indptr))
-        return cls(
-            P=sparse.triu(data.get("P", sparse.csc_array((size, size)))).tocsc(),
-            q=q,
-            cones=[
-                cone(count)
-                for cone, count in ((clarabel.ZeroConeT, dims.zero), (clarabel.NonnegativeConeT, dims.nonneg))
-                if count
-            ],
-            entries=tensor[used],
-            rows=used % height,
-            columns=np.searchsorted(used // height, np.arange(size + 2)),
-            height=height,
-            first_parameter=program.param_id_to_col,
-            variables={v.id: (program.var_id_to_col[v.id], v.shape) for v in program.variables},
-        )
-
-    @property
-    def parameters(self) -> int:
-        """How many numbers parameters have, and the one that constants are multiplied with."""
-        return int(self.entries.shape[1])
-
-    def constraints_at(self, values: Array) -> tuple[sparse.csc_array, Array]:
-        """Return A and b for the values of the parameters."""
-        found, begin = self.entries @ values, self.columns[-2]
-        b = np.zeros(self.height)
-        b[self.rows[begin:]] = found[begin:]
-        shape = (self.height, len(self.q))
-        return sparse.csc_array((-found[:begin], self.rows[:begin], self.columns[:-1]), shape=shape), b
-
-    def split(self, x: Array) -> dict[int, Array]:
-        """Return the variables of which x (all of them) is made."""
-        return {
-            name: x[first : first + int(np.prod(shape))].reshape(shape, order="F")
-            for name, (first, shape) in self.variables.items()
-        }
+    def _matrices(self) -> tuple[sparse.csc_array, sparse.csc_array]:
+        return sparse.csc_array(np.triu(self.P)), sparse.csc_array(self.A)
 
 
 def _settings(tolerance: float) -> clarabel.DefaultSettings:
@@ -141,261 +64,195 @@ def _settings(tolerance: float) -> clarabel.DefaultSettings:
     return settings
 
 
-class Start(Protocol):
-    """What a program says of e(0) = (x(0) − x_r) / scales."""
+class StartSet(NamedTuple):
+    """Where a plan may start: at e(0) = x − x_r − `centre` − p · `directions` with `lower` ≤ p ≤ 1 and `sums` p = 1.
 
-    def constraints(self, start: cp.Expression, widening: cp.Expression | float) -> list[cp.Constraint]:
-        """Return the constraints on the scaled e(0) (n,), bounds moved out by `widening` of their widths."""
-        ...
-
-    def assign(self, off: Array, slack: Array) -> None:
-        """Give the parameters their values, for x − x_r = `off` (n,) and the slack of x_r itself (2r,)."""
-        ...
-
-
-@dataclass(frozen=True, eq=False)
-class MeasuredStart:
-    """e(0) is what is measured. It is not bounded, because no input changes it any more."""
-
-    scales: Scales
-
-    @cached_property
-    def parameter(self) -> cp.Parameter:
-        return cp.Parameter(len(self.scales.states))
-
-    def constraints(self, start: cp.Expression, _: cp.Expression | float) -> list[cp.Constraint]:
-        return [start == self.parameter]
-
-    def assign(self, off: Array, _: Array) -> None:
-        self.parameter.value = off / self.scales.states
-
-
-class _Symbols(NamedTuple):
-    """Variables, and parameters in the order of their definition."""
-
-    e: cp.Variable
-    v: cp.Variable
-    A: cp.Parameter
-    B: cp.Parameter
-    defects: cp.Parameter
-    end: cp.Parameter
-    state_slack: cp.Parameter
-    input_slack: cp.Parameter
-
-
-@dataclass(frozen=True, eq=False)
-class StepPrograms:
-    """The programs in e(0), …, e(N) and v(0), …, v(N − 1), with parameters for all that changes from step to step.
-
-    All are in the scales of the plant, and slack in parts of the widths, so that a solver meets numbers near one in
-    whatever units the plant is given. `weights` Q and R are scaled, too. The matrices A_i and B_i of all steps are
-    stacked: (N n, n) and (N n, m).
+    Shapes (n,), (q, n), (q,) and (h, q). Bounds count from e(`first_bounded`) on, 0 or 1.
     """
 
-    plant: ConstrainedSystem
-    horizon: int
-    scales: Scales
-    weights: tuple[Array, Array]
-    start: Start
+    centre: Array
+    directions: Array
+    lower: Array
+    sums: Array
+    first_bounded: int
 
-    @cached_property
-    def tracking(self) -> CompiledProgram:
-        """min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R with e(N) as given (0: on the reference), e and v within their slack."""
-        (Q, R), s = self.weights, self._symbols
-        return self._compiled(_squared(s.e[:-1], Q) + _squared(s.v, R))
-
-    @cached_property
-    def widening(self) -> CompiledProgram:
-        """The least part of their widths by which all sets must grow, or the most they may shrink, for an e(N)."""
-        by = cp.Variable()
-        return self._compiled(by, by)
-
-    @cached_property
-    def terminal_error(self) -> CompiledProgram:
-        """min ‖e(N)‖ (Euclidean, in scales) with e, v within their slack: e(N) is unique then, the plan is not."""
-        return self._compiled(cp.sum_squares(self._symbols.e[self.horizon]), ends=False)
-
-    def solve(
-        self,
-        program: CompiledProgram,
-        model: ErrorModel,
-        off: Array,
-        defects: Array,
-        slack: Slack,
-        start_slack: Array,
-        end: Array | float = 0.0,
-    ) -> tuple[Array, Array] | None:
-        """Return the optimal e(0) (n,) and v (N, m) of one of the programs; None where the solver finds no solution.
-
-        `model` is scaled; `off` = x − x_r (n,), `defects` (N, n), `end` = e(N) and what is returned are in their units.
-        `start_slack` (2r,) is that of x_r. Raises ArithmeticError where a number is not finite.
-        """
-        states, inputs, s = self.scales.states, self.scales.inputs, self._symbols
-        self.start.assign(off, start_slack)
-        s.A.value, s.B.value = np.concatenate([*model.A]), np.concatenate([*model.B])
-        s.defects.value, s.end.value = defects / states, np.broadcast_to(end, off.shape) / states
-        s.state_slack.value, s.input_slack.value = slack.states, slack.inputs
-        found = program.solve()
-        return None if found is None else (found[s.e.id][0] * states, found[s.v.id] * inputs)
-
-    def _compiled(
-        self, cost: cp.Expression, widening: cp.Expression | float = 0.0, ends: bool = True
-    ) -> CompiledProgram:
-        """Return a program with the dynamics, and with each bound moved out by `widening` of its width."""
-        s, n = self._symbols, len(self.plant.system.states)
-        constraints = self.start.constraints(s.e[0], widening)
-        for i in range(self.horizon):
-            at = slice(i * n, (i + 1) * n)
-            constraints.append(s.e[i + 1] == s.A[at] @ s.e[i] + s.B[at] @ s.v[i] + s.defects[i])
-        for values, polytope, scale, slack in (
-            (s.e[1:], self.plant.state_set, self.scales.states, s.state_slack),
-            (s.v, self.plant.input_set, self.scales.inputs, s.input_slack),
-        ):
-            if len(polytope.rows):
-                rows = Inequalities.of(polytope).in_widths(scale)
-                constraints.append(values @ rows.T <= slack + widening * np.ones(slack.shape))
-        if ends:
-            constraints.append(s.e[self.horizon] == s.end)
-        return CompiledProgram(cp.Problem(cp.Minimize(cost), constraints))
-
-    @cached_property
-    def _symbols(self) -> _Symbols:
-        N, n, m = self.horizon, len(self.plant.system.states), len(self.plant.system.inputs)
-        return _Symbols(
-            cp.Variable((N + 1, n)),
-            cp.Variable((N, m)),
-            *(cp.Parameter(shape) for shape in ((N * n, n), (N * n, m), (N, n), (n,))),
-            *(cp.Parameter((N, 2 * len(of.rows))) for of in (self.plant.state_set, self.plant.input_set)),
-        )
+    @classmethod
+    def measured(cls, n: int) -> "StartSet":
+        """Return the set of the one start that is measured, with n states. It is not bounded, because no input changes
+        it any more."""
+        return cls(np.zeros(n), np.zeros((0, n)), np.zeros(0), np.zeros((0, 0)), 1)
 
 
-def _squared(rows: cp.Expression, weight: Array) -> cp.Expression:
-    """Return Σ_i ‖row_i‖² in the norm of `weight`."""
-    return cp.quad_form(cp.vec(rows, order="C"), np.kron(np.eye(rows.shape[0]), weight), assume_PSD=True)
-
-
-_ELASTIC_TOLERANCE = 1e-10
+_ELASTIC_TOLERANCES = (1e-10,)
 _PROXIMAL = 1e-6
 """The weight of a step's own size: it chooses among steps that are equally good."""
 
-_SOLVED = ("Solved", "AlmostSolved")
 
+class Deviation(NamedTuple):
+    """Of a trajectory, in scales: its distances e (N + 1, n) and v (N, m) from the reference, and its `defects`
+    f(x_i, u_i) − x_(i+1) (N, n)."""
 
-class Linearised(NamedTuple):
-    """What a step starts from, in scales: slopes A (N, n, n) and B (N, n, m) along a trajectory, its `defects`
-    f(x_i, u_i) − x_(i+1) (N, n), and its distances e (N + 1, n) and v (N, m) from the reference."""
-
-    A: Array
-    B: Array
-    defects: Array
     e: Array
     v: Array
-
-    @property
-    def dynamics(self) -> sparse.csc_array:
-        """The matrix of A_i δe_i + B_i δv_i − δe_(i+1), shape (N n, (N − 1) n + N m), with δe_0 = δe_N = 0."""
-        N, n, _ = self.B.shape
-        by_state = np.zeros((N, n, N + 1, n))
-        by_state[np.arange(N), :, np.arange(N)] = self.A
-        by_state[np.arange(N), :, np.arange(1, N + 1)] = -np.eye(n)
-        inner = sparse.csc_array(by_state[:, :, 1:-1].reshape(N * n, (N - 1) * n))
-        return sparse.csc_array(sparse.hstack([inner, sparse.block_diag(list(self.B))]))
-
-    @property
-    def least_change(self) -> Change:
-        """The least change, in the Euclidean norm, after which no dynamics are missed, to first order; bounds are not
-        kept."""
-        return self.change(-np.linalg.lstsq(self.dynamics.toarray(), self.defects.ravel())[0])
-
-    def change(self, x: Array) -> Change:
-        """Return changes of states and inputs, given as one vector x."""
-        N, n, m = self.B.shape
-        states, inputs = np.split(x, [(N - 1) * n])
-        defects = self.defects + (self.dynamics @ x).reshape(N, n)
-        return Change(states.reshape(N - 1, n), inputs.reshape(N, m), defects)
-
-    @property
-    def is_defined(self) -> bool:
-        """Whether all numbers are finite."""
-        return all(bool(np.all(np.isfinite(values))) for values in self)
-
-
-class Change(NamedTuple):
-    """Changes of the inner states x(1), …, x(N − 1), shape (N − 1, n), and of the inputs (N, m), in scales; `defects`
-    (N, n) are those after them, to first order."""
-
-    states: Array
-    inputs: Array
     defects: Array
 
     @property
     def missed(self) -> float:
-        """Σ_i ‖defect_i‖₁ after the changes, to first order."""
+        """Σ_i ‖defect_i‖₁."""
         return float(np.sum(np.abs(self.defects)))
 
     @property
     def size(self) -> float:
-        """The largest change of all."""
-        return float(max(np.max(np.abs(self.states), initial=0.0), np.max(np.abs(self.inputs))))
+        """The largest distance of all."""
+        return float(max(np.max(np.abs(self.e)), np.max(np.abs(self.v))))
 
 
 @dataclass(frozen=True, eq=False)
-class ElasticProgram:
-    """min w V(e + δe, v + δv) + Σ_i ‖d_i + A_i δe_i + B_i δv_i − δe_(i+1)‖₁ with |δe| ≤ Δ, |δv| ≤ Δ and bounds kept.
+class StepPrograms:
+    """The programs in e(0), …, e(N) and v(0), …, v(N − 1) along one `model` of the errors.
 
-    V = Σ_i ‖e_i‖²_Q + ‖v_i‖²_R, with Q and R in scales. The first and the last state are given and do not change. The
-    program has a solution from wherever the bounds are kept: no change at all satisfies its constraints. (The ℓ1
-    penalty is exact, see Fletcher: Practical Methods of Optimization, section 14.4.)
+    All are in the scales of the plant, so that a solver meets numbers near one in whatever units the plant is given:
+    the model, the weights `Q` and `R`, the `start`, and the rows of the state set (2r, n) and of the input set (2s, m),
+    in parts of the widths.
     """
 
-    scales: Scales
-    inequalities: PlantInequalities
-    horizon: int
+    model: ErrorModel
     Q: Array
     R: Array
+    state_rows: Array
+    input_rows: Array
+    start: StartSet
 
-    def change(self, at: Linearised, slack: Array, weight: float, radius: float) -> Change | None:
-        """Return the best change for w = `weight` ≥ 0 and Δ = `radius`; None where the solver finds none.
+    @cached_property
+    def tracking(self) -> Program:
+        """min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R with e(N) as given (0: on the reference), e and v within their slack."""
+        return self._program(2 * self._weights)
 
-        `slack` (rows of `bounds`,) is what the trajectory leaves to its bounds, in parts of the widths.
+    @cached_property
+    def widening(self) -> Program:
+        """The least part of their widths by which all sets must grow, or the most they may shrink, for an e(N)."""
+        return self._program(0 * self._weights, widens=True)
+
+    @cached_property
+    def terminal_error(self) -> Program:
+        """min ‖e(N)‖ (Euclidean, in scales) with e, v within their slack: e(N) is unique then, the plan is not."""
+        return self._program(2 * np.diag(self._is_end.astype(float)), ends=False)
+
+    def solve(
+        self, program: Program, off: Array, defects: Array, slack: Slack, end: Array | None
+    ) -> tuple[Array, Array] | None:
+        """Return the optimal e(0) (n,) and v (N, m) of one of the programs; None where the solver finds no solution.
+
+        `off` is x − x_r (n,), with `defects` (N, n) and e(N) = `end`, None where it is free. Raises ArithmeticError
+        where a number is not finite.
         """
-        dynamics, defects = at.dynamics, at.defects.ravel()
-        count, equations = dynamics.shape[1], defects.size
-        each, missed = sparse.eye_array(count, format="csc"), sparse.eye_array(equations, format="csc")
-        rows = sparse.block_array(
-            [[dynamics, -missed], [-dynamics, -missed], [self.bounds, None], [each, None], [-each, None]], format="csc"
-        )
-        limits = np.concatenate([-defects, defects, np.maximum(slack, 0.0), np.full(2 * count, radius)])
-        half = sparse.block_diag([weight * self._weights + _PROXIMAL * each, sparse.csc_array((equations, equations))])
-        linear = np.concatenate([2 * weight * (self._weights @ _joined(at.e[1:-1], at.v)), np.ones(equations)])
-        cone = [clarabel.NonnegativeConeT(len(limits))]
-        found = clarabel.DefaultSolver(
-            2 * half.tocsc(), linear, rows, limits, cone, _settings(_ELASTIC_TOLERANCE)
-        ).solve()
-        x = np.asarray(found.x)[:count]
-        if str(found.status) not in _SOLVED or not np.all(np.isfinite(x)):
+        start, fixed = self.start, () if end is None else (end,)
+        limits = [off - start.centre, np.ones(len(start.sums)), -defects.ravel(), *fixed]
+        limits += [np.ones(len(start.lower)), -start.lower, slack.states.ravel(), slack.inputs.ravel()]
+        x = program.solve(np.concatenate(limits))
+        if x is None:
             return None
-        return at.change(x)
+        e, v = self._split(x[: len(self._is_end)])
+        return e[0], v
 
-    @cached_property
-    def bounds(self) -> sparse.csc_array:
-        """The rows of X for inner states and those of U for inputs, in scales and in parts of the widths."""
-        X, U = self.inequalities.states, self.inequalities.inputs
-        return sparse.csc_array(
-            sparse.block_diag(
-                [
-                    sparse.kron(sparse.eye_array(self.horizon - 1), X.in_widths(self.scales.states)),
-                    sparse.kron(sparse.eye_array(self.horizon), U.in_widths(self.scales.inputs)),
-                ]
-            )
+    def change(self, at: Deviation, slack: Slack, weight: float, radius: float) -> Deviation | None:
+        """Return the change (δe, δv) of a trajectory, and its defects after it; None where the solver finds none.
+
+        It is min w V(e + δe, v + δv) + Σ_i ‖d_i + A_i δe_i + B_i δv_i − δe_(i+1)‖₁ with |δe| ≤ Δ, |δv| ≤ Δ and bounds
+        kept, for w = `weight` ≥ 0 and Δ = `radius`; `slack` is what the trajectory leaves to its bounds. Its first and
+        its last state do not change. From wherever the bounds are kept there is a solution: no change at all satisfies
+        the constraints. (The ℓ1 penalty is exact, see Fletcher: Practical Methods of Optimization, section 14.4.)
+        """
+        dynamics, bounds, weights = (M[:, self._moves] for M in (self._dynamics, self._bounds, self._weights))
+        equations, count = dynamics.shape
+        each, missed, others = np.eye(count), np.eye(equations), np.zeros((len(bounds) + 2 * count, equations))
+        quadratic = 2 * weight * weights[self._moves] + 2 * _PROXIMAL * each
+        linear = 2 * weight * (weights.T @ np.concatenate([at.e.ravel(), at.v.ravel()]))
+        d, left = at.defects.ravel(), np.concatenate([slack.states.ravel(), slack.inputs.ravel()])
+        x = Program(
+            _diagonal(quadratic, 0 * missed),
+            np.concatenate([linear, np.ones(equations)]),
+            np.block([[dynamics, -missed], [-dynamics, -missed], [np.vstack([bounds, each, -each]), others]]),
+            0,
+        ).solve(
+            np.concatenate([-d, d, np.maximum(left, 0.0), np.full(2 * count, radius)]),
+            _ELASTIC_TOLERANCES,
+            ("Solved", "AlmostSolved"),
+        )
+        return None if x is None or not np.all(np.isfinite(x)) else self._changed(at, x[:count])
+
+    def least_change(self, at: Deviation) -> Deviation:
+        """Return the least change, in the Euclidean norm, after which no dynamics are missed, to first order; bounds
+        are not kept. Raises LinAlgError where there is none."""
+        return self._changed(at, np.linalg.lstsq(self._dynamics[:, self._moves], -at.defects.ravel())[0])
+
+    def _changed(self, at: Deviation, moved: npt.NDArray[np.floating]) -> Deviation:
+        change = np.zeros(len(self._moves))
+        change[self._moves] = moved
+        return Deviation(*self._split(change), at.defects + (self._dynamics @ change).reshape(at.defects.shape))
+
+    def _split(self, x: Array) -> tuple[Array, Array]:
+        N, n, m = self.model.B.shape
+        return x[: (N + 1) * n].reshape(N + 1, n), x[(N + 1) * n :].reshape(N, m)
+
+    def _program(self, P: Array, ends: bool = True, widens: bool = False) -> Program:
+        """Return a program in (e, v, p, t), where t moves out each bound by a part of its width and is the cost, if it
+        `widens` them."""
+        start, (dynamics, count), bounds = self.start, self._dynamics.shape, len(self._bounds)
+        n, h, q, each = len(self.Q), len(start.sums), len(start.lower), np.eye(len(start.lower))
+        end = np.eye(count)[self._is_end if ends else []]
+        equations = n + h + dynamics + len(end)
+        of_errors = [
+            np.eye(n, count),
+            np.zeros((h, count)),
+            self._dynamics,
+            end,
+            np.zeros((2 * q, count)),
+            self._bounds,
+        ]
+        of_start = [start.directions.T, start.sums, np.zeros((dynamics + len(end), q)), each, -each]
+        widening = np.repeat([0.0, -1.0], [equations + 2 * q, bounds])[:, None]
+        columns = [np.vstack(of_errors), np.vstack([*of_start, np.zeros((bounds, q))]), widening]
+        return Program(
+            _diagonal(P, np.zeros((q + widens, q + widens))),
+            np.append(np.zeros(count + q), np.ones(int(widens))),
+            np.hstack(columns[: 2 + widens]),
+            equations,
         )
 
     @cached_property
-    def _weights(self) -> sparse.csc_array:
-        """V of inner states and inputs as a matrix."""
-        inner, inputs = sparse.eye_array(self.horizon - 1), sparse.eye_array(self.horizon)
-        return sparse.csc_array(sparse.block_diag([sparse.kron(inner, self.Q), sparse.kron(inputs, self.R)]))
+    def _dynamics(self) -> Array:
+        """The matrix of A_i e_i + B_i v_i − e_(i+1), shape (N n, (N + 1) n + N m)."""
+        (N, n, m), i = self.model.B.shape, np.arange(self.model.horizon)
+        of_states, of_inputs = np.zeros((N, n, N + 1, n)), np.zeros((N, n, N, m))
+        of_states[i, :, i], of_states[i, :, i + 1], of_inputs[i, :, i] = self.model.A, -np.eye(n), self.model.B
+        return np.hstack([of_states.reshape(N * n, (N + 1) * n), of_inputs.reshape(N * n, N * m)])
+
+    @cached_property
+    def _bounds(self) -> Array:
+        """The rows of X for e(i) from the first that is bounded on, and those of U for v."""
+        N = self.model.horizon
+        from_first = np.eye(N + 1)[self.start.first_bounded :]
+        return _diagonal(np.kron(from_first, self.state_rows), np.kron(np.eye(N), self.input_rows))
+
+    @cached_property
+    def _weights(self) -> Array:
+        """V of e and v as a matrix."""
+        N = self.model.horizon
+        return _diagonal(np.kron(np.eye(N + 1, N) @ np.eye(N, N + 1), self.Q), np.kron(np.eye(N), self.R))
+
+    @cached_property
+    def _is_end(self) -> npt.NDArray[np.bool_]:
+        """Which of the variables e and v are those of e(N)."""
+        N, n, m = self.model.B.shape
+        return np.repeat([False, True, False], [N * n, n, N * m])
+
+    @cached_property
+    def _moves(self) -> npt.NDArray[np.bool_]:
+        """Which of the variables e and v a change moves: all but e(0) and e(N)."""
+        return ~self._is_end & (np.arange(len(self._is_end)) >= len(self.Q))
 
 
-def _joined(states: Array, inputs: Array) -> Array:
-    return np.concatenate([states.ravel(), inputs.ravel()])
+def _diagonal(a: npt.ArrayLike, b: npt.ArrayLike) -> Array:
+    (rows, columns), (more_rows, more_columns) = np.shape(a), np.shape(b)
+    return np.block([[np.asarray(a), np.zeros((rows, more_columns))], [np.zeros((more_rows, columns)), np.asarray(b)]])

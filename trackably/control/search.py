@@ -9,7 +9,7 @@ from trackably.arrays import Array
 from trackably.control.bounds import Slack
 from trackably.control.error_model import ErrorModel, reference_defects
 from trackably.control.problem import Formulation, StepProblem
-from trackably.control.programs import Change, Linearised
+from trackably.control.programs import Deviation, StepPrograms
 from trackably.control.stepping import Infeasible, Plan, Status
 from trackably.systems.constrained import System
 from trackably.systems.reference import Window
@@ -69,60 +69,52 @@ class Trajectories:
 
     def missed(self, at: Window) -> float:
         """Return Σ_i ‖f(x_i, u_i) − x_(i+1)‖₁ in scales; infinite where f is not defined."""
-        missed = float(np.sum(np.abs(self._defects(at))))
+        missed = self._deviation(at).missed
         return missed if np.isfinite(missed) else np.inf
 
     def cost(self, at: Window) -> float:
         """Return V in its scale."""
-        e, v = self._errors(at)
+        e, v, _ = self._deviation(at)
         Q, R = self.formulation.scaled_weights
         return float(np.einsum("ia,ab,ib->", e[:-1], Q, e[:-1]) + np.einsum("ia,ab,ib->", v, R, v))
 
-    def change(self, at: Window, weight: float, radius: float) -> Change | None:
-        """Return the best change within a trust region (`ElasticProgram`); None where the solver finds none, and where
-        f is not defined."""
-        return self._best(self._linearised(at), at, weight, radius)
+    def change(self, at: Window, weight: float, radius: float, after: Deviation | None = None) -> Deviation | None:
+        """Return the best change within a trust region (`StepPrograms.change`); None where the solver finds none, and
+        where f is not defined.
 
-    def corrected(self, at: Window, change: Change, weight: float, radius: float) -> Change | None:
-        """Return the best change for defects that are those of `change` to second order; None as for `change`.
-
+        With a change that it comes `after`, the best one for defects that are those of that change to second order.
         Without it a penalty refuses good steps near an optimum, because they miss the dynamics to second order: the
         effect of Maratos (Nocedal and Wright: Numerical Optimization, section 15.5).
         """
-        curved = self._defects(self.moved(at, change)) - change.defects
-        near = self._linearised(at)
-        return self._best(near._replace(defects=near.defects + curved), at, weight, radius)
+        near, programs = self._deviation(at), self._programs(at)
+        if after is not None:
+            curved = self._deviation(self.moved(at, after)).defects - after.defects
+            near = near._replace(defects=near.defects + curved)
+        if not all(np.all(np.isfinite(values)) for values in (*near, programs.model.A, programs.model.B)):
+            return None
+        return programs.change(near, Slack.along(self.formulation.inequalities, at), weight, radius)
 
-    def least_change(self, at: Window) -> Change:
-        """Return the step of Newton's method to dynamics that are followed, the least in the Euclidean norm.
+    def follow_exactly(self, at: Window) -> Window:
+        """Return the trajectory near by that the system follows up to rounding; bounds are kept up to `FOLLOWED`.
 
-        Raises LinAlgError where there is none.
+        It is found by steps of Newton's method. Raises LinAlgError where there is none.
         """
-        return self._linearised(at).least_change
+        for _ in range(_NEWTON_STEPS):
+            at = self.moved(at, self._programs(at).least_change(self._deviation(at)))
+        return at
 
-    def moved(self, at: Window, change: Change) -> Window:
-        """Return a trajectory with changes, given in scales, added to its inner states and inputs."""
-        s, states = self.formulation.scales, at.states.copy()
-        states[1:-1] += change.states * s.states
-        return Window(states, at.inputs + change.inputs * s.inputs)
-
-    def _best(self, near: Linearised, at: Window, weight: float, radius: float) -> Change | None:
-        left = Slack.along(self.formulation.inequalities, at)
-        slack = np.concatenate([left.states[:-1].ravel(), left.inputs.ravel()])
-        return self.formulation.elastic.change(near, slack, weight, radius) if near.is_defined else None
-
-    def _linearised(self, at: Window) -> Linearised:
-        f = self.formulation
-        model = ErrorModel.along(f.plant.system, at).scaled(f.scales)
-        return Linearised(model.A, model.B, self._defects(at), *self._errors(at))
-
-    def _defects(self, at: Window) -> Array:
-        """Return f(x_i, u_i) − x_(i+1) in scales, shape (N, n)."""
-        return reference_defects(self.formulation.plant.system, at) / self.formulation.scales.states
-
-    def _errors(self, at: Window) -> tuple[Array, Array]:
+    def moved(self, at: Window, change: Deviation) -> Window:
+        """Return a trajectory with changes, given in scales, added to its states and inputs."""
         s = self.formulation.scales
-        return (at.states - self.window.states) / s.states, (at.inputs - self.window.inputs) / s.inputs
+        return Window(at.states + change.e * s.states, at.inputs + change.v * s.inputs)
+
+    def _programs(self, at: Window) -> StepPrograms:
+        return self.formulation.programs(ErrorModel.along(self.formulation.plant.system, at))
+
+    def _deviation(self, at: Window) -> Deviation:
+        s, window = self.formulation.scales, self.window
+        defects = reference_defects(self.formulation.plant.system, at) / s.states
+        return Deviation((at.states - window.states) / s.states, (at.inputs - window.inputs) / s.inputs, defects)
 
 
 MAX_CHANGES = 80
@@ -156,43 +148,29 @@ class Found:
         return self.missed <= FOLLOWED
 
 
-def minimise_missed(trajectories: Trajectories, start: Window) -> Found:
-    """Minimise what the system misses, from a `start` that keeps all bounds.
+def minimise(trajectories: Trajectories, start: Window, weight: float) -> Found:
+    """Minimise the merit w V + Σ_i ‖f(x_i, u_i) − x_(i+1)‖₁, where V is the cost in its scale.
 
-    The result is a local minimum: zero, up to `FOLLOWED`, where a plan is found.
-    """
-    at, radius, missed = start, 1.0, trajectories.missed(start)
-    for _ in range(MAX_CHANGES):
-        change = None if missed <= FOLLOWED else trajectories.change(at, 0.0, radius)
-        if change is None or missed - change.missed <= _STATIONARY * missed:
-            break
-        trial = trajectories.moved(at, change)
-        ratio = (missed - trajectories.missed(trial)) / (missed - change.missed)
-        radius = _next_radius(radius, ratio, change.size)
-        if ratio > _ACCEPTED:
-            at, missed = trial, trajectories.missed(trial)
-    return Found(at, missed)
+    For w = `weight` = 0 this is what the system misses, from a `start` that keeps all bounds. The result is a local
+    minimum: zero, up to `FOLLOWED`, where a plan is found.
 
-
-def minimise_cost(trajectories: Trajectories, start: Window) -> Found:
-    """Minimise the merit w V + Σ_i ‖f(x_i, u_i) − x_(i+1)‖₁ from a trajectory that the system follows.
-
-    V is the cost in its scale. The weight w starts at one and falls as `_steer_weight` says: the penalty is exact where
+    Else a start is meant that the system follows. The weight falls as `_steer_weight` says: the penalty is exact where
     w is smaller than one over the largest multiplier. The result is followed, up to `FOLLOWED`, unless the search was
     given up before.
     """
-    at, radius, weight = start, 1.0, 1.0
+    at, radius = start, 1.0
     for _ in range(MAX_CHANGES):
+        if not weight and trajectories.missed(at) <= FOLLOWED:
+            break
         weight, change = _steer_weight(trajectories, at, weight, radius)
         if change is None:
             break
-        trial = trajectories.moved(at, change)
-        merit = _merit(trajectories, at, weight)
-        promised = merit - weight * trajectories.cost(trial) - change.missed
-        if promised <= _STATIONARY * weight * trajectories.cost(at):
+        trial, merit = trajectories.moved(at, change), _merit(trajectories, at, weight)
+        promised = merit - (weight * trajectories.cost(trial) if weight else 0.0) - change.missed
+        if promised <= _STATIONARY * (weight * trajectories.cost(at) if weight else merit):
             break
         decrease = merit - _merit(trajectories, trial, weight)
-        if decrease < _POOR * promised and (better := trajectories.corrected(at, change, weight, radius)) is not None:
+        if weight and decrease < _POOR * promised and (better := trajectories.change(at, weight, radius, change)):
             curved = trajectories.moved(at, better)
             if merit - _merit(trajectories, curved, weight) > decrease:
                 trial, decrease = curved, merit - _merit(trajectories, curved, weight)
@@ -202,22 +180,13 @@ def minimise_cost(trajectories: Trajectories, start: Window) -> Found:
     return Found(at, trajectories.missed(at))
 
 
-def follow_exactly(trajectories: Trajectories, found: Found) -> Window:
-    """Return the trajectory near by that the system follows up to rounding; bounds are kept up to `FOLLOWED`.
-
-    Raises LinAlgError where Newton's method finds no step.
-    """
-    at = found.trajectory
-    for _ in range(_NEWTON_STEPS):
-        at = trajectories.moved(at, trajectories.least_change(at))
-    return at
-
-
 def _merit(trajectories: Trajectories, at: Window, weight: float) -> float:
-    return weight * trajectories.cost(at) + trajectories.missed(at)
+    return (weight * trajectories.cost(at) if weight else 0.0) + trajectories.missed(at)
 
 
-def _steer_weight(trajectories: Trajectories, at: Window, weight: float, radius: float) -> tuple[float, Change | None]:
+def _steer_weight(
+    trajectories: Trajectories, at: Window, weight: float, radius: float
+) -> tuple[float, Deviation | None]:
     """Return a weight, and the best change for it; None where there is none.
 
     The weight falls until the change follows the linearised dynamics where any within the trust region does, and where
@@ -225,7 +194,7 @@ def _steer_weight(trajectories: Trajectories, at: Window, weight: float, radius:
     penalty methods for nonlinear programming, Optimization Methods and Software 23.)
     """
     missed, change = trajectories.missed(at), trajectories.change(at, weight, radius)
-    if change is None or change.missed <= FOLLOWED:
+    if change is None or not weight or change.missed <= FOLLOWED:
         return weight, change
     best = trajectories.change(at, 0.0, radius)
     if best is None:
@@ -267,21 +236,22 @@ def solve_by_linearisation(
     and the cost never rises, whatever the search does. Raises ArithmeticError where no plan is found and the
     linearisation at the end of the search does not tell why, and where the system is not defined along the reference.
     """
-    reference = _linearise(formulation, k, state, window, window)
+    reference = StepProblem.of(formulation, k, state, window)
     problem, kept = (reference, None) if initial_guess is None else _problem_at_guess(reference, initial_guess)
     near = _by_full_steps(problem)
     if isinstance(near, Plan) and (kept is None or near.cost <= kept.cost + _AS_CHEAP * formulation.scales.cost):
         return near if kept is None or near.cost <= kept.cost else kept
-    if kept is not None:
-        return _improve(problem, kept)
-    return _search(problem, initial_guess, near)
+    trajectories = Trajectories(formulation, window)
+    return (
+        _search(problem, trajectories, initial_guess, near) if kept is None else _improve(problem, trajectories, kept)
+    )
 
 
 def _problem_at_guess(reference: StepProblem, guess: Array) -> tuple[StepProblem, Plan | None]:
     """Return the problem along the trajectory of a guess, and its plan where that is admissible; the problem along the
     reference where the system is not defined along the guess."""
     try:
-        problem = _linearise_along(reference, apply_inputs(reference.formulation.plant.system, reference.state, guess))
+        problem = reference.along(apply_inputs(reference.formulation.plant.system, reference.state, guess))
         plan = problem.plan(guess - reference.window.inputs, Status.KEPT)
     except ArithmeticError:
         return reference, None
@@ -297,26 +267,26 @@ def _by_full_steps(problem: StepProblem) -> Plan | Infeasible | None:
             nominal = Window(plan.states, plan.inputs)
             if _is_followed(problem.formulation, nominal):
                 return problem.optimum or problem.infeasible
-            problem = _linearise_along(problem, nominal)
+            problem = problem.along(nominal)
     except (ArithmeticError, np.linalg.LinAlgError):
         return None
     return None
 
 
-def _improve(problem: StepProblem, kept: Plan) -> Plan:
+def _improve(problem: StepProblem, trajectories: Trajectories, kept: Plan) -> Plan:
     """Return the cheapest plan that is found from an admissible one."""
-    trajectories = Trajectories(problem.formulation, problem.window)
     guess = between(problem.formulation, Window(kept.states, kept.inputs), problem.state, problem.window)
     plan = _cheaper(problem, trajectories, guess)
     return plan if plan is not None and plan.cost < kept.cost else kept
 
 
-def _search(problem: StepProblem, initial_guess: Array | None, near: Infeasible | Plan | None) -> Plan | Infeasible:
+def _search(
+    problem: StepProblem, trajectories: Trajectories, initial_guess: Array | None, near: Infeasible | Plan | None
+) -> Plan | Infeasible:
     """Return a plan that is found from one of the starts, or why there is none near by."""
-    trajectories = Trajectories(problem.formulation, problem.window)
     closest: Found | None = None
     for start in starts(problem.formulation, problem.state, problem.window, initial_guess):
-        found = minimise_missed(trajectories, start)
+        found = minimise(trajectories, start, 0.0)
         if found.is_followed:
             plan = _cheaper(problem, trajectories, found.trajectory) or _converge_from(problem, trajectories, found)
             if plan is not None:
@@ -332,10 +302,10 @@ def _search(problem: StepProblem, initial_guess: Array | None, near: Infeasible 
 
 def _cheaper(problem: StepProblem, trajectories: Trajectories, start: Window) -> Plan | None:
     """Return the plan at which a search for lower costs ends; None where that is none."""
-    found = minimise_cost(trajectories, start)
-    return _converge_from(
-        problem, trajectories, found if found.is_followed else minimise_missed(trajectories, found.trajectory)
-    )
+    found = minimise(trajectories, start, 1.0)
+    if not found.is_followed:
+        found = minimise(trajectories, found.trajectory, 0.0)
+    return _converge_from(problem, trajectories, found)
 
 
 def _converge_from(problem: StepProblem, trajectories: Trajectories, found: Found) -> Plan | None:
@@ -344,17 +314,15 @@ def _converge_from(problem: StepProblem, trajectories: Trajectories, found: Foun
     if not found.is_followed:
         return None
     try:
-        converged = _by_full_steps(_linearise_along(problem, found.trajectory))
-        return converged if isinstance(converged, Plan) else _as_found(problem, follow_exactly(trajectories, found))
+        converged = _by_full_steps(problem.along(found.trajectory))
+        if isinstance(converged, Plan):
+            return converged
+        nominal = trajectories.follow_exactly(found.trajectory)
+        near = problem.along(nominal)
+        plan = near.plan(nominal.inputs - problem.window.inputs, Status.ADMISSIBLE)
+        return plan if near.is_feasible(plan) else None
     except (ArithmeticError, np.linalg.LinAlgError):
         return None
-
-
-def _as_found(problem: StepProblem, nominal: Window) -> Plan | None:
-    """Return a trajectory that the system follows as a plan; None where it keeps the sets not even up to tolerances."""
-    near = _linearise_along(problem, nominal)
-    plan = near.plan(nominal.inputs - problem.window.inputs, Status.ADMISSIBLE)
-    return plan if near.is_feasible(plan) else None
 
 
 def _explain(problem: StepProblem, closest: Found) -> Infeasible:
@@ -363,7 +331,7 @@ def _explain(problem: StepProblem, closest: Found) -> Infeasible:
     Raises ArithmeticError where it has one, though the search did not find it, and where the solver does not tell.
     """
     try:
-        near = _linearise_along(problem, closest.trajectory)
+        near = problem.along(closest.trajectory)
         result = _by_full_steps(near)
         if isinstance(result, Infeasible):
             return result
@@ -373,18 +341,6 @@ def _explain(problem: StepProblem, closest: Found) -> Infeasible:
         pass
     missed = f"{closest.missed:.3g} of the scales of the states"
     raise ArithmeticError(f"no plan was found; the system misses the best trajectory of the search by {missed}")
-
-
-def _linearise_along(problem: StepProblem, nominal: Window) -> StepProblem:
-    """Return the same problem, linearised along another trajectory."""
-    return _linearise(problem.formulation, problem.k, problem.state, problem.window, nominal)
-
-
-def _linearise(formulation: Formulation, k: int, state: Array, window: Window, nominal: Window) -> StepProblem:
-    model = formulation.local_model(window, nominal)
-    if not all(np.all(np.isfinite(part)) for part in (model.error_model.A, model.error_model.B, model.defects)):
-        raise ArithmeticError("a plan leads where the system is not defined")
-    return StepProblem(formulation, k, state, window, model)
 
 
 def _is_followed(formulation: Formulation, plan: Window) -> bool:

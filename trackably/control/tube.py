@@ -7,20 +7,19 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-import cvxpy as cp
 import numpy as np
 import scipy
 
 from trackably.arguments import instance
 from trackably.arrays import Array, ArrayLike
-from trackably.control.bounds import AdmissiblePoints, Inequalities, Scales
+from trackably.control.bounds import AdmissiblePoints
 from trackably.control.controller import Controller
 from trackably.control.error_model import LinearQuadratic
 from trackably.control.error_set import ErrorSet, Nearest
 from trackably.control.problem import TOLERANCE, Formulation, StepProblem
-from trackably.control.programs import CompiledProgram, StepPrograms
+from trackably.control.programs import StartSet
 from trackably.control.references import TrackedReference
-from trackably.control.stepping import ROUNDING, Infeasible, Plan, Status, StepResult, answer_step
+from trackably.control.stepping import Infeasible, Plan, Status, StepResult, answer_step
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Window
 from trackably.systems.tightening import InvariantSet, Tightening
@@ -71,48 +70,10 @@ def _square_root(weight: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class FreeStart:
-    """A `Start` with x − z(0) ∈ Z and z(0) in the state set: e(0) = (z(0) − x_r) / scales is a variable."""
-
-    errors: ErrorSet
-    bounds: Inequalities
-    scales: Scales
-
-    @cached_property
-    def off(self) -> cp.Parameter:
-        return cp.Parameter(self.errors.dimension)
-
-    @cached_property
-    def slack(self) -> cp.Parameter:
-        return cp.Parameter(len(self.bounds.rows))
-
-    def constraints(self, start: cp.Expression, widening: cp.Expression | float) -> list[cp.Constraint]:
-        total, constraints = start, []
-        if len(G := self.errors.generators / self.scales.states):
-            weights = cp.Variable(len(G))
-            total, constraints = total + G.T @ weights, [weights <= 1, weights >= -1]
-        N, v, n = self.errors.hulls.shape
-        if N:  # a point of each hull
-            parts = cp.Variable((N, v), nonneg=True)
-            vertices = self.errors.hulls.reshape(N * v, n) / self.scales.states
-            total = total + vertices.T @ cp.vec(parts, order="C")
-            constraints.append(cp.sum(parts, axis=1) == 1)
-        if len(self.bounds.rows):
-            rows = self.bounds.in_widths(self.scales.states)
-            constraints.append(rows @ start <= self.slack + widening * np.ones(self.slack.shape))
-        return [total == self.off, *constraints]
-
-    def assign(self, off: Array, slack: Array) -> None:
-        self.off.value, self.slack.value = (off - self.errors.centre) / self.scales.states, slack
-
-
-@dataclass(frozen=True, eq=False)
-class TubeFormulation:
-    """The programs of a `nominal` formulation with tightened sets and a nominal start in x ⊖ Z, each built when first
-    used."""
+class TubeFormulation(Formulation):
+    """What all steps share of the nominal system with tightened sets, whose start is free in x ⊖ Z."""
 
     tightening: Tightening
-    nominal: Formulation
 
     @cached_property
     def invariant(self) -> InvariantSet:
@@ -127,28 +88,36 @@ class TubeFormulation:
         return ErrorSet(self.invariant)
 
     @cached_property
-    def start_cost(self) -> StartCost:
-        return StartCost.of(self.nominal.linear_optimum)
+    def start(self) -> StartSet:
+        """Where plans may start, in scales: x − z(0) ∈ Z is a sum of generators, and of a point of each hull."""
+        errors, scales = self.errors, self.scales.states
+        (N, v, n), generators = errors.hulls.shape, len(errors.generators)
+        return StartSet(
+            errors.centre / scales,
+            np.vstack([errors.generators, errors.hulls.reshape(N * v, n)]) / scales,
+            np.repeat([-1.0, 0.0], [generators, N * v]),
+            np.hstack([np.zeros((N, generators)), np.kron(np.eye(N), np.ones(v))]),
+            0,
+        )
 
-    @cached_property
-    def nearest(self) -> Nearest:
-        """The nominal start of least cost where no bound is active: the distance is the one that the cost defines."""
-        return Nearest(self.errors, self.start_cost.root / self.nominal.scales.states)
-
-    @cached_property
-    def programs(self) -> StepPrograms:
-        f = self.nominal
-        start = FreeStart(self.errors, f.inequalities.states, f.scales)
-        return StepPrograms(f.plant, f.horizon, f.scales, f.scaled_weights, start)
+    @property
+    def feedback(self) -> Array:
+        """K (m, n), which keeps x − z in Z."""
+        return self.invariant.feedback
 
     @cached_property
     def admissible(self) -> AdmissiblePoints:
         """The points of the given input set."""
         return AdmissiblePoints(self.tightening.given.input_set)
 
-    def start_slack(self, z: Array) -> Array:
-        """Return what a nominal start z (n,) leaves to the bounds of states, in parts of the widths."""
-        return self.nominal.inequalities.states.slack(z)
+    @cached_property
+    def start_cost(self) -> StartCost:
+        return StartCost.of(self.linear_model.without_bounds)
+
+    @cached_property
+    def nearest(self) -> Nearest:
+        """The nominal start of least cost where no bound is active: the distance is the one that the cost defines."""
+        return Nearest(self.errors, self.start_cost.root / self.scales.states)
 
 
 _FOLLOWED = 1e-12
@@ -159,54 +128,17 @@ _PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
-class TubeProblem:
-    """The problem of step `k`: the measured `state` (n,), and the window of a reference ahead.
+class TubeProblem(StepProblem):
+    """A `StepProblem` whose plan starts from a nominal state in x ⊖ Z.
 
-    Every result raises ArithmeticError where the numbers are beyond the solver or floating point.
+    Most steps need no program: inside of the tube the reference is the plan, and off the tube the one from the start of
+    least cost in x ⊖ Z will do, if no bound is active then.
     """
 
     formulation: TubeFormulation
-    k: int
-    state: Array
-    window: Window
-
-    @cached_property
-    def optimum(self) -> Plan | None:
-        """The optimal plan; None where none is found.
-
-        Most steps need no program: inside of the tube the reference is the plan, and off the tube the one from the
-        start of least cost in x ⊖ Z will do, if no bound is active then.
-        """
-        try:
-            return self.without_bounds() or self.solved()
-        except np.linalg.LinAlgError:  # beyond its numbers
-            return self.solved()
-
-    @cached_property
-    def off(self) -> Array:
-        """x − x_r, shape (n,)."""
-        return np.asarray(self.state - self.window.states[0])
-
-    @cached_property
-    def nominal(self) -> StepProblem:
-        """The problem of the nominal system from x_r on."""
-        f, window = self.formulation.nominal, self.window
-        return StepProblem(f, self.k, window.states[0], window, f.local_model(window, window))
-
-    def without_bounds(self) -> Plan | None:
-        """Return the optimum with no bound but x − z(0) ∈ Z, if it keeps them all: the reference for x ∈ x_r ⊕ Z."""
-        start = self._free_start
-        if start is None:
-            return None
-        model, scales = self.nominal.model, self.formulation.nominal.scales
-        unforced = model.error_model.unforced_errors(start, model.defects) / scales.states
-        if np.abs(unforced).max() <= _FOLLOWED:
-            return self._reference
-        plan = self.plan(start, model.without_bounds.input_errors(unforced) * scales.inputs, Status.NO_ACTIVE_BOUND)
-        return plan if plan.slack >= -ROUNDING else None
 
     @property
-    def _free_start(self) -> Array | None:
+    def free_start(self) -> Array | None:
         """The z(0) − x_r of least cost in x ⊖ Z where no bound is active; None where it is not found, or not unique.
 
         Its cost is a quadratic distance from the cheapest start of all, and so x − z(0) is the point of Z that is
@@ -215,34 +147,23 @@ class TubeProblem:
         f = self.formulation
         if not f.start_cost.is_strict:
             return np.zeros(len(self.off)) if f.errors.contains(self.off) else None
-        scales = f.nominal.scales.states
-        free = self.off - f.start_cost.of_defects @ (self.nominal.model.defects / scales).ravel() * scales
+        scales = f.scales.states
+        free = self.off - f.start_cost.of_defects @ (self.model.defects / scales).ravel() * scales
         nearest = f.nearest(free)
-        return None if nearest is None else self.off - nearest
-
-    @property
-    def _reference(self) -> Plan | None:
-        """The plan that stays on the reference, of cost 0; None where that breaks a bound."""
-        f, window = self.formulation, self.window
-        slack = min(self.nominal.slack.smallest, float(np.min(f.start_slack(window.states[0]), initial=np.inf)))
-        if slack < -TOLERANCE:
+        if nearest is None:
             return None
-        return Plan(
-            k=self.k,
-            input=f.admissible.pull_inside(window.inputs[0] + f.invariant.feedback @ self.off),
-            cost=0.0,
-            stage_cost=0.0,
-            states=window.states,
-            inputs=window.inputs,
-            slack=slack,
-            terminal_residual=0.0,
-            status=Status.NO_ACTIVE_BOUND,
-        )
+        unforced = self.model.error_model.unforced_errors(start := self.off - nearest, self.model.defects)
+        return start if np.abs(unforced / scales).max() > _FOLLOWED else np.zeros(len(start))
 
-    def solved(self) -> Plan | None:
-        """Return the optimum by an interior-point method, if that finds it."""
-        plan = self._solved(self.formulation.programs.tracking, status=Status.SOLVED)
-        return None if plan is None else _admissible(plan)
+    def answer(self, guess: Array | None) -> Plan | Infeasible:
+        """Return the optimal plan; where the solver finds none the one that keeps the inputs `guess` (N, m), or else a
+        plan within tolerances, or why there is none."""
+        try:
+            plan = self.without_bounds()
+        except np.linalg.LinAlgError:  # beyond its numbers
+            plan = None
+        plan = plan or self.solved() or (None if guess is None else self.kept(guess))
+        return plan or self.widened() or self.infeasible
 
     def kept(self, inputs: Array) -> Plan | None:
         """Return the plan with these nominal inputs (N, m); None where it is none.
@@ -253,8 +174,8 @@ class TubeProblem:
         v = inputs - self.window.inputs
         for start in self._starts(v):
             if self.formulation.errors.contains((1 - TOLERANCE) * (self.off - start)):  # as accurate as the solver is
-                plan = self.plan(start, v, Status.KEPT)
-                if self.nominal.ends_on_reference(plan) and _admissible(plan):
+                plan = self.plan(v, Status.KEPT, start)
+                if self.ends_on_reference(plan) and plan.slack >= -TOLERANCE:
                     return plan
         return None
 
@@ -265,57 +186,14 @@ class TubeProblem:
         rounding. Such a direction does not count at the end, and the start is free in it: the others lie on the way
         from the reference to the measured state.
         """
-        model, n, scales = self.nominal.model, len(self.off), self.formulation.nominal.scales.states
-        missed = model.error_model.errors(np.zeros(n), v, model.defects)[-1] / scales
-        left, sizes, right = np.linalg.svd(model.error_model.free[-n:] * scales / scales[:, None])
+        model, n, scales = self.model.error_model, len(self.off), self.formulation.scales.states
+        missed = model.errors(np.zeros(n), v, self.model.defects)[-1] / scales
+        left, sizes, right = np.linalg.svd(model.free[-n:] * scales / scales[:, None])
         for least in (n * np.finfo(float).eps * sizes[0], TOLERANCE):
             counts = sizes > least
             start = -right[counts].T @ (left[:, counts].T @ missed / sizes[counts])
             free = right[~counts].T @ (right[~counts] @ (self.off / scales))
             yield from ((start + part * free) * scales for part in (_PARTS if np.any(~counts) else _PARTS[:1]))
-
-    @property
-    def widened(self) -> Plan | Infeasible:
-        """A plan that needs a widening below the tolerance, or how much is needed."""
-        plan = self._solved(self.formulation.programs.widening)
-        if plan is None:
-            raise ArithmeticError("the numbers are beyond the solver")
-        return plan if plan.slack >= -TOLERANCE else self.nominal.explain(plan, self.closest, self.closest or plan)
-
-    @cached_property
-    def closest(self) -> Plan | None:
-        """The plan in the tightened sets that ends closest to the reference (in scales), and costs the least of those
-        with that end; None where no plan is found."""
-        programs = self.formulation.programs
-        nearest = self._solved(programs.terminal_error, by=TOLERANCE)
-        if nearest is None:
-            return None
-        end = nearest.states[-1] - self.window.states[-1]
-        return self._solved(programs.tracking, end, by=2 * TOLERANCE) or nearest
-
-    def plan(self, start: Array, v: Array, status: Status) -> Plan:
-        """Return the plan whose nominal start is x_r + `start`: its slack counts from there, its input is u."""
-        f, z = self.formulation, self.window.states[0] + start
-        u = f.admissible.pull_inside(self.window.inputs[0] + v[0] + f.invariant.feedback @ (self.state - z))
-        problem = StepProblem(f.nominal, self.k, z, self.window, self.nominal.model)
-        return problem.applying(u, v, status, float(f.start_slack(z).min(initial=np.inf)))
-
-    def _solved(
-        self,
-        program: CompiledProgram,
-        end: Array | float = 0.0,
-        by: float = 0.0,
-        status: Status = Status.WIDENED,
-    ) -> Plan | None:
-        """Return the plan that a program finds, with all bounds widened by a part of their widths."""
-        f, model = self.formulation, self.nominal.model
-        slack, start_slack = self.nominal.slack.widened(by), f.start_slack(self.window.states[0]) + by
-        found = f.programs.solve(program, model.scaled, self.off, model.defects, slack, start_slack, end)
-        return None if found is None else self.plan(*found, status)
-
-
-def _admissible(plan: Plan) -> Plan | None:
-    return plan if plan.slack >= -TOLERANCE else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -395,11 +273,9 @@ class TubeController:
         return answer_step(self, self._solved, self.formulation.admissible, (k, state, reference, initial_guess))
 
     def _solved(self, k: int, state: Array, window: Window, guess: Array | None) -> Plan | Infeasible:
-        problem = TubeProblem(self.formulation, k, state, window)
-        kept = None if problem.optimum or guess is None else problem.kept(guess)
-        return problem.optimum or kept or problem.widened
+        return TubeProblem.of(self.formulation, k, state, window).answer(guess)
 
     @cached_property
     def formulation(self) -> TubeFormulation:
         """The programs, built once for all steps."""
-        return TubeFormulation(self.tightening, self.nominal.formulation)
+        return TubeFormulation(self.tightening.plant, self.horizon, self.Q, self.R, self.tightening)

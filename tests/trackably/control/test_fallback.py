@@ -18,8 +18,7 @@ BEYOND = instances.at_rest(PLANT, 1.4)  # 0.2 outside
 
 def problem(controller, state, reference) -> StepProblem:
     window = reference.window(0, controller.horizon)
-    model = controller.formulation.local_model(window, window)
-    return StepProblem(controller.formulation, 0, np.array(state), window, model)
+    return StepProblem.of(controller.formulation, 0, np.array(state), window)
 
 
 @pytest.mark.parametrize("state", [(1.0, 0.0), (1.2, 0.0), (0.9, -1.0), (-0.5, 0.0), (1.0, 0.5)], ids=str)

@@ -1,62 +1,94 @@
-"""What is compiled once gives the solver the numbers that cvxpy gives it anew each time, and the same optima."""
+"""The programs of a step have the optima that a modelling language finds, and none where there is none."""
 
 import cvxpy as cp
 import numpy as np
 import pytest
 
 from tests.trackably.control import instances
+from tests.trackably.control.tube.instances import LOOPS
+from trackably.control.bounds import Slack
 from trackably.control.controller import scaled_controller
-from trackably.control.programs import CompiledProgram
+from trackably.control.programs import Program, StepPrograms
 
 HORIZON = 4
 
-
-def programs() -> dict[str, CompiledProgram]:
-    """Those of a controller, and programs with one kind of constraints."""
-    programs = scaled_controller(instances.double_integrator(), HORIZON).formulation.programs
-    x, limit = cp.Variable(3), cp.Parameter(3)
-    return {
-        "tracking": programs.tracking,
-        "widening": programs.widening,
-        "terminal error": programs.terminal_error,
-        "equations alone": CompiledProgram(cp.Problem(cp.Minimize(cp.sum_squares(x)), [x == limit])),
-        "inequalities alone": CompiledProgram(cp.Problem(cp.Minimize(cp.sum(x)), [x >= limit])),
-    }
+PROGRAMS: dict[str, StepPrograms] = {
+    "measured start": scaled_controller(instances.double_integrator(), HORIZON).formulation.linear_model.programs,
+    "start in a zonotope": LOOPS["pushed cart"].controller.formulation.linear_model.programs,
+    "start in hulls": LOOPS["triangle"].controller.formulation.linear_model.programs,
+}
 
 
-def drawn(compiled: CompiledProgram, seed: int) -> None:
-    """Give the parameters values that are near those of a plan."""
-    rng = np.random.default_rng(seed)
-    for parameter in compiled.problem.parameters():
-        parameter.value = 0.1 * rng.standard_normal(parameter.shape) + 0.05
+def values(programs: StepPrograms, seed: int):
+    """Draw x − x_r, defects and slack near those of a plan."""
+    rng, (N, n, _) = np.random.default_rng(seed), programs.model.B.shape
+    slack = Slack(
+        rng.uniform(0.2, 1.0, (N + 1 - programs.start.first_bounded, len(programs.state_rows))),
+        rng.uniform(0.2, 1.0, (N, len(programs.input_rows))),
+    )
+    return 0.05 * rng.standard_normal(n), 0.01 * rng.standard_normal((N, n)), slack
 
 
-@pytest.mark.parametrize("name", programs())
-def test_the_numbers_are_those_of_cvxpy_to_the_last_bit(name: str) -> None:
-    compiled = programs()[name]
-    for seed in range(10):
-        drawn(compiled, seed)
-        data, _, _ = compiled.problem.get_problem_data(cp.CLARABEL, solver_opts={})
-        A, b = compiled._form.constraints_at(compiled._values())
-        assert A.toarray().tobytes() == data["A"].toarray().tobytes()
-        assert (A.indptr.tolist(), A.indices.tolist()) == (data["A"].indptr.tolist(), data["A"].indices.tolist())
-        assert b.tobytes() == data["b"].tobytes()
-        assert compiled._form.q.tobytes() == data["c"].tobytes()
+def modelled(programs: StepPrograms, aim: str, off, defects, slack: Slack) -> float:
+    """The optimal value of the same program, as cvxpy writes it."""
+    start, (N, n, m) = programs.start, programs.model.B.shape
+    e, v, p, t = cp.Variable((N + 1, n)), cp.Variable((N, m)), cp.Variable(max(1, len(start.lower))), cp.Variable()
+    kept = [e[0] == off - start.centre - (p @ start.directions if len(start.lower) else 0)]
+    if len(start.lower):
+        kept += [p >= start.lower, p <= 1]
+    if len(start.sums):
+        kept += [start.sums @ p == 1]
+    kept += [e[i + 1] == programs.model.A[i] @ e[i] + programs.model.B[i] @ v[i] + defects[i] for i in range(N)]
+    wider = t if aim == "widening" else 0.0
+    kept += [e[start.first_bounded :] @ programs.state_rows.T <= slack.states + wider]
+    kept += [v @ programs.input_rows.T <= slack.inputs + wider]
+    if aim != "terminal_error":
+        kept += [e[N] == 0]
+    cost = {
+        "tracking": sum(cp.quad_form(e[i], programs.Q) + cp.quad_form(v[i], programs.R) for i in range(N)),
+        "widening": t,
+        "terminal_error": cp.sum_squares(e[N]),
+    }[aim]
+    problem = cp.Problem(cp.Minimize(cost), kept)
+    problem.solve(solver=cp.CLARABEL)
+    return float(problem.value) if problem.status == cp.OPTIMAL else np.inf
 
 
-def test_what_has_no_solution_has_none() -> None:
-    x, least = cp.Variable(2), cp.Parameter(2)
-    compiled = CompiledProgram(cp.Problem(cp.Minimize(cp.sum_squares(x)), [x >= least, x <= 1]))
-    least.value = np.array([0.5, 2.0])
-    assert compiled.solve() is None
-    least.value = np.array([0.5, -2.0])
-    np.testing.assert_allclose(compiled.solve()[x.id], [0.5, 0.0], atol=1e-6)
-    least.value = np.array([0.5, np.inf])
+def value(programs: StepPrograms, aim: str, found, defects, slack: Slack) -> float:
+    """The value of what was found, once it is shown to keep what it must."""
+    if found is None:
+        return np.inf
+    e, v = [found[0]], found[1]
+    for A, B, of_step, d in zip(programs.model.A, programs.model.B, v, defects, strict=True):
+        e.append(A @ e[-1] + B @ of_step + d)
+    left = slack.states - np.array(e)[programs.start.first_bounded :] @ programs.state_rows.T
+    least = min(left.min(), (slack.inputs - v @ programs.input_rows.T).min())
+    if aim == "widening":
+        return -float(least)
+    assert least > -1e-8
+    if aim == "terminal_error":
+        return float(e[-1] @ e[-1])
+    np.testing.assert_allclose(e[-1], 0.0, atol=1e-8)
+    return float(sum(x @ programs.Q @ x + u @ programs.R @ u for x, u in zip(e, v, strict=False)))
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+@pytest.mark.parametrize("aim", ["tracking", "widening", "terminal_error"])
+def test_the_optimum_is_that_of_a_modelling_language(name, aim):
+    programs = PROGRAMS[name]
+    for seed in range(4):
+        off, defects, slack = values(programs, seed)
+        end = None if aim == "terminal_error" else np.zeros(len(off))
+        found = programs.solve(getattr(programs, aim), off, defects, slack, end)
+        expected = modelled(programs, aim, off, defects, slack)
+        assert value(programs, aim, found, defects, slack) == pytest.approx(expected, rel=1e-5, abs=1e-7)
+
+
+def test_what_has_no_solution_has_none():
+    """min ‖x‖² with 0.5 ≤ x ≤ 1, and with 2 ≤ x ≤ 1."""
+    unit = np.eye(2)
+    program = Program(2 * unit, np.zeros(2), np.vstack([unit, -unit]), 0)
+    np.testing.assert_allclose(program.solve(np.array([1.0, 1.0, -0.5, 2.0])), [0.5, 0.0], atol=1e-6)
+    assert program.solve(np.array([1.0, 1.0, -0.5, -2.0])) is None
     with pytest.raises(ArithmeticError, match="not finite"):
-        compiled.solve()
-
-
-def test_an_objective_with_parameters_is_refused() -> None:
-    x, towards = cp.Variable(2), cp.Parameter(2)
-    with pytest.raises(ValueError, match="no parameters in its objective"):
-        CompiledProgram(cp.Problem(cp.Minimize(towards @ x), [x >= 0]))
+        program.solve(np.array([1.0, 1.0, -0.5, np.inf]))
