@@ -32,7 +32,7 @@ from trackably.certificates.outcome import Counterexample
 from trackably.certificates.pinned import Pinned, coordinates
 from trackably.learning.joint.search import learn_jointly
 from trackably.learning.learner import JOINT
-from trackably.learning.problem import Contradiction
+from trackably.learning.problem import UnmetBounds
 
 KNOWN = SquaredExponential(0.5, 0.6)
 AT = {1.0: {"force": -1.0}, 0.0: {"position": -0.98, "velocity": 0.0}}
@@ -144,7 +144,7 @@ def test_what_contradicts_the_bounds_between_steps_is_no_reference():
     """No whole number of steps links these times: it is the kernel's length scale that excludes them."""
     with pytest.raises(NotTrackableError, match=r"position \(given value\) at t = 0.051 s") as raised:
         learned({0.0: {"position": -0.95}, 0.051: {"position": 0.1}})
-    assert isinstance(raised.value.outcome, Contradiction)
+    assert isinstance(raised.value.outcome, UnmetBounds)
 
 
 def test_values_that_are_not_met_are_no_reference(monkeypatch):

@@ -203,10 +203,12 @@ class OutOfTime(NoSolution):
 
 
 @dataclass(frozen=True, repr=False)
-class Contradiction(NoSolution):
-    """Bounds and pins contradict each other whatever the function: `among` are those with the largest multipliers.
+class UnmetBounds(NoSolution):
+    """No function was found that keeps bounds and pins together: `among` are those with the largest multipliers.
 
-    The multipliers are a dual ray of the program at the hyperparameters of `posterior`.
+    The multipliers are a dual ray, in float64, of the program at the hyperparameters of `posterior`. That is no proof:
+    other hyperparameters may have such a function. What no function can have, `feasibility` finds and the checker
+    verifies.
     """
 
     posterior: JointPosterior
@@ -216,7 +218,10 @@ class Contradiction(NoSolution):
     def explanation(self) -> str:
         sides = {"lower": "lower bound", "upper": "upper bound", "equal": "given value"}
         said = "; ".join(f"{bound.name} ({sides[bound.side]}) at t = {bound.time:.6g} s" for bound in self.among)
-        return f"bounds contradict each other, whatever the function between the samples: {said}"
+        return (
+            f"no function was found that satisfies these together: {said}; that there is none is not proved: wider "
+            "bounds, fewer or other values, or other hyperparameters may find one"
+        )
 
 
 @dataclass(frozen=True, repr=False)

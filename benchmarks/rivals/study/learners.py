@@ -15,7 +15,7 @@ from trackably.gp.joint import JointPrior
 from trackably.learning.exchange import Exchange
 from trackably.learning.joint import search as joint
 from trackably.learning.learner import HYPERPARAMETERS, JOINT, Learner
-from trackably.learning.problem import ConstrainedProblem, Contradiction, NoSolution, Solution
+from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution, UnmetBounds
 from trackably.learning.screening import can_screen
 
 _POINTS = 50  # enough to see that nothing is admissible
@@ -36,7 +36,7 @@ def solve_alone(problem: Problem) -> Answer:
 def solve_jointly(problem: Problem) -> Answer:
     """Learn θ and the function, with a proof."""
     alone = _alone(problem)
-    found = alone if isinstance(alone, Contradiction) else learned(problem, jointly(problem.likeliest, alone))
+    found = alone if isinstance(alone, UnmetBounds) else learned(problem, jointly(problem.likeliest, alone))
     return answer(problem, found)
 
 
@@ -45,7 +45,7 @@ def _alone(problem: Problem) -> Learned:
     """Both learners of a run need it. Where bounds contradict each other, no posterior mean is looked for."""
     if not isinstance(fine_grid.solve(problem, _POINTS), Found):
         anything = learned(problem, jointly(problem.likeliest, None))
-        if isinstance(anything, Contradiction):
+        if isinstance(anything, UnmetBounds):
             return anything
     return learned(problem, hyperparameters(problem.task.prior, problem.likeliest))
 

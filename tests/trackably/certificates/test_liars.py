@@ -1,6 +1,7 @@
 """The liar's law: whatever proposes proofs, nothing false is handed out. And nothing is that the checker refuses."""
 
 import json
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
@@ -18,11 +19,15 @@ from tests.trackably.certificates.references import certified
 from tests.trackably.checker.test_soundness import assert_nothing_false_is_claimed
 from tests.trackably.plants import AXIS, KERNEL, SAMPLES
 from trackably import (
+    ConstrainedSystem,
     Counterexample,
     Impossible,
     InfeasibleTightening,
+    LinearSystem,
     NotTrackableError,
+    Polytope,
     Relearner,
+    Samples,
     SquaredExponential,
     Table,
     Unproved,
@@ -35,11 +40,12 @@ from trackably import (
     repair,
 )
 from trackably.certificates.judge import accepted_file
+from trackably.certificates.outcome import NotExcluded, OutOfReach
 from trackably.checker import Failed, Proved, check
 from trackably.given import table as table_module
 from trackably.given.certify import CertifiedReference
 from trackably.gp.signal import KernelSum
-from trackably.learning.problem import NoSolution
+from trackably.learning.problem import NoFunction, NoSolution, NothingFactored, NothingFeasible, OutOfTime, UnmetBounds
 from trackably.reference import TrackableReference
 from trackably.streams.reference import StreamReference
 
@@ -47,6 +53,12 @@ CURVE = CubicSpline([0.0, 1.0, 2.0], [-0.9, -0.4, -0.3], bc_type="clamped")
 BROKEN = CubicSpline([0.0, 1.0, 2.0], [-0.9, 0.9, -0.3], bc_type="clamped")
 TABLE = Table([[0.0, 0.0], [0.0, 0.0]], [[0.0]])
 BROKEN_TABLE = Table([[0.0, 0.0], [9.0, 0.0]], [[0.0]])
+RESERVOIR = ConstrainedSystem(
+    LinearSystem([[1.0]], [[0.1]], states=("level",), inputs=("flow",), sampling_time=0.1),
+    Polytope.box([-1.0], [1.0]),
+    Polytope.box([-1.0], [1.0]),
+)
+CLAIM_NOTHING = Unproved, NotExcluded, UnmetBounds, NothingFeasible, NoFunction, NothingFactored, OutOfTime
 QUIET: dict[str, Any] = {"noise_std": 0.02, "progress": False}
 
 
@@ -148,7 +160,27 @@ def test_what_the_checker_refuses_is_not_handed_out(name, honest, tmp_path, monk
     monkeypatch.setattr(checker, "check", lambda *_, **__: Failed("it refuses everything"))
     found = answer_of(name, honest, tmp_path / "after")
     assert not claims_something(found)
-    assert isinstance(found, Unproved | NoSolution | trackably.Fleet)
+    assert isinstance(found, (*CLAIM_NOTHING, trackably.Fleet))
+    if not isinstance(found, trackably.Fleet):
+        assert not re.search("whatever|impossible|no reference exists|certainly", found.explanation)
+
+
+def test_every_outcome_claims_nothing_or_is_asked_of_the_checker():
+    def kinds(of: type) -> set[type]:
+        return {of}.union(*map(kinds, of.__subclasses__()))
+
+    assert kinds(NoSolution) - {NoSolution} == {*CLAIM_NOTHING, *kinds(OutOfReach)} - {Unproved}
+
+
+@pytest.mark.parametrize("gain", [0.1, 0.2])
+def test_values_that_only_a_length_scale_excludes_claim_nothing(gain):
+    """The float64 program has a dual ray, and with a shorter length scale there is a proved function."""
+    rest, at = Samples([0.0, 0.5, 1.0, 1.5, 2.0], [0.0] * 5), {0.5: {"level": 0.0}, 0.55: {"level": gain}}
+    given: dict[str, Any] = {**QUIET, "mean": 0.0, "at": at, "starts": 1}
+    with pytest.raises(NotTrackableError, match="that there is none is not proved") as raised:
+        learn_reference(rest, RESERVOIR, SquaredExponential(0.5, 0.5), "all_times", **given)
+    assert isinstance(raised.value.outcome, UnmetBounds)
+    assert learn_reference(rest, RESERVOIR, SquaredExponential(0.5, 0.05), "all_times", **given).pin_certificates
 
 
 def test_every_public_name_that_may_claim_something_is_asked():

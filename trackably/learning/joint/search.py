@@ -21,11 +21,11 @@ from trackably.learning.joint.exchange import CROWD, ExchangeResult, exchange_bo
 from trackably.learning.joint.places import Places, chosen, demands, fewer, flags
 from trackably.learning.problem import (
     ConstrainedProblem,
-    Contradiction,
     NoFunction,
     NoSolution,
     NothingFeasible,
     Solution,
+    UnmetBounds,
 )
 from trackably.learning.search import best_solution, better_solution
 from trackably.learning.search import continued as continued_alone
@@ -380,7 +380,7 @@ def _no_solution(problem: ConstrainedProblem, closest: Point) -> NoSolution:
     bent, function = closest.function.mean, closest.function
     if bent.contradicts:
         given_first = sorted(bent.most_influential, key=lambda bound: bound.side != "equal")
-        return Contradiction(bent.posterior, tuple(given_first[:_TOLD]))
+        return UnmetBounds(bent.posterior, tuple(given_first[:_TOLD]))
     quantity = problem.constraints[function.constraint].quantity
     violation = -function.margin * quantity.bounds.width
     return NothingFeasible(bent.posterior, quantity, function.time, violation, problem.broken_at_rest)

@@ -8,7 +8,7 @@ from tests.trackably.learning.joint.instances import ALL, Case, pinned
 from trackably.gp.joint import JointPrior
 from trackably.gp.prior import Prior
 from trackably.learning.joint.search import learn_jointly
-from trackably.learning.problem import Contradiction, Solution
+from trackably.learning.problem import Solution, UnmetBounds
 
 SCALAR, AXIS, MIXED = (ALL[name] for name in ("squared_exponential", "axis", "mixed"))
 
@@ -21,7 +21,7 @@ def known(case: Case) -> Case:
 
 def told(case: Case, *pins: tuple[str, float, float]) -> list[tuple[str, str, float]]:
     found = learn_jointly(pinned(known(case), *pins).problem)
-    assert isinstance(found, Contradiction)
+    assert isinstance(found, UnmetBounds)
     for bound in found.among:
         side = {"lower": "lower bound", "upper": "upper bound", "equal": "given value"}[bound.side]
         assert f"{bound.name} ({side}) at t = {bound.time:.6g} s" in found.explanation
