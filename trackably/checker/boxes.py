@@ -12,7 +12,7 @@ from trackably.checker.intervals import ZERO, Real, UndefinedError, exactly, rat
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model, Models, is_positive
 from trackably.checker.quantities import LinearCombination, Quantity
-from trackably.checker.subject import Signal, Subject, is_far
+from trackably.checker.subject import Functional, Signal, Subject, is_far
 from trackably.checker.watch import progress, tick
 
 
@@ -76,7 +76,7 @@ class FirstPass:
 
     `boxes`: each box with the quantities that are left to be proved, and with models of signals for these;
     `envelope`: over-estimates of |z − m| and |ż| of a signal from a time on; None where nothing is known;
-    `pieces`: the numbers of the bounds that polynomial pieces keep for certain, between these ends and times;
+    `cells_left`: of each row of polynomial pieces, the cells in which it is not certain to stay between two numbers;
     `at_zero`: an interval that contains a linear combination of signals at t = 0; None where nothing is known;
     `is_sound`: whether the processor is set such that all of this is true;
     `trusted`: a sentence that says which arithmetic is trusted.
@@ -84,7 +84,10 @@ class FirstPass:
 
     boxes: Callable[[FlatNeeds, Subject, int, Held], Left]
     envelope: Callable[[Signal, Real], Decay | None]
-    pieces: Callable[[Subject, Sequence[tuple[Fraction, Fraction]], Fraction, Fraction], set[int]]
+    cells_left: Callable[
+        [Subject, Sequence[tuple[Functional, Fraction, Fraction]], Sequence[tuple[int, int]], int],
+        Sequence[list[tuple[int, int]]],
+    ]
     at_zero: Callable[[Subject, LinearCombination], Real | None]
     is_sound: Callable[[], bool]
     trusted: str
@@ -97,7 +100,7 @@ def _every_box(needs: FlatNeeds, subject: Subject, terms: int, held: Held) -> Le
 NO_FIRST_PASS = FirstPass(
     _every_box,
     lambda _signal, _start: None,
-    lambda _subject, _ends, _first, _last: set(),
+    lambda _subject, rows, cells, _bits: [list(cells) for _ in rows],
     lambda _subject, _argument: None,
     lambda: True,
     "This was checked in exact arithmetic: rational numbers and intervals of mpmath.",

@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields
 from fractions import Fraction
-from functools import cache
+from functools import cache, lru_cache
 from math import inf
 from reprlib import repr as short
 from typing import Any, NamedTuple, TypeVar
@@ -79,6 +79,7 @@ _LETTER = "A-Za-zÀ-ÖØ-öø-ſΓΔΘΛΞΠΣΦΨΩα-ξπ-ωϑϕḀ-ỿ"
 _WORD = f"[{_LETTER}_][{_LETTER}0-9₀-₉_-]{{0,59}}"
 _INDEX_OR_UNIT = f"[{_LETTER}µ0-9²³¹⁻_/·*^°%-]{{1,58}}"
 _IDENTIFIER = re.compile(rf"{_WORD}(\[{_INDEX_OR_UNIT}\]|\({_INDEX_OR_UNIT}\))*")
+_RATIONAL = re.compile(r"-?[0-9]+(/0*[1-9][0-9]*)?")
 _BOUND = re.compile(rf"[{_LETTER}µ0-9₀-₉²³¹⁻_/·*^°%()\[\].+ …-]{{1,100}}")
 
 
@@ -146,7 +147,10 @@ def many(reader: Reader[T], most: int, empty: bool = False) -> Reader[tuple[T, .
             raise UnreadableError(f"{where} must be a list{'' if empty else ', not empty'}")
         if len(value) > most:
             raise UnreadableError(f"{where} must have no more than {most} entries, got {len(value)}")
-        return tuple(reader(item, f"{where}[{i}]") for i, item in enumerate(value))
+        try:
+            return tuple([reader(item, where) for item in value])
+        except UnreadableError:  # is said again, with the place of the entry: this takes time
+            return tuple(reader(item, f"{where}[{i}]") for i, item in enumerate(value))
 
     return read
 
@@ -201,6 +205,8 @@ def file_of(kind: str, version: int, reader: Reader[T], hint: str = "") -> Calla
 
 def real_number(value: object, where: str) -> float:
     """Read a finite number that float64 holds exactly."""
+    if type(value) is float and abs(value) < 2.0**1023:  # nearly all are
+        return value
     if (
         isinstance(value, bool)
         or not isinstance(value, int | float)
@@ -237,10 +243,16 @@ def whole_number(most: int, least: int = 1) -> Reader[int]:
 
 def rational_number(value: object, where: str) -> Fraction:
     """Read a text such as -3/4."""
-    if not isinstance(value, str) or len(value) > DIGITS or not re.fullmatch(r"-?[0-9]+(/0*[1-9][0-9]*)?", value):
+    if not isinstance(value, str) or len(value) > DIGITS or not _RATIONAL.fullmatch(value):
         raise UnreadableError(f"{where} must be a rational number, as in -3/4, of {DIGITS} characters at most")
+    return _rational(value)
+
+
+@lru_cache(maxsize=4096)
+def _rational(text: str) -> Fraction:
+    """Return what a text says: the same few come again and again."""
     tick()
-    numerator, _, denominator = value.partition("/")
+    numerator, _, denominator = text.partition("/")
     return Fraction(int(numerator), int(denominator or "1"))
 
 
@@ -453,7 +465,7 @@ def _canonical(value: object) -> str:
     if isinstance(value, dict):
         return f"{{{','.join(f'{_canonical(key)}:{_canonical(value[key])}' for key in sorted(value))}}}"
     if isinstance(value, list):
-        return f"[{','.join(map(_canonical, value))}]"
+        return f"[{','.join([repr(v + 0.0) if type(v) is float else _canonical(v) for v in value])}]"
     return repr(float(value) + 0.0) if isinstance(value, int | float) else f'"{value}"'
 
 

@@ -242,10 +242,14 @@ def ratio(number: Fraction) -> Real:
 
 def exact_sum(numbers: Iterable[Fraction]) -> Fraction:
     """Return the sum of rational numbers, exactly."""
-    found = Fraction(0)
+    found = _NOTHING
     for number in numbers:
-        found = short(found + number)
+        if number:
+            found = short(found + number if found else number)
     return found
+
+
+_NOTHING = Fraction(0)
 
 
 def common_denominator(numbers: Iterable[Fraction]) -> int:

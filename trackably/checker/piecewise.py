@@ -29,13 +29,9 @@ from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
 from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Claim, Instants
 from trackably.checker.intervals import UndefinedError, common_denominator, exact_sum
 from trackably.checker.limits import CELLS
-from trackably.checker.quantities import functionals, weighted_sum
+from trackably.checker.quantities import absolute_sum, functionals, weighted_sum
 from trackably.checker.subject import Bound, Functional, LinearSystem, Pieces, Subject, why_no_signal
-from trackably.checker.watch import UndecidedError, progress, require_room, tick
-
-
-class TooManyCellsError(UndecidedError):
-    """There are more breakpoints than are looked at."""
+from trackably.checker.watch import UndecidedError, progress, require_room, short, tick
 
 
 @dataclass(frozen=True)
@@ -63,8 +59,7 @@ class Sum:
 
         At each breakpoint, both what holds before (a limit) and what holds from it on are among them.
         """
-        inner = inner_breaks(((term.signal, term.ends, term.shift) for term in self.terms), start, end)
-        for a, b in pairwise([start, *inner, end, end]):
+        for a, b in cells_of(((term.signal, term.ends, term.shift) for term in self.terms), start, end):
             tick()
             yield self.polynomial(a, b - a)
 
@@ -81,10 +76,14 @@ class Sum:
         return found
 
 
-def inner_breaks(terms: Iterable[tuple[Pieces, Sequence[int], int]], start: int, end: int) -> list[int]:
-    """Return the times between start and end at which some z(t + shift) changes its polynomial.
+Cells = list[tuple[int, int]]
+"""When each begins and ends; the last one is the end alone."""
 
-    Raise TooManyCellsError where they are too many.
+
+def cells_of(terms: Iterable[tuple[Pieces, Sequence[int], int]], start: int, end: int) -> Cells:
+    """Return the cells from start to end in which no z(t + shift) changes its polynomial.
+
+    Raise UndecidedError where they are too many.
     """
     found: set[int] = set()
     for z, ends, shift in terms:
@@ -99,8 +98,8 @@ def inner_breaks(terms: Iterable[tuple[Pieces, Sequence[int], int]], start: int,
                     break
                 found.add(t + moved)
                 if len(found) > CELLS:
-                    raise TooManyCellsError(f"not decided with {CELLS} breakpoints of one bound")
-    return sorted(found)
+                    raise UndecidedError(f"not decided with {CELLS} breakpoints of one bound")
+    return list(pairwise([start, *sorted(found), end, end]))
 
 
 Number = TypeVar("Number", int, Fraction)
@@ -142,30 +141,32 @@ def whole_sum(
     """Return Σ_i row_i part_i of signals, in units in which these `times` [s] and `bounds` are whole, too."""
     q, step = weighted_sum(row, parts), Fraction(subject.system.sampling_time)
     used = [(z, weights) for z, weights in zip(subject.pieces, q.weights, strict=True) if any(weights)]
-    bits = bits_of([step, *(t for z, _ in used for t in z.ends), *times])
-    fine = bits_of([*(Fraction(c) for z, _ in used for piece in z.coefficients for c in piece), *bounds, Fraction(0)])
+    bits = max(bits_of([step, *times]), bits_of_floats(t for z, _ in used for t in z.breakpoints))
+    fine = bits_of_floats(c for z, _ in used for piece in z.coefficients for c in piece)
+    fine = max(fine, bits_of([*bounds, Fraction(0)]))
     digits = fine + bits * max((z.degree for z, _ in used), default=0)
     require_room(sum(len(z.coefficients) * (z.degree + 1) for z, _ in used), digits)
     scale, divisor = 1 << digits, common_denominator([q.offset, *(w for _, weights in used for w in weights)])
     terms = []
     for z, weights in used:
-        ends = [_whole(t * (1 << bits)) for t in z.ends]
-        polynomials = [[_scaled(c, scale >> bits * k) for k, c in enumerate(p)] for p in z.coefficients]
+        ends = exact_times(z, bits)
+        polynomials = [_whole_polynomial(piece, digits, bits) for piece in z.coefficients]
         for j, w in enumerate(weights):
             if w:
-                terms.append(Term(z, _whole(divisor * w), _whole(j * step * (1 << bits)), ends, polynomials))
-    return Sum(_whole(q.offset * divisor * scale), tuple(terms), divisor * scale, bits)
+                terms.append(Term(z, whole(divisor * w), whole(j * step * (1 << bits)), ends, polynomials))
+    return Sum(whole(q.offset * divisor * scale), tuple(terms), divisor * scale, bits)
 
 
-def value_at(subject: Subject, row: Sequence[Fraction], parts: Sequence[Functional], t: Fraction) -> Fraction:
-    """Return the value of Σ_i row_i part_i at a time [s]."""
-    q, step, found = weighted_sum(row, parts), Fraction(subject.system.sampling_time), list[Fraction]()
-    for z, weights in zip(subject.pieces, q.weights, strict=True):
-        for j, w in enumerate(weights):
-            if w:
-                i, local, _ = place(z, z.ends, t + j * step, Fraction(0))
-                found += [w * Fraction(c) * local**k for k, c in enumerate(z.coefficients[i])]
-    return q.offset + exact_sum(found)
+def values_at(subject: Subject, rows: Sequence[Functional], t: Fraction) -> list[Fraction]:
+    """Return the values of rows of shifted signals at a time [s]."""
+    step, known = Fraction(subject.system.sampling_time), dict[tuple[int, int], Fraction]()
+    for s, j in {term for row in rows for term in shifted(row)}:
+        z = subject.pieces[s]
+        i, local, _ = place(z, z.ends, t + j * step, Fraction(0))
+        known[s, j] = Fraction(0)
+        for c in reversed(z.coefficients[i]):  # Horner's rule
+            known[s, j] = short(known[s, j] * local + Fraction(c))
+    return [exact_sum([row.offset, *(row.weights[s][j] * known[s, j] for s, j in shifted(row))]) for row in rows]
 
 
 def bits_of(numbers: Sequence[Fraction]) -> int:
@@ -173,13 +174,23 @@ def bits_of(numbers: Sequence[Fraction]) -> int:
     return max(number.denominator.bit_length() - 1 for number in numbers)
 
 
-def _scaled(number: float, scale: int) -> int:
+def bits_of_floats(numbers: Iterable[float]) -> int:
+    """Return the least e such that 2^e times each number is whole."""
+    return max((number.as_integer_ratio()[1] for number in numbers), default=1).bit_length() - 1
+
+
+def _whole_polynomial(piece: Sequence[float], digits: int, bits: int) -> list[int]:
     tick()
+    return [_scaled(c, digits - bits * k) for k, c in enumerate(piece)]
+
+
+def _scaled(number: float, digits: int) -> int:
     numerator, denominator = number.as_integer_ratio()
-    return numerator * scale // denominator  # units are chosen so that this is exact
+    return numerator << (digits + 1 - denominator.bit_length())  # units are chosen so that this is exact
 
 
-def _whole(number: Fraction) -> int:
+def whole(number: Fraction) -> int:
+    """Return a whole number."""
     assert number.denominator == 1, "units are chosen so"
     return number.numerator
 
@@ -226,11 +237,13 @@ def check_sizes(certificate: Certificate) -> str | None:
     """Verify that no number is so large, or so small, that float64 evaluation could overflow or lose a factor."""
     subject = certificate.subject
     positive = [Fraction(subject.system.sampling_time)]
+    lengths = {times: z.lengths for times, z in {z.breakpoints: z for z in subject.pieces}.items()}  # each once
+    longest = {times: max([*each, Fraction(1)]) for times, each in lengths.items()}
     for z in subject.pieces:
         largest = max(map(abs, (*z.breakpoints, *(c for piece in z.coefficients for c in piece))))
-        if largest > _LARGEST or z.degree > _HIGHEST or max([*z.lengths, Fraction(1)]) ** z.degree > _LARGEST_POWER:
+        if largest > _LARGEST or z.degree > _HIGHEST or longest[z.breakpoints] ** z.degree > _LARGEST_POWER:
             return "sizes: some number of a piece is too large for the analysis of rounding"
-        positive += z.lengths
+    positive += [length for each in lengths.values() for length in each]
     for bound in subject.bounds:
         weights, offset = _gross(subject, bound)
         positive += [size for size in (*weights, offset) if size]
@@ -259,13 +272,13 @@ def evaluation_errors(subject: Subject, claim: Claim) -> dict[str, Fraction]:
     which is off by 80 u² itself, and two for each shifted signal, whose weight is off by u². All of this is to first
     order, and enlarged by 1 %.
     """
-    largest = [max(map(_absolute_terms, z.lengths, z.coefficients)) for z in subject.pieces]
+    largest = [*map(_largest_terms, subject.pieces)]
     shifted = sum(map(len, functionals(subject, "input")[0].weights))
     operations = 96 * (max(z.degree for z in subject.pieces) + 1) + 17 * (shifted + 1)
     found = dict[str, Fraction]()
     for bound in subject.bounds:
         weights, offset = _gross(subject, bound)
-        gross = exact_sum([offset, *(w * size for w, size in zip(weights, largest, strict=True))])
+        gross = exact_sum([offset, *(w * size for w, size in zip(weights, largest, strict=True) if w)])
         used = sum(1 for r in bound.row if r)
         error = (used + 2) * UNIT * _size(subject, claim, bound) + operations * UNIT**2 * gross
         found[bound.name] = Fraction(101, 100) * error + _TINY * (1 + exact_sum(weights))
@@ -284,13 +297,23 @@ def _why_uncounted(certificate: Certificate) -> str | None:
 
 def _gross(subject: Subject, bound: Bound) -> tuple[list[Fraction], Fraction]:
     """Return the sums of the absolute weights of each signal, and of the absolute offsets, as if nothing cancelled."""
-    found = weighted_sum(bound.row, functionals(subject, bound.of), abs)
+    found = absolute_sum(bound.row, functionals(subject, bound.of))
     return [*map(exact_sum, found.weights)], found.offset
 
 
-def _absolute_terms(length: Fraction, coefficients: Sequence[float]) -> Fraction:
-    """Return Σ_j |c_j| hʲ, which no value in a piece of this length h exceeds."""
-    return exact_sum(abs(Fraction(c)) * length**j for j, c in enumerate(coefficients))
+def _largest_terms(z: Pieces) -> Fraction:
+    """Return the largest Σ_j |c_j| hʲ of a piece, h its length: no value in a piece exceeds it. In whole numbers."""
+    bits, fine = bits_of(z.lengths), bits_of_floats(c for piece in z.coefficients for c in piece)
+    digits = fine + bits * z.degree
+    require_room(1, digits)
+    lengths, largest = [whole(length * (1 << bits)) for length in z.lengths], 0
+    for length, piece in zip(lengths, z.coefficients, strict=True):
+        tick()
+        found = 0
+        for k in reversed(range(len(piece))):  # Horner's rule
+            found = found * length + _scaled(abs(piece[k]), digits - bits * k)
+        largest = max(largest, found)
+    return Fraction(largest, 1 << digits)
 
 
 def _size(subject: Subject, claim: Claim, bound: Bound) -> Fraction:
@@ -372,7 +395,7 @@ def value_of_pieces(subject: Subject, bound: Bound, t: Fraction) -> Fraction:
     """Return the value of a bound's row at a time [s]. Raise UndefinedError where a signal says nothing there."""
     if reason := why_unknown(subject, t, t):
         raise UndefinedError(reason)
-    return value_at(subject, bound.row, functionals(subject, bound.of), t)
+    return values_at(subject, [weighted_sum(bound.row, functionals(subject, bound.of))], t)[0]
 
 
 def _positive(certificate: Certificate, first_pass: FirstPass) -> str | None:
@@ -381,16 +404,64 @@ def _positive(certificate: Certificate, first_pass: FirstPass) -> str | None:
     assert not isinstance(claim, Instants), "refused before"
     start, end = map(Fraction, claim.span)
     errors = [Fraction(certificate.errors[bound.name]) for bound in subject.bounds]
-    ends = [(Fraction(b.lower) + e, Fraction(b.upper) - e) for b, e in zip(subject.bounds, errors, strict=True)]
-    kept = first_pass.pieces(subject, ends, start, end)
-    for i, (bound, (low, high)) in enumerate(zip(subject.bounds, ends, strict=True)):
-        progress(i, len(subject.bounds))
-        if i in kept:
-            continue
-        q = whole_sum(subject, bound.row, functionals(subject, bound.of), [start, end], [low, high])
-        bottom, top = int(low * q.unit), int(high * q.unit)
-        for first, *others in q.cells(int(start * (1 << q.bits)), int(end * (1 << q.bits))):
-            above, below = [first - bottom, *others], [top - first, *(-c for c in others)]
-            if not (is_nowhere_negative(above) and is_nowhere_negative(below)):
-                return f"cell: the {bound.name} is not shown to stay inside its bounds"
+    drawn_in = [(Fraction(b.lower) + e, Fraction(b.upper) - e) for b, e in zip(subject.bounds, errors, strict=True)]
+    rows = [weighted_sum(bound.row, functionals(subject, bound.of)) for bound in subject.bounds]
+    alike, left = _alike(subject, rows), dict[int, Cells]()
+    for i, bound in enumerate(subject.bounds):
+        progress(i, len(rows))
+        if i not in left:
+            numbers = next(numbers for numbers in alike if i in numbers)
+            cells, bits = _cells(subject, rows[i], start, end)
+            found = first_pass.cells_left(subject, [(rows[k], *drawn_in[k]) for k in numbers], cells, bits)
+            left |= zip(numbers, found, strict=True)
+        if left[i] and not _is_kept(subject, bound, drawn_in[i], (start, end), left[i]):
+            return f"cell: the {bound.name} is not shown to stay inside its bounds"
     return None
+
+
+def _alike(subject: Subject, rows: Sequence[Functional]) -> Sequence[list[int]]:
+    """Return the numbers of rows in groups, in each of which all have the same cells: those of their breakpoints."""
+    found: dict[object, list[int]] = {}
+    for i, row in enumerate(rows):
+        changes = frozenset((subject.pieces[s].breakpoints, subject.pieces[s].beyond, j) for s, j in shifted(row))
+        found.setdefault(changes, []).append(i)
+    return [*found.values()]
+
+
+def _cells(subject: Subject, row: Functional, start: Fraction, end: Fraction) -> tuple[Cells, int]:
+    """Return the cells of a row of signals from start to end, in units of 2^−bits s, and bits."""
+    step, used = Fraction(subject.system.sampling_time), shifted(row)
+    signals = {s: subject.pieces[s] for s, _ in used}
+    bits = max(bits_of([step, start, end]), bits_of_floats(t for z in signals.values() for t in z.breakpoints))
+    unit, ends = 1 << bits, {s: exact_times(z, bits) for s, z in signals.items()}
+    terms = [(signals[s], ends[s], whole(j * step * unit)) for s, j in used]
+    return cells_of(terms, whole(start * unit), whole(end * unit)), bits
+
+
+def exact_times(z: Pieces, bits: int) -> list[int]:
+    """Return the breakpoints in units of 2^−`bits` s."""
+    return [_scaled(t, bits) for t in z.breakpoints]
+
+
+def shifted(row: Functional) -> list[tuple[int, int]]:
+    """Return all (s, j) for which the row depends on z_s(t + j T)."""
+    return [(s, j) for s, weights in enumerate(row.weights) for j, w in enumerate(weights) if w]
+
+
+def _is_kept(
+    subject: Subject,
+    bound: Bound,
+    ends: tuple[Fraction, Fraction],
+    times: tuple[Fraction, Fraction],
+    cells: Sequence[tuple[int, int]],
+) -> bool:
+    """Return whether a bound's row stays between its ends in some cells of these times, in rational arithmetic."""
+    q = whole_sum(subject, bound.row, functionals(subject, bound.of), times, ends)
+    bottom, top = (whole(end * q.unit) for end in ends)
+    for a, b in cells:
+        tick()
+        first, *others = q.polynomial(a, b - a)
+        above, below = [first - bottom, *others], [top - first, *(-c for c in others)]
+        if not (is_nowhere_negative(above) and is_nowhere_negative(below)):
+            return False
+    return True

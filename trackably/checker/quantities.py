@@ -1,6 +1,6 @@
 """The bounded quantities: formulas of linear combinations of the signals at shifted times."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -176,7 +176,7 @@ def _states_and_successors(subject: Subject) -> dict[str, LinearCombination]:
 
 def _combined(subject: Subject, row: tuple[Fraction, ...], parts: tuple[Functional, ...]) -> LinearCombination:
     """Return Σ_i row_i part_i."""
-    found, gross = weighted_sum(row, parts), weighted_sum(row, parts, abs)
+    found, gross = weighted_sum(row, parts), absolute_sum(row, parts)
     of_means = (
         Fraction(z.mean) * exact_sum(weights) for z, weights in zip(subject.signals, found.weights, strict=True)
     )
@@ -186,17 +186,25 @@ def _combined(subject: Subject, row: tuple[Fraction, ...], parts: tuple[Function
     )
 
 
-def weighted_sum(
-    row: Sequence[Fraction], parts: Sequence[Functional], of_each: Callable[[Fraction], Fraction] = lambda x: x
-) -> Functional:
-    """Return Σ_i row_i part_i, or that of the absolute values of all products."""
-    used = [(r, part) for r, part in zip(row, parts, strict=True) if r]
-    shifts = [len(weights) for weights in parts[0].weights]
+def weighted_sum(row: Sequence[Fraction], parts: Sequence[Functional]) -> Functional:
+    """Return Σ_i row_i part_i."""
+    used = [(r, part) for r, part in zip(row, parts, strict=True) if r] or [(Fraction(0), parts[0])]
+    if len(used) == 1 and used[0][0] == 1:
+        return used[0][1]
 
-    def total(values: Iterable[Fraction]) -> Fraction:
-        return exact_sum(of_each(value) for value in values if value)
+    def total(values: Sequence[Fraction]) -> Fraction:
+        return exact_sum([r * v for (r, _), v in zip(used, values, strict=True) if v])
 
-    weights = [
-        [total(r * w for r, of in used if (w := of.weights[s][j])) for j in range(n)] for s, n in enumerate(shifts)
+    by_signal = zip(*(part.weights for _, part in used), strict=True)
+    weights = tuple(tuple([total(values) for values in zip(*of, strict=True)]) for of in by_signal)
+    return Functional(total([part.offset for _, part in used]), weights)
+
+
+def absolute_sum(row: Sequence[Fraction], parts: Sequence[Functional]) -> Functional:
+    """Return Σ_i |row_i| |part_i|, with the absolute values of all weights and offsets: as if nothing cancelled."""
+    used = [(abs(r), part) for r, part in zip(row, parts, strict=True) if r]
+    sizes = [
+        Functional(abs(part.offset), tuple(tuple([abs(w) if w else w for w in of]) for of in part.weights))
+        for _, part in used
     ]
-    return Functional(total(r * of.offset for r, of in used), tuple(map(tuple, weights)))
+    return weighted_sum([r for r, _ in used], sizes)

@@ -10,7 +10,7 @@ from trackably.checker.disturbances import Hull, Robust, Vector, Zonotope
 from trackably.checker.formulas import text
 from trackably.checker.instants import combination_at
 from trackably.checker.intervals import ZERO
-from trackably.checker.piecewise import value_at
+from trackably.checker.piecewise import values_at
 from trackably.checker.quantities import LinearCombination, functionals, states_of
 from trackably.checker.subject import Bound, NonlinearSystem, Row, Subject, System, as_float
 from trackably.checker.tables import RefutedTable, Table
@@ -208,7 +208,6 @@ def where_pieces_are(subject: Subject) -> str:
     ends = [t for z in subject.pieces for t in z.breakpoints]
     count = sum(len(z.coefficients) for z in subject.pieces)
     begun = max((z.breakpoints[0] for z in subject.pieces if z.beyond == "end"), default=0.0)
-    states = zip(subject.system.states, functionals(subject, "state"), strict=True)
-    values = ((name, value_at(subject, (Fraction(1),), (part,), Fraction(begun))) for name, part in states)
-    said = ", ".join(f'"{name}" = {as_float(value):.6g}' for name, value in values)
+    values = values_at(subject, functionals(subject, "state"), Fraction(begun))
+    said = ", ".join(f'"{name}" = {as_float(v):.6g}' for name, v in zip(subject.system.states, values, strict=True))
     return f"{count} polynomial pieces from {min(ends)!r} s to {max(ends)!r} s, and {said} at t = {begun!r} s"

@@ -3,6 +3,7 @@
 Before that, matrices, formulas, trajectories, sets and names are shown to belong to one system.
 """
 
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from trackably.checker.certificate import Certificate, Instants
@@ -136,25 +137,49 @@ def check_trajectories(subject: Subject) -> str | None:
         return why_not_flat(system, system.flat)
     if not isinstance(system, LinearSystem) or trajectories is None:
         return None
-    states, inputs = trajectories.states, trajectories.inputs
-    A, B = ([[(j, Fraction(v)) for j, v in enumerate(row) if v] for row in matrix] for matrix in (system.A, system.B))
+    A, B = (_columns([[Fraction(v) for v in row] for row in matrix]) for matrix in (system.A, system.B))
 
-    def follows(x: list[Fraction], u: list[Fraction], successor: list[Fraction], c: tuple[float, ...]) -> bool:
-        """Whether successor = A x + B u + c."""
-        of_state, of_input = ([exact_sum(w * v[j] for j, w in row if v[j]) for row in M] for M, v in ((A, x), (B, u)))
-        return all(s == p + q + Fraction(r) for s, p, q, r in zip(successor, of_state, of_input, c, strict=True))
+    def successor(x: _Sparse, u: _Sparse, c: _Sparse) -> _Sparse:
+        """Return A x + B u + c."""
+        made = {i: [r] for i, r in c.items()}
+        for matrix, v in ((A, x), (B, u)):
+            for j, factor in v.items():
+                for i, w in matrix.get(j, {}).items():
+                    made.setdefault(i, []).append(w * factor)
+        return {i: found for i, terms in made.items() if (found := exact_sum(terms))}
 
-    start = [part.offset for part in states]
-    if not follows(start, [part.offset for part in inputs], start, system.c):
+    start, held = (
+        {i: part.offset for i, part in enumerate(parts) if part.offset}
+        for parts in (trajectories.states, trajectories.inputs)
+    )
+    if successor(start, held, {i: Fraction(v) for i, v in enumerate(system.c) if v}) != start:
         return "trajectories: the system does not stay where its state and input are the offsets"
-    zero = (0.0,) * len(A)
-    for s in range(subject.signal_count):
-        for j in range(max(len(parts[0].weights[s]) for parts in (states, inputs)) + 1):
-            if not follows(_column(states, s, j), _column(inputs, s, j), _column(states, s, j - 1), zero):
-                return f"trajectories: the system does not follow signal {s} with the weights of shift {j}"
+    states, inputs = _of_shifted(trajectories.states), _of_shifted(trajectories.inputs)
+    for s, j in sorted({*states, *inputs, *((s, j + 1) for s, j in states)}):
+        if successor(states.get((s, j), {}), inputs.get((s, j), {}), {}) != states.get((s, j - 1), {}):
+            return f"trajectories: the system does not follow signal {s} with the weights of shift {j}"
     return None
 
 
-def _column(parts: tuple[Functional, ...], s: int, j: int) -> list[Fraction]:
-    """Return the weights of z_s(t + j T) in each part, zero beyond the ends."""
-    return [part.weights[s][j] if 0 <= j < len(part.weights[s]) else Fraction(0) for part in parts]
+_Sparse = Mapping[int, Fraction]
+"""The entries of a vector that are not zero."""
+
+
+def _columns(matrix: Sequence[Sequence[Fraction]]) -> dict[int, _Sparse]:
+    found: dict[int, dict[int, Fraction]] = {}
+    for i, row in enumerate(matrix):
+        for j, w in enumerate(row):
+            if w:
+                found.setdefault(j, {})[i] = w
+    return dict(found)
+
+
+def _of_shifted(parts: tuple[Functional, ...]) -> dict[tuple[int, int], _Sparse]:
+    """Return the weights of each z_s(t + j T) in the parts."""
+    found: dict[tuple[int, int], dict[int, Fraction]] = {}
+    for i, part in enumerate(parts):
+        for s, weights in enumerate(part.weights):
+            for j, w in enumerate(weights):
+                if w:
+                    found.setdefault((s, j), {})[i] = w
+    return dict(found)

@@ -17,7 +17,7 @@ import numpy as np
 from trackably.checker.boxes import Box, Enclosures, FirstPass
 from trackably.checker.flat import FlatNeeds, FlatValues
 from trackably.checker.floats.intervals import Floats, Mask, joined, sums
-from trackably.checker.floats.pieces import kept_by_pieces
+from trackably.checker.floats.pieces import cells_left
 from trackably.checker.floats.polynomials import are_positive
 from trackably.checker.floats.signals import Boxes, ManyCentres, Models
 from trackably.checker.formulas import parts
@@ -214,5 +214,5 @@ _TRUSTED = (
     "This was checked in float64 intervals first, which trusts IEEE arithmetic and NumPy's exp, log, sqrt, cos, arctan "
     "and arctan2."
 )
-FIRST_PASS = FirstPass(boxes_left, envelope, kept_by_pieces, at_zero, keeps_subnormals, _TRUSTED)
+FIRST_PASS = FirstPass(boxes_left, envelope, cells_left, at_zero, keeps_subnormals, _TRUSTED)
 """In arrays of float64 intervals."""

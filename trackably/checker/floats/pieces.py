@@ -1,98 +1,134 @@
-"""Polynomial pieces in float64: the bounds that they certainly keep, in all cells at once.
+"""Polynomial pieces in float64: the cells in which bounds are certainly kept, for all bounds and cells at once.
 
-The mathematics is that of `piecewise`. Cells and the pieces that hold in them are found in whole numbers; times since a
-breakpoint, and all that follows, are enclosed.
+The mathematics is that of `piecewise`. Cells and the pieces that hold in them are found in whole numbers. What follows
+is linear in a piece's coefficients c_k: those of c(a + b y) for 0 ≤ y ≤ 1, by Horner's rule; weighted sums of these,
+one for each bound; and Bernstein coefficients of the sums. So each result is a sum of products. It is computed twice,
+as it is, and with the absolute values of all factors. With n coefficients and T terms, no product takes more than K =
+4 n + T + 8 roundings of its factors, of itself and of sums. So what is computed is off by 1.1 K u times the sum of the
+absolute products at most, with u = 2⁻⁵³ and 10 % for higher orders. Underflow in a step of Horner's rule loses less
+than u 2⁻¹⁰⁰⁰, and 2⁻¹⁰⁰⁰ is added to the absolute values in each step; afterwards it loses less than 2⁻¹⁰⁰⁰ in all.
 """
 
 from collections.abc import Sequence
 from fractions import Fraction
-from itertools import groupby, pairwise
+from functools import cache
+from itertools import groupby
+from math import comb, inf, nan, nextafter
 
 import numpy as np
 
-from trackably.checker.floats.intervals import Floats, joined
-from trackably.checker.floats.polynomials import are_positive, substituted
-from trackably.checker.intervals import ratio
-from trackably.checker.piecewise import TooManyCellsError, bits_of, inner_breaks, place
-from trackably.checker.quantities import functionals, weighted_sum
-from trackably.checker.subject import Functional, Pieces, Subject
+from trackably.checker.floats.intervals import Array, Floats, Mask, joined
+from trackably.checker.floats.polynomials import are_positive_sums
+from trackably.checker.piecewise import exact_times, place, shifted, whole
+from trackably.checker.subject import Functional, Pieces, Subject, as_float
 from trackably.checker.watch import tick
 
 _COEFFICIENTS = 500_000
 """Of all terms in the cells that are looked at together: memory is enough, whatever a file says."""
 
-_NEARLY = Floats(np.asarray(1 - 2.0**-52), np.asarray(1 + 2.0**-52))
+_TINY, _SMALL = 2.0**-1000, 2.0**-500
+
+Cell = tuple[int, int]
 
 
-def kept_by_pieces(
-    subject: Subject, ends: Sequence[tuple[Fraction, Fraction]], start: Fraction, end: Fraction
-) -> set[int]:
-    """Return the numbers of the bounds that are certainly kept from start to end [s], drawn in to these `ends`."""
-    rows = [weighted_sum(bound.row, functionals(subject, bound.of)) for bound in subject.bounds]
+def cells_left(
+    subject: Subject, rows: Sequence[tuple[Functional, Fraction, Fraction]], cells: Sequence[Cell], bits: int
+) -> list[list[Cell]]:
+    """Return for each row the cells in which it is not certain to stay between two numbers.
 
-    def signals(i: int) -> list[int]:
-        return [s for s, weights in enumerate(rows[i].weights) if any(weights)]
-
-    found: set[int] = set()
+    The times of the cells are in units of 2^−`bits` s. In them no signal on which a row depends changes its polynomial.
+    """
+    terms = sorted({term for row, _, _ in rows for term in shifted(row)})
+    if not terms:
+        return [list(cells) for _ in rows]
+    n = 1 + max(subject.pieces[s].degree for s, _ in terms)
+    at_once = max(1, _COEFFICIENTS // (n * max(len(terms), len(rows))))
+    weights = np.array([[_nearest(row.weights[s][j]) for s, j in terms] for row, _, _ in rows])
+    offsets = np.array([[_nearest(row.offset)] for row, _, _ in rows])
+    least = np.array([nextafter(as_float(low), inf) for _, low, _ in rows])
+    most = np.array([nextafter(as_float(high), -inf) for _, _, high in rows])
+    found: list[list[Cell]] = [[] for _ in rows]
     with np.errstate(all="ignore"):  # what is not finite is not proved
-        for used, group in groupby(sorted(range(len(rows)), key=signals), signals):
-            some = list(group)
-            if used:
-                kept = _kept(subject, used, [rows[i] for i in some], [ends[i] for i in some], (start, end))
-                found |= {i for i, is_kept in zip(some, kept, strict=True) if is_kept}
+        for begin in range(0, len(cells), at_once):
+            some = cells[begin : begin + at_once]
+            c, a, b = _local(subject, terms, n, some, bits)
+            values = _sums(c, a, b, weights, offsets, 0.0)
+            sizes = _sums(abs(c), abs(a), b, abs(weights), abs(offsets), _TINY)
+            off = 1.1 * (4 * n + len(terms) + 8) * 2.0**-53 * sizes + _TINY
+            near = Floats(values - off, values + off)
+            kept = _stay_between(near, *(np.repeat(of, len(some)) for of in (least, most)))
+            for left, is_kept in zip(found, kept.reshape(len(rows), -1), strict=True):
+                left += [some[k] for k in np.flatnonzero(~is_kept).tolist()]
     return found
 
 
-def _kept(
-    subject: Subject,
-    used: Sequence[int],
-    rows: Sequence[Functional],
-    ends: Sequence[tuple[Fraction, Fraction]],
-    times: tuple[Fraction, Fraction],
-) -> list[bool]:
-    """Return which rows, all of the same signals, stay between their ends."""
-    step = Fraction(subject.system.sampling_time)
-    terms = sorted({(s, j) for row in rows for s in used for j, w in enumerate(row.weights[s]) if w})
-    bits = bits_of([step, *times, *(t for s in used for t in subject.pieces[s].ends)])
-    whole = {s: [int(t * (1 << bits)) for t in subject.pieces[s].ends] for s in used}
-    shifts = {(s, j): int(j * step * (1 << bits)) for s, j in terms}
-    first, last = (int(t * (1 << bits)) for t in times)
-    try:
-        inner = inner_breaks(((subject.pieces[s], whole[s], shifts[s, j]) for s, j in terms), first, last)
-    except TooManyCellsError:  # of all these rows, but maybe not of each
-        return [False] * len(rows)
-    cells = list(pairwise([first, *inner, last, last]))
-    at_once = max(1, _COEFFICIENTS // (len(terms) * (1 + max(subject.pieces[s].degree for s in used))))
-    kept = [True] * len(rows)
-    for begin in range(0, len(cells), at_once):
-        some = cells[begin : begin + at_once]
-        known = {(s, j): _enclosed(subject.pieces[s], whole[s], shifts[s, j], some, bits) for s, j in terms}
-        for i, (row, (low, high)) in enumerate(zip(rows, ends, strict=True)):
-            kept[i] = kept[i] and _stays_inside(row, known, low, high)
-    return kept
+def _nearest(number: Fraction) -> float:
+    """Return the nearest float64; NaN where it may be off by more than a rounding."""
+    nearest = as_float(number)
+    return nearest if not number or _SMALL < abs(nearest) < 1 / _SMALL else nan
 
 
-def _enclosed(z: Pieces, ends: Sequence[int], shift: int, cells: Sequence[tuple[int, int]], bits: int) -> Floats:
-    """Return the coefficients of z(t + shift) in x ∈ [−1, 1] in each cell, which x runs through: (n, B)."""
-    where = []
-    for a, b in cells:
+def _local(
+    subject: Subject, terms: Sequence[tuple[int, int]], n: int, cells: Sequence[Cell], bits: int
+) -> tuple[Array, Array, Array]:
+    """Return what z_s(t + j T) is in each cell: c(a + b y), with n coefficients c, (n, T, B), and a and b, (T, B)."""
+    step, unit = Fraction(subject.system.sampling_time), 1 << bits
+    known: dict[tuple[object, ...], tuple[list[int], list[float], list[float]]] = {}
+    coefficients, places = np.zeros((n, len(terms), len(cells))), []
+    for s, of_signal in groupby(enumerate(terms), lambda term: term[1][0]):
+        z = subject.pieces[s]
+        of_pieces = np.array(z.coefficients).T
+        for k, (_, j) in of_signal:
+            key = (z.breakpoints, z.beyond, j)  # many signals change their polynomials at the same times
+            if key not in known:
+                known[key] = _places(z, whole(j * step * unit), cells, bits)
+            places.append(known[key])
+            coefficients[: z.degree + 1, k] = of_pieces[:, known[key][0]]
+    a, b = (np.array([place[i] for place in places]).reshape(len(terms), -1) for i in (1, 2))
+    return coefficients, a, b
+
+
+def _places(z: Pieces, shift: int, cells: Sequence[Cell], bits: int) -> tuple[list[int], list[float], list[float]]:
+    """Return the piece that holds in each cell, and when it begins in the piece, and lasts [s]."""
+    tick()
+    ends, unit = exact_times(z, bits), 1 << bits
+    found = [place(z, ends, a + shift, b - a) for a, b in cells]
+    starts, widths = ([_time(of[i], unit) for of in found] for i in (1, 2))
+    return [i for i, _, _ in found], starts, widths
+
+
+def _time(units: int, unit: int) -> float:
+    """Return a time [s], rounded once; NaN where it may be off by more than that."""
+    time = units / unit
+    return time if not units or abs(time) > _SMALL else nan
+
+
+def _sums(c: Array, a: Array, b: Array, weights: Array, offsets: Array, more: float) -> Array:
+    """Return the Bernstein coefficients of the weighted sums in each cell: (n, R B)."""
+    found = c[-1:] + more
+    for k in reversed(range(len(c) - 1)):
         tick()
-        where.append(place(z, ends, a + shift, b - a))
-    pieces = np.array(z.coefficients)[[i for i, _, _ in where]].T
-    unit = 1 << (bits + 1)  # a quotient of whole numbers is rounded once
-    middle = Floats.exact(np.array([(2 * local + width) / unit for _, local, width in where])) * _NEARLY
-    half = Floats.exact(np.array([width / unit for _, _, width in where])) * _NEARLY
-    return substituted(Floats.exact(pieces), middle, half)
+        higher = np.empty((len(found) + 1, *a.shape))
+        higher[0] = c[k] + a * found[0]
+        higher[1:-1] = a * found[1:] + b * found[:-1]
+        higher[-1] = b * found[-1]
+        found = higher + more
+    rows = weights @ found
+    rows[0] += offsets
+    return _bernstein(len(c)) @ rows.reshape(len(c), -1)
 
 
-def _stays_inside(row: Functional, known: dict[tuple[int, int], Floats], low: Fraction, high: Fraction) -> bool:
-    parts = [known[s, j] * ratio(w) for s, weights in enumerate(row.weights) for j, w in enumerate(weights) if w]
-    n, count = max(len(part.low) for part in parts), parts[0].low.shape[1]
-    none = Floats.exact(np.zeros((n, count)))
-    found = none
-    for part in parts:
-        missing = n - len(part.low)
-        found = found + (joined([part, none.at(slice(missing))], axis=0) if missing else part)
-    constant, others = found.at(slice(1)) + ratio(row.offset), found.at(slice(1, None))
-    above, below = (joined([constant - ratio(low), others], axis=0), joined([ratio(high) - constant, -others], axis=0))
-    return bool(np.all(are_positive(joined([above, below]))))
+@cache
+def _bernstein(n: int) -> Array:
+    """Return C(i, j)/C(n − 1, j): the Bernstein coefficient i of yʲ in degree n − 1."""
+    return np.array([[comb(i, j) / comb(n - 1, j) for j in range(n)] for i in range(n)])
+
+
+def _stay_between(near: Floats, least: Array, most: Array) -> Mask:
+    """Return which polynomials, of which these are the Bernstein coefficients, stay between two numbers for certain."""
+    kept: Mask = np.all((near.low >= least) & (near.high <= most), axis=0)
+    left = np.flatnonzero(~kept)
+    if len(left):
+        b, sides = near.at((slice(None), left)), (Floats.exact(least[left]), Floats.exact(most[left]))
+        kept[left] = np.all(are_positive_sums(joined([b - sides[0], sides[1] - b])).reshape(2, -1), axis=0)
+    return kept

@@ -15,8 +15,13 @@ _MOST_HALVINGS, _MOST_PIECES = 12, 10_000
 
 def are_positive(polynomials: Floats) -> Mask:
     """Return where Σ_k a_k x^k ≥ 0 on [−1, 1] for certain; coefficients have the shape (n, B)."""
-    count = polynomials.low.shape[1]
-    pieces, of = _bernstein(polynomials), np.arange(count)
+    return are_positive_sums(_bernstein(polynomials))
+
+
+def are_positive_sums(pieces: Floats) -> Mask:
+    """Return where polynomials with these Bernstein coefficients, (n, B), are ≥ 0 for certain: they, or their parts."""
+    count = pieces.low.shape[1]
+    of = np.arange(count)
     unknown = np.zeros(count, dtype=bool)
     for _ in range(_MOST_HALVINGS):
         tick()

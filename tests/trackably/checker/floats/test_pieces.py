@@ -11,9 +11,12 @@ from tests.splines.draws import from_scipy
 from tests.splines.naive import extremes
 from tests.trackably.plants import AXIS
 from trackably.certificates.form import encode_subject
-from trackably.checker.floats.boxes import FIRST_PASS
+from trackably.checker.floats import pieces as first_pass
+from trackably.checker.floats.pieces import cells_left
 from trackably.checker.form import subject_of
-from trackably.checker.quantities import functionals
+from trackably.checker.piecewise import _cells, values_at
+from trackably.checker.quantities import functionals, weighted_sum
+from trackably.checker.subject import Subject
 from trackably.systems.reference import Reference
 
 KINDS = {"rest": "clamped", "period": "periodic", "end": "natural"}
@@ -39,16 +42,78 @@ def test_bounds_next_to_the_extremes_are_kept_and_bounds_inside_of_them_never(be
     exact = [(Fraction(float(low)), Fraction(float(high))) for low, high in found]
     subject = subject_of(encode_subject(reference))
 
-    def kept(by_low: float, by_high: float) -> set[int]:
+    def are_kept(by_low: float, by_high: float) -> list[bool]:
         ends = [
             (low - Fraction(by_low) * (1 + abs(low)), high + Fraction(by_high) * (1 + abs(high))) for low, high in exact
         ]
-        return FIRST_PASS.pieces(subject, ends, start, end)
+        return kept(subject, ends, start, end)
 
-    assert kept(1e-6, 1e-6) == {0, 1, 2}
+    assert all(are_kept(1e-6, 1e-6))
     for by in (2.0**-50, 1e-12, 1e-6):
-        assert kept(-by, 1.0) == kept(1.0, -by) == set()
-    assert kept(-0.1, -0.1) == set()
+        assert not any(are_kept(-by, 1.0) + are_kept(1.0, -by))
+    assert not any(are_kept(-0.1, -0.1))
+
+
+def kept(subject: Subject, ends: list[tuple[Fraction, Fraction]], start: Fraction, end: Fraction) -> list[bool]:
+    """Which bounds are kept between these ends, by the first pass alone."""
+    rows = [weighted_sum(bound.row, functionals(subject, bound.of)) for bound in subject.bounds]
+    left = [
+        cells_left(subject, [(row, *of)], *_cells(subject, row, start, end)) for row, of in zip(rows, ends, strict=True)
+    ]
+    return [cells == [[]] for cells in left]
+
+
+SIZES = (1.0, 1e-9, 1e9, 1e-30, 1e30)
+
+
+def a_subject(draw: np.random.Generator, sizes: tuple[float, ...]) -> Subject:
+    """A subject whose one signal has pieces of these sizes, of any degree up to 7."""
+    reference = drawn("end", 0)
+    n, count = int(draw.integers(1, 9)), 6
+    times = np.cumsum(draw.uniform(0.01, 2.0, count + 1)) - 3.0
+    coefficients = draw.standard_normal((count, n)) * draw.choice(sizes, (count, n))
+    pieces = replace(reference.pieces[0], breakpoints=times, coefficients=coefficients)
+    return subject_of(encode_subject(replace(reference, signals=(pieces,))))
+
+
+def wrongly_kept(seed: int) -> int:
+    """How often a cell is said to be kept between ends that its values leave; ends are next to a value in the cell."""
+    draw, wrong = np.random.default_rng(seed), 0
+    subject = a_subject(draw, SIZES if seed % 2 else (1.0,))
+    start, end = (Fraction(subject.pieces[0].breakpoints[k]) for k in (0, 3))
+    for bound in subject.bounds:
+        row = weighted_sum(bound.row, functionals(subject, bound.of))
+        cells, bits = _cells(subject, row, start, end)
+        for a, b in cells:
+            t = Fraction(a, 1 << bits) + Fraction(b - a, 1 << bits) * Fraction(int(draw.integers(0, 5)), 4)
+            t = t if t < Fraction(b, 1 << bits) or a == b else Fraction(a, 1 << bits)
+            (value,) = values_at(subject, [row], t)
+            near = Fraction(float(value))  # the exact value is a hair beside it, or there
+            by = abs(value) * Fraction(draw.choice([0.0, 2.0**-53, 2.0**-50]))
+            for ends in ((near - 10 * abs(near) - 1, near - by), (near + by, near + 10 * abs(near) + 1)):
+                says_kept = cells_left(subject, [(row, *ends)], [(a, b)], bits) == [[]]
+                wrong += says_kept and not ends[0] <= value <= ends[1]
+    return wrong
+
+
+def test_no_cell_is_kept_of_which_a_value_is_outside_whatever_sizes_numbers_have() -> None:
+    assert not any(wrongly_kept(seed) for seed in range(60))
+
+
+FAULTS = {
+    "no rounding is counted": ("_sums", lambda real: lambda *of: real(*of) * (0.0 if of[-1] else 1.0)),
+    "the middle of a step is lost": ("_time", lambda real: lambda units, unit: real(units, unit) * (1 - 1e-12)),
+    "weights are wrong": ("_nearest", lambda real: lambda number: real(number) * (1 + 1e-14)),
+    "the last coefficient is lost": ("_bernstein", lambda real: lambda n: np.tril(real(n), -1) + np.eye(n) * 0.9),
+    "ends are too wide": ("nextafter", lambda real: lambda x, to: x - np.sign(to) * 1e-13 * abs(x)),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_planted_faults_are_seen(fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    name, made = FAULTS[fault]
+    monkeypatch.setattr(first_pass, name, made(getattr(first_pass, name)))
+    assert any(wrongly_kept(seed) for seed in range(60))
 
 
 def test_a_value_that_begins_at_the_end_of_the_claim_counts() -> None:
@@ -58,5 +123,5 @@ def test_a_value_that_begins_at_the_end_of_the_claim_counts() -> None:
     last = max(j for j, w in enumerate(functionals(subject, "state")[0].weights[0]) if w)
     end, small, large = 1 - last * Fraction(AXIS.system.sampling_time), Fraction(1, 1000), Fraction(10**9)
     ends = [(-small, small), (-large, large), (-large, large)]
-    assert FIRST_PASS.pieces(subject, ends, Fraction(0), end - Fraction(1, 64)) == {0, 1, 2}
-    assert FIRST_PASS.pieces(subject, ends, Fraction(0), end) == {1, 2}
+    assert kept(subject, ends, Fraction(0), end - Fraction(1, 64)) == [True, True, True]
+    assert kept(subject, ends, Fraction(0), end) == [False, True, True]
