@@ -7,7 +7,7 @@ All that a notebook or a program needs is imported from here:
 - the prior: kernels such as `SquaredExponential` and `Periodic`, which add and multiply
 - learning with a proof: `learn_reference`, `learn_stream` for long recordings, `learn_many` for many of them
 - trajectories from elsewhere: `certify`, `repair`, `certify_table`
-- trajectories of robots: `Joints`, `JointTrajectory`, `certify_joints`, `repair_joints`, `stretch_joints`
+- trajectories of robots: `Joints`, `JointTrajectory`, `certify_joints`, `repair_joints`, `stretch_joints`, `Gate`
 - proofs of others: `check`
 - control: `Controller`, `TubeController`, `simulate`, and `Relearner` to learn in the loop
 
@@ -70,6 +70,8 @@ if TYPE_CHECKING:
     from trackably.joints.certify import CertifiedTrajectory as CertifiedTrajectory
     from trackably.joints.certify import certify_joints as certify_joints
     from trackably.joints.certify import stretch_joints as stretch_joints
+    from trackably.joints.gate import Gate as Gate
+    from trackably.joints.gate import GateAnswer as GateAnswer
     from trackably.joints.limits import Joints as Joints
     from trackably.joints.messages import read_joint_trajectory as read_joint_trajectory
     from trackably.joints.messages import write_joint_trajectory as write_joint_trajectory
@@ -121,6 +123,8 @@ _MODULES = {
     "Field": "recordings.mcap_file",
     "FlatForm": "systems.flat_forms",
     "Fleet": "fleet.learn_many",
+    "Gate": "joints.gate",
+    "GateAnswer": "joints.gate",
     "IgnoresSamplesWarning": "explanation",
     "Impossible": "certificates.outcome",
     "Infeasible": "control.stepping",

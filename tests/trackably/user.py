@@ -26,6 +26,8 @@ from trackably import (
     Field,
     FlatForm,
     Fleet,
+    Gate,
+    GateAnswer,
     IgnoresSamplesWarning,
     Impossible,
     Infeasible,
@@ -199,6 +201,10 @@ for moved in (certify_joints(moves, arm), repair_joints(moves, arm, start=[[0, 0
     assert_type(moved, CertifiedTrajectory | BrokenLimits | Unproved)
     if isinstance(moved, BrokenLimits):
         assert_type(moved.first, BrokenLimit)
+gate = Gate(arm, lead=0.02, budget=0.1)
+answered = gate(moves, gate.at_rest([0.0, 0.0], now=0.0), now=0.1)
+assert_type(answered, GateAnswer)
+assert_type(gate.stop(answered.running, 0.2).running, CertifiedTrajectory)
 warnings.simplefilter("error", IgnoresSamplesWarning)
 warnings.simplefilter("ignore", DoubtfulInputWarning)
 

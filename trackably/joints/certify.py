@@ -180,7 +180,7 @@ def certify_joints(
             return BrokenLimits(given, joints, tolerance, *zip(*found, strict=True))
     except NotAcceptedError as refused:
         reason = str(refused)
-    return Unproved("joints", Interval(-np.inf, np.inf), given.span, 0.0, reason)
+    return unproved(given, joints, reason)
 
 
 def stretch_joints(
@@ -208,6 +208,13 @@ def stretch_joints(
         except NotAcceptedError:
             continue
     return certify_joints(given.slowed(s * (1 + 1e-9)), joints, tolerance)
+
+
+def unproved(given: JointTrajectory, joints: Joints, reason: str) -> Unproved:
+    """Return that limits, of which the first one is named, are not proved, and why."""
+    r, j = np.argwhere(np.isfinite(joints.limits[:, :, 0]))[0].tolist()
+    bounds = Interval(*joints.limits[r, j].tolist())
+    return Unproved(f"{ORDERS[r]} of {joints.names[j]}", bounds, given.span, 0.0, reason)
 
 
 def fitted(trajectory: Any, joints: Joints) -> JointTrajectory:

@@ -30,10 +30,10 @@ from trackably.joints.certify import (
     bernstein,
     certify_joints,
     fitted,
+    unproved,
 )
 from trackably.joints.limits import Joints
 from trackably.joints.trajectory import JointTrajectory, on_pieces
-from trackably.systems.polytopes import Interval
 
 _DEGREE, _FEWEST, _LOOKS = 5, 40, 4
 _BACKOFFS = (1e-7, 1e-5, 1e-3)
@@ -93,7 +93,7 @@ def repair_joints(
             return CertifiedTrajectory(found, joints, tolerance, _moved(given, found))
         except NotAcceptedError as refused:
             reason = str(refused)
-    return Unproved("joints", Interval(-np.inf, np.inf), given.span, 0.0, reason)
+    return unproved(given, joints, reason)
 
 
 def _held(given: JointTrajectory, joints: Joints, start: Any) -> Array:

@@ -141,6 +141,8 @@ class JointTrajectory:
         known = names if names is not None else [f"q{j + 1}" for j in range(q.shape[1])]
         if not (np.all(np.isfinite(t)) and np.all(np.diff(t) > 0)):
             raise ValueError(f"trajectory: times must be finite and increase, got {short(t.tolist())}")
+        if not all(np.all(np.isfinite(field)) for field in fields):
+            raise ValueError("trajectory: positions, velocities and accelerations must be finite")
         if upsampled and len(fields) == 1:
             fields.append(np.asarray(CubicSpline(t, q, bc_type="clamped")(t, 1)))
         ends = np.stack(fields)

@@ -1,0 +1,150 @@
+"""Verdicts about trajectories of joints are true, repairs keep limits, and the least slowdown is the least."""
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+
+from tests.trackably.joints.trajectories import random_spline
+from trackably import (
+    BrokenLimits,
+    CertifiedTrajectory,
+    Joints,
+    JointTrajectory,
+    Proved,
+    Refuted,
+    Unproved,
+    certify_joints,
+    check,
+    repair_joints,
+    stretch_joints,
+)
+from trackably.joints import certify as certifying
+from trackably.joints.certify import NotAcceptedError
+
+SEEDS = range(6)
+T = np.linspace(0.0, 2.0, 9)
+
+
+def limited(given: JointTrajectory, part: float, orders: int = 4) -> Joints:
+    """Return limits that are a part of what a trajectory needs, seen on a fine grid; positions have twice the room."""
+    t = np.linspace(*given.span, 20_001)[:-1]
+    most = [np.max(np.abs(given(t, r)), axis=0) * (2 if r == 0 else part) for r in range(orders)]
+    by_order = dict(zip(("velocity", "acceleration", "jerk"), map(list, most[1:]), strict=False))
+    return Joints(position=[(-x, x) for x in most[0]], names=given.names, **by_order)
+
+
+def outside(given: JointTrajectory, joints: Joints) -> float:
+    """Return how far derivatives are outside of their limits, on a fine grid, as a part of these."""
+    t = np.linspace(*given.span, 20_001)[:-1]
+    found = [given(t, r) for r in range(joints.order + 1)]
+    return max(
+        float(np.max(np.maximum(of - limit[:, 1], limit[:, 0] - of) / (limit[:, 1] - limit[:, 0])))
+        for of, limit in zip(found, joints.limits, strict=False)
+    )
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_what_is_broken_first_is_named_for_each_joint(seed: int, tmp_path) -> None:
+    given = random_spline(np.random.default_rng(seed), 3)
+    joints = limited(given, 0.7)
+    found = certify_joints(given, joints)
+    assert isinstance(found, BrokenLimits)
+    t = np.linspace(*given.span, 20_001)[:-1]
+    for j, name in enumerate(given.names):
+        broken = next(each for each in found.broken if each.joint == name)
+        seen = [
+            (float(t[np.argmax(of)]), order)
+            for r, order in enumerate(("position", "velocity", "acceleration", "jerk"))
+            if np.any(of := np.abs(given(t, r)[:, j]) > joints.limits[r, j, 1])
+        ]
+        assert broken.begins == pytest.approx(min(seen)[0], abs=2e-4)
+        r = ("position", "velocity", "acceleration", "jerk").index(broken.order)
+        value = given(np.nextafter(broken.time, -1.0), r)[j]
+        assert abs(value) - joints.limits[r, j, 1] == pytest.approx(broken.violation, rel=1e-6, abs=1e-9 * abs(value))
+    assert isinstance(check(found.save_counterexample(tmp_path / "broken.json")), Refuted)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_least_slowdown_is_the_least(seed: int, tmp_path) -> None:
+    given = random_spline(np.random.default_rng(seed), 2)
+    joints = limited(given, 0.5)
+    found = stretch_joints(given, joints)
+    assert isinstance(found, CertifiedTrajectory)
+    assert isinstance(check(found.save_certificate(tmp_path / "proof.json")), Proved)
+    assert 1.25 < found.factor < 2.1
+    assert isinstance(certify_joints(given.slowed(found.factor * (1 - 1e-9)), joints), BrokenLimits)
+    assert stretch_joints(found.trajectory, joints).factor == 1.0  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_repair_keeps_limits_and_begins_where_it_has_to(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    given = random_spline(rng, 2)
+    joints = limited(given, 0.8)
+    found = repair_joints(given, joints)
+    assert isinstance(found, CertifiedTrajectory)
+    assert outside(found.trajectory, joints) <= 0
+    np.testing.assert_allclose(found.trajectory.state(0.0, 3), given.state(0.0, 3), atol=1e-9)
+    for j, name in enumerate(given.names):
+        t = np.linspace(*given.span, 999)
+        apart = np.max(np.abs(found.trajectory(t)[:, j] - given(t)[:, j]))
+        assert 0 < apart <= found.moved[name].most <= 3 * apart
+    start = np.array([given(0.0) + 0.01, [0.02, -0.02], [0.1, 0.0]])
+    moved = repair_joints(given, joints, start)
+    assert isinstance(moved, CertifiedTrajectory)
+    np.testing.assert_allclose(moved.trajectory.state(0.0, 3), start, atol=1e-9)
+
+
+def test_what_is_kept_is_returned_as_it_is() -> None:
+    given = random_spline(np.random.default_rng(0), 2)
+    for found in (stretch_joints(given, limited(given, 1.1)), repair_joints(given, limited(given, 1.1))):
+        assert isinstance(found, CertifiedTrajectory)
+        assert found.trajectory is given
+        assert not found.moved
+
+
+def test_a_repair_that_cannot_be_is_unproved() -> None:
+    given = JointTrajectory.through([0.0, 0.1], [[0.0], [1.0]])
+    joints = Joints(velocity=1.0, acceleration=1.0, names=given.names)
+    assert isinstance(repair_joints(given, joints, start=[[0.0], [2.0]]), Unproved)
+    late = repair_joints(given, joints, seconds=0.0)
+    assert isinstance(late, Unproved)
+    assert "0 s" in late.explanation
+
+
+def test_limits_of_a_derivative_are_broken_where_the_one_below_jumps() -> None:
+    linear = JointTrajectory.through(T, np.sin(T)[:, None])
+    assert isinstance(certify_joints(linear, Joints(velocity=1.0, names=linear.names)), CertifiedTrajectory)
+    found = certify_joints(linear, Joints(velocity=1.0, acceleration=1e9, names=linear.names))
+    assert isinstance(found, BrokenLimits)
+    assert (found.first.order, found.first.jumps, found.first.time) == ("velocity", True, 0.25)
+    assert isinstance(stretch_joints(linear, Joints(acceleration=1e9, names=linear.names)), BrokenLimits)
+
+
+def test_the_end_counts_where_it_rests() -> None:
+    spline = CubicSpline(T, np.sin(T)[:, None])
+    joints = Joints(acceleration=2.0, names=["q1"])
+    found = certify_joints(spline, joints)
+    assert isinstance(found, BrokenLimits)
+    assert (found.first.order, found.first.time) == ("velocity", 2.0)
+    assert isinstance(certify_joints(JointTrajectory.of(spline, rests=False), joints), CertifiedTrajectory)
+
+
+def test_joints_may_come_in_another_order() -> None:
+    given = random_spline(np.random.default_rng(0), 2)
+    named = JointTrajectory(["b", "a"], given.breakpoints, given.coefficients)
+    joints = Joints(velocity={"a": 100.0, "b": 1e-3})
+    found = certify_joints(named, joints)
+    assert isinstance(found, BrokenLimits)
+    assert [each.joint for each in found.broken] == ["b"]
+
+
+def test_nothing_is_handed_out_that_the_checker_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A checker that refuses everything: no name gives a proof, or a counterexample."""
+    given = random_spline(np.random.default_rng(0), 2)
+    monkeypatch.setattr(certifying, "judged_file", lambda content: (b"", "refused"))
+    for part in (0.5, 2.0):
+        for of in (certify_joints, repair_joints, stretch_joints):
+            assert isinstance(of(given, limited(given, part)), Unproved)
+    with pytest.raises(NotAcceptedError):
+        CertifiedTrajectory(given, limited(given, 2.0))

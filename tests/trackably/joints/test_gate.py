@@ -1,0 +1,64 @@
+"""The gate: whatever comes, what runs is proved, continuous, and ends at rest."""
+
+import numpy as np
+import pytest
+
+from tests.attack.joints import Stream
+from trackably import Gate, Joints, JointTrajectory
+
+ARM = Joints(position=[(-2, 2)] * 3, velocity=2.0, acceleration=10.0, jerk=200.0, names=["a", "b", "c"])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_whatever_comes_what_runs_keeps_its_limits(seed: int) -> None:
+    stream = Stream(seed)
+    for _ in range(12):
+        stream.step()
+    assert stream.false == []
+
+
+def chunk(start: float, level: float) -> JointTrajectory:
+    t = start + np.linspace(0.0, 1.0, 21)
+    q = np.array([level, 0.0, -level]) + 0.1 * np.sin(2 * (t[:, None] - start) + np.arange(3.0))
+    return JointTrajectory.through(t, q, np.gradient(q, t, axis=0), np.zeros(q.shape), ARM.names)
+
+
+def test_a_chunk_that_is_met_runs_to_its_end_and_stops_behind_it() -> None:
+    gate = Gate(ARM, lead=0.01)
+    running = gate.at_rest(chunk(0.0, 0.0)(0.0), 0.0)
+    first = gate(chunk(0.0, 0.0), running, 0.0)
+    assert first.kind in ("stitched", "repaired")
+    motion = first.running.trajectory
+    assert motion.rests
+    np.testing.assert_allclose(motion(0.005), running.trajectory(0.005))
+    assert motion.span[1] > 1.0
+    np.testing.assert_allclose(motion(0.9), chunk(0.0, 0.0)(0.9), atol=0.05)
+
+
+def test_a_chunk_that_is_late_or_out_of_reach_changes_nothing() -> None:
+    gate = Gate(ARM, budget=1e-9)  # nothing is repaired
+    running = gate.at_rest([0.0, 0.0, 0.0], 0.0)
+    for given, now in ((chunk(0.0, 0.0), 1.0), (chunk(0.0, 9.0), 0.1)):
+        answer = gate(given, running, now)
+        assert answer.kind == "kept"
+        assert answer.running is running
+
+
+def test_turning_joints_are_met_whole_turns_away() -> None:
+    wheel = Joints(velocity=2.0, acceleration=5.0, names=["wheel"], continuous=True)
+    gate = Gate(wheel)
+    running = gate.at_rest([20 * np.pi + 0.01], 0.0)
+    given = JointTrajectory.through([0.2, 0.7, 1.2], [[0.0], [0.1], [0.2]], [[0.0], [0.2], [0.0]], names=["wheel"])
+    answer = gate(given, running, 0.0)
+    assert answer.kind == "stitched"
+    assert answer.running.trajectory(9.0)[0] == pytest.approx(20 * np.pi + 0.2)
+
+
+def test_a_stop_is_the_shortest_that_is_found() -> None:
+    gate = Gate(ARM)
+    answer = gate(chunk(0.3, 0.3), gate.at_rest([0.0, 0.0, 0.0], 0.0), 0.0)
+    assert answer.kind != "kept"
+    stopped = gate.stop(answer.running, 0.5)
+    assert stopped.kind == "stopped"
+    assert stopped.running.trajectory.span[1] < answer.running.trajectory.span[1]
+    assert gate.stop(stopped.running, 5.0).kind == "kept"

@@ -1,0 +1,123 @@
+"""Joints: limits from descriptions of robots, and the chains of integrators that follow commands."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from trackably import Joints
+from trackably.errors import InputError
+
+URDF = """<?xml version="1.0"?>
+<robot name="arm">
+  <link name="base"/>
+  <joint name="fixed" type="fixed"/>
+  <joint name="shoulder" type="revolute"><limit lower="-1.5" upper="2" effort="9" velocity="1.2"/></joint>
+  <joint name="wheel" type="continuous"><limit effort="9" velocity="5"/></joint>
+  <joint name="free" type="continuous"/>
+  <joint name="slide" type="prismatic"><limit upper="0.3" effort="9" velocity="0.1"/></joint>
+  <joint name="copy" type="revolute"><limit lower="0" upper="1" effort="9" velocity="1"/><mimic joint="slide"/></joint>
+</robot>
+"""
+MOVEIT = """
+joint_limits:
+  shoulder:
+    has_velocity_limits: true
+    max_velocity: 2.175
+    has_acceleration_limits: true
+    max_acceleration: 3
+    has_jerk_limits: false
+    max_jerk: 7
+  wrist: {has_position_limits: true, min_position: -1, max_position: 2, has_jerk_limits: true, max_jerk: 300}
+"""
+CONTROL = """
+/**:
+  ros__parameters:
+    joint_limits:
+      wheel: {angle_wraparound: true, has_velocity_limits: true, max_velocity: 4.0, has_acceleration_limits: true,
+        max_acceleration: 5.0, has_deceleration_limits: true, max_deceleration: 2.5, has_soft_limits: true}
+"""
+
+
+def file(folder: Path, name: str, text: str) -> Path:
+    (folder / name).write_text(text, encoding="utf-8")
+    return folder / name
+
+
+def test_a_urdf_says_positions_and_velocities(tmp_path: Path) -> None:
+    joints = Joints.from_urdf(file(tmp_path, "arm.urdf", URDF), acceleration={"shoulder": 4.0})
+    assert joints.names == ("shoulder", "wheel", "free", "slide")
+    assert joints.continuous == {"wheel", "free"}
+    assert joints.position.tolist() == [[-1.5, 2.0], [-np.inf, np.inf], [-np.inf, np.inf], [0.0, 0.3]]
+    assert joints.velocity[:, 1].tolist() == [1.2, 5.0, np.inf, 0.1]
+    assert joints.order == 2
+
+
+def test_joint_limits_are_read_as_moveit_and_ros2_control_write_them(tmp_path: Path) -> None:
+    joints = Joints.from_joint_limits_yaml(file(tmp_path, "joint_limits.yaml", MOVEIT))
+    assert joints.names == ("shoulder", "wrist")
+    assert joints.velocity[:, 1].tolist() == [2.175, np.inf]
+    assert joints.jerk[:, 1].tolist() == [np.inf, 300.0]
+    assert joints.position[1].tolist() == [-1.0, 2.0]
+    wheel = Joints.from_joint_limits_yaml(file(tmp_path, "control.yaml", CONTROL))
+    assert wheel.continuous == {"wheel"}
+    assert wheel.acceleration.tolist() == [[-2.5, 2.5]]
+
+
+@pytest.mark.parametrize("order", [2, 3, 4])
+def test_a_plant_is_the_chain_with_its_highest_derivative_held(order: int) -> None:
+    names = ("a", "b")
+    limits = dict(zip(("velocity", "acceleration", "jerk", "snap"), (1.0, 2.0, 3.0, 4.0), strict=True))
+    chosen = dict(list(limits.items())[:order])
+    plant = Joints(position=[(-1, 1), (-2, 3)], names=names, **chosen).plant(0.1)
+    rng = np.random.default_rng(0)
+    x, u = rng.normal(size=(2, order)), rng.normal(size=2)
+    after = plant.linear.successor(x.ravel(), u).reshape(2, order)
+    polynomial = np.column_stack([x / [1, 1, 2, 6][:order], u / np.prod(range(1, order + 1))])
+    for r in range(order):
+        d = np.array(
+            [np.polynomial.Polynomial(p).deriv(r)(0.1) if r else np.polynomial.Polynomial(p)(0.1) for p in polynomial]
+        )
+        np.testing.assert_allclose(after[:, r], d, rtol=1e-12, atol=1e-14)
+    assert plant.input_set.upper.tolist() == [order, order]
+    assert plant.state_set.upper.tolist() == [1.0, *range(1, order), 3.0, *range(1, order)]
+
+
+def test_limits_are_given_for_all_for_each_or_by_name() -> None:
+    for velocity in (2.0, [2.0, 2.0], {"a": 2.0, "b": (-2.0, 2.0)}, np.array([[-2.0, 2.0], [-2.0, 2.0]])):
+        assert Joints(velocity=velocity, names=["a", "b"]).velocity.tolist() == [[-2.0, 2.0], [-2.0, 2.0]]
+    assert Joints(position={"a": (0, 1)}, jerk={"b": 3}).names == ("a", "b")
+
+
+DOCTYPE = '<!DOCTYPE robot [<!ENTITY a "aaaa">]><robot name="&a;"/>'
+LIMITLESS = '<robot><joint name="a" type="revolute"/></robot>'
+TWICE = '<robot><joint name="a" type="continuous"/><joint name="a" type="continuous"/></robot>'
+SLOW = '<robot><joint name="a" type="revolute"><limit lower="0" upper="1" velocity="fast"/></joint></robot>'
+UNSAID = '<robot><joint name="a" type="revolute"><limit lower="0" upper="1"/></joint></robot>'
+WRONG_FILES = {
+    "entities": ("a.urdf", DOCTYPE, "no document type and no entities"),
+    "no XML": ("a.urdf", "<robot", "is no XML"),
+    "another root": ("a.urdf", "<sdf/>", "expected a <robot>, got <sdf>"),
+    "no limit": ("a.urdf", LIMITLESS, "joint 'a' is revolute, and needs a <limit>"),
+    "two joints of one name": ("a.urdf", TWICE, "there are two joints 'a'"),
+    "a velocity in words": ("a.urdf", SLOW, "joint 'a': velocity: expected a finite number, got 'fast'"),
+    "no velocity": ("a.urdf", UNSAID, "its <limit> has no velocity"),
+    "nothing moves": ("a.urdf", "<robot/>", "no joint moves"),
+    "no YAML": ("a.yaml", "a: [", "is not YAML"),
+    "no limits": ("a.yaml", "a: 1", "expected joint_limits"),
+    "a limit that lacks": ("a.yaml", "joint_limits: {a: {has_velocity_limits: true}}", "there is no max_velocity"),
+    "a limit in words": ("a.yaml", "joint_limits: {a: {has_jerk_limits: true, max_jerk: x}}", "a: max_jerk: expected"),
+    "neither true nor false": ("a.yaml", "joint_limits: {a: {has_jerk_limits: 1}}", "must be true or false, got 1"),
+    "a negative limit": ("a.yaml", "joint_limits: {a: {has_jerk_limits: true, max_jerk: -1}}", "must not be negative"),
+    "a joint that is a number": ("a.yaml", "joint_limits: {a: 1}", "expected limits by joint, got 'a': 1"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRONG_FILES)
+def test_a_wrong_file_is_refused_in_a_sentence(name: str, tmp_path: Path) -> None:
+    called, text, said = WRONG_FILES[name]
+    read = Joints.from_urdf if called.endswith("urdf") else Joints.from_joint_limits_yaml
+    with pytest.raises(InputError, match=called) as refused:
+        read(file(tmp_path, called, text))
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)

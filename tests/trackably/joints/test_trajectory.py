@@ -1,0 +1,219 @@
+"""Trajectories of joints: what planners and messages say is what is read, at all times between the points."""
+
+from collections.abc import Callable
+from functools import partial
+from math import factorial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.interpolate import Akima1DInterpolator, BPoly, CubicSpline, PchipInterpolator, make_interp_spline
+
+from tests.trackably.joints.trajectories import random_spline
+from trackably import (
+    Gate,
+    Joints,
+    JointTrajectory,
+    certify_joints,
+    read_joint_trajectory,
+    repair_joints,
+    stretch_joints,
+    write_joint_trajectory,
+)
+from trackably.errors import InputError
+
+T = np.array([0.0, 0.4, 1.0, 1.5])
+Q = np.array([[0.0, 0.1], [0.2, -0.1], [0.1, 0.3], [0.4, 0.2]])
+V, A = Q[::-1] * 1.5, Q - 0.3
+CURVE = CubicSpline(T, Q)
+FINE = np.linspace(0.0, 1.5, 301)[:-1]
+
+SPLINES: dict[str, Callable[[], Any]] = {
+    "cubic": lambda: CubicSpline(T, Q, bc_type="clamped"),
+    "pchip": lambda: PchipInterpolator(T, Q),
+    "akima": lambda: Akima1DInterpolator(T, Q),
+    "B-spline": lambda: make_interp_spline(T, Q, k=3),
+    "Bernstein": lambda: BPoly.from_derivatives(T, np.stack([Q, V], axis=1)),
+}
+
+
+@pytest.mark.parametrize("name", SPLINES)
+def test_splines_of_several_columns_are_read(name: str) -> None:
+    spline = SPLINES[name]()
+    found = JointTrajectory.of(spline, ["a", "b"])
+    for order in range(3):
+        wanted = (
+            spline(FINE, order) if name != "Bernstein" else spline.derivative(order)(FINE) if order else spline(FINE)
+        )
+        np.testing.assert_allclose(found(FINE, order), wanted, atol=1e-9 * 10**order)
+
+
+def test_curves_by_name_share_their_times() -> None:
+    other = CubicSpline([0.1, 0.7, 1.5], [0.0, 1.0, 0.5])
+    found = JointTrajectory.of({"a": CubicSpline(T, Q[:, 0]), "b": other})
+    assert found.span == (0.1, 1.5)
+    np.testing.assert_allclose(found(FINE[30:])[:, 1], other(FINE[30:]), atol=1e-12)
+
+
+def naive(t: float, i: int, fields: list[np.ndarray]) -> np.ndarray:
+    """Return what goes through the fields of two points, by a linear system for its coefficients."""
+    n, h = 2 * len(fields), T[i + 1] - T[i]
+
+    def row(x: float, r: int) -> list[float]:
+        return [factorial(k) / factorial(k - r) * x ** (k - r) if k >= r else 0.0 for k in range(n)]
+
+    M = [row(x, r) for x in (0.0, h) for r in range(len(fields))]
+    right = [f[k] for k in (i, i + 1) for f in fields]
+    return np.array([(t - T[i]) ** k for k in range(n)]) @ np.linalg.solve(M, right)
+
+
+@pytest.mark.parametrize("fields", [[Q], [Q, V], [Q, V, A]], ids=["linear", "cubic", "quintic"])
+def test_points_are_met_as_the_controller_meets_them(fields: list[np.ndarray]) -> None:
+    found = JointTrajectory.through(T, *fields)
+    assert found.degree == 2 * len(fields) - 1
+    for t in FINE[::7]:
+        i = int(np.searchsorted(T, t, side="right")) - 1
+        np.testing.assert_allclose(found(t), naive(t, i, fields), atol=1e-12)
+
+
+def test_positions_alone_are_upsampled_by_the_spline_at_rest() -> None:
+    found = JointTrajectory.through(T, Q, upsampled=True)
+    np.testing.assert_allclose(found(FINE), CubicSpline(T, Q, bc_type="clamped")(FINE), atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["arm.yaml", "arm.mcap"])
+@pytest.mark.parametrize("fields", [[Q], [Q, V], [Q, V, A]], ids=["linear", "cubic", "quintic"])
+def test_messages_come_back(name: str, fields: list[np.ndarray], tmp_path: Path) -> None:
+    given = JointTrajectory.through(T, *fields, names=["a", "b"])
+    found = read_joint_trajectory(write_joint_trajectory(given, tmp_path / name))
+    assert found.names == given.names
+    np.testing.assert_allclose(found(FINE), given(FINE), atol=1e-8)
+
+
+POINT = "{{positions: [{}], velocities: [{}], accelerations: [{}], time_from_start: {{sec: {}, nanosec: 0}}}}"
+
+
+def message(folder: Path, *points: str, joints: str = "[a]") -> Path:
+    (folder / "m.yaml").write_text(f"joint_names: {joints}\npoints: [{', '.join(points)}]\n")
+    return folder / "m.yaml"
+
+
+def test_what_points_lack_is_integrated(tmp_path: Path) -> None:
+    """From 1 with velocity 2 to velocity 4 in 1 s: 4; then with acceleration 2, from 0, in 2 s: v = 6, q = 14."""
+    file = message(tmp_path, POINT.format(1, 2, "", 0), POINT.format("", 4, "", 1), POINT.format("", "", 2, 3))
+    found = read_joint_trajectory(file)
+    ends = [found(t, 0)[0] for t in (0.0, 1.0)]
+    np.testing.assert_allclose([*ends, found(3.0)[0]], [1.0, 4.0, 14.0])
+    assert found(1.0, 2)[0] == 0.0  # an acceleration that is needed, and not known, is zero
+
+
+def test_slowing_and_delaying_keep_the_path() -> None:
+    given = random_spline(np.random.default_rng(0), 2)
+    moved = given.slowed(1.7).delayed(3.0)
+    for order in range(4):
+        t = np.linspace(*given.span, 50)[:-1]
+        np.testing.assert_allclose(moved(3.0 + 1.7 * t, order), given(t, order) / 1.7**order, atol=1e-9)
+
+
+ARM = Joints(velocity=1.0, names=["a", "b"])
+GATE = Gate(ARM)
+RESTING = GATE.at_rest([0.0, 0.0], 0.0)
+through = JointTrajectory.through
+one = partial(Joints, names=["a"])
+points = partial(message, joints="[a]")
+WRONG: dict[str, tuple[Callable[[], object], type[Exception], str]] = {
+    "no names": (lambda: Joints(velocity=1.0), ValueError, "give names="),
+    "names twice": (lambda: Joints(velocity=1.0, names=["a", "a"]), ValueError, "names must be different"),
+    "a name of spaces": (lambda: Joints(velocity=1.0, names=["a b"]), ValueError, "a name must be letters"),
+    "no limits": (lambda: Joints(names=["a"]), ValueError, "some limit is needed"),
+    "an unknown joint": (lambda: one(velocity={"b": 1.0}), ValueError, "velocity: there is no joint 'b', only a"),
+    "too many limits": (lambda: one(velocity=[1.0, 2.0, 3.0]), ValueError, "one for each of 1 joints, got 3"),
+    "a limit of zero": (lambda: one(velocity=0.0), ValueError, "must be a number above zero"),
+    "a limit in words": (lambda: one(velocity="fast"), TypeError, "velocity of a: expected numbers, got 'fast'"),
+    "a position's one end": (lambda: one(position=2.0), ValueError, "give a lower and an upper end, got 2.0"),
+    "half a limit": (lambda: one(position={"a": (0, np.inf)}), ValueError, "interior, got [0.0, inf]"),
+    "limits turned round": (lambda: one(position={"a": (1, 0)}), ValueError, "interior, got [1.0, 0.0]"),
+    "NaN": (lambda: one(velocity=np.nan), ValueError, "must be a number above zero"),
+    "a turning joint's position": (lambda: one(position={"a": (0, 1)}, continuous=["a"]), ValueError, "is continuous"),
+    "an unknown turning joint": (lambda: one(velocity=1, continuous=["b"]), ValueError, "there is no joint 'b'"),
+    "a plant of positions": (lambda: one(position={"a": (0, 1)}).plant(0.1), ValueError, "a limit of the velocity"),
+    "a function": (lambda: certify_joints(np.sin, ARM), TypeError, "expected a spline of SciPy with a column"),
+    "an array": (lambda: certify_joints(Q, ARM), TypeError, "expected a spline of SciPy with a column"),
+    "a column too many": (lambda: certify_joints(CURVE, one(velocity=1)), ValueError, "each of 1 names, got 2"),
+    "other joints": (lambda: certify_joints(through(T, Q), ARM), ValueError, "must have the joints a, b, but 'a' is"),
+    "no joints": (lambda: certify_joints(through(T, Q), 2.0), TypeError, "joints: expected Joints, got 2.0"),
+    "a tolerance of zero": (lambda: certify_joints(CURVE, ARM, 0.0), ValueError, "tolerance must be positive"),
+    "times that stand still": (lambda: through([0, 0], Q[:2]), ValueError, "times must be finite and increase"),
+    "one point": (lambda: through([0], Q[:1]), ValueError, "two points at least, got times (1,) and (1, 2)"),
+    "velocities of another shape": (lambda: through(T, Q, V[:2]), ValueError, "times (4,) and (4, 2), (2, 2)"),
+    "accelerations alone": (lambda: through(T, Q, None, A), ValueError, "accelerations need velocities"),
+    "positions in words": (lambda: through(["a"], [["b"]]), TypeError, "times: expected numbers, got ['a']"),
+    "an infinite position": (lambda: through(T, Q + np.inf), ValueError, "must be finite"),
+    "names of others": (lambda: through(T, Q, names=["a"]), ValueError, "for 1 joints and 3 pieces, got"),
+    "curves that never meet": (
+        lambda: JointTrajectory.of({"a": CubicSpline([0, 1], [0, 1]), "b": CubicSpline([2, 3], [0, 1])}),
+        ValueError,
+        "no time in common",
+    ),
+    "no curve": (lambda: JointTrajectory.of({}), ValueError, "no joint is given"),
+    "rests in words": (lambda: JointTrajectory(["a"], [0, 1], [[[0.0]]], "yes"), TypeError, "rests: expected True or"),  # type: ignore[arg-type]
+    "no time": (lambda: through(T, Q).slowed(0.0), ValueError, "factor must be above 0, got 0.0"),
+    "a start of another shape": (
+        lambda: repair_joints(CubicSpline(T, Q), ARM, start=[[0.0]]),
+        ValueError,
+        "a column for each of 2 joints, got shape (1, 1)",
+    ),
+    "joints that must move": (
+        lambda: stretch_joints(CubicSpline(T, Q), Joints(velocity={"a": (0.5, 1), "b": (0.5, 1)})),
+        ValueError,
+        "limits of the velocity of a must have 0 inside",
+    ),
+    "a lead into the past": (lambda: Gate(ARM, lead=-1.0), ValueError, "lead must not be negative, got -1.0"),
+    "no budget": (lambda: Gate(ARM, budget=0.0), ValueError, "budget must be positive"),
+    "a gate without joints": (lambda: Gate(1.0), TypeError, "gate: joints: expected Joints, got 1.0"),  # type: ignore[arg-type]
+    "a position too few": (lambda: GATE.at_rest([0.0], 0.0), ValueError, "expected 2 positions, got shape (1,)"),
+    "nothing that runs": (lambda: GATE(CubicSpline(T, Q), None, 0.0), TypeError, "running: expected a Certified"),  # type: ignore[arg-type]
+    "now before what runs": (lambda: GATE(CubicSpline(T, Q), RESTING, -1.0), ValueError, "after now, -1 s"),
+    "a file of another kind": (lambda: read_joint_trajectory("a.txt"), ValueError, "an .mcap or .yaml file, got a.txt"),
+    "no file": (lambda: read_joint_trajectory("a.yaml"), InputError, "there is no such file"),
+    "degree 7": (
+        lambda: write_joint_trajectory(JointTrajectory(["a"], [0, 1], np.ones((1, 1, 8))), "a.yaml"),
+        ValueError,
+        "degrees up to 5, but pieces have degree 7",
+    ),
+    "a point that jumps": (
+        lambda: write_joint_trajectory(JointTrajectory(["a"], [0, 1, 2], [[[0.0], [1.0]]]), "a.yaml"),
+        ValueError,
+        "positions jump by 1",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_is_wrong_is_said_in_a_sentence(name: str) -> None:
+    call, kind, said = WRONG[name]
+    with pytest.raises(kind) as refused:
+        call()
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+MESSAGES = {
+    "one point": ([POINT.format(0, "", "", 0)], "two points at least"),
+    "nothing to begin with": ([POINT.format("", 1, "", 0), POINT.format(0, "", "", 1)], "points[0]: needs positions"),
+    "times that stand still": ([POINT.format(0, "", "", 1), POINT.format(0, "", "", 1)], "must increase"),
+    "a position too many": ([POINT.format(0, "", "", 0), POINT.format("0, 0", "", "", 1)], "must be 1 finite numbers"),
+    "nothing known": ([POINT.format(0, "", "", 0), POINT.format("", "", "", 1)], "nor anything to integrate"),
+    "accelerations alone": ([POINT.format(0, "", 1, 0), POINT.format(0, "", 1, 1)], "accelerations need velocities"),
+    "no time": (["{positions: [0]}", POINT.format(0, "", "", 1)], "expected time_from_start"),
+    "no points": (["7"], "expected time_from_start"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MESSAGES)
+def test_a_wrong_message_is_refused_in_a_sentence(name: str, tmp_path: Path) -> None:
+    given, said = MESSAGES[name]
+    with pytest.raises(InputError, match=r"m\.yaml") as refused:
+        read_joint_trajectory(message(tmp_path, *given))
+    assert said in str(refused.value)

@@ -1,0 +1,247 @@
+"""A gate for streamed chunks of motion: nothing runs that is not proved, and behind its end there is a proved stop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any, Literal
+
+import numpy as np
+
+from trackably.arguments import instance, numbers, real
+from trackably.arrays import Array, ArrayLike
+from trackably.joints.certify import TOLERANCE, CertifiedTrajectory, NotAcceptedError, fitted, room
+from trackably.joints.limits import Joints
+from trackably.joints.repair import repair_joints
+from trackably.joints.trajectory import JointTrajectory, derivative, hermite, shifted
+
+_CLOSEST = 1e-6  # s; pieces are no shorter
+_SHORTEST, _LONGEST, _STOPS = 0.01, 20.0, 40
+"""The times that a stop may take [s], and how many are tried."""
+
+
+@dataclass(frozen=True, eq=False)
+class GateAnswer:
+    """What runs from now on: `running`, proved for all times, at rest from its end on. `reason` says why.
+
+    `kind` is "stitched": the chunk, from the time on at which the running motion meets it; "repaired": the nearest
+    motion to the chunk that can be reached from the running one; "stopped": a stop; "kept": what ran before, to its
+    stop, as nothing of the chunk can be run.
+    """
+
+    kind: Literal["stitched", "repaired", "stopped", "kept"]
+    running: CertifiedTrajectory
+    reason: str
+
+
+@dataclass(frozen=True, eq=False)
+class Gate:
+    """Let chunks of motion through to `joints`, as a policy or a planner streams them: `gate(chunk, running, now)`.
+
+    The gate has no state and no clock: what runs is a value, which an answer has, and the next call takes. All times
+    are of one clock, that of chunks and of `now` [s]. A new motion begins `lead` [s] after `now`, when whoever executes
+    it has it. Where the chunk is elsewhere then, the running motion goes over to it in one polynomial of degree 2 R − 1
+    for limits up to order R, which begins and ends with the derivatives of both below R. It meets the chunk at the
+    first of its points at which this keeps all limits. Behind the end of a chunk that does not end at rest it brakes,
+    in the shortest of some times in which all limits are kept; where there is none, the chunk is cut at an earlier
+    point. Positions of continuous joints may be whole turns apart. Where all this finds nothing, quadratic programs
+    look for the nearest motion (`repair_joints`), as long as `budget` [s] of computation is not used up.
+
+    ValueError: `lead` is negative, or `budget` or `tolerance` is not positive.
+    """
+
+    joints: Joints
+    lead: float = 0.0
+    budget: float = 0.3
+    tolerance: float = TOLERANCE
+
+    def __post_init__(self) -> None:
+        instance("gate: joints", self.joints, Joints, "Joints")
+        if real("gate: lead", self.lead) < 0:
+            raise ValueError(f"gate: lead must not be negative, got {self.lead}")
+        for name in ("budget", "tolerance"):
+            if not real(f"gate: {name}", getattr(self, name)) > 0:
+                raise ValueError(f"gate: {name} must be positive, got {getattr(self, name)}")
+
+    def at_rest(self, positions: ArrayLike, now: float) -> CertifiedTrajectory:
+        """Return what runs at first: joints that stay where they are, from `now` [s] on, positions of shape (J,).
+
+        ValueError: a position is outside of its limits, or the shape does not fit.
+        """
+        q, t = numbers("gate: positions", positions), real("gate: now", now)
+        if q.shape != (len(self.joints.names),):
+            raise ValueError(f"gate: expected {len(self.joints.names)} positions, got shape {q.shape}")
+        return self._proved(t + np.array([0.0, 1.0]), q[:, None, None])
+
+    def __call__(self, chunk: Any, running: CertifiedTrajectory, now: float) -> GateAnswer:
+        """Return what runs from `now` [s] on, of a chunk that begins and ends at times of the same clock.
+
+        The chunk is what `certify_joints` takes. ValueError: the chunk has other joints, `running` does not rest at its
+        end or begins after `now`. TypeError: the chunk is none, or `running` is not proved.
+        """
+        began, given = perf_counter(), fitted(chunk, self.joints)
+        before = self._until(running, now)
+        start = before.span[1]
+        if given.span[1] <= start + _CLOSEST:
+            return GateAnswer("kept", running, f"the chunk ends at {given.span[1]:.6g} s, and {start:.6g} s is over")
+        given = self._turned(given, before)
+        reason = "no point of the chunk can be reached"
+        if (entry := self._entry(given, before)) is not None:
+            found = self._stopping(*entry)
+            if found is None:
+                reason = "no stop was found behind the chunk"
+            else:
+                try:
+                    return GateAnswer("stitched", self._proved(*_joined(before, *found)), "the chunk is reached")
+                except NotAcceptedError as refused:
+                    reason = str(refused)
+        left = self.budget - (perf_counter() - began)
+        if left > 0 and (repaired := self._repaired(given, before, left)) is not None:
+            return GateAnswer("repaired", repaired, reason)
+        return GateAnswer("kept", running, reason)
+
+    def stop(self, running: CertifiedTrajectory, now: float) -> GateAnswer:
+        """Return the shortest stop that begins `lead` after `now` [s], or what runs, to its own. Raises as a call."""
+        before = self._until(running, now)
+        end = self._braked(before.state(before.span[1], self._order)[:, None], before.breakpoints[-1:])
+        if end is not None and before.span[1] + end[0][0] < running.trajectory.span[1]:
+            ends, c = end[0], end[1]
+            try:
+                found = self._proved(*_joined(before, before.span[1] + np.append(0.0, ends), c))
+                return GateAnswer("stopped", found, "asked for")
+            except NotAcceptedError:
+                pass
+        return GateAnswer("kept", running, "no stop is shorter than the one that is proved")
+
+    @property
+    def _order(self) -> int:
+        return max(self.joints.order, 1)
+
+    def _proved(self, ends: Array, c: Array) -> CertifiedTrajectory:
+        return CertifiedTrajectory(JointTrajectory(self.joints.names, ends, c), self.joints, self.tolerance)
+
+    def _until(self, running: CertifiedTrajectory, now: float) -> JointTrajectory:
+        """Return what runs from the piece that holds `now` on, until something new may begin [s]."""
+        instance("gate: running", running, CertifiedTrajectory, "a CertifiedTrajectory, as of at_rest or of an answer")
+        motion, t = running.trajectory, real("gate: now", now)
+        if not motion.rests or motion.names != self.joints.names:
+            raise ValueError("gate: what runs must rest at its end, and have the joints of the gate")
+        start, (first, last) = t + self.lead, motion.span
+        if not first <= t:
+            raise ValueError(f"gate: what runs begins at {first:.9g} s, after now, {t:.9g} s")
+        ends, c = motion.breakpoints, motion.coefficients
+        if start >= last + _CLOSEST:  # at rest
+            q = np.zeros((*c.shape[:1], 1, c.shape[2]))
+            q[:, 0, 0] = motion(last)
+            ends, c = np.append(ends, start), np.concatenate([c, q], axis=1)
+        start = min(start, float(ends[-1]))
+        i = int(np.searchsorted(ends, min(t, last), side="right")) - 1
+        i = max(min(i, len(ends) - 2), 0)
+        k = int(np.searchsorted(ends, start - _CLOSEST, side="left"))
+        k = max(k, i + 1)
+        start = max(start, float(ends[k - 1]) + _CLOSEST)
+        return JointTrajectory(motion.names, np.append(ends[i:k], start), c[:, i:k], rests=False)
+
+    def _turned(self, given: JointTrajectory, before: JointTrajectory) -> JointTrajectory:
+        """Return a chunk with continuous joints moved by whole turns to where they are."""
+        if not np.any(self.joints.is_turning):
+            return given
+        t = max(before.span[1], given.span[0])
+        turns = np.where(self.joints.is_turning, np.rint((before(before.span[1]) - given(t)) / (2 * np.pi)), 0.0)
+        c = given.coefficients.copy()
+        c[:, :, 0] += 2 * np.pi * turns[:, None]
+        return JointTrajectory(given.names, given.breakpoints, c, given.rests)
+
+    def _entry(self, given: JointTrajectory, before: JointTrajectory) -> tuple[Array, Array] | None:
+        """Return breakpoints and pieces from where the running motion ends to the end of the chunk; None for no way."""
+        start, R = before.span[1], self._order
+        state = before.state(start, R)
+        ends = given.breakpoints
+        if ends[0] <= start and np.all(np.abs(given.state(start, R) - state) <= self.tolerance / 2):
+            k = int(np.searchsorted(ends, start + _CLOSEST, side="left"))
+            first = shifted(given.coefficients[:, k - 1], start - ends[k - 1])[:, None]
+            return np.append(start, ends[k:]), np.concatenate([first, given.coefficients[:, k:]], axis=1)
+        (later,) = np.nonzero(ends > start + _CLOSEST)
+        widths = ends[later] - start
+        there = np.stack([given(ends[later], r) for r in range(R)])  # (R, M, J)
+        bridges = hermite(np.broadcast_to(state[:, None], there.shape), there, widths)
+        (open_,) = np.nonzero(room(bridges, widths, self.joints) >= 0)
+        if not len(open_):
+            return None
+        k = later[open_[0]]
+        bridge, rest = bridges[:, open_[0], None], given.coefficients[:, k:]
+        return np.append(start, ends[k:]), _side_by_side(bridge, rest)
+
+    def _stopping(self, ends: Array, c: Array) -> tuple[Array, Array] | None:
+        """Return pieces that end at rest: with a stop behind the last of them that has one."""
+        R = self._order
+        states = _states_at_ends(ends, c, R)
+        if np.all(np.abs(states[1:, -1]) <= self.tolerance / 2):
+            return ends, c
+        for some in (slice(-1, None), slice(None)):  # the end first, which nearly always does
+            stop = self._braked(states[:, some], ends[1:][some])
+            if stop is not None:
+                widths, pieces, at = stop
+                last = len(ends) - 1 if some.start == -1 else at + 1
+                return np.append(ends[: last + 1], ends[last] + widths), _side_by_side(c[:, :last], pieces)
+        return None
+
+    def _braked(self, states: Array, ends: Array) -> tuple[Array, Array, int] | None:
+        """Return the width [s] and the piece of a stop from the last of some states, (R, M, J), that has one.
+
+        The velocity is the polynomial of least degree that has the derivatives of both ends, so that the position is
+        where it ends. With limits of the velocity alone, it may jump, and a stop takes no time but the shortest.
+        """
+        R, M, J = states.shape
+        widths = np.tile(np.geomspace(_SHORTEST, _LONGEST, _STOPS), M)
+        of = np.repeat(np.arange(M), _STOPS)
+        if R == 1:
+            velocity = np.zeros((J, len(of), 1))
+        else:
+            start = states[1:, of]
+            velocity = hermite(start, np.zeros_like(start), widths)
+        powers = np.arange(1.0, velocity.shape[2] + 1)
+        c = np.concatenate([states[0, of].T[:, :, None], velocity / powers], axis=2)
+        (open_,) = np.nonzero(room(c, widths, self.joints) >= 0)
+        if not len(open_):
+            return None
+        best = open_[of[open_] == of[open_[-1]]][0]
+        return widths[[best]], c[:, [best]], int(of[best])
+
+    def _repaired(self, given: JointTrajectory, before: JointTrajectory, left: float) -> CertifiedTrajectory | None:
+        """Return the nearest motion to a chunk from where the running one ends, with time to stop behind it."""
+        start, R = before.span[1], self._order
+        state = before.state(start, R)
+        ends = np.unique([start, *given.breakpoints[given.breakpoints > start + _CLOSEST]])
+        pause = max(0.5 * (ends[-1] - ends[0]), 0.1)
+        ends = np.append(ends, ends[-1] + pause * np.array([0.5, 1.0]))
+        inner = np.clip((ends[:-1] + ends[1:]) / 2, *given.span)
+        i = np.clip(np.searchsorted(given.breakpoints, inner, side="right") - 1, 0, len(given.breakpoints) - 2)
+        c = shifted(given.coefficients[:, i], ends[:-1] - given.breakpoints[i])
+        for k in np.flatnonzero((ends[:-1] >= given.span[1] - _CLOSEST) | (ends[1:] <= given.span[0] + _CLOSEST)):
+            c[:, k], c[:, k, 0] = 0.0, given(np.clip(ends[k], *given.span))
+        wanted = JointTrajectory(self.joints.names, ends, c)
+        found = repair_joints(wanted, self.joints, state, self.tolerance / 4, left)
+        if not isinstance(found, CertifiedTrajectory):
+            return None
+        try:
+            return self._proved(*_joined(before, found.trajectory.breakpoints, found.trajectory.coefficients))
+        except NotAcceptedError:
+            return None
+
+
+def _states_at_ends(ends: Array, c: Array, R: int) -> Array:
+    """Return the derivatives below R at the end of each piece: shape (R, K, J)."""
+    moved = shifted(c, np.diff(ends))
+    return np.stack([derivative(moved, r)[:, :, 0].T for r in range(R)])
+
+
+def _side_by_side(*parts: Array) -> Array:
+    """Return pieces one after the other, (J, K, n), of the largest degree of them."""
+    n = max(part.shape[2] for part in parts)
+    return np.concatenate([np.pad(part, ((0, 0), (0, 0), (0, n - part.shape[2]))) for part in parts], axis=1)
+
+
+def _joined(before: JointTrajectory, ends: Array, c: Array) -> tuple[Array, Array]:
+    """Return a motion and what follows it."""
+    return np.concatenate([before.breakpoints, ends[1:]]), _side_by_side(before.coefficients, c)
