@@ -4,15 +4,16 @@ from collections.abc import Mapping
 
 from flint import arb
 
-from trackably.systems.expressions import Expression, evaluate
-from trackably.systems.identities import MOST_MULTIPLIED
+from trackably.checker.formulas import Formula, evaluate
+
+MOST_MULTIPLIED = 64
 
 
 class UndefinedError(ArithmeticError):
     """A formula may not be defined somewhere; the message says why."""
 
 
-def at_balls(formula: Expression, values: Mapping[str, arb]) -> arb:
+def at_balls(formula: Formula, values: Mapping[str, arb]) -> arb:
     """Enclose the formula for all `values` in the balls. UndefinedError if it may be undefined for some of them."""
     found = evaluate(formula, values, _Balls())
     if not found.is_finite():
@@ -77,6 +78,9 @@ def _multiplied(x: arb, exponent: int) -> arb:
 class _Balls:
     def constant(self, value: float) -> arb:
         return arb(value)
+
+    def over(self, a: arb, b: arb) -> arb:
+        return a / b
 
     def power(self, base: arb, exponent: float) -> arb:
         if is_multiplied(exponent):

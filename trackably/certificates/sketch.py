@@ -8,8 +8,9 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.certificates.outcome import Unproved
+from trackably.checker.formulas import Angle, Formula, parts
 from trackably.gp.signal import Remembered
-from trackably.systems.expressions import Angle, Expression, all_nodes, evaluate_floats
+from trackably.systems.formulas import evaluate_floats
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Indices, Quantities, Quantity, Signals, Trajectory
 
@@ -164,10 +165,10 @@ def jump_of(reference: Reference, sketches: Sequence[Sketch]) -> Unproved | None
 def _first_jump(trajectory: Trajectory, signals: Signals, times: Array) -> float | None:
     """Return when [s] an angle in the formula jumps, near one of some increasing `times` [s]; None if none is seen."""
 
-    def along(formula: Expression) -> Callable[[Array], Array]:
+    def along(formula: Formula) -> Callable[[Array], Array]:
         return lambda t: evaluate_floats(formula, {name: q(signals, t) for name, q in trajectory.arguments})
 
-    for node in all_nodes(trajectory.formula):
+    for node in parts(trajectory.formula):
         if isinstance(node, Angle) and (found := _jump(along(node.y), along(node.x), times)) is not None:
             return found
     return None

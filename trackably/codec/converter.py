@@ -18,6 +18,8 @@ from cattrs import BaseValidationError, Converter, StructureHandlerNotFoundError
 from cattrs.cols import is_frozenset
 from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn
 
+from trackably.checker.form import a_formula
+from trackably.checker.formulas import Formula
 from trackably.codec.hyperparameters import read_hyperparameter, write_hyperparameter
 from trackably.codec.values import CodecError, read_array, read_float, read_fraction
 from trackably.files import LEFT_OUT, from_json, to_json
@@ -28,7 +30,7 @@ from trackably.gp.signal import KernelSum
 from trackably.gp.stencil import Stencil, Stencils
 from trackably.systems.constrained import System
 from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope
-from trackably.systems.expressions import Expression, from_lists, to_lists
+from trackably.systems.formulas import to_lists
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.pieces import PolynomialPieces, Signal
@@ -177,9 +179,9 @@ def _read_either(telltale: str, with_it: type, without: type, optional: bool = F
     return hook
 
 
-def _read_expression(data: Any, _: Any) -> Expression:
+def _read_formula(data: Any, _: Any) -> Formula:
     try:
-        return from_lists(data)
+        return a_formula(data, "a formula")
     except ValueError as error:
         raise CodecError(str(error)) from error
 
@@ -206,8 +208,8 @@ def _is_array(cls: Any) -> bool:
     return cls is np.ndarray or get_origin(cls) is np.ndarray
 
 
-def _is_expression(cls: Any) -> bool:
-    return isinstance(cls, type) and issubclass(cls, Expression)
+def _is_formula(cls: Any) -> bool:
+    return cls == Formula or cls in get_args(Formula)
 
 
 def _is_kernel(cls: Any) -> bool:
@@ -242,8 +244,8 @@ def _converter() -> Converter:
     converter.register_unstructure_hook_factory(_leaves_out, _write_object)
     converter.register_structure_hook_func(_is_kernel, _read_kernel)
     converter.register_unstructure_hook_func(_is_kernel, _write_kernel)
-    converter.register_structure_hook_func(_is_expression, _read_expression)
-    converter.register_unstructure_hook_func(_is_expression, to_lists)
+    converter.register_structure_hook_func(_is_formula, _read_formula)
+    converter.register_unstructure_hook_func(_is_formula, to_lists)
     return converter
 
 

@@ -10,20 +10,14 @@ from pathlib import Path
 from trackably.arguments import text
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import AtInstants
+from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power
 from trackably.control.angles import angles_of
 from trackably.exports.c99_kernels import array, kernel_sum_function, number
 from trackably.exports.proved import Proved
 from trackably.files import new_file, write_text
 from trackably.systems.allocation import ROUNDING, Allocation
-from trackably.systems.expressions import (
-    Angle,
-    Binary,
-    Constant,
-    Expression,
-    Function,
-    Power,
-    Variable,
-)
+from trackably.systems.formulas import steps as steps_of
+from trackably.systems.formulas import text as text_of
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Coordinate, Functional
@@ -98,7 +92,7 @@ def assignment_lines(coordinate: Coordinate, target: str, written: Callable[[Fun
         return [f"{target} = {written(coordinate)};"]
     lines, names = ["{"], {name: f"a{i}" for i, (name, _) in enumerate(coordinate.arguments)}
     lines += [f"    const double {names[name]} = {written(functional)};" for name, functional in coordinate.arguments]
-    steps = coordinate.formula.steps
+    steps = steps_of(coordinate.formula)
     lines += [
         f"    const double v{i} = {_operation(node, [f'v{place}' for place in places], names)};"
         for i, (node, places) in enumerate(steps)
@@ -125,21 +119,21 @@ def plain_sum(functional: Functional) -> str:
     return found
 
 
-def _operation(node: Expression, operands: list[str], names: dict[str, str]) -> str:
+def _operation(node: Formula, operands: list[str], names: dict[str, str]) -> str:
     match node:
-        case Constant(value):
+        case Number(value):
             return number(value)
-        case Variable(name):
+        case Name(name):
             return names[name]
-        case Binary():
-            return f"{operands[0]} {node.symbol} {operands[1]}"
+        case Operation(symbol):
+            return f"{operands[0]} {symbol} {operands[1]}"
         case Power(_, exponent):
             return f"pow({operands[0]}, {number(exponent)})"
         case Function(name, _) if name in _FUNCTIONS:
             return f"{name}({operands[0]})"
         case Angle():
             return f"atan2({operands[0]}, {operands[1]})"
-    raise ValueError(f"to_c: there is no counterpart in C of {node}")
+    raise ValueError(f"to_c: there is no counterpart in C of {text_of(node)}")
 
 
 _PRODUCT = """\

@@ -11,9 +11,8 @@ import numpy as np
 
 from trackably.arguments import instance
 from trackably.systems.allocation import Allocation
-from trackably.systems.expressions import shortened, weighted_sum_text
 from trackably.systems.flat_forms import FlatForm
-from trackably.systems.identities import Requirement
+from trackably.systems.formulas import shortened, text, weighted_sum_text
 from trackably.systems.linear import Flatness, LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.polytopes import Interval, Polytope
@@ -86,16 +85,11 @@ class ConstrainedSystem:
         """The flat form of a nonlinear system that has one."""
         return self.system.flat if isinstance(self.system, NonlinearSystem) else None
 
-    @cached_property
-    def needs(self) -> tuple[Requirement, ...]:
-        """What must hold along a reference beside the bounds, so that its flat form is defined and right."""
-        return self.system.needs if isinstance(self.system, NonlinearSystem) else ()
-
     @property
     def linear(self) -> LinearSystem:
         """The system, if it is linear. ValueError: it is not."""
         if not isinstance(self.system, LinearSystem):
-            raise ValueError(f"system: must be linear here, got one with {', '.join(map(str, self.system.f))}")
+            raise ValueError(f"system: must be linear here, got one with {', '.join(map(text, self.system.f))}")
         return self.system
 
     @property

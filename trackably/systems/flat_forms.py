@@ -1,6 +1,5 @@
 """Flat forms of nonlinear systems: states and inputs as formulas of flat outputs at this step and at later ones."""
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,109 +9,88 @@ from typing import Any, Self
 
 import numpy as np
 
-from trackably.systems.expressions import (
-    ONE,
-    Angle,
-    Constant,
-    Difference,
-    Expression,
-    Function,
-    Power,
-    Product,
-    Quotient,
-    Shapes,
-    Sum,
-    Term,
-    Variable,
-    all_nodes,
-    minus,
-    operands,
-    over,
-    plus,
-    rebuilt,
-    size_and_depth,
-    substituted,
-    times,
-    variables,
-)
+from trackably.checker import flatness, subject
+from trackably.checker.flatness import Shapes, remade, replaced
+from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power, names, operands, parts
+from trackably.checker.inverse import UnsolvableError, inputs_of
+from trackably.checker.subject import shifted_name
+from trackably.systems.formulas import ONE, evaluate_floats, size_and_depth
 from trackably.systems.polytopes import Interval
 from trackably.systems.tracing import Symbol, formulas_of
 
 MOST_SHIFTS = 12
 MOST_PARTS = 30_000
 """How many operations, names and numbers a formula may have when it is written out, where shared parts count often."""
-_SHIFTED = re.compile(r"z([1-9][0-9]?)\[([0-9]|1[0-2])\]")
 
 
-@dataclass(frozen=True)
-class FlatForm:
+@dataclass(frozen=True, eq=False)
+class FlatForm(subject.FlatForm):
     """x(k) = X(z(k), z(k + 1), …) and u(k) = U(z(k), z(k + 1), …), where z_c(k + j) is the variable z{c}[{j}].
 
     States named in `angles` matter up to whole turns: X may jump by 2π where it takes the angle of a vector. Formulas
     in `positive` are positive wherever a reference is proved, which the proof shows; √(p²) is p for such a formula p.
     """
 
-    states: tuple[Expression, ...]
-    inputs: tuple[Expression, ...]
-    angles: tuple[str, ...] = ()
-    positive: tuple[Expression, ...] = ()
-
     def __post_init__(self) -> None:
-        for formula in (*self.states, *self.inputs, *self.positive):
-            for name in variables(formula):
-                _ = indices(name)
-        self._share_parts()
-        if missing := {*range(self.outputs)} - {c for c, _ in self._shifted}:
-            raise ValueError(f"flat form: no state and no input depends on z{min(missing) + 1}")
-
-    def _share_parts(self) -> None:
-        """Make one object of parts that are written alike, so that each is evaluated once."""
-        shapes = Shapes()
+        every = {name: self._indices(name) for formula in self._formulas for name in names(formula)}
+        shared = iter(Shapes().shared(self._formulas))  # one object for parts that are written alike
         for name in ("states", "inputs", "positive"):
-            object.__setattr__(self, name, tuple(shapes.shared(formula) for formula in getattr(self, name)))
+            object.__setattr__(self, name, tuple(next(shared) for _ in getattr(self, name)))
+        if missing := {*range(1 + max((c for c, _ in every.values()), default=0))} - {c for c, _ in self.indices}:
+            raise ValueError(f"flat form: no state and no input depends on z{min(missing) + 1}")
 
     @classmethod
     def of(cls, function: Callable[[Any], Any], outputs: int, angles: Sequence[str] = ()) -> Self:
         """Return the flat form of a function of z that returns a list of states and one of inputs.
 
         z[j] is the array of the flat outputs at step k + j. The function is called with symbols: it must use
-        ordinary arithmetic only (see `formulas.symbol`). ValueError: it is no such function; says why.
+        ordinary arithmetic only (see `tracing.Symbol`). ValueError: it is no such function; says why.
         """
         states, inputs = formulas_of(lambda: function(_Shifts(outputs)), "flat form")
         return cls(states, inputs, tuple(angles))
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, FlatForm) and self.angles == other.angles and alike(self._formulas, other._formulas)
+
+    def __hash__(self) -> int:
+        return hash((len(self.states), self.angles))
+
     @property
     def outputs(self) -> int:
         """The number of flat outputs."""
-        return 1 + max(c for c, _ in self._shifted)
-
-    @property
-    def orders(self) -> tuple[int, ...]:
-        """By how many steps each flat output looks ahead; one at least."""
-        return tuple(max(1, *(j for d, j in self._shifted if d == c)) for c in range(self.outputs))
+        return 1 + max(c for c, _ in self.indices)
 
     @cached_property
-    def _shifted(self) -> set[tuple[int, int]]:
-        return {indices(name) for formula in (*self.states, *self.inputs) for name in variables(formula)}
+    def orders(self) -> tuple[int, ...]:
+        """By how many steps each flat output looks ahead; one at least."""
+        return tuple(max(1, *(j for d, j in self.indices if d == c)) for c in range(self.outputs))
+
+    @property
+    def _formulas(self) -> tuple[Formula, ...]:
+        return (*self.states, *self.inputs, *self.positive)
+
+    def _indices(self, name: str) -> tuple[int, int]:
+        try:
+            c, j = subject.indices(name)
+        except ValueError:
+            j = MOST_SHIFTS + 1
+        if j > MOST_SHIFTS:
+            raise ValueError(
+                f"flat form: formulas must be of flat outputs, z1[0] to z99[{MOST_SHIFTS}], but hold {name}"
+            )
+        return c, j
 
 
-def named(c: int, j: int) -> str:
-    """Return the name of z_c(k + j), with c from 0 on."""
-    return f"z{c + 1}[{j}]"
+def alike(one: Sequence[Formula], other: Sequence[Formula]) -> bool:
+    """Whether formulas are written alike."""
+    shapes = Shapes()
+    return list(map(shapes.of, one)) == list(map(shapes.of, other))
 
 
-def indices(name: str) -> tuple[int, int]:
-    """Return c and j of a shifted flat output. ValueError: the name is no such name."""
-    found = _SHIFTED.fullmatch(name)
-    if not found:
-        raise ValueError(f"flat form: formulas must be of flat outputs, z1[0] to z99[{MOST_SHIFTS}], but hold {name}")
-    return int(found[1]) - 1, int(found[2])
-
-
-def one_step_later(formula: Expression) -> Expression:
+def one_step_later(formula: Formula) -> Formula:
     """Return the formula with every flat output one step later."""
-    later = {name: Variable(named(c, j + 1)) for name in variables(formula) for c, j in [indices(name)]}
-    return substituted(formula, later)
+    later = {name: Name(shifted_name(c, j + 1)) for name in names(formula) for c, j in [subject.indices(name)]}
+    return replaced([formula], later)[0]
 
 
 @dataclass(frozen=True)
@@ -124,154 +102,64 @@ class _Shifts:
     def __getitem__(self, j: Any) -> Any:
         if not isinstance(j, int) or not 0 <= j < MOST_SHIFTS:
             raise ValueError(f"z[j] needs a step j from 0 to {MOST_SHIFTS - 1}, got {j!r}")
-        return np.array([Symbol(Variable(named(c, j))) for c in range(self.outputs)], dtype=object)
+        return np.array([Symbol(Name(shifted_name(c, j))) for c in range(self.outputs)], dtype=object)
 
     def __iter__(self) -> Any:
         raise ValueError("z has no end: take z[0], z[1], …")
 
 
-# Split formulas that are affine in the inputs into drift and gains, and solve them for the inputs, by fixed rules.
+# Verify a flat form, f(X(z), U(z)) = X(z one step later), as an identity.
 #
-# The checker derives the same formulas independently, so the rules are stated exactly (a zero part is None; a factor 1
-# is left out; nothing else is simplified):
-#
-# - a formula without inputs is drift; an input alone has the gain 1;
-# - sums and differences are split term by term; −b alone is −1 · b;
-# - in a product, or a quotient with inputs only in the numerator, each part is multiplied or divided.
-#
-# x⁺ = f0 + G u is then solved for u; gains equal to the number 0 count as zero. While an equation has only one unknown
-# input, the first such equation gives that input, (x⁺ − f0 − Σ known G u)/G. The rest is solved by Cramer's rule,
-# inputs in their order. Determinants are expanded along their first row, Cramer's numerators along the replaced column.
-#
-# So every part of f occurs in the formula of some input: f is defined, and has one solution u, exactly where all these
-# formulas are defined.
+# The checker judges: it compares both sides by normal forms, so that the identity holds wherever all parts are defined.
+# For a state that is an angle, both sides have the same sine and cosine, and f turns with its angles by whole turns
+# (`checker.flatness` has the theorem and its proof). What it refuses is looked at in float64 here, to say where f and
+# the flat form differ.
 
-MAX_COUPLED = 3
-"""How many inputs may occur together in equations that Cramer's rule solves."""
-
-_ZERO = Constant(0.0)
+_TRIALS, _SPREADS, _CLEARLY = 20, (0.3, 1.0, 3.0), 1e-6
 
 
-@dataclass(frozen=True)
-class Affine:
-    """`drift` + Σ_j `gains`[j] u_j, where j is the name of an input."""
-
-    drift: Term
-    gains: Mapping[str, Expression]
-
-
-def affine_parts(expression: Expression, inputs: frozenset[str]) -> Affine:
-    """Split an expression into drift and gains. ValueError: it is not affine in the inputs; names the wrong part."""
-    known: dict[int, Affine] = {}
-    for node in all_nodes(expression):
-        known[id(node)] = _parts_of(node, inputs, lambda operand: known[id(operand)])
-    return known[id(expression)]
-
-
-def _parts_of(node: Expression, inputs: frozenset[str], of: Callable[[Expression], Affine]) -> Affine:
-    if isinstance(node, Variable) and node.name in inputs:
-        return Affine(None, {node.name: ONE})
-    held = [bool(of(operand).gains) for operand in operands(node)]  # whether each operand contains an input
-    if not any(held):
-        return Affine(node, {})
-    match node:
-        case Sum(a, b):
-            found = _merged(of(a), of(b), plus)
-        case Difference(a, b):
-            found = _merged(of(a), of(b), minus)
-        case Product(a, b) if not held[1]:
-            found = _each(of(a), lambda part: times(part, b))
-        case Product(a, b) if not held[0]:
-            found = _each(of(b), lambda part: times(a, part))
-        case Quotient(a, b) if not held[1]:
-            found = _each(of(a), lambda part: over(part, b))
-        case _:
-            raise ValueError(
-                f"system: f must be affine in its inputs, x⁺ = f0(x) + G(x) u, so that it can be solved for them, but "
-                f"holds {node}"
-            )
-    return found
-
-
-def _merged(a: Affine, b: Affine, combine: Callable[[Term, Term], Term]) -> Affine:
-    gains = {name: combine(a.gains.get(name), b.gains.get(name)) for name in {**a.gains, **b.gains}}
-    return Affine(combine(a.drift, b.drift), {name: gain for name, gain in gains.items() if gain is not None})
-
-
-def _each(a: Affine, change: Callable[[Term], Term]) -> Affine:
-    gains = {name: change(gain) for name, gain in a.gains.items()}
-    return Affine(change(a.drift), {name: gain for name, gain in gains.items() if gain is not None})
-
-
-@dataclass(frozen=True)
-class InputFormulas:
-    """The formula of each input, and the `pivots` that these formulas divide by."""
-
-    inputs: Mapping[str, Expression]
-    pivots: tuple[Expression, ...]
-
-
-def solve_for_inputs(
-    equations: Sequence[Affine], successors: Sequence[Expression], inputs: Sequence[str]
-) -> InputFormulas:
-    """Solve successors[i] = equations[i] for the `inputs`, as many as equations.
-
-    ValueError: G is singular for all states, or more than `MAX_COUPLED` inputs are coupled.
-    """
-    rows = [{name: gain for name, gain in equation.gains.items() if gain != _ZERO} for equation in equations]
-    rests = [minus(successor, equation.drift) for successor, equation in zip(successors, equations, strict=True)]
-    found: dict[str, Expression] = {}
-    pivots: list[Expression] = []
-    open_rows = list(range(len(rows)))
-    while single := [i for i in open_rows if len(rows[i]) == 1]:
-        i = single[0]
-        open_rows.remove(i)
-        ((name, gain),) = rows[i].items()
-        found[name] = _nonzero(over(rests[i], gain), name)
-        pivots.append(gain)
-        for other in open_rows:
-            known = rows[other].pop(name, None)
-            rests[other] = minus(rests[other], times(known, found[name]))
-    names = [name for name in inputs if name not in found]
-    if len(open_rows) > MAX_COUPLED:
-        raise ValueError(
-            f"system: at most {MAX_COUPLED} inputs may be coupled with each other, but {', '.join(names)} are"
+def why_not_flat(f: Sequence[Formula], form: FlatForm, states: Sequence[str], inputs: Sequence[str]) -> str | None:
+    """Return why this is no flat form of f, or is not shown to be one; None if it is."""
+    if (len(form.states), len(form.inputs)) != (len(states), len(inputs)):
+        return (
+            f"has formulas of {len(form.states)} states and {len(form.inputs)} inputs, but the system has "
+            f"{len(states)} and {len(inputs)}"
         )
-    matrix = [[rows[i].get(name) for name in names] for i in open_rows]
-    if open_rows:
-        determinant = _nonzero(_determinant(matrix) if len(names) == len(open_rows) else None, ", ".join(names))
-        pivots.append(determinant)
-        for j, name in enumerate(names):
-            found[name] = _nonzero(over(_numerator(matrix, [rests[i] for i in open_rows], j), determinant), name)
-    return InputFormulas(found, tuple(pivots))
+    if unknown := {*form.angles} - {*states}:
+        return f"calls {min(unknown)} an angle, which is no state"
+    for state, formula in zip(states, f, strict=True):
+        for angle in form.angles:
+            turned = flatness.turns(formula, angle)
+            if turned is None or (turned and state not in form.angles):
+                return f"calls {angle} an angle, but the formula of {state} changes if it is turned by 2π"
+    why = flatness.why_not_flat(subject.NonlinearSystem(tuple(f), tuple(states), tuple(inputs), 1.0, form), form)
+    if why is None:
+        return None
+    reached = replaced(f, dict(zip((*states, *inputs), (*form.states, *form.inputs), strict=True)))
+    for state, a, b in zip(states, reached, map(one_step_later, form.states), strict=True):
+        off: Formula = Operation("-", a, b)
+        if state in form.angles:  # zero for whole turns
+            off = Function("sin", Operation("*", Number(0.5), off))
+        if found := _not_zero(off, form.positive):
+            return f"is not one of f: one step later {state} is off{found}"
+    return f"is not shown to be one of f: {why.removeprefix('flat: ')}"
 
 
-def _numerator(matrix: list[list[Term]], rests: list[Term], j: int) -> Term:
-    total: Term = None
-    for i, rest in enumerate(rests):
-        minor = _determinant([row[:j] + row[j + 1 :] for k, row in enumerate(matrix) if k != i])
-        total = (minus if (i + j) % 2 else plus)(total, times(minor, rest))
-    return total
-
-
-def _determinant(matrix: list[list[Term]]) -> Term:
-    """Return the determinant, expanded along the first row."""
-    if not matrix:
-        return ONE
-    total: Term = None
-    for j, entry in enumerate(matrix[0]):
-        minor = _determinant([row[:j] + row[j + 1 :] for row in matrix[1:]])
-        total = (minus if j % 2 else plus)(total, times(entry, minor))
-    return total
-
-
-def _nonzero(part: Term, name: str) -> Expression:
-    if part is None:
-        raise ValueError(
-            f"system: f must be solvable for its inputs, but whatever the states are it cannot be solved for {name}: "
-            "G(x) in x⁺ = f0(x) + G(x) u is singular"
-        )
-    return part
+def _not_zero(error: Formula, positive: Sequence[Formula]) -> str | None:
+    """Return where a formula is clearly not zero in float64; None where that is not seen."""
+    unknown = sorted({name for formula in (error, *positive) for name in names(formula)})
+    rng = np.random.default_rng(0)
+    for spread in np.repeat(_SPREADS, _TRIALS):
+        at = {
+            name: np.asarray(value) for name, value in zip(unknown, rng.normal(1.0, spread, len(unknown)), strict=True)
+        }
+        off = float(evaluate_floats(error, at))
+        if not all(evaluate_floats(p, at) > 0 for p in positive):
+            continue
+        if np.isfinite(off) and abs(off) > _CLEARLY * (1 + max(map(abs, map(float, at.values())), default=0.0)):
+            where = ", ".join(f"{name} = {float(value):.4g}" for name, value in at.items())
+            return f" where {where}"
+    return None
 
 
 # Find flat forms: of chains, of blocks that hang together in a triangle, and of products of such.
@@ -282,10 +170,11 @@ def _nonzero(part: Term, name: str) -> Expression:
 # together, by Cramer's rule. If in the end all states and inputs are known, these are a flat form.
 
 _MOST_CHOICES = 2000
-_ROOT = "√"
+_ROOT, _SUCCESSOR = "√", "⁺"
+_MOST_COUPLED = 3
 
 
-def found_form(f: Sequence[Expression], states: Sequence[str], inputs: Sequence[str]) -> FlatForm | None:
+def found_form(f: Sequence[Formula], states: Sequence[str], inputs: Sequence[str]) -> FlatForm | None:
     """Return the flat form whose flat outputs are the first states for which there is one; None if none is found."""
     if not inputs or comb(len(states), len(inputs)) > _MOST_CHOICES:
         return None
@@ -294,10 +183,10 @@ def found_form(f: Sequence[Expression], states: Sequence[str], inputs: Sequence[
 
 
 def _form_of_choice(
-    f: Sequence[Expression], states: Sequence[str], inputs: Sequence[str], choice: tuple[int, ...]
+    f: Sequence[Formula], states: Sequence[str], inputs: Sequence[str], choice: tuple[int, ...]
 ) -> FlatForm | None:
-    known: dict[str, Expression] = {states[i]: Variable(named(c, 0)) for c, i in enumerate(choice)}
-    positive: list[Expression] = []
+    known: dict[str, Formula] = {states[i]: Name(shifted_name(c, 0)) for c, i in enumerate(choice)}
+    positive: list[Formula] = []
     open_equations, every = list(range(len(f))), {*states, *inputs}
     while open_equations:
         ready = [i for i in open_equations if states[i] in known]
@@ -324,61 +213,64 @@ def _form_of_choice(
     )
 
 
-def _unknown(formula: Expression, every: set[str], known: dict[str, Expression]) -> set[str]:
-    return {name for name in variables(formula) if name in every and name not in known}
+def _unknown(formula: Formula, every: set[str], known: dict[str, Formula]) -> set[str]:
+    return {name for name in names(formula) if name in every and name not in known}
 
 
 def _solved_alone(
-    formula: Expression, state: str, name: str, known: dict[str, Expression]
-) -> tuple[Expression, Expression | None] | None:
+    formula: Formula, state: str, name: str, known: dict[str, Formula]
+) -> tuple[Formula, Formula | None] | None:
     """Return the unknown of an equation, and the positive root of which it is the square; None if it is no such one."""
     if _is_far_ahead(known[state]):
         return None
-    root = Function("sqrt", Variable(name))
-    under_root = any(node == root for node in all_nodes(formula))
-    formula = _with_root_named(formula, root) if under_root else formula
-    wanted = _ROOT if under_root else name
-    if under_root and name in variables(formula):
+    formula = _with_root_named(formula, name)
+    under_root = _ROOT in names(formula)
+    if under_root and name in names(formula):
         return None
     try:
-        parts = affine_parts(formula, frozenset([wanted]))
-    except ValueError:
+        found = inputs_of([formula], [_SUCCESSOR], [wanted := _ROOT if under_root else name])[wanted]
+    except UnsolvableError:
         return None
-    if wanted not in parts.gains:
-        return None
-    drift = None if parts.drift is None else substituted(parts.drift, known)
-    found = over(minus(one_step_later(known[state]), drift), substituted(parts.gains[wanted], known))
-    if found is None or size_and_depth(found)[0] > MOST_PARTS:
+    (found,) = replaced([found], {**known, _SUCCESSOR: one_step_later(known[state])})
+    if size_and_depth(found)[0] > MOST_PARTS:
         return None
     return (Power(found, 2.0), found) if under_root else (found, None)
 
 
 def _solved_together(
-    f: Sequence[Expression], states: Sequence[str], ready: Sequence[int], every: set[str], known: dict[str, Expression]
-) -> tuple[tuple[int, ...], Mapping[str, Expression]] | None:
+    f: Sequence[Formula], states: Sequence[str], ready: Sequence[int], every: set[str], known: dict[str, Formula]
+) -> tuple[tuple[int, ...], Mapping[str, Formula]] | None:
     """Return equations, as few as possible, that determine as many unknowns, and these; None if there are none."""
-    for count in range(2, MAX_COUPLED + 1):
+    for count in range(2, _MOST_COUPLED + 1):
         for rows in combinations([i for i in ready if not _is_far_ahead(known[states[i]])], count):
-            names = sorted(set().union(*(_unknown(f[i], every, known) for i in rows)))
-            if len(names) != count:
+            wanted = sorted(set().union(*(_unknown(f[i], every, known) for i in rows)))
+            if len(wanted) != count:
                 continue
+            successors = {f"{_SUCCESSOR}{i}": one_step_later(known[states[i]]) for i in rows}
             try:
-                parts = [affine_parts(substituted(f[i], known), frozenset(names)) for i in rows]
-                found = solve_for_inputs(parts, [one_step_later(known[states[i]]) for i in rows], names).inputs
-            except ValueError:
+                solved = inputs_of(replaced([f[i] for i in rows], known), list(successors), wanted)
+            except UnsolvableError:
                 continue
+            found = dict(zip(solved, replaced(list(solved.values()), successors), strict=True))
             if all(size_and_depth(formula)[0] <= MOST_PARTS for formula in found.values()):
                 return rows, found
     return None
 
 
-def _is_far_ahead(formula: Expression) -> bool:
-    return max(indices(z)[1] for z in variables(formula)) >= MOST_SHIFTS - 1
+def _is_far_ahead(formula: Formula) -> bool:
+    return max(subject.indices(z)[1] for z in names(formula)) >= MOST_SHIFTS - 1
 
 
-def _with_root_named(formula: Expression, root: Expression) -> Expression:
-    """Return the formula with a variable in the place of a root."""
-    return substituted(formula, {}, {root: Variable(_ROOT)})
+def _with_root_named(formula: Formula, name: str) -> Formula:
+    """Return the formula with a variable in the place of √name."""
+    done: dict[Formula, Formula] = {}
+    for node in parts(formula):
+        match node:
+            case Function("sqrt", Name(own)) if own == name:
+                done[node] = Name(_ROOT)
+            case _:
+                done[node] = remade(node, done)
+    return done[formula]
 
 
 # Headings of flat forms without jumps: atan2 jumps by 2π where a vector crosses the direction of ±π.
@@ -386,7 +278,7 @@ def _with_root_named(formula: Expression, root: Expression) -> Expression:
 # A heading matters up to whole turns, so that formulas that differ by whole turns serve as well. None of this has to be
 # believed: the flat form that comes out is verified as every other one is.
 
-_NOTHING, _QUARTER_TURN = Constant(0.0), pi / 2
+_NOTHING, _QUARTER_TURN = Number(0.0), pi / 2
 _PARTS = 16  # of tan(φ/2): a heading jumps within 1/16 rad of where it should
 _MOST_QUARTERS = 16
 """Cosines and sines of more quarter turns than these have no normal form (`formulas.normal`)."""
@@ -419,14 +311,14 @@ def with_heading_in(form: FlatForm, state: int, bounds: Interval) -> FlatForm:
     n = round(middle / _QUARTER_TURN)
     if abs(n) > _MOST_QUARTERS or bounds.width >= 2 * pi:
         return form
-    turned: Expression = _turned_back(heading, n)
+    turned: Formula = _turned_back(heading, n)
     more = middle - n * _QUARTER_TURN
     if (parts := round(_PARTS * tan(more / 2))) and abs(more) + bounds.width / 2 >= pi:
         turned = _turned_by(_turned_back(heading, n), parts)
     elif n == 0:
         return form
     if n:
-        turned = Sum(Product(Constant(float(n)), Angle(ONE, _NOTHING)), turned)
+        turned = Operation("+", Operation("*", Number(float(n)), Angle(ONE, _NOTHING)), turned)
     return replace(form, states=(*form.states[:state], turned, *form.states[state + 1 :]))
 
 
@@ -435,35 +327,34 @@ def _turned_back(heading: Angle, quarters: int) -> Angle:
     return (heading, Angle(_negative(x), y), Angle(_negative(y), _negative(x)), Angle(x, _negative(y)))[quarters % 4]
 
 
-def _turned_by(heading: Angle, parts: int) -> Expression:
+def _turned_by(heading: Angle, parts: int) -> Formula:
     """Return φ + the heading turned back by φ with tan(φ/2) = parts/16, whose cosine and sine are rational."""
-    a, b = Constant(float(_PARTS**2 - parts**2)), Constant(float(2 * _PARTS * parts))
+    a, b = Number(float(_PARTS**2 - parts**2)), Number(float(2 * _PARTS * parts))
     y, x = heading.y, heading.x
-    back = Angle(Difference(Product(a, y), Product(b, x)), Sum(Product(a, x), Product(b, y)))
-    return Sum(Angle(b, a), back)
+    back = Angle(
+        Operation("-", Operation("*", a, y), Operation("*", b, x)),
+        Operation("+", Operation("*", a, x), Operation("*", b, y)),
+    )
+    return Operation("+", Angle(b, a), back)
 
 
-def _negative(formula: Expression) -> Expression:
-    found = minus(None, formula)
-    assert found is not None
-    return found
+def _negative(formula: Formula) -> Formula:
+    return Operation("*", Number(-1.0), formula)
 
 
-def _smooth(formula: Expression) -> Expression:
+def _smooth(formula: Formula) -> Formula:
     """Return a formula without differences, sines and cosines of headings; the same object if it has none."""
-    known: dict[int, Expression] = {}
-    for node in all_nodes(formula):
-        known[id(node)] = _smooth_node(node, [known[id(operand)] for operand in operands(node)])
-    return known[id(formula)]
-
-
-def _smooth_node(node: Expression, inner: list[Expression]) -> Expression:
-    match node, inner:
-        case Difference(Angle(), Angle()), [Angle(y, x), Angle(y0, x0)]:
-            across = Difference(Product(x0, y), Product(y0, x))
-            return Angle(across, Sum(Product(x0, x), Product(y0, y)))
-        case Function("sin" | "cos" as name, Angle()), [Angle(y, x)]:
-            length = Function("sqrt", Sum(Power(x, 2.0), Power(y, 2.0)))
-            return Quotient(y if name == "sin" else x, length)
-    unchanged = all(new is old for new, old in zip(inner, operands(node), strict=True))
-    return node if unchanged else rebuilt(node, inner)
+    known: dict[Formula, Formula] = {}
+    for node in parts(formula):
+        match node, [known[operand] for operand in operands(node)]:
+            case Operation("-", Angle(), Angle()), [Angle(y, x), Angle(y0, x0)]:
+                across = Operation("-", Operation("*", x0, y), Operation("*", y0, x))
+                found: Formula = Angle(across, Operation("+", Operation("*", x0, x), Operation("*", y0, y)))
+            case Function("sin" | "cos" as name, Angle()), [Angle(y, x)]:
+                length = Function("sqrt", Operation("+", Power(x, 2.0), Power(y, 2.0)))
+                found = Operation("/", y if name == "sin" else x, length)
+            case _:
+                same = all(known[operand] is operand for operand in operands(node))
+                found = node if same else remade(node, known)
+        known[node] = found
+    return known[formula]

@@ -15,7 +15,7 @@ import scipy
 
 from trackably.arguments import is_number, names, numbers
 from trackably.arrays import Array, ArrayLike
-from trackably.systems.expressions import weighted_sum_text
+from trackably.systems.formulas import weighted_sum_text
 from trackably.systems.rationals import Matrix, beside, stacked
 from trackably.systems.trajectories import Coordinate, Functional
 

@@ -10,27 +10,12 @@ import numpy as np
 
 from trackably.arguments import names
 from trackably.arrays import Array
-from trackably.systems.expressions import (
-    MAX_DEPTH,
-    Expression,
-    Term,
-    Variable,
-    derivative,
-    evaluate_floats,
-    size_and_depth,
-    variables,
-)
-from trackably.systems.flat_forms import (
-    Affine,
-    FlatForm,
-    InputFormulas,
-    affine_parts,
-    found_form,
-    solve_for_inputs,
-    with_heading_in,
-    without_jumps,
-)
-from trackably.systems.identities import Requirement, needs, why_not_flat
+from trackably.checker.formulas import Formula, Operation, parts
+from trackably.checker.formulas import names as names_in
+from trackably.checker.inverse import UnsolvableError, inputs_of
+from trackably.checker.limits import DEPTH
+from trackably.systems.flat_forms import FlatForm, alike, found_form, why_not_flat, with_heading_in, without_jumps
+from trackably.systems.formulas import Term, derivative, evaluate_floats, size_and_depth, text
 from trackably.systems.linear import Flatness, positive_sampling_time, require_names
 from trackably.systems.polytopes import Interval
 from trackably.systems.tracing import Dynamics, require_same_values, traced
@@ -40,7 +25,7 @@ MAX_SIZE = 1000
 """How many operations, names and numbers one formula may have when it is written out."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class NonlinearSystem:
     """x(k+1) = f(x(k), u(k)), one formula `f` for each state, every `sampling_time` [s].
 
@@ -51,7 +36,7 @@ class NonlinearSystem:
     identifier (`naming`), or the sampling time is not positive.
     """
 
-    f: tuple[Expression, ...]
+    f: tuple[Formula, ...]
     states: tuple[str, ...]
     inputs: tuple[str, ...]
     sampling_time: float
@@ -72,9 +57,24 @@ class NonlinearSystem:
                 f"flat form, which is found for short chains only; got {len(self.inputs)} ({', '.join(self.inputs)}) "
                 f"for {n} ({', '.join(self.states)})"
             )
-        for pivot in self.solution.pivots:
-            if not variables(pivot) and not 0 < abs(float(evaluate_floats(pivot, {}))) < np.inf:
-                raise ValueError(f"system: f must be solvable for its inputs, but that would divide by {pivot}")
+        for node in (part for formula in self.solution.values() for part in parts(formula)):
+            match node:
+                case Operation("/", _, pivot) if not names_in(pivot):
+                    if not 0 < abs(float(evaluate_floats(pivot, {}))) < np.inf:
+                        raise ValueError(
+                            f"system: f must be solvable for its inputs, but that would divide by {text(pivot)}"
+                        )
+
+    def __eq__(self, other: object) -> bool:
+        fields = ("states", "inputs", "sampling_time", "flat")
+        return (
+            isinstance(other, NonlinearSystem)
+            and all(getattr(self, name) == getattr(other, name) for name in fields)
+            and alike(self.f, other.f)
+        )
+
+    def __hash__(self) -> int:
+        return hash((self.states, self.inputs, self.sampling_time))
 
     def _verified(self, form: FlatForm) -> FlatForm:
         """Return the flat form, where it can be without jumps of its headings. ValueError: it is not one of f."""
@@ -108,12 +108,12 @@ class NonlinearSystem:
             raise ValueError(f"system: f must have a formula for each of {n} states, got {len(self.f)}")
         for state, formula in zip(self.states, self.f, strict=True):
             size, depth = size_and_depth(formula)
-            if size > MAX_SIZE or depth > MAX_DEPTH:
+            if size > MAX_SIZE or depth > DEPTH:
                 raise ValueError(
                     f"system: the formula of {state} is too long: {size} operations, names and numbers when written "
-                    f"out, nested {depth} deep; {MAX_SIZE} and {MAX_DEPTH} are allowed"
+                    f"out, nested {depth} deep; {MAX_SIZE} and {DEPTH} are allowed"
                 )
-            if unknown := variables(formula) - {*self.states, *self.inputs}:
+            if unknown := names_in(formula) - {*self.states, *self.inputs}:
                 raise ValueError(
                     f"system: the formula of {state} uses {', '.join(sorted(unknown))}, which is no state or input"
                 )
@@ -147,14 +147,22 @@ class NonlinearSystem:
         return tuple(f"{name}⁺" for name in self.states)
 
     @cached_property
-    def equations(self) -> tuple[Affine, ...]:
-        """f0 and G by rows, one for each state."""
-        return tuple(affine_parts(formula, frozenset(self.inputs)) for formula in self.f)
+    def solution(self) -> Mapping[str, Formula]:
+        """u = G(x)⁻¹ (x⁺ − f0(x)) as formulas of `states` and `successors`, as the checker solves for it."""
+        try:
+            return inputs_of(self.f, self.successors, self.inputs)
+        except UnsolvableError as error:
+            self._require_affine()
+            raise ValueError(f"system: f must be solvable for its inputs, x⁺ = f0(x) + G(x) u, but {error}") from None
 
-    @cached_property
-    def solution(self) -> InputFormulas:
-        """u = G(x)⁻¹ (x⁺ − f0(x)) as formulas of `states` and `successors`."""
-        return solve_for_inputs(self.equations, [Variable(name) for name in self.successors], self.inputs)
+    def _require_affine(self) -> None:
+        for node in (part for formula in self.f for part in parts(formula)):
+            slopes = (derivative(node, name) for name in self.inputs)
+            if any(slope is not None and names_in(slope) & {*self.inputs} for slope in slopes):
+                raise ValueError(
+                    f"system: f must be affine in its inputs, x⁺ = f0(x) + G(x) u, so that it can be solved for them, "
+                    f"but holds {text(node)}"
+                )
 
     def successor(self, x: Array, u: Array) -> Array:
         """Return f(x, u) for x (…, n) and u (…, m): shape (…, n), NaN or infinite where f is not defined."""
@@ -169,11 +177,9 @@ class NonlinearSystem:
 
     def affine(self, x: Array) -> tuple[Array, Array]:
         """Return f0(x) and G(x) for x of shape (…, n): shapes (…, n) and (…, n, m). ValueError: f is not affine."""
-        x = np.asarray(x, dtype=float)
-        values, shape = _named(self.states, x), x.shape[:-1]
-        drift = [_value(e.drift, values, shape) for e in self.equations]
-        gains = [_stacked([_value(e.gains.get(j), values, shape) for j in self.inputs], shape) for e in self.equations]
-        return _stacked(drift, shape), np.stack(gains, axis=-2)
+        self._require_affine()
+        still = np.zeros(len(self.inputs))
+        return self.successor(x, still), self.slopes(x, still)[1]
 
     def slopes(self, x: Array, u: Array) -> tuple[Array, Array]:
         """Return ∂f/∂x and ∂f/∂u at x (…, n) and u (…, m): shapes (…, n, n) and (…, n, m)."""
@@ -200,20 +206,12 @@ class NonlinearSystem:
         for i, (now, later) in enumerate(zip(self.states, self.successors, strict=True)):
             functionals[now] = one_of(i, n, (Fraction(1),), self.sampling_time)
             functionals[later] = one_of(i, n, (Fraction(0), Fraction(1)), self.sampling_time)
-        formulas = [self.solution.inputs[name] for name in self.inputs]
+        formulas = [self.solution[name] for name in self.inputs]
         return Flatness(
             tuple(functionals[name] for name in self.states),
             tuple(Trajectory.of_formula(formula, functionals) for formula in formulas),
             (1,) * n,
         )
-
-    @cached_property
-    def needs(self) -> tuple[Requirement, ...]:
-        """What must hold so that states, inputs and f are defined along a reference, and the flat form is right.
-
-        Empty without a flat form: the formulas of the inputs, all of which are bounded, then need it themselves.
-        """
-        return needs(self.f, self.flat, (*self.states, *self.inputs)) if self.flat is not None else ()
 
     @property
     def angles(self) -> tuple[str, ...]:
@@ -224,7 +222,7 @@ class NonlinearSystem:
 def _flatness_of(form: FlatForm, sampling_time: float) -> Flatness:
     functionals = shifted(form, sampling_time)
 
-    def coordinate(formula: Expression) -> Coordinate:
+    def coordinate(formula: Formula) -> Coordinate:
         found = Trajectory.of_formula(formula, functionals)
         return found.functional or found
 

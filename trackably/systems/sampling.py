@@ -12,7 +12,7 @@ from trackably.arrays import Array
 from trackably.gp.samples import Samples
 from trackably.gp.stencil import POINT, Stencil, Stencils
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.expressions import weighted_sum_text
+from trackably.systems.formulas import weighted_sum_text
 from trackably.systems.linear import LinearSystem, outputs_in_states
 from trackably.systems.trajectories import Functional
 

@@ -6,32 +6,19 @@ is not the same formula, or has other values, is refused. Numbers are drawn, so 
 """
 
 import math
-import operator
 from collections.abc import Callable, Sequence
 from contextvars import ContextVar
-from typing import Any, NoReturn, TypeVar
+from functools import partial
+from typing import Any, Literal, NoReturn, TypeVar
 
 import numpy as np
 from mpmath.ctx_iv import MPIntervalContext
+from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from trackably.arrays import Array
-from trackably.systems.expressions import (
-    ONE,
-    Angle,
-    Constant,
-    Difference,
-    Expression,
-    Function,
-    Power,
-    Product,
-    Quotient,
-    Shapes,
-    Sum,
-    Variable,
-    evaluate,
-    evaluate_floats,
-    is_float64,
-)
+from trackably.checker.flatness import Shapes
+from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power, evaluate
+from trackably.systems.formulas import evaluate_floats, is_float64, is_number, text, times
 
 # Symbols: numbers that are not known yet; arithmetic with them records the formula.
 
@@ -55,157 +42,139 @@ def refuse(why: str) -> NoReturn:
     raise Refusal(said)
 
 
-def as_expression(value: object) -> Expression | None:
-    """Return the expression of a symbol or a number; None for anything else. Refusal: not a float64."""
+def as_formula(value: object) -> Formula | None:
+    """Return the formula of a symbol or a number; None for anything else. Refusal: not a float64."""
     if isinstance(value, Symbol):
-        return value.expression
+        return value.formula
     if isinstance(value, np.ndarray) and value.shape == ():
-        return as_expression(value.item())
+        return as_formula(value.item())
     if isinstance(value, np.generic):
         value = value.item()
     if not isinstance(value, int | float) or isinstance(value, bool):
         return None
     if not is_float64(value):
         refuse(f"use numbers that are finite, and exact in float64, got {value!r}")
-    return Constant(float(value))
+    return Number(float(value))
+
+
+def _operand(value: object) -> Formula:
+    if (found := as_formula(value)) is None:
+        raise TypeError(f"unsupported operand {value!r}")
+    return found
 
 
 def _refused(what: str) -> Callable[..., Any]:
     return lambda *_: refuse(f"be one formula for all states and inputs, but {what}; use {SUPPORTED}")
 
 
-class Symbol:
-    """A number that is not known yet: arithmetic with it gives a symbol of the resulting formula."""
+class Symbol(NDArrayOperatorsMixin):
+    """A number that is not known yet: arithmetic with it gives a symbol of the resulting formula.
 
-    def __init__(self, expression: Expression) -> None:
-        self.expression = expression
+    Python's operators call NumPy's functions (the mixin), which ask `__array_ufunc__`. For the entries of an array,
+    NumPy calls methods instead.
+    """
+
+    def __init__(self, formula: Formula) -> None:
+        self.formula = formula
 
     def __repr__(self) -> str:
-        return str(self.expression)
+        return text(self.formula)
 
-    def __add__(self, other: object) -> Any:
-        return _binary(_sum, self, other)
+    def __getattr__(self, name: str) -> Any:
+        if name in _WRITTEN:
+            return lambda *others: getattr(np, name)(self, *others)
+        raise AttributeError(f"a symbol has no {name}")
 
-    def __radd__(self, other: object) -> Any:
-        return _binary(_sum, other, self)
-
-    def __sub__(self, other: object) -> Any:
-        return _binary(_difference, self, other)
-
-    def __rsub__(self, other: object) -> Any:
-        return _binary(_difference, other, self)
-
-    def __mul__(self, other: object) -> Any:
-        return _binary(_product, self, other)
-
-    def __rmul__(self, other: object) -> Any:
-        return _binary(_product, other, self)
-
-    def __truediv__(self, other: object) -> Any:
-        return _binary(Quotient, self, other)
-
-    def __rtruediv__(self, other: object) -> Any:
-        return _binary(Quotient, other, self)
-
-    def __pow__(self, other: object) -> Any:
-        return _binary(_power, self, other)
-
-    def __rpow__(self, other: object) -> Any:
-        return _binary(_power, other, self)
-
-    def __neg__(self) -> "Symbol":
-        return -1.0 * self  # type: ignore[no-any-return]
-
-    def __pos__(self) -> "Symbol":
-        return self
-
-    def exp(self) -> "Symbol":
-        return Symbol(Function("exp", self.expression))
-
-    def log(self) -> "Symbol":
-        return Symbol(Function("log", self.expression))
-
-    def sqrt(self) -> "Symbol":
-        return Symbol(Function("sqrt", self.expression))
-
-    def sin(self) -> "Symbol":
-        return Symbol(Function("sin", self.expression))
-
-    def cos(self) -> "Symbol":
-        return Symbol(Function("cos", self.expression))
-
-    def arctan(self) -> "Symbol":
-        return Symbol(Function("atan", self.expression))
-
-    def arctan2(self, x: object) -> Any:
-        return _binary(Angle, self, x)
-
-    def hypot(self, other: object) -> Any:
-        return _binary(_hypotenuse, self, other)
-
-    def __abs__(self) -> "Symbol":
-        """Return √(x²), which is defined, as a formula with derivatives, away from zero only."""
-        return Symbol(Function("sqrt", Power(self.expression, 2.0)))
-
-    def tan(self) -> Any:
-        return self.sin() / self.cos()
-
-    def sinh(self) -> Any:
-        return (self.exp() - (-self).exp()) / 2
-
-    def cosh(self) -> Any:
-        return (self.exp() + (-self).exp()) / 2
-
-    def tanh(self) -> Any:
-        return 1 - 2 / ((2 * self).exp() + 1)
-
-    __lt__ = __le__ = __gt__ = __ge__ = __eq__ = __ne__ = _refused("it compares a value")
     __hash__ = _refused("it looks a value up")
     __bool__ = _refused("it branches on a value")
-    __mod__ = __rmod__ = __floordiv__ = __rfloordiv__ = __divmod__ = _refused("it takes a remainder, which has jumps")
     __round__ = __trunc__ = __floor__ = __ceil__ = _refused("it rounds a value, which has jumps")
     __float__ = __int__ = __index__ = __complex__ = _refused(
         "it makes a plain number of a value, as float() and Python's math do (np.sin is for math.sin, and so on)"
     )
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *given: object, **options: object) -> Any:
+        name = ufunc.__name__
         if method == "__call__" and not options:
-            if any(isinstance(value, np.ndarray) for value in given):
+            if any(isinstance(value, np.ndarray) and value.shape for value in given):
                 return ufunc(*(_as_objects(value) for value in given))
-            name = ufunc.__name__
-            if name in _OPERATORS:
-                # A NumPy scalar's own operator would call this method again.
-                return _OPERATORS[name](*(v.item() if isinstance(v, np.generic) else v for v in given))
-            if name in _TWO_ARGUMENTS:
-                return _binary(_TWO_ARGUMENTS[name], *given)
-            if len(given) == 1 and name in _METHODS:
-                return getattr(self, name)()
-        refuse(f"be written in {SUPPORTED}; it uses np.{ufunc.__name__}")
+            if name in _REFUSED:
+                _refused(_REFUSED[name])()
+            if name in _WRITTEN:
+                return Symbol(_WRITTEN[name](*map(_operand, given)))
+        refuse(f"be written in {SUPPORTED}; it uses np.{name}")
 
 
-def _hypotenuse(a: Expression, b: Expression) -> Expression:
-    return Function("sqrt", Sum(Power(a, 2.0), Power(b, 2.0)))
+_COMPARED, _REMAINDER = "it compares a value", "it takes a remainder, which has jumps"
+_REFUSED = dict.fromkeys(["less", "less_equal", "greater", "greater_equal", "equal", "not_equal"], _COMPARED)
+_REFUSED |= dict.fromkeys(["remainder", "floor_divide", "divmod"], _REMAINDER)
 
 
-_METHODS = {"exp", "log", "sqrt", "sin", "cos", "tan", "arctan", "sinh", "cosh", "tanh"}
-_TWO_ARGUMENTS: dict[str, Callable[[Expression, Expression], Expression]] = {
+def _sum(a: Formula, b: Formula) -> Formula:
+    """Return a + b without zero terms: Python's `sum` starts from zero."""
+    return b if is_number(a, 0.0) else a if is_number(b, 0.0) else Operation("+", a, b)
+
+
+def _difference(a: Formula, b: Formula) -> Formula:
+    return a if is_number(b, 0.0) else Operation("-", a, b)
+
+
+def _product(a: Formula, b: Formula) -> Formula:
+    found = times(a, b)
+    assert found is not None
+    return found
+
+
+def _quotient(a: Formula, b: Formula) -> Formula:
+    return Operation("/", a, b)
+
+
+def _power(a: Formula, b: Formula) -> Formula:
+    if isinstance(b, Number):
+        return a if b.value == 1.0 else Power(a, b.value)
+    if isinstance(a, Number) and a.value > 0 and math.isfinite(a.value):
+        return Function("exp", Operation("*", b, Function("log", a)))
+    refuse(f"have numbers for exponents, or for positive bases, got ({text(a)})**({text(b)})")
+
+
+def _root_of_squares(*formulas: Formula) -> Formula:
+    """Return √(a² + b²), or √(a²): defined, as a formula with derivatives, away from zero only."""
+    squares: list[Formula] = [Power(formula, 2.0) for formula in formulas]
+    return Function("sqrt", squares[0] if len(squares) == 1 else Operation("+", *squares))
+
+
+def _exponentials(a: Formula, symbol: Literal["+", "-"]) -> Formula:
+    ends = Function("exp", a), Function("exp", Operation("*", Number(-1.0), a))
+    return Operation("/", Operation(symbol, *ends), Number(2.0))
+
+
+def _tanh(a: Formula) -> Formula:
+    growth = Operation("+", Function("exp", Operation("*", Number(2.0), a)), Number(1.0))
+    return Operation("-", Number(1.0), Operation("/", Number(2.0), growth))
+
+
+_WRITTEN: dict[str, Callable[..., Formula]] = {
+    "add": _sum,
+    "subtract": _difference,
+    "multiply": _product,
+    "divide": _quotient,
+    "power": _power,
+    "float_power": _power,
+    "negative": lambda a: _product(Number(-1.0), a),
+    "positive": lambda a: a,
+    "square": lambda a: Power(a, 2.0),
+    "reciprocal": lambda a: _quotient(Number(1.0), a),
+    "absolute": _root_of_squares,
+    "fabs": _root_of_squares,
+    "hypot": _root_of_squares,
     "arctan2": Angle,
-    "hypot": _hypotenuse,
+    "arctan": lambda a: Function("atan", a),
+    "tan": lambda a: _quotient(Function("sin", a), Function("cos", a)),
+    "sinh": lambda a: _exponentials(a, "-"),
+    "cosh": lambda a: _exponentials(a, "+"),
+    "tanh": _tanh,
+    **{name: partial(Function, name) for name in ("exp", "log", "sqrt", "sin", "cos")},
 }
-_OPERATORS: dict[str, Callable[..., Any]] = {
-    "add": operator.add,
-    "subtract": operator.sub,
-    "multiply": operator.mul,
-    "divide": operator.truediv,
-    "power": operator.pow,
-    "float_power": operator.pow,
-    "negative": operator.neg,
-    "positive": operator.pos,
-    "square": lambda value: value**2,
-    "reciprocal": lambda value: 1 / value,
-    "absolute": abs,
-    "fabs": abs,
-}
+"""NumPy's functions as formulas."""
 
 
 def _as_objects(value: object) -> np.ndarray:
@@ -214,32 +183,6 @@ def _as_objects(value: object) -> np.ndarray:
     scalar = np.empty((), dtype=object)
     scalar[()] = value
     return scalar
-
-
-def _binary(make: Callable[[Expression, Expression], Expression], left: object, right: object) -> Any:
-    a, b = as_expression(left), as_expression(right)
-    return NotImplemented if a is None or b is None else Symbol(make(a, b))
-
-
-def _sum(a: Expression, b: Expression) -> Expression:
-    """Return a + b without zero terms: Python's `sum` starts from zero."""
-    return b if a == Constant(0.0) else a if b == Constant(0.0) else Sum(a, b)
-
-
-def _difference(a: Expression, b: Expression) -> Expression:
-    return a if b == Constant(0.0) else Difference(a, b)
-
-
-def _product(a: Expression, b: Expression) -> Expression:
-    return b if a == ONE else a if b == ONE else Product(a, b)
-
-
-def _power(a: Expression, b: Expression) -> Expression:
-    if isinstance(b, Constant):
-        return a if b == ONE else Power(a, b.value)
-    if isinstance(a, Constant) and a.value > 0 and math.isfinite(a.value):
-        return Function("exp", Product(b, Function("log", a)))
-    refuse(f"have numbers for exponents, or for positive bases, got ({a})**({b})")
 
 
 Dynamics = Callable[[Any, Any], Any]
@@ -262,7 +205,7 @@ class NoFormulaError(ValueError):
     """A computation that cannot be written as a formula; the message says why."""
 
 
-def traced(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[Expression, ...]:
+def traced(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[Formula, ...]:
     """Return the formulas that f computes, one for each state. NoFormulaError: it computes none; says why."""
     one, other = (_formulas(f, states, inputs) for _ in range(2))
     shapes = Shapes()
@@ -275,7 +218,7 @@ def traced(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> tup
 
 
 def require_same_values(
-    f: Dynamics, formulas: Sequence[Expression], states: tuple[str, ...], inputs: tuple[str, ...]
+    f: Dynamics, formulas: Sequence[Formula], states: tuple[str, ...], inputs: tuple[str, ...]
 ) -> None:
     """Compare f with its formulas at drawn numbers. NoFormulaError: it has other values, or is not defined there."""
     rng, n = np.random.default_rng(0), len(states)
@@ -305,7 +248,7 @@ def _seen(f: Dynamics, x: Array, u: Array) -> tuple[Array, str]:
     return (found, "") if found.shape == x.shape else (np.full(len(x), np.nan), f"gives the shape {found.shape}")
 
 
-def _agree(formula: Expression, values: dict[str, float], seen: float, rounded: float) -> bool:
+def _agree(formula: Formula, values: dict[str, float], seen: float, rounded: float) -> bool:
     """Return whether a number may be that of the formula, of which `rounded` is the value in float64.
 
     Intervals in the precision of float64 say what operations may round. Where one of both values is not defined,
@@ -317,7 +260,7 @@ def _agree(formula: Expression, values: dict[str, float], seen: float, rounded: 
     return bool(abs(seen - rounded) <= _ROUNDING * (width / 2 + np.spacing(abs(rounded))))
 
 
-def _rounding_width(formula: Expression, values: dict[str, float]) -> float:
+def _rounding_width(formula: Formula, values: dict[str, float]) -> float:
     """Return the width of what rounding to float64 may make of the value; infinite where there may be none."""
     try:
         found = evaluate(formula, {name: _IV.mpf(value) for name, value in values.items()}, _Intervals())
@@ -332,6 +275,9 @@ class _Intervals:
     def constant(self, value: float) -> Any:
         return _IV.mpf(value)
 
+    def over(self, a: Any, b: Any) -> Any:
+        return a / b
+
     def power(self, base: Any, exponent: float) -> Any:
         return base ** (int(exponent) if exponent == int(exponent) else _IV.mpf(exponent))
 
@@ -342,10 +288,10 @@ class _Intervals:
         return _IV.atan2(y, x)
 
 
-def formulas_of(call: Callable[[], Any], what: str) -> tuple[tuple[Expression, ...], tuple[Expression, ...]]:
+def formulas_of(call: Callable[[], Any], what: str) -> tuple[tuple[Formula, ...], tuple[Formula, ...]]:
     """Return the formulas of two lists that a call returns. NoFormulaError: it returns something else; says what."""
 
-    def both() -> tuple[tuple[Expression, ...], tuple[Expression, ...]]:
+    def both() -> tuple[tuple[Formula, ...], tuple[Formula, ...]]:
         values = call()
         if not (isinstance(values, _Sequence) and len(values) == 2 and all(isinstance(v, _Sequence) for v in values)):
             raise NoFormulaError(f"{what}: must return a list of states and a list of inputs")
@@ -355,9 +301,9 @@ def formulas_of(call: Callable[[], Any], what: str) -> tuple[tuple[Expression, .
     return _called(both, what)
 
 
-def _formulas(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[Expression, ...]:
-    def formulas() -> tuple[Expression, ...]:
-        values = f(*(np.array([Symbol(Variable(name)) for name in names], dtype=object) for names in (states, inputs)))
+def _formulas(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[Formula, ...]:
+    def formulas() -> tuple[Formula, ...]:
+        values = f(*(np.array([Symbol(Name(name)) for name in names], dtype=object) for names in (states, inputs)))
         if not isinstance(values, _Sequence) or len(values) != len(states):
             given = f"{len(values)} values" if isinstance(values, _Sequence) else type(values).__name__
             raise NoFormulaError(f"system: f must return a list of {len(states)} successors, got {given}")
@@ -384,8 +330,8 @@ def _called(call: Callable[[], T], what: str) -> T:
     return found
 
 
-def _formula_of(value: object, what: str) -> Expression:
-    found = as_expression(value)
+def _formula_of(value: object, what: str) -> Formula:
+    found = as_formula(value)
     if found is None:
         raise NoFormulaError(f"{what} must return numbers and formulas, got {type(value).__name__}")
     return found

@@ -11,22 +11,12 @@ import numpy.typing as npt
 
 from trackably.arrays import Array
 from trackably.cached import cached
+from trackably.checker.flatness import replaced
+from trackably.checker.formulas import Formula, Name, Number, Operation, names
+from trackably.checker.subject import shifted_name
 from trackably.gp.stencil import Stencil
-from trackably.systems.expressions import (
-    Constant,
-    Difference,
-    Expression,
-    Quotient,
-    Term,
-    Variable,
-    derivative,
-    evaluate_floats,
-    plus,
-    substituted,
-    times,
-    variables,
-)
-from trackably.systems.flat_forms import FlatForm, affine_parts, named
+from trackably.systems.flat_forms import FlatForm
+from trackably.systems.formulas import Term, derivative, evaluate_floats, plus, times
 from trackably.systems.polytopes import Interval
 
 # Functionals: exact weighted sums of the learned signals at shifted times, plus a constant.
@@ -120,39 +110,36 @@ class Trajectory:
     For a linear system, q is a functional: the formula is then its only argument.
     """
 
-    formula: Expression
+    formula: Formula
     arguments: tuple[tuple[str, Functional], ...]
 
     @classmethod
     def of(cls, functional: Functional) -> Self:
         """Return the trajectory that is a functional itself."""
-        return cls(Variable(_ITSELF), ((_ITSELF, functional),))
+        return cls(Name(_ITSELF), ((_ITSELF, functional),))
 
     @classmethod
-    def of_formula(cls, formula: Expression, functionals: Mapping[str, Functional]) -> Self:
+    def of_formula(cls, formula: Formula, functionals: Mapping[str, Functional]) -> Self:
         """Return the trajectory of a formula, with the functionals that it names."""
-        names = variables(formula)
-        return cls(formula, tuple((name, functional) for name, functional in functionals.items() if name in names))
+        used = names(formula)
+        return cls(formula, tuple((name, functional) for name, functional in functionals.items() if name in used))
 
     @property
     def functional(self) -> Functional | None:
         """The functional, if the trajectory is one itself; otherwise None."""
-        return self.arguments[0][1] if isinstance(self.formula, Variable) else None
+        return self.arguments[0][1] if isinstance(self.formula, Name) else None
 
     @cached_property
     def stencil(self) -> tuple[int, Stencil] | None:
         """The signal c and its weights, if q is an affine function of exactly one signal; otherwise None."""
-        try:
-            parts = affine_parts(self.formula, frozenset(name for name, _ in self.arguments))
-        except ValueError:
+        if any(names(slope) for slope in self.derivatives.values() if slope is not None):
             return None
-        gains = {name: float(evaluate_floats(gain, {})) for name, gain in parts.gains.items()}
-        signals = self._weights(gains)
+        zero = {name: np.zeros(()) for name, _ in self.arguments}
+        signals = self._weights({name: float(slope) for name, slope in self.slopes(zero).items()})
         if len(signals) != 1:
             return None
         ((signal, weights),) = signals
-        offset = 0.0 if parts.drift is None else float(evaluate_floats(parts.drift, {}))
-        return signal, Stencil(tuple(weights.tolist()), self.sampling_time, offset)
+        return signal, Stencil(tuple(weights.tolist()), self.sampling_time, float(self.value(zero)))
 
     @property
     def sampling_time(self) -> float:
@@ -175,9 +162,9 @@ class Trajectory:
             pairs = [zip(w, (*w[1:], Fraction(0)), strict=True) for w in q.later.weights]
             return self.of(Functional(tuple(tuple((b - a) / T for b, a in of) for of in pairs), Fraction(0), float(T)))
         later = {name: f"{name}⁺" for name, _ in self.arguments}
-        there = substituted(self.formula, {name: Variable(new) for name, new in later.items()})
+        (there,) = replaced([self.formula], {name: Name(new) for name, new in later.items()})
         arguments = (*self.arguments, *((later[name], functional.later) for name, functional in self.arguments))
-        return type(self)(Quotient(Difference(there, self.formula), Constant(float(T))), arguments)
+        return type(self)(Operation("/", Operation("-", there, self.formula), Number(float(T))), arguments)
 
     def rates_at_rest(self, levels: Sequence[float]) -> Array:
         """Return how q changes with each signal's level, per unit, while signal c is constant at `levels[c]`."""
@@ -215,28 +202,13 @@ class Trajectory:
         """∂q/∂q_i as formulas, by the name of q_i."""
         return {name: derivative(self.formula, name) for name, _ in self.arguments}
 
-    @cached_property
-    def level_derivatives(self) -> tuple[Term, ...]:
-        """For each signal, the derivative of q with respect to a constant added to it at all times, as a formula.
-
-        Terms of a sum of `derivatives` that cancel have cancelled here, before any interval is inserted. ValueError: a
-        functional changes with a signal at a rate other than 0 or 1.
-        """
-        found = []
-        for c in range(len(self.arguments[0][1].weights)):
-            rates = {name: sum(functional.weights[c]) for name, functional in self.arguments}
-            if not set(rates.values()) <= {0, 1}:
-                raise ValueError(f"trajectory: a formula needs functionals that move as signals do, got rates {rates}")
-            found.append(derivative(self.formula, *(name for name, rate in rates.items() if rate)))
-        return tuple(found)
-
 
 def single_signal(functional: Functional) -> Trajectory:
     """Return a functional z_c(t + j T_s) as a formula, with the name that a flat form gives to it."""
     ((c, j),) = ((c, j) for c, weights in enumerate(functional.weights) for j, w in enumerate(weights) if w)
     assert (functional.weights[c][j], functional.offset) == (Fraction(1), Fraction(0)), "a single shifted signal"
-    name = named(c, j)
-    return Trajectory(Variable(name), ((name, functional),))
+    name = shifted_name(c, j)
+    return Trajectory(Name(name), ((name, functional),))
 
 
 Coordinate = Functional | Trajectory
@@ -256,7 +228,7 @@ def combined(row: Sequence[Fraction], coordinates: Sequence[Coordinate]) -> Traj
     total, arguments = None, dict[str, Functional]()
     for r, q in used:
         part = single_signal(q) if isinstance(q, Functional) else q
-        total = plus(total, times(Constant(float(r)), part.formula))
+        total = plus(total, times(Number(float(r)), part.formula))
         arguments.update(part.arguments)
     assert total is not None
     return Trajectory.of_formula(total, arguments)
@@ -269,7 +241,7 @@ def shifted(form: FlatForm, sampling_time: float) -> dict[str, Functional]:
     """Return all z_c(t + j T_s) by name, one step further than states and inputs need them."""
     longest = 2 + max(form.orders)
     return {
-        named(c, j): one_of(c, form.outputs, tuple(Fraction(int(i == j)) for i in range(longest)), sampling_time)
+        shifted_name(c, j): one_of(c, form.outputs, tuple(Fraction(int(i == j)) for i in range(longest)), sampling_time)
         for c in range(form.outputs)
         for j in range(longest)
     }

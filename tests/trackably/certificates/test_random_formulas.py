@@ -16,38 +16,28 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import prove_on_window
 from trackably.checker import Proved, check
+from trackably.checker.formulas import FUNCTIONS, SYMBOLS, Formula, Function, Name, Number, Operation, Power
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.expressions import (
-    BINARY,
-    FUNCTIONS,
-    Constant,
-    Expression,
-    Function,
-    Power,
-    Product,
-    Sum,
-    Variable,
-)
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
-X, U = Variable("x"), Variable("u")
+X, U = Name("x"), Name("u")
 EXPONENTS = (-2.0, -1.0, 0.5, 1.5, 2.0, 3.0, -0.7, 5.0)
 SIZE = 12
 
 
-def grown(draw: random.Random, depth: int) -> Expression:
+def grown(draw: random.Random, depth: int) -> Formula:
     kind = draw.random()
     if depth == 0 or kind < 0.2:
-        return X if draw.random() < 0.7 else Constant(round(draw.uniform(0.2, 2.0), 2))
+        return X if draw.random() < 0.7 else Number(round(draw.uniform(0.2, 2.0), 2))
     if kind < 0.55:
-        return draw.choice(BINARY)(grown(draw, depth - 1), grown(draw, depth - 1))
+        return Operation(draw.choice(SYMBOLS), grown(draw, depth - 1), grown(draw, depth - 1))
     if kind < 0.75:
         return Power(grown(draw, depth - 1), draw.choice(EXPONENTS))
     return Function(draw.choice(FUNCTIONS), grown(draw, depth - 1))
@@ -58,8 +48,8 @@ class Case:
     """x⁺ = x + T_s (drift + gain u)."""
 
     reference: Reference
-    drift: Expression
-    gain: Expression
+    drift: Formula
+    gain: Formula
 
     def exactly(self, name: str, t: float):
         (signal,) = self.reference.signals
@@ -76,7 +66,7 @@ def case(seed: int) -> Case | None:
     """None where the input is not defined all the way, or out of all proportion."""
     draw, rng = random.Random(seed), np.random.default_rng(seed)
     drift, gain = grown(draw, 3), grown(draw, 2)
-    law = Sum(X, Product(Constant(T_S), Sum(drift, Product(gain, U))))
+    law = Operation("+", X, Operation("*", Number(T_S), Operation("+", drift, Operation("*", gain, U))))
     length = draw.uniform(0.2, 1.0)
     kernels: tuple[Kernel, ...] = (
         SquaredExponential(1, length),

@@ -8,7 +8,7 @@ import pytest
 from tests.trackably.systems.instances import random_signal, unbounded
 from trackably.gp.samples import Samples
 from trackably.gp.stencil import POINT
-from trackably.systems.expressions import weighted_sum_text
+from trackably.systems.formulas import weighted_sum_text
 from trackably.systems.library import mobile_robot, pendulum
 from trackably.systems.linear import LinearSystem, outputs_in_states
 from trackably.systems.sampling import default_sample, kinds_by_name, sampled_signals, stencils_by_name

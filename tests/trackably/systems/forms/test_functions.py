@@ -16,7 +16,7 @@ from trackably.checker.models import Model
 from trackably.checker.models import Models as CheckerModels
 from trackably.checker.rounding import Tracked, TrackedFormulas
 from trackably.checker.tail import Sloped, SlopedFormulas
-from trackably.systems.expressions import derivative, evaluate_floats, to_lists
+from trackably.systems.formulas import derivative, evaluate_floats, to_lists
 from trackably.systems.tracing import traced
 
 FORMULAS = {

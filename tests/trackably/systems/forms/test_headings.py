@@ -13,17 +13,18 @@ from trackably.certificates.form import encode_certificate
 from trackably.certificates.outcome import Unproved
 from trackably.certificates.prove import prove, prove_on_window
 from trackably.checker import Failed, Proved, check
+from trackably.checker.formulas import Angle, Name
 from trackably.codec.converter import dumps, loads
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.expressions import Angle, Variable, evaluate_floats
 from trackably.systems.flat_forms import FlatForm, with_heading_in, without_jumps
+from trackably.systems.formulas import evaluate_floats
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.polytopes import Interval, Polytope
 from trackably.systems.reference import Reference
 
-HEADING = FlatForm((Angle(Variable("z2[0]"), Variable("z1[0]")),), (Variable("z1[1]"),), ("heading",))
+HEADING = FlatForm((Angle(Name("z2[0]"), Name("z1[0]")),), (Name("z1[1]"),), ("heading",))
 INPUT_SET = Polytope.box([0.1, -2.5], [1.5, 2.5])
 
 

@@ -6,25 +6,26 @@ from mpmath import mp
 
 from tests.balls.arithmetic import ball_arithmetic
 from tests.balls.formulas import UndefinedError, at_balls
-from trackably.systems.expressions import (
-    BINARY,
+from trackably.checker.formulas import (
     FUNCTIONS,
-    Constant,
-    Expression,
+    SYMBOLS,
+    Formula,
     Function,
+    Name,
+    Number,
+    Operation,
     Power,
-    Variable,
-    all_nodes,
     evaluate,
+    parts,
 )
 
-numbers = st.floats(0.2, 3.0).map(lambda v: Constant(round(v, 3)))
-leaves = st.one_of(numbers, st.sampled_from([Variable("x"), Variable("y")]))
+numbers = st.floats(0.2, 3.0).map(lambda v: Number(round(v, 3)))
+leaves = st.one_of(numbers, st.sampled_from([Name("x"), Name("y")]))
 
 
 def _grown(inner):
     return st.one_of(
-        st.builds(lambda kind, a, b: kind(a, b), st.sampled_from(BINARY), inner, inner),
+        st.builds(Operation, st.sampled_from(SYMBOLS), inner, inner),
         st.builds(Power, inner, st.sampled_from([-2.0, -1.0, 0.0, 0.5, 1.0, 1.7, 2.0, 3.0, 70.0])),
         st.builds(Function, st.sampled_from(FUNCTIONS), inner),
     )
@@ -38,6 +39,9 @@ class _Digits:
     def constant(self, value):
         return mp.mpf(value)
 
+    def over(self, a, b):
+        return a / b
+
     def power(self, base, exponent):
         return mp.power(base, mp.mpf(exponent))
 
@@ -45,15 +49,15 @@ class _Digits:
         return getattr(mp, name)(argument)
 
 
-def many_digits(expression: Expression, values: dict):
+def many_digits(expression: Formula, values: dict):
     return evaluate(expression, {name: mp.mpf(v) for name, v in values.items()}, _Digits())
 
 
-def in_balls(expression: Expression, values: dict):
+def in_balls(expression: Formula, values: dict):
     """Enclosure, or None where the formula is not certainly defined (or any part of it out of all proportion)."""
     with ball_arithmetic():
         found = None
-        for node in all_nodes(expression):
+        for node in parts(expression):
             try:
                 found = at_balls(node, {name: arb(v) for name, v in values.items()})
             except UndefinedError:

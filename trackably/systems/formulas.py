@@ -1,0 +1,220 @@
+"""Formulas of a plant, as the checker has them: derivatives, values in float64, text, and the form in files.
+
+A formula is an acyclic graph of the checker's nodes. A constant is exactly the real number that its float64 is. Nothing
+done to formulas here changes the real function that one represents, or its domain.
+"""
+
+import operator
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+from functools import lru_cache
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power, operands, parts
+
+ONE = Number(1.0)
+
+
+def is_float64(value: object) -> bool:
+    """Whether a value is a finite number that float64 represents exactly."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) <= sys.float_info.max and float(value) == value
+
+
+def is_number(formula: Formula, value: float) -> bool:
+    """Whether a formula is this constant."""
+    return isinstance(formula, Number) and formula.value == value
+
+
+def size_and_depth(formula: Formula) -> tuple[int, int]:
+    """Return the number of nodes of the written formula (shared ones count each time), and how deep it is nested."""
+    known: dict[Formula, tuple[int, int]] = {}
+    for node in parts(formula):
+        inner = [known[operand] for operand in operands(node)]
+        known[node] = 1 + sum(size for size, _ in inner), 1 + max((depth for _, depth in inner), default=0)
+    return known[formula]
+
+
+# Text, for names and messages.
+
+_OUTER, _ALL, _LONGEST = 6, 10_000, 80
+_BINDING = {"+": 1, "-": 1, "*": 2, "/": 2}
+
+
+def outline(formula: Formula) -> str:
+    """Format the outer parts of a formula; what is nested deeper is "…"."""
+    return text(formula, 0, _OUTER)
+
+
+def text(formula: Formula, binding: int = 0, deepest: int = _ALL) -> str:
+    """Format a formula inside an operator that binds with this strength, in parentheses if needed."""
+    match formula:
+        case _ if not deepest:
+            found = "…"
+        case Number(value):
+            found = f"{value:g}" if value >= 0 or not binding else f"({value:g})"
+        case Name(name):
+            found = name
+        case Operation(symbol, left, right):
+            own = _BINDING[symbol]
+            found = f"{text(left, own, deepest - 1)} {symbol} {text(right, own + 1, deepest - 1)}"
+            found = found if own >= binding else f"({found})"
+        case Power(base, exponent):
+            found = f"{text(base, 4, deepest - 1)}^{text(Number(exponent), 4, 1)}"
+            found = found if binding < 4 else f"({found})"
+        case Function(name, argument):
+            found = f"{name}({text(argument, 0, deepest - 1)})"
+        case Angle(y, x):
+            found = f"atan2({text(y, 0, deepest - 1)}, {text(x, 0, deepest - 1)})"
+    return found
+
+
+def weighted_sum_text(row: Sequence[Fraction], names: Sequence[str], digits: int = 3) -> str:
+    """Format Σ_i row_i name_i, as x, x+y or x-0.5y; weights with so many `digits`."""
+    signed = []
+    for weight, name in zip(map(float, row), names, strict=True):
+        if weight:
+            size = "" if abs(weight) == 1 else f"{abs(weight):.{digits}g}"
+            signed.append(f"{'-' if weight < 0 else '+'}{size}{name}")
+    return "".join(signed).removeprefix("+")
+
+
+def shortened(name: str) -> str:
+    """Return a name, cut off so that it fits into a line."""
+    return name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}…"
+
+
+def to_lists(formula: Formula) -> object:
+    """Convert to JSON values: a number, a name, or a list like ["+", …, …], ["^", …, 0.5], ["sqrt", …]."""
+    inner = [to_lists(operand) for operand in operands(formula)]
+    match formula:
+        case Number(value):
+            return value
+        case Name(name):
+            return name
+        case Power(_, exponent):
+            return ["^", *inner, exponent]
+        case Operation(symbol) | Function(symbol):
+            return [symbol, *inner]
+    return ["atan2", *inner]
+
+
+# Sums, products and derivatives of formulas, without trivial terms and factors.
+
+Term = Formula | None
+"""A formula, or None for zero: terms and products that vanish are not written down."""
+
+
+def plus(a: Term, b: Term) -> Term:
+    """Return a + b."""
+    return b if a is None else a if b is None else Operation("+", a, b)
+
+
+def minus(a: Term, b: Term) -> Term:
+    """Return a − b."""
+    return a if b is None else Operation("*", Number(-1.0), b) if a is None else Operation("-", a, b)
+
+
+def times(a: Term, b: Term) -> Term:
+    """Return a · b."""
+    if a is None or b is None:
+        return None
+    return b if is_number(a, 1.0) else a if is_number(b, 1.0) else Operation("*", a, b)
+
+
+def derivative(formula: Formula, name: str) -> Term:
+    """Return the exact derivative in the variable of this name."""
+    known: dict[Formula, Term] = {}
+    for node in parts(formula):
+        known[node] = _slope(node, name, [known[operand] for operand in operands(node)])
+    return known[formula]
+
+
+def _slope(node: Formula, name: str, inner: list[Term]) -> Term:
+    slope: Term = None
+    match node, inner:
+        case Name(own), _ if own == name:
+            slope = ONE
+        case Operation("+"), [a, b]:
+            slope = plus(a, b)
+        case Operation("-"), [a, b]:
+            slope = minus(a, b)
+        case Operation("*", left, right), [a, b]:
+            slope = plus(times(a, right), times(left, b))
+        case Operation("/", _, right), [a, b]:
+            above = minus(a, times(node, b))
+            slope = None if above is None else Operation("/", above, right)
+        case Power(base, exponent), [a]:
+            slope = times(_power_slope(node, base, exponent), a)
+        case Function(function, argument), [a] if a is not None:
+            slope = _FUNCTION_SLOPES[function](node, argument, a)
+        case Angle(y, x), [of_y, of_x]:
+            turned = minus(times(x, of_y), times(y, of_x))
+            squares = Operation("+", Power(x, 2.0), Power(y, 2.0))
+            slope = None if turned is None else Operation("/", turned, squares)
+    return slope
+
+
+_FUNCTION_SLOPES: dict[str, Callable[[Formula, Formula, Formula], Term]] = {
+    "exp": lambda node, argument, inner: times(node, inner),
+    "log": lambda node, argument, inner: Operation("/", inner, argument),
+    "sqrt": lambda node, argument, inner: Operation("/", inner, Operation("*", Number(2.0), node)),
+    "sin": lambda node, argument, inner: times(Function("cos", argument), inner),
+    "cos": lambda node, argument, inner: times(Operation("*", Number(-1.0), Function("sin", argument)), inner),
+    "atan": lambda node, argument, inner: Operation("/", inner, Operation("+", ONE, Power(argument, 2.0))),
+}
+
+
+def _power_slope(node: Formula, base: Formula, exponent: float) -> Term:
+    """Return p base^(p − 1), or p base^p / base if p is not whole: p − 1 may not be a float64."""
+    if not exponent.is_integer():
+        return Operation("/", Operation("*", Number(exponent), node), base)
+    lower = {0.0: None, 1.0: ONE, 2.0: base}.get(exponent, Power(base, exponent - 1))
+    return times(Number(exponent), lower)
+
+
+# Values in float64.
+
+
+@lru_cache(maxsize=4096)
+def steps(formula: Formula) -> tuple[tuple[Formula, tuple[int, ...]], ...]:
+    """Return every part once, operands before the part that uses them, with the places of its operands."""
+    places = {node: place for place, node in enumerate(parts(formula))}
+    return tuple((node, tuple(places[operand] for operand in operands(node))) for node in places)
+
+
+_NUMPY = {"atan": "arctan"}
+_OPERATE: dict[str, Callable[[Array, Array], Array]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+}
+
+
+def evaluate_floats(formula: Formula, values: Mapping[str, Array]) -> Array:
+    """Evaluate in float64, elementwise over arrays that broadcast; NaN or infinite outside the domain."""
+    known: list[Array] = []
+    with np.errstate(all="ignore"):
+        for node, places in steps(formula):
+            inner = [known[place] for place in places]
+            match node:
+                case Number(value):
+                    found = np.asarray(np.float64(value))
+                case Name(name):
+                    found = values[name]
+                case Operation(symbol):
+                    found = _OPERATE[symbol](*inner)
+                case Power(_, exponent):
+                    found = np.asarray(np.power(inner[0], exponent))
+                case Function(name):
+                    found = np.asarray(getattr(np, _NUMPY.get(name, name))(inner[0]))
+                case Angle():
+                    y, x = inner
+                    found = np.asarray(np.where((y == 0) & (x == 0), np.nan, np.arctan2(y, x)))
+            known.append(found)
+    return np.asarray(known[-1])
