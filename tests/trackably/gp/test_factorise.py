@@ -1,13 +1,10 @@
 """Each factorisation against the dense one, on all kinds of times and noise, and which of them is taken."""
 
-from collections import Counter
-
 import numpy as np
 import pytest
 
 from tests.trackably.gp.factors.factors import dense, disagreement, factorisations, posterior_at, with_factor
 from tests.trackably.gp.instances import KERNELS, over
-from trackably.gp import factorise as factorise_module
 from trackably.gp.factorise import noise_variance
 from trackably.gp.factors.band import Band
 from trackably.gp.factors.dense import Dense
@@ -20,7 +17,6 @@ from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.posterior import IllConditioned
 from trackably.gp.stencil import POINT, Stencil
 
 AGREEMENT = 1e-8
@@ -83,19 +79,6 @@ def test_samples_may_see_more_than_one_instant(kernel, stencil):
         posterior = posterior_at(kernel, times(200), 0.1, stencil=stencil)
         for factor in factorisations(posterior).values():
             assert disagreement(with_factor(posterior, factor), dense(posterior)) < AGREEMENT
-
-
-def test_the_table_means_something():
-    """Every type is met, on more than a few instances."""
-    kinds = Counter(
-        kind
-        for kernel in FAMILIES.values()
-        for times in TIMES.values()
-        for kind in factorisations(posterior_at(kernel, times(200), 0.1))
-    )
-    assert kinds[Dense] == len(FAMILIES) * len(TIMES)
-    assert min(kinds[Band], kinds[Fourier], kinds[LowRank]) > 5
-    assert kinds[Markov] > 2  # more in its own tests
 
 
 @over(FAMILIES)
@@ -193,30 +176,3 @@ def test_what_rounding_decides_is_left_to_the_dense_path(kernel):
     posterior = posterior_at(kernel, TIMES["even"](300), 1e-5)
     assert factorisations(posterior).keys() == {Dense}
     assert posterior.weights.tobytes() == dense(posterior).weights.tobytes()
-
-
-@pytest.mark.parametrize("kernel", [SquaredExponential(1.0, 0.5), SquaredExponential(1.0, 0.02)], ids=str)
-def test_beyond_the_reach_of_dense_matrices_rounding_is_accepted(kernel, monkeypatch):
-    """Where the dense path is no alternative the others stand, as long as their own equations hold."""
-    posterior = posterior_at(kernel, TIMES["even"](300), 1e-4)
-    assert factorisations(posterior).keys() == {Dense}
-    monkeypatch.setattr(factorise_module, "LARGEST_DENSE", 250)
-    others = factorisations(posterior)
-    assert Dense not in others
-    assert others
-    for factor in others.values():
-        assert disagreement(with_factor(posterior, factor), dense(posterior)) < 1e-5
-
-
-def test_where_a_dense_matrix_would_be_huge_it_is_not_tried(monkeypatch):
-    posterior = posterior_at(SquaredExponential(1e6, 1e3), TIMES["even"](5000), 1e-10)
-    monkeypatch.setattr(Dense, "of", lambda *_: pytest.fail("a dense matrix was made"))
-    with pytest.raises(IllConditioned):
-        posterior.weights  # noqa: B018
-
-
-def test_beyond_dense_matrices_a_band_of_large_blocks_is_none(monkeypatch):
-    times = TIMES["even"](400)
-    assert Band in factorisations(posterior_at(Matern32(1.0, 0.05), times, 0.1))
-    monkeypatch.setattr(factorise_module, "_LARGEST_BLOCK", 10)
-    assert Band not in factorisations(posterior_at(Matern32(1.0, 0.05), times, 0.1))

@@ -7,7 +7,6 @@ import pytest
 from tests.trackably.gp.instances import FAMILIES, KERNELS, over
 from trackably.gp.kernels.base import Product, Sum
 from trackably.gp.kernels.elementary import Elementary
-from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -32,18 +31,6 @@ def test_a_hyperparameter_that_there_is_not_is_refused_by_name(kernel):
         family(length_scale=1.0)
     with pytest.raises(TypeError, match=f"^{family.__name__} takes {known}, got 9 values$"):
         family(*[1.0] * 9)
-
-
-def test_what_is_learned_is_printed_as_learned():
-    assert repr(SquaredExponential(2.0, 0.5)) == "SquaredExponential(signal_std=2.0, lengthscale=0.5)"
-    said = "SquaredExponential(signal_std=1 (learned), lengthscale=2 (learned in [1, 4]))"
-    assert repr(SquaredExponential(lengthscale=(1, 4))) == said
-
-
-@pytest.mark.parametrize("family", [SquaredExponential, Matern32, Matern52])
-def test_an_impossible_value_is_refused_by_the_constructor(family: type[Elementary]):
-    with pytest.raises(ValueError, match=r"lengthscale must be a positive number .*, got 0$"):
-        family(signal_std=1.0, lengthscale=0)
 
 
 @over(FAMILIES | {"nested": KERNELS["nested"]})

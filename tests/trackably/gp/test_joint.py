@@ -8,12 +8,11 @@ import pytest
 
 from tests.trackably.gp import naive
 from tests.trackably.gp.instances import REPRESENTATIVE, over
-from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.posterior import IllConditioned, Posterior
+from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum, Remembered, RememberedSum
@@ -31,9 +30,6 @@ PARTS = (
     Prior(Matern52(0.5, 0.8), 0.3, 0.0).as_learned(),
 )
 NAMES = ("x", "y", "z")
-ONE_NOISE_KNOWN = tuple(
-    replace(p, noise_std=noise) for p, noise in zip(PARTS, (Learned(0.2), 0.2, Learned(0.2)), strict=True)
-)
 PRIORS = {
     "apart": JointPrior(PARTS, NAMES),
     "one_period": JointPrior(PARTS, NAMES, frozenset({"period"})),
@@ -65,31 +61,6 @@ def test_names_tell_the_process_unless_they_are_shared():
     assert PRIORS["one_fixed"].learned == (*apart[:4], *last)
     assert known(PRIORS["one_fixed"]) == {"y.signal_std", "y.lengthscale", "y.period", "y.noise_std"}
     assert PRIORS["nothing_learned"].learned == ()
-
-
-def test_values_are_those_of_the_processes():
-    values = PRIORS["one_period"].hyperparameters
-    assert (values["period"], values["x.signal_std"], values["y.signal_std"], values["z.noise_std"]) == (1.3, 1, 2, 0.3)
-    assert len(values) == 10
-
-
-def test_the_order_of_shared_names_is_that_of_the_first_process_that_has_them():
-    late = JointPrior((PARTS[2], PARTS[0], PARTS[1]), ("z", "x", "y"), frozenset({"period"}))
-    assert late.learned.index("period") == 5
-    assert late.places == ([0, 1, 2], [3, 4, 5, 6], [7, 8, 5])
-
-
-@over(REPRESENTATIVE)
-@pytest.mark.parametrize("noise_std", [0.2, Learned(0.2)])
-def test_a_single_process_keeps_its_plain_names(kernel, noise_std):
-    prior = Prior(kernel.as_learned(), noise_std, 0.3)
-    joint = JointPrior.of(prior)
-    assert joint == JointPrior((prior,))
-    assert JointPrior.of(joint) is joint
-    assert (joint.learned, joint.hyperparameters) == (prior.learned, prior.hyperparameters)
-    np.testing.assert_array_equal(joint.log_hyperparameters, prior.log_hyperparameters)
-    moved = prior.log_hyperparameters + 0.1
-    assert joint.with_log_hyperparameters(moved).parts == (prior.with_log_hyperparameters(moved),)
 
 
 @over(REPRESENTATIVE)
@@ -171,46 +142,6 @@ def test_information_against_central_differences_of_weights(prior):
         slopes, inverse = moved.reshape(p, len(samples)), joint.parts[i].solve(np.eye(len(samples)))
         reference += slopes @ np.linalg.solve(inverse, slopes.T)
     np.testing.assert_allclose(joint.information, reference, rtol=1e-6, atol=1e-6)
-
-
-def test_other_processes_do_not_move_a_mean():
-    _, by_theta = JointPosterior(PRIORS["one_period"], SAMPLES).jet_and_gradient(1, TIMES, 0)
-    moving = [name for name, row in zip(PRIORS["one_period"].learned, by_theta, strict=True) if np.any(row)]
-    assert moving == ["period", "y.signal_std", "y.lengthscale"]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (((), ()), r"one name for each process is needed, got \(\) for 0"),
-        ((PARTS, ("x", "y")), r"one name for each process is needed, got \('x', 'y'\) for 3"),
-        ((PARTS, ("x", "y", "x")), r"one name for each process is needed, got \('x', 'y', 'x'\) for 3"),
-        ((PARTS,), r"one name for each process is needed, got \(''\,\) for 3"),
-        ((PARTS, NAMES, frozenset({"lengthscale"})), "lengthscale is shared, .* must have the same lengthscale"),
-        ((PARTS, NAMES, frozenset({"noise_std"})), "noise_std is shared, .* must have the same noise_std"),
-        ((PARTS, NAMES, frozenset({"periode"})), "periode is shared, but no process has a hyperparameter of that name"),
-        (
-            (
-                (*(replace(p, noise_std=Learned(0.2)) for p in PARTS[:2]), replace(PARTS[2], noise_std=0.2)),
-                NAMES,
-                frozenset({"noise_std"}),
-            ),
-            "noise_std is shared, .* must have the same noise_std",
-        ),
-    ],
-)
-def test_impossible_priors_are_refused(arguments, message):
-    """In the last case one noise is known, and the others are learned."""
-    with pytest.raises(ValueError, match=f"^prior: {message}$"):
-        JointPrior(*arguments)
-
-
-def test_one_hopeless_matrix_is_enough():
-    hopeless = Prior(SquaredExponential(2.0, 1000.0).as_learned(), 1e-12)
-    crowd = Samples(np.arange(40) / 40, np.ones(40))
-    joint = JointPosterior(JointPrior((PARTS[0], hopeless), ("x", "y")), (SAMPLES[0], crowd))
-    with pytest.raises(IllConditioned, match=r"signal_std = 2, lengthscale = 1e[+]03, noise_std = 1e-12"):
-        joint.negative_log_marginal_likelihood()
 
 
 @pytest.mark.parametrize("length", [3, 200])

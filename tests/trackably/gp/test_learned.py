@@ -4,17 +4,15 @@ import copy
 import pickle
 from dataclasses import fields, replace
 
-import numpy as np
 import pytest
 
-from tests.trackably.gp.instances import FAMILIES, KERNELS, REPRESENTATIVE, over, time_scale
+from tests.trackably.gp.instances import FAMILIES, KERNELS, REPRESENTATIVE, over
 from trackably.gp.hyperparameter import Learned, Scales
 from trackably.gp.kernels import registry
 from trackably.gp.kernels.base import Product, Sum
 from trackably.gp.kernels.elementary import Elementary
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.signal import KernelSum
 
 ELEMENTARY = {name: family for name, family in registry.KERNELS.items() if issubclass(family, Elementary)}
 SCALES = Scales(amplitude=2.0, span=10.0, spacing=0.5, count=21)
@@ -53,23 +51,6 @@ def test_what_is_learned_stays_so_wherever_it_moves(kernel):
     assert all(type(value) is float for value in moved.as_known().hyperparameters.values())
 
 
-def test_a_field_can_be_replaced():
-    kernel = replace(Periodic(), period=2.0)
-    assert learned(kernel) == {"signal_std": None, "lengthscale": None}
-
-
-@over(REPRESENTATIVE)
-def test_it_does_not_matter_for_values(kernel):
-    r = np.linspace(-2, 2, 31) * time_scale(kernel)
-    ours, theirs = kernel.as_learned().jet_and_gradient(r, 2), kernel.jet_and_gradient(r, 2)
-    assert [a.tobytes() for a in ours] == [b.tobytes() for b in theirs]
-
-
-def test_a_stored_signal_holds_plain_numbers():
-    signal = KernelSum(SquaredExponential() * Periodic(period=(1.0, 2.0)), 0.0, np.zeros(1), np.ones(1))
-    assert learned(signal.kernel) == {}
-
-
 @over(FAMILIES | {"nested": KERNELS["nested"]})
 def test_every_hyperparameter_has_an_interval_that_fits_the_samples(kernel):
     louder, slower = replace(SCALES, amplitude=20.0), replace(SCALES, span=100.0, spacing=5.0)
@@ -96,14 +77,3 @@ def test_a_period_is_that_of_both_parts():
     assert (same.period, never.period) == (1.5, None)
     assert (same + replace(other, period=1.5)).period == (same * (same + same)).period == 1.5
     assert [kernel.period for kernel in (same + other, same * never, never + never)] == [None] * 3
-
-
-def test_names_of_kernels_make_a_round_trip():
-    assert [registry.name_of(kernel) for kernel in registry.KERNELS.values()] == [*registry.KERNELS]
-    assert registry.KERNELS["matern32"].__name__ == "Matern32"
-
-    class Own(SquaredExponential):
-        pass
-
-    with pytest.raises(ValueError, match=r"^kernel: expected one of squared_exponential, .*, got the class Own$"):
-        registry.name_of(Own)

@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.trackably.gp import naive
-from tests.trackably.gp.instances import KERNELS, REPRESENTATIVE, decaying_kernels, over
-from trackably.gp.factors.dense import Dense
+from tests.trackably.gp.instances import REPRESENTATIVE, decaying_kernels, over
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.posterior import IllConditioned, Posterior
 from trackably.gp.prior import Prior
@@ -64,13 +63,6 @@ def test_likelihood_against_the_naive_one(kernel):
 
 
 @over(REPRESENTATIVE)
-def test_likelihood_without_gradient_is_the_same_and_takes_no_trace(kernel, monkeypatch):
-    with_gradient, _ = Posterior(prior_of(kernel), SAMPLES).negative_log_marginal_likelihood()
-    monkeypatch.setattr(Dense, "likelihood_traces", None)
-    assert Posterior(prior_of(kernel), SAMPLES).negative_log_likelihood == with_gradient
-
-
-@over(REPRESENTATIVE)
 def test_mean_gradient_against_central_differences(kernel):
     prior = prior_of(kernel)
     reference = naive.by_log_hyperparameters(lambda p: naive.mean(p, SAMPLES, TIMES), prior)
@@ -101,16 +93,6 @@ def test_gradients_name_the_learned_ones_only(fixed):
     )
 
 
-def test_likelihood_of_one_sample_by_hand():
-    """A = θ₁² + σ_n² = 5: l = ln 5 + (3 − 1)²/5 + ln 2π."""
-    posterior = Posterior(prior_of(SquaredExponential(2.0, 1.0), noise_std=1.0, mean=1.0), Samples([0.0], [3.0]))
-    value, gradient = posterior.negative_log_marginal_likelihood()
-    assert value == pytest.approx(np.log(5) + 4 / 5 + np.log(2 * np.pi), rel=1e-14)
-    assert gradient == pytest.approx([2 * 4 * (1 / 5 - 4 / 25), 0.0, 2 * 1 * (1 / 5 - 4 / 25)], rel=1e-14)
-    assert posterior.mean(np.array(0.0)) == pytest.approx(1 + 4 / 5 * 2, rel=1e-15)
-    assert posterior.variance(np.array(0.0)) == pytest.approx(4 - 16 / 5, rel=1e-14)
-
-
 @given(decaying_kernels, st.lists(st.floats(-1e3, 1e3), min_size=2, max_size=8), st.floats(1e-2, 10))
 def test_variance_lies_between_zero_and_the_prior(kernel, values, noise_std):
     scale = float(kernel(np.zeros(())))
@@ -132,25 +114,6 @@ def test_what_the_mean_leaves_of_a_sample_is_the_noise_times_its_weight(kernel):
     )
 
 
-@over({name: KERNELS[name] for name in ("se_short", "matern32", "matern32_short", "matern52", "rq_heavy", "nested")})
-def test_tiny_noise_interpolates(kernel):
-    posterior = Posterior(prior_of(kernel, noise_std=1e-5), SAMPLES)
-    np.testing.assert_allclose(posterior.mean(SAMPLES.times), SAMPLES.values, atol=1e-5)
-    assert np.max(posterior.variance(SAMPLES.times)) < 1.001e-10
-
-
-@over(REPRESENTATIVE)
-def test_huge_noise_leaves_the_prior(kernel):
-    posterior = Posterior(prior_of(kernel, noise_std=1e7), SAMPLES)
-    np.testing.assert_allclose(posterior.mean(TIMES), 0.3, atol=1e-8)
-    np.testing.assert_allclose(posterior.variance(TIMES), float(kernel(np.zeros(()))), rtol=1e-9)
-
-
-def test_the_mean_returns_to_the_prior_mean_far_from_all_samples():
-    posterior = Posterior(prior_of(SquaredExponential(1.0, 0.3)), SAMPLES)
-    assert posterior.mean(np.array([50.0])) == pytest.approx(0.3, abs=1e-15)
-
-
 @over(REPRESENTATIVE)
 def test_signal_is_the_mean_as_stored_numbers(kernel):
     prior = prior_of(kernel)
@@ -163,17 +126,6 @@ def test_signal_is_the_mean_as_stored_numbers(kernel):
     np.testing.assert_allclose(stored(TIMES), by_hand, rtol=1e-9, atol=1e-11)
 
 
-@pytest.mark.parametrize("shape", [(), (4,), (2, 3), (0,)])
-def test_shapes(shape):
-    posterior = Posterior(prior_of(SquaredExponential(1.0, 0.5)), SAMPLES)
-    t = np.linspace(0, 1, int(np.prod(shape))).reshape(shape)
-    assert posterior.mean(t).shape == posterior.derivative(t).shape == posterior.variance(t).shape == shape
-    assert posterior.mean_gradient(t).shape == (3, *shape)
-    if t.ndim == 2:
-        np.testing.assert_array_equal(posterior.variance(t)[1, 2], posterior.variance(t[1, 2]))
-        np.testing.assert_allclose(posterior.mean_gradient(t)[:, 1, 2], posterior.mean_gradient(t[1, 2]), rtol=1e-11)
-
-
 @pytest.mark.parametrize("ask", [lambda p: p.weights, lambda p: p.mean(TIMES), lambda p: p.variance(TIMES)])
 def test_a_hopeless_matrix_is_refused_with_the_hyperparameters_that_made_it(ask):
     posterior = Posterior(
@@ -181,10 +133,3 @@ def test_a_hopeless_matrix_is_refused_with_the_hyperparameters_that_made_it(ask)
     )
     with pytest.raises(IllConditioned, match=r"signal_std = 2, lengthscale = 1e[+]03, noise_std = 1e-12"):
         ask(posterior)
-
-
-def test_two_posteriors_give_the_same_bits():
-    one, other = (Posterior(prior_of(SquaredExponential(0.8, 0.5)), SAMPLES) for _ in range(2))
-    assert one.weights.tobytes() == other.weights.tobytes()
-    gradients = [p.negative_log_marginal_likelihood()[1].tobytes() for p in (one, other)]
-    assert gradients[0] == gradients[1]

@@ -49,37 +49,7 @@ def test_what_is_known_stays():
     assert moved.hyperparameters == pytest.approx({"signal_std": 2.0, "lengthscale": 0.7, "noise_std": 0.2}, rel=1e-15)
 
 
-def test_everything_may_be_known():
-    prior = Prior(KERNEL, 0.1)
-    assert prior.learned == ()
-    assert prior.with_log_hyperparameters(prior.log_hyperparameters) == prior
-
-
 @pytest.mark.parametrize("bad", [0.0, -0.1, math.nan, math.inf])
 def test_impossible_noise_is_refused(bad):
     with pytest.raises(ValueError, match=rf"^Prior: noise_std must be a positive number \(known\) or .*, got {bad!r}$"):
         Prior(KERNEL.as_learned(), bad)
-
-
-@pytest.mark.parametrize("bad", [math.nan, math.inf])
-def test_an_infinite_mean_is_refused(bad):
-    with pytest.raises(ValueError, match=f"^prior: mean must be finite, got {bad!r}$"):
-        Prior(KERNEL.as_learned(), 0.1, mean=bad)
-
-
-def test_logarithms_of_the_wrong_number_are_refused():
-    with pytest.raises(ValueError, match=r"^prior: expected 2 hyperparameters, got 3$"):
-        Prior(KERNEL.as_learned(), 0.1).with_log_hyperparameters(np.zeros(3))
-
-
-@pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf])
-def test_a_learned_value_that_is_not_positive_is_refused(bad):
-    prior = Prior(KERNEL, 0.1).as_learned({"lengthscale", "noise_std"})
-    for values, name in (([bad, 1.0], "lengthscale"), ([1.0, bad], "noise_std")):
-        with pytest.raises(ValueError, match=rf"^prior: {name} must be a positive number, got {bad!r}$"):
-            prior.with_learned(values)
-
-
-def test_an_unknown_name_is_refused():
-    with pytest.raises(TypeError, match="shape"):
-        Prior(KERNEL.as_learned(), 0.1).with_hyperparameters({"shape": 1.0})

@@ -15,7 +15,6 @@ from trackably.gp.rows import Direct, RowKernel, Taylor, Terms, row_kernel
 
 DIGITS = 50
 ANALYTIC = {name: kernel for name, kernel in KERNELS.items() if kernel.is_analytic}
-ROUGH = {name: kernel for name, kernel in KERNELS.items() if not kernel.is_analytic}
 DIFFERENCES = ((1.0,), (-1.0, 1.0), (1.0, -2.0, 1.0), (0.3, 0.5, -0.4, 0.6))
 STEPS = {"long": 0.3, "short": 1e-2, "shorter": 1e-3}
 COUNT = 9
@@ -103,11 +102,6 @@ def test_sums_have_lost_what_the_series_keeps(kernel):
     assert lost > 1e3 * kept
 
 
-@over(ROUGH)
-def test_kernels_with_kinks_have_no_series(kernel):
-    assert isinstance(row_kernel(kernel, rows(kernel, STEPS["shorter"]), COUNT), Direct)
-
-
 @over(KERNELS)
 def test_values_are_summed_as_they_are(kernel):
     """Where nothing is lost, nothing is expanded."""
@@ -115,13 +109,6 @@ def test_values_are_summed_as_they_are(kernel):
     found = row_kernel(kernel, terms, COUNT)
     assert isinstance(found, Direct)
     np.testing.assert_array_equal(found.among(), kernel(terms.times[:, None] - terms.times))
-
-
-def test_no_rows_at_all():
-    nothing = row_kernel(KERNELS["se"], Terms.joined([]), 0)
-    assert nothing.among().shape == (0, 0)
-    assert nothing.across(np.zeros(3)).shape == (0, 3)
-    assert nothing.among_gradient(np.empty(0)).tolist() == [0.0, 0.0]
 
 
 @over(KERNELS)
@@ -168,15 +155,6 @@ def test_sums_of_kernels_stand_for_rows(name, step):
         np.testing.assert_allclose(
             summed, found.across(times)[a], atol=STANDS_LESS_WELL_FOR.get(name, STANDS_FOR) * part
         )
-
-
-@over(ANALYTIC)
-def test_weights_stay_small(kernel):
-    """Those of a second difference quotient are 1/h²: they would multiply the rounding errors of a reference."""
-    h = 1e-3 * kernel.correlation_time
-    terms = Terms(h * np.arange(3.0), np.array([1.0, -2.0, 1.0]) / h**2, np.zeros(3, dtype=int))
-    centres = row_kernel(kernel, terms, 1).centres
-    assert np.sum(np.abs(centres.weights)) < 1e-2 * np.sum(np.abs(terms.weights))
 
 
 def long_rows(h: float, order: int) -> Terms:
@@ -227,18 +205,3 @@ def test_gradients_of_many_rows_come_from_moments(kernel, monkeypatch):
     direct = found.among_gradient(multipliers), found.across_gradient(multipliers, times, weights)
     for one, other in zip(by_moments, direct, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-8, atol=1e-9 * np.max(np.abs(other)))
-
-
-def test_all_pairs_within_reach_are_in_one_group_each():
-    rng = np.random.default_rng(5)
-    first, second = rng.uniform(0, 100, 600), rng.uniform(-5, 105, 700)
-    groups = nearby.nearby(first, second, 3.0)
-    assert groups is not None
-    assert len(groups) > 10
-    together = np.zeros((600, 700), dtype=int)
-    for of_first, of_second in groups:
-        together[np.ix_(of_first, of_second)] += 1
-    assert together.max() == 1
-    assert np.all(together[np.abs(np.subtract.outer(first, second)) <= 3.0] == 1)
-    assert nearby.nearby(first, second, 30.0) is None
-    assert nearby.nearby(first[:9], second, 3.0) is None

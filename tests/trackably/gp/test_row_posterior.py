@@ -85,11 +85,6 @@ def assert_price_has_its_slope(
     np.testing.assert_allclose(found, slopes, atol=part * np.max(np.abs(slopes), initial=1.0))
 
 
-@over({name: prior for name, prior in PRIORS.items() if prior.learned}, "prior")
-def test_slopes_of_the_price(prior):
-    assert_price_has_its_slope(prior, SAMPLES, ROWS, MULTIPLIERS)
-
-
 @pytest.mark.parametrize("h", _LEFT)
 @over({name: kernel for name, kernel in FAMILIES.items() if kernel.is_analytic})
 def test_slopes_of_the_price_of_differences(kernel, h):

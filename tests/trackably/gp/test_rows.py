@@ -54,32 +54,9 @@ def test_rows_below_each_other_keep_their_values(seed):
     np.testing.assert_array_equal(joined.values((np.sin, np.cos)), each)
 
 
-@given(st.integers(0, 10**6), st.lists(st.booleans(), min_size=COUNT, max_size=COUNT))
-def test_chosen_rows_keep_their_values(seed, flags):
-    rows, chosen = random_rows(seed), np.flatnonzero(flags)
-    np.testing.assert_allclose(
-        rows.among(chosen).values((np.sin, np.cos)), rows.values((np.sin, np.cos))[chosen], rtol=1e-14, atol=1e-14
-    )
-
-
-def test_no_rows():
-    nothing = Rows.joined([], 2)
-    assert len(nothing) == 0
-    assert nothing.values((np.sin, np.cos)).shape == (0,)
-
-
 @given(st.integers(0, 10**6))
 def test_terms_of_the_same_rows_add_up(seed):
     one, other = random_terms(seed), random_terms(seed + 1)
     values = [np.cos(terms.times) for terms in (one, other)]
     together = Terms.joined([one, other]).summed(np.concatenate(values), COUNT)
     np.testing.assert_allclose(together, one.summed(values[0], COUNT) + other.summed(values[1], COUNT), atol=1e-14)
-
-
-@given(st.integers(0, 10**6))
-def test_first_times_and_sums_of_weights(seed):
-    terms = random_terms(seed)
-    for a, (first, absolute) in enumerate(zip(terms.first_times(COUNT), terms.absolute(COUNT), strict=True)):
-        own = terms.of_row == a
-        assert first == np.min(terms.times[own], initial=np.inf) if own.any() else first == 0
-        np.testing.assert_allclose(absolute, np.sum(np.abs(terms.weights[own])), rtol=1e-14)

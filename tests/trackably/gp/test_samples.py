@@ -37,28 +37,9 @@ def test_samples_are_a_copy_that_nobody_can_change():
         samples.values[0] = 1.0
 
 
-@pytest.mark.parametrize(
-    ("noise", "message"),
-    [
-        ([1.0, 0.0], r"relative_noise\[1\] must be positive, got 0"),
-        ([-1.0, 1.0], r"relative_noise\[0\] must be positive, got -1"),
-        ([1.0, np.inf], r"relative_noise\[1\] must be finite, got inf"),
-        ([1.0], r"as many times as relative noise are needed, got 2 and 1"),
-        ([[1.0, 1.0]], r"relative_noise must be a non-empty one-dimensional array, got shape \(1, 2\)"),
-    ],
-)
-def test_bad_noise_is_refused(noise, message):
-    with pytest.raises(ValueError, match=f"^samples: {message}$"):
-        Samples([0.0, 1.0], [0.0, 0.0], noise)
-
-
 def test_noise_is_the_same_for_all_unless_said_otherwise():
     samples = Samples([0.0, 1.0, 3.0], [2, 3, 4])
     assert samples.relative_noise.tolist() == [1.0, 1.0, 1.0]
     assert Samples([0.0, 1.0], [2, 3], [0.5, 2]).relative_noise.tolist() == [0.5, 2.0]
     with pytest.raises(ValueError, match="read-only"):
         samples.relative_noise[0] = 2.0
-
-
-def test_length():
-    assert len(Samples([0.0, 0.5, 2.0], [1.0, 1.0, 1.0])) == 3

@@ -44,21 +44,6 @@ def test_blocks_join_to_the_whole(monkeypatch, shape):
         assert one.shape == other.shape
 
 
-def test_blocks_are_no_larger_than_they_may_be(monkeypatch):
-    monkeypatch.setattr(blocks, "_WHOLE", 99)
-    monkeypatch.setattr(blocks, "_BLOCK", 50)
-    sizes = []
-
-    def function(t):
-        sizes.append(t.size)
-        return (t,)
-
-    in_blocks(function, np.zeros(23), 10)
-    in_blocks(function, np.zeros(9), 10)
-    in_blocks(function, np.zeros(2), 1000)
-    assert sizes == [5, 5, 5, 5, 3, 9, 1, 1]
-
-
 @over({name: KERNELS[name] for name in ("se", "periodic", "nested")})
 def test_a_posterior_asked_at_many_times_at_once(kernel, monkeypatch):
     samples = Samples(CENTRES[:20], np.cos(CENTRES[:20]))

@@ -58,20 +58,6 @@ def test_no_number_of_points_is_enough_for_others(kernel):
     assert Bases(EVENLY, np.ones(400), 7.0).points_for(kernel.value_and_gradient, 200) is None
 
 
-def test_a_basis_is_made_once_and_forgotten_when_others_were_used_since():
-    bases = Bases(EVENLY, np.linspace(0.5, 2.0, 400), 7.0)
-    first = bases.of(20)
-    assert bases.of(20) is first
-    np.testing.assert_allclose(first.q.T @ first.q, np.eye(20), atol=1e-13)
-    interpolation = chebyshev.interpolation(EVENLY, 0.0, 7.0, 20)
-    np.testing.assert_allclose(bases.relative_noise[:, None] * (first.q @ first.r), interpolation, atol=1e-13)
-    for count in range(21, 30):
-        bases.of(count)
-    again = bases.of(20)
-    assert again is not first
-    assert again.q.tobytes() == first.q.tobytes()
-
-
 @pytest.mark.parametrize("waves", [120, 127, 130, 200, 255, 257, 400])
 def test_what_folds_back_onto_few_points_is_not_taken_for_resolved(waves):
     def cosine(r):

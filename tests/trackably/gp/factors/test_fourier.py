@@ -8,7 +8,6 @@ from scipy.integrate import quad
 
 from tests.trackably.gp.factors.factors import dense, disagreement, factorisations, posterior_at, with_factor
 from tests.trackably.gp.instances import KERNELS, over
-from trackably.gp.factors import fourier
 from trackably.gp.factors.fourier import Fourier, Ladder
 from trackably.gp.kernels.base import Kernel, Sum
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -17,10 +16,6 @@ from trackably.gp.stencil import POINT, Stencil
 WITH_DENSITY = {name: kernel for name, kernel in KERNELS.items() if kernel.spectral_density}
 EPS = float(np.finfo(float).eps)
 TIMES = np.sort(np.random.default_rng(5).uniform(0, 6, 120))
-
-
-def test_sums_have_a_density_where_both_parts_have():
-    assert WITH_DENSITY.keys() == {"se", "se_short", "se_loud", "sum_of_smooth"}
 
 
 @over(WITH_DENSITY)
@@ -106,35 +101,6 @@ def test_the_gradient_is_that_of_the_likelihood():
     for step, slope in zip(h * np.eye(len(log_theta)), likelihood(log_theta)[1], strict=True):
         difference = likelihood(log_theta + step)[0] - likelihood(log_theta - step)[0]
         assert difference / (2 * h) == pytest.approx(slope, rel=1e-6, abs=1e-6)
-
-
-def test_waves_are_made_once_and_forgotten_when_others_were_used_since(monkeypatch):
-    ladder = Ladder(TIMES, np.linspace(0.5, 2.0, len(TIMES)))
-
-    def waves(lengthscale):
-        rung = ladder.rung(SquaredExponential(1.0, lengthscale).spectral_density, 400)
-        assert rung is not None
-        return ladder.waves(rung)
-
-    first = waves(0.5)
-    assert waves(0.5).products.base is first.products.base
-    assert waves(0.502).products.base is first.products.base
-    np.testing.assert_allclose(first.products, first.scaled.T @ first.scaled, atol=1e-12)
-    monkeypatch.setattr(fourier, "_CACHED", 5 * first.scaled.size)
-    for k in range(20):
-        waves(2.0 ** (k / 4))
-    again = waves(0.5)
-    assert again.products.base is not first.products.base
-    assert again.products.tobytes() == first.products.tobytes()
-
-
-def test_waves_do_not_depend_on_what_was_asked_for_before():
-    def products(*lengthscales):
-        ladder = Ladder(TIMES, np.linspace(0.5, 2.0, len(TIMES)))
-        rungs = [ladder.rung(SquaredExponential(1.0, each).spectral_density, 400) for each in lengthscales]
-        return [ladder.waves(rung) for rung in rungs if rung][-1].products.tobytes()
-
-    assert products(0.5) == products(0.45, 0.4, 0.35, 2.0, 0.5)
 
 
 @pytest.mark.parametrize("lengthscale", [1e-300, 1e-3, 1e200, 1e300])

@@ -3,14 +3,10 @@
 import numpy as np
 import pytest
 
-from tests.trackably.gp import naive
 from tests.trackably.gp.factors.factors import REPRESENTATIVES
 from tests.trackably.gp.instances import over
 from trackably.gp.factors.dense import Dense
-from trackably.gp.factors.factorisation import diagonal, differences, gram, packed, places, whole
-from trackably.gp.posterior import Posterior
-from trackably.gp.prior import Prior
-from trackably.gp.samples import Samples
+from trackably.gp.factors.factorisation import differences, gram, packed, whole
 
 SIZES = [1, 2, 3, 64, 127, 128, 201]  # up to 127 in one part
 
@@ -30,24 +26,6 @@ def covariance_of(kernel):
 def entries_of(kernel, times):
     apart = differences(times)
     return lambda part: covariance_of(kernel)(apart[part])
-
-
-@pytest.mark.parametrize("n", range(1, 12))
-def test_each_entry_is_stored_where_lapack_has_it(n):
-    square = np.random.default_rng(n).standard_normal((n, n))
-    matrix = square + square.T
-    rows, columns = places(n)
-    np.testing.assert_array_equal(packed(matrix), matrix[rows, columns])
-    assert np.all(rows >= columns)
-    np.testing.assert_array_equal(whole(n, packed(matrix)), matrix)
-    np.testing.assert_array_equal(packed(matrix)[diagonal(n)], np.diag(matrix))
-    np.testing.assert_array_equal(differences(square[0]), packed_lower(np.subtract.outer(square[0], square[0])))
-
-
-def packed_lower(matrix):
-    """The stored entries of the symmetric matrix that has this lower triangle."""
-    lower = np.tril(matrix)
-    return packed(lower + np.tril(lower, -1).T)
 
 
 @over(REPRESENTATIVES)
@@ -85,16 +63,3 @@ def test_the_factor_solves_and_has_the_determinant(kernel, n):
 def test_what_is_not_positive_definite_has_no_factor(n):
     indefinite = packed(np.eye(n) - 2 * np.outer(np.ones(n), np.ones(n)) / n)
     assert Dense.of(lambda part: (indefinite[part].copy(), np.zeros((1, indefinite[part].size))), np.zeros(n)) is None
-
-
-@over(REPRESENTATIVES)
-def test_likelihood_of_more_samples_than_a_part_holds(kernel):
-    times = irregular(129) / 2
-    samples = Samples(times, np.sin(times))
-    prior = Prior(kernel, 0.2 * float(kernel(np.zeros(()))) ** 0.5, 0.3).as_learned()
-    value, gradient = Posterior(prior, samples).negative_log_marginal_likelihood()
-    assert value == pytest.approx(naive.negative_log_marginal_likelihood(prior, samples), rel=1e-9)
-    reference = naive.by_log_hyperparameters(
-        lambda p: Posterior(p, samples).negative_log_marginal_likelihood()[0], prior
-    )
-    np.testing.assert_allclose(gradient, reference, atol=1e-6 * max(1, np.max(np.abs(reference))))

@@ -8,7 +8,6 @@ from hypothesis import given
 from mpmath import mp
 
 from tests.trackably.gp.instances import KERNELS, formula, kernels, over, time_scale, time_scales
-from trackably.gp.kernels.matern import Matern32, Matern52
 
 RELATIVE_TIMES = np.array([-2.7, -1.0, -0.31, 0.013, 0.5, 0.77, 1.6, 3.3])
 
@@ -68,12 +67,6 @@ def test_curvature_at_zero(kernel):
     np.testing.assert_allclose(gradient, reference, rtol=1e-6, atol=1e-6 * abs(float(curvature)))
 
 
-@pytest.mark.parametrize(("matern", "curvature"), [(Matern32(2.0, 0.5), -48.0), (Matern52(2.0, 0.5), -80 / 3)])
-def test_matern_curvature_at_zero_in_closed_form(matern, curvature):
-    """φ''(0) = −3 and −5/3, times θ₁²/θ₂²."""
-    assert matern.jet(np.zeros(1), 2)[2, 0] == pytest.approx(curvature, rel=1e-14)
-
-
 @over(KERNELS)
 def test_correlation_time_is_that_of_the_parabola_at_zero(kernel):
     """κ(r) ≈ κ(0) (1 − r²/(2 τ²)) for small r."""
@@ -84,13 +77,6 @@ def test_correlation_time_is_that_of_the_parabola_at_zero(kernel):
 
 
 @over(KERNELS)
-def test_jet_does_not_depend_on_the_order_asked_for(kernel):
-    r = RELATIVE_TIMES * time_scale(kernel)
-    for order in range(3):
-        np.testing.assert_array_equal(kernel.jet(r, order), kernel.jet(r, 3)[: order + 1])
-
-
-@over(KERNELS)
 @pytest.mark.parametrize("order", [0, 1, 2])
 def test_gradient_against_central_differences(kernel, order):
     r = RELATIVE_TIMES * time_scale(kernel)
@@ -98,12 +84,6 @@ def test_gradient_against_central_differences(kernel, order):
     np.testing.assert_array_equal(jet, kernel.jet(r, order))
     reference = gradient_by_differences(kernel, r, order)
     np.testing.assert_allclose(in_units_of(jet, gradient), in_units_of(jet, reference), rtol=1e-6, atol=1e-8)
-
-
-@over(KERNELS)
-def test_gradient_at_zero_against_central_differences(kernel):
-    _, gradient = kernel.jet_and_gradient(np.zeros(1), 1)
-    np.testing.assert_allclose(gradient, gradient_by_differences(kernel, np.zeros(1), 1), rtol=1e-8, atol=1e-12)
 
 
 @given(kernels)

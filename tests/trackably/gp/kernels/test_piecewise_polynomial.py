@@ -7,9 +7,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from tests.trackably.gp.factors.factors import dense, disagreement, posterior_at
 from tests.trackably.gp.instances import compact, formula
-from trackably.gp.factors.band import Band, reach
 from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
 
 FAMILIES = {2: PiecewisePolynomial2, 3: PiecewisePolynomial3}
@@ -85,18 +83,6 @@ def test_small_values_keep_their_digits(q, family):
     jet = kernel.jet(s, 1)
     np.testing.assert_allclose(jet[0], expected, rtol=4e-15)
     np.testing.assert_allclose(jet[1], slopes, rtol=2e-14)
-
-
-@over_families
-def test_covariance_matrices_are_sparse(q, family):
-    """Nothing beyond θ₂ is left out by the band that is looked at: there are zeros only."""
-    kernel, times = family(1.0, 0.3), np.sort(np.random.default_rng(q).uniform(0, 50, 1000))
-    assert 0.3 <= reach(kernel, 50.0, 0.0) <= 0.3 * 2 ** (2 / 16)
-    matrix = kernel(times[:, None] - times)
-    assert 0.005 < np.count_nonzero(matrix) / matrix.size < 0.015
-    posterior = posterior_at(kernel, times, 0.1)
-    assert isinstance(posterior._factored, Band)
-    assert disagreement(posterior, dense(posterior)) < 1e-10
 
 
 @over_families

@@ -22,17 +22,6 @@ VANISHING = {name: kernel for name, kernel in KERNELS.items() if np.isfinite(ker
 LASTING = {name: kernel for name, kernel in KERNELS.items() if name not in VANISHING}
 
 
-def test_both_are_examined() -> None:
-    assert (len(VANISHING), len(LASTING)) == (22, 9)
-
-
-def test_what_lasts_says_so() -> None:
-    """The Product of both vanishes with one of them, the Sum lasts with one of them."""
-    lasting = Periodic(1.0, 1.0, 1.0)
-    assert Sum(SHORT[0], lasting).vanishing_distance == np.inf
-    assert Product(SHORT[0], lasting).vanishing_distance == SHORT[0].vanishing_distance
-
-
 @over(VANISHING)
 def test_beyond_the_distance_there_are_zeros_only(kernel: Kernel) -> None:
     far = kernel.vanishing_distance * np.array([1.0, 1.0001, 2.0, 1e3])

@@ -67,15 +67,6 @@ def test_gradients_of_the_jet_against_central_differences(kernel, stencil):
     assert np.all(np.abs(gradient - slopes) <= 2e-6 + scale)
 
 
-@over(SOME_KERNELS)
-def test_samples_of_the_process_itself_are_the_plain_case(kernel):
-    prior = prior_of(kernel)
-    plain, seen = Samples(SAMPLED, VALUES), samples(POINT, np.ones(7))
-    one, other = Posterior(prior, plain), Posterior(prior, seen)
-    assert one.weights.tobytes() == other.weights.tobytes()
-    np.testing.assert_allclose(one.mean(TIMES), naive.mean(prior, plain, TIMES), rtol=1e-9, atol=1e-10)
-
-
 @over(STENCILS, "stencil")
 def test_what_is_sampled_without_noise_is_seen_again(stencil):
     prior = replace(prior_of(SquaredExponential(1.0, 0.3)), noise_std=1e-4)
@@ -84,16 +75,6 @@ def test_what_is_sampled_without_noise_is_seen_again(stencil):
     signal = Posterior(prior, seen).signal
     again = stencil.offset + sum(w * signal(times + j * stencil.step) for j, w in enumerate(stencil.weights))
     np.testing.assert_allclose(again, seen.values, atol=1e-4)
-
-
-def test_a_sample_with_noise_of_its_own_by_hand():
-    """A = θ₁² + (2 σ_n)² = 4 + 1: the mean at the sample is m + 4/5 (y − m)."""
-    prior = Prior(SquaredExponential(2.0, 1.0).as_learned(), 0.5, mean=1.0)
-    posterior = Posterior(prior, Samples([0.0], [3.0], [2.0]))
-    assert posterior.mean(np.array(0.0)) == pytest.approx(1 + 4 / 5 * 2, rel=1e-15)
-    assert posterior.variance(np.array(0.0)) == pytest.approx(4 - 16 / 5, rel=1e-14)
-    value, _ = posterior.negative_log_marginal_likelihood()
-    assert value == pytest.approx(np.log(5) + 4 / 5 + np.log(2 * np.pi), rel=1e-14)
 
 
 def test_a_sample_with_hardly_any_weight_hardly_matters():
@@ -122,9 +103,3 @@ def test_centres_spread_and_lags_against_loops(weights, step, offset):
     assert [lag for _, lag in lags] == [d * step for d in correlation]
     np.testing.assert_allclose([rho for rho, _ in lags], list(correlation.values()), atol=1e-12)
     assert stencil.at_rest(1.7) == pytest.approx(offset + sum(1.7 * w for w in weights), abs=1e-12)
-
-
-@pytest.mark.parametrize("weights", [(), (0.0,), (0.0, 0.0)])
-def test_samples_must_see_something(weights):
-    with pytest.raises(ValueError, match=r"^stencil: samples must depend on the process, but all weights are zero$"):
-        Stencil(weights)

@@ -1,7 +1,6 @@
 """Samples of several kinds of one process: as if each were a weighted sum of the process, written out plainly."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,7 +16,6 @@ from trackably.gp.stencil import POINT, Stencil, Stencils
 
 H = 0.05
 MIDDLE, SLOPE = Stencil((0.5, 0.5), H, 0.2), Stencil((-1 / H, 1 / H), H)
-CURVE = Stencil((1.0, -2.0, 1.0), H, -0.1)
 TIMES = np.array([0.0, 0.0, 0.3, 0.4, 0.4, 0.9, 1.2])
 KINDS = Stencils((MIDDLE, SLOPE, POINT), ("position", "velocity", "z1"), (0, 1, 1, 0, 2, 0, 1))
 VALUES, NOISE = np.sin(3 * TIMES) + KINDS.places, np.array([0.05, 0.3, 0.2, 0.05, 0.1, 0.05, 0.3])
@@ -87,15 +85,6 @@ def test_one_kind_is_no_different() -> None:
     assert one.negative_log_marginal_likelihood()[0] == pytest.approx(other.negative_log_marginal_likelihood()[0])
 
 
-def test_many_samples_are_no_different() -> None:
-    """Parts give the matrix that one part gives."""
-    times = np.linspace(0, 20, 150)
-    kinds = Stencils((MIDDLE, CURVE), ("a", "b"), tuple(np.arange(150) % 2))
-    samples, prior = Samples(times, np.sin(times), np.ones(150), kinds), prior_of(SquaredExponential(1.0, 0.6))
-    _, _, A, residual = naive(prior, samples)
-    np.testing.assert_allclose(Posterior(prior, samples).weights, np.linalg.solve(A, residual), atol=1e-9)
-
-
 def test_each_kind_by_its_name() -> None:
     parts = SAMPLES.by_name("ignored")
     assert [*parts] == ["position", "velocity", "z1"]
@@ -114,15 +103,3 @@ def test_a_process_at_rest_is_measured_as_such(level: float) -> None:
     np.testing.assert_allclose(
         KINDS.measured(lambda t: np.full_like(t, level), TIMES), KINDS.at_rest(level), atol=1e-12
     )
-
-
-def test_what_does_not_fit_is_refused() -> None:
-    with pytest.raises(ValueError, match="must have one step, got"):
-        Stencils((SLOPE, replace(SLOPE, step=0.1)), ("a", "b"), (0, 1))
-    with pytest.raises(ValueError, match="each of a, b must measure some samples"):
-        Stencils((SLOPE, MIDDLE), ("a", "b"), (0, 0))
-    for times, of in (([0.0, 0.0], (0, 0, 1)), ([1.0, 0.0], (0, 1))):
-        with pytest.raises(ValueError, match="must be sorted by time, and each needs its stencil"):
-            Samples(times, [1, 2], [1, 1], Stencils((SLOPE, MIDDLE), ("a", "b"), of))
-    with pytest.raises(ValueError, match=r"times\[1\] = 0 s repeats times\[0\] = 0 s"):
-        Samples([0.0, 0.0, 1.0], [1, 2, 3], [1, 1, 1], Stencils((SLOPE, MIDDLE), ("a", "b"), (0, 0, 1)))
