@@ -9,11 +9,10 @@ from hypothesis import strategies as st
 
 from pipeline.published.scalar import scalar
 from trackably.gp.kernels.matern import Matern32
-from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint
-from trackably.learning.index_set import AllPhases, Steps, Window
+from trackably.learning.index_set import Steps, Window
 from trackably.systems.polytopes import Interval
 
 KERNEL = SquaredExponential(1.0, 0.5)
@@ -37,24 +36,6 @@ def plateaus(values: list[float]) -> list[tuple[int, int]]:
                 found.append((start, i - 1))
             start = i
     return found
-
-
-@pytest.mark.parametrize(
-    ("values", "expected"),
-    [
-        ([3.0], [0]),
-        ([1.0, 2.0, 3.0], [0]),
-        ([3.0, 2.0, 1.0], [2]),
-        ([3.0, 1.0, 2.0, 0.0, 5.0], [1, 3]),
-        ([1.0, 2.0, 1.0], [0, 2]),
-        ([2.0, 1.0, 1.0, 1.0, 2.0], [1]),
-        ([1.0, 1.0, 1.0], [0]),
-        ([2.0, 2.0, 3.0, 1.0, 1.0], [0, 3]),
-        ([], []),
-    ],
-)
-def test_minima_in_numbers(values, expected):
-    assert minima_of(values) == expected
 
 
 @given(st.lists(st.floats(-10, 10), unique=True, max_size=30), st.integers(0, 5))
@@ -121,12 +102,6 @@ def test_no_signal_is_more_curved_than_its_bound(seed):
     assert np.max(np.abs(signal.jet(times, 2)[2])) <= signal.curvature
 
 
-def test_times_are_the_instants_of_the_steps():
-    asked: list[np.ndarray] = []
-    Steps(3, 7, 0.01).local_minima(lambda t: (asked.append(t), np.abs(t - 0.05))[1], [KERNEL])
-    np.testing.assert_array_equal(asked[0], np.arange(3, 8) * 0.01)
-
-
 def test_a_window_finds_every_minimum_of_a_wave_and_its_ends():
     """cos(2t + 1): minima where 2t + 1 is an odd multiple of π, and at an end towards which it falls."""
     inside = [(np.pi - 1) / 2, (3 * np.pi - 1) / 2]
@@ -158,25 +133,6 @@ def test_a_window_follows_a_signal_as_fast_as_its_kernel():
     for t in dense[low]:
         assert np.min(np.abs(found - t)) < 2e-5
     assert np.min(margin(found)) <= np.min(values) + 1e-12
-
-
-def test_all_phases_are_one_period_of_the_kernels_as_they_are():
-    for period in (0.7, 3.0663):
-        kernels = [Periodic(1.0, 1.0, period), Periodic(2.0, 0.5, period)]
-        found = AllPhases().local_minima(lambda t, p=period: np.cos(2 * np.pi * t / p), kernels)
-        np.testing.assert_allclose(found, [period / 2], atol=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("kernels", "wrong"),
-    [
-        ([Periodic(1.0, 1.0, 2.0), KERNEL], "needs a periodic kernel, got SquaredExponential"),
-        ([Periodic(1.0, 1.0, 2.0), Periodic(1.0, 1.0, 3.0)], r"needs one for all signals, got \[2.0, 3.0\]"),
-    ],
-)
-def test_kernels_without_a_common_period_have_no_phases(kernels, wrong):
-    with pytest.raises(TypeError, match=wrong):
-        AllPhases().local_minima(np.cos, kernels)
 
 
 def test_the_fastest_of_several_kernels_decides_how_closely_to_look():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pipeline.published.scalar import interval_sets, state_and_input
-from tests.trackably.gp.instances import KERNELS, over
+from tests.trackably.gp.instances import over
 from tests.trackably.learning.instances import SEEDS, instance
 from tests.trackably.systems.instances import PLANTS
 from trackably.gp.joint import JointPrior
@@ -34,18 +34,6 @@ def program_of(kernel, plant=PLANTS["unstable"], backoff=1e-9, times=TIMES) -> P
 def by_central_differences(f, x, step=1e-5):
     columns = [(f(x + step * e) - f(x - step * e)) / (2 * step) for e in np.eye(x.size)]
     return np.stack(columns, axis=-1)
-
-
-@over({k: KERNELS[k] for k in ("se", "matern32", "matern52", "rq", "periodic", "sum", "product", "nested")})
-def test_gradients_against_central_differences(kernel):
-    program = program_of(kernel)
-    here = program.problem.prior.log_hyperparameters
-    at = program.evaluate(here)
-    slopes = by_central_differences(lambda z: program.evaluate(z).slack, here)
-    np.testing.assert_allclose(at.jacobian, slopes, rtol=1e-5, atol=1e-6)
-    slope = by_central_differences(lambda z: np.array(program.evaluate(z).value), here)
-    np.testing.assert_allclose(at.gradient, slope, rtol=1e-5, atol=1e-5)
-    assert at.value == program.problem.posterior(here).negative_log_marginal_likelihood()[0]
 
 
 TWO_AXES = ConstrainedSystem(
@@ -97,32 +85,6 @@ def test_slack_is_the_distance_to_each_bound_as_a_part_of_the_width_less_the_bac
     at = program.evaluate(here)
     np.testing.assert_allclose(at.slack, np.concatenate(expected) - 0.01, atol=1e-12)
     assert at.jacobian.shape == (10, 3)
-
-
-@over(PLANTS, "plant")
-def test_relative_margin_is_one_half_in_the_middle_and_negative_outside(plant):
-    problem = program_of(SquaredExponential(0.8, 0.5), plant).problem
-    posterior, t = problem.posterior(problem.prior.log_hyperparameters), np.linspace(0, 3, 50)
-    for constraint in problem.constraints:
-        bounds, value = constraint.quantity.bounds, constraint.quantity(posterior.signals, t)
-        expected = 0.5 - np.abs(value - (bounds.lower + bounds.upper) / 2) / bounds.width
-        np.testing.assert_allclose(constraint.relative_margin(posterior, t), expected, atol=1e-12)
-
-
-def test_value_slack_and_jacobian_share_one_factor(monkeypatch):
-    program, made = program_of(SquaredExponential(0.8, 0.5)), []
-    original = ConstrainedProblem.posterior
-    monkeypatch.setattr(ConstrainedProblem, "posterior", lambda self, z: (made.append(z), original(self, z))[1])
-    program.evaluate(program.problem.prior.log_hyperparameters)
-    assert len(made) == 1
-
-
-def test_constraints_without_times_take_no_part():
-    program = program_of(SquaredExponential(0.8, 0.5), times=(np.empty(0), np.empty(0)))
-    at = program.evaluate(program.problem.prior.log_hyperparameters)
-    assert at.slack.shape == (0,)
-    assert at.jacobian.shape == (0, 3)
-    assert at.violation == 0
 
 
 def test_a_hopeless_matrix_has_no_value():

@@ -1,7 +1,5 @@
 """The search that suits the kernels: periods are looked for, however few starts are asked for."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -9,7 +7,6 @@ from tests.trackably.learning.instances import instance, tight
 from tests.trackably.learning.searches import swept, together
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.periodic import Periodic
-from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ConstrainedProblem, Solution
@@ -68,11 +65,6 @@ def test_without_constraints_worse_minima_are_kept_as_starts_for_other_problems(
         assert np.max(np.abs(slope)) < 0.1 * (1 + abs(value))
 
 
-def test_other_kernels_are_not_screened():
-    with pytest.raises(TypeError, match="screening needs periodic kernels, got SquaredExponential"):
-        screened(problem(SquaredExponential(1.0, 1.0)), 4)
-
-
 @pytest.mark.parametrize("seed", [26, 29, 32, 60])
 @pytest.mark.parametrize("draw", [tight, instance])
 def test_starts_searched_with_places_are_enough(draw, seed):
@@ -83,14 +75,3 @@ def test_starts_searched_with_places_are_enough(draw, seed):
     assert isinstance(naive, Solution)
     assert found.objective <= naive.objective + 1e-6 * (1 + abs(naive.objective))
     assert found.fits < naive.fits
-
-
-def test_more_hyperparameters_have_more_starts_without_places():
-    """The likelihood of a sum of kernels has several minima: that of the first start leads to a worse solution."""
-    case = tight(10)
-    kernel = SquaredExponential(1.0, 1.0) + SquaredExponential(0.3, 0.1)
-    asked = replace(case, prior=Prior(kernel.as_learned(), 0.03)).problem
-    found, naive = best_solution(asked), swept(asked)
-    assert isinstance(found, Solution)
-    assert isinstance(naive, Solution)
-    assert found.objective <= naive.objective + 1e-6 * (1 + abs(naive.objective))

@@ -42,11 +42,6 @@ def test_starts_lie_inside_and_repeat(kernel, starts):
     assert points.tobytes() == space.start_points().tobytes()
 
 
-def test_where_nothing_is_sought_there_is_one_start():
-    space = SearchSpace.around((SAMPLES,), JointPrior((Prior(SquaredExponential(1.0, 0.5), 0.1),)), starts=8)
-    assert space.start_points().shape == space.points(256).shape == (1, 0)
-
-
 def test_more_starts_only_add():
     prior = joint(SquaredExponential(1.0, 1.0), 0.1)
     few, many = (SearchSpace.around((SAMPLES,), prior, starts=n).start_points() for n in (4, 9))
@@ -76,17 +71,6 @@ def test_given_bounds_replace_the_defaults():
     space = SearchSpace.around((SAMPLES,), joint(SquaredExponential(lengthscale=(0.2, 0.4)), 0.1))
     assert space.bounds["lengthscale"] == Interval(0.2, 0.4)
     assert space.bounds["signal_std"] == SearchSpace.around((SAMPLES,), prior).bounds["signal_std"]
-
-
-def test_bounds_that_are_not_positive_are_refused():
-    with pytest.raises(ValueError, match=r"^search: the lower bound of lengthscale must be positive, got 0$"):
-        SearchSpace({"lengthscale": Interval(0.0, 1.0)})
-
-
-@pytest.mark.parametrize("starts", [0, -3])
-def test_a_search_needs_a_start(starts):
-    with pytest.raises(ValueError, match=rf"^search: starts must be at least 1, got {starts}$"):
-        SearchSpace({"lengthscale": Interval(0.1, 1.0)}, starts=starts)
 
 
 def test_fewer_samples_than_hyperparameters_are_refused():
@@ -127,31 +111,3 @@ def test_fading_lowers_the_amplitudes_of_all_processes():
     space = SearchSpace.around((SAMPLES, OTHERS), TWO)
     point = space.start_points()[0]
     np.testing.assert_allclose(space.scaled_down(point, 2.0) - point, [-np.log(2), 0, 0, -np.log(2)], atol=1e-14)
-
-
-def test_samples_are_needed_for_each_process():
-    space = SearchSpace.around((SAMPLES, OTHERS), TWO)
-    with pytest.raises(ValueError, match=r"^samples: needed for 2 processes, got 1$"):
-        ConstrainedProblem((SAMPLES,), TWO, space)
-    with pytest.raises(ValueError, match=r"got 2 for 4 \(x.signal_std, lengthscale, x.noise_std, y.signal_std\)$"):
-        ConstrainedProblem((Samples([0.0], [1.0]), Samples([0.0], [1.0])), TWO, space)
-
-
-def test_a_search_needs_bounds_for_what_is_learned():
-    space = SearchSpace({"lengthscale": Interval(0.1, 1.0), "signal_std": Interval(0.1, 1.0)})
-    with pytest.raises(
-        ValueError,
-        match=r"^search: bounds are needed for exactly signal_std, lengthscale, in this order, got lengthscale, signal",
-    ):
-        ConstrainedProblem((SAMPLES,), joint(SquaredExponential(1.0, 1.0), 0.1), space)
-
-
-@over(REPRESENTATIVE)
-def test_fading_lowers_every_amplitude_and_nothing_else(kernel):
-    prior = joint(kernel, Learned(0.1))
-    space = SearchSpace.around((SAMPLES,), prior)
-    point = space.start_points()[0]
-    change = space.scaled_down(point, 1.25) - point
-    expected = [-np.log(1.25) if name.endswith("signal_std") else 0.0 for name in prior.learned]
-    np.testing.assert_allclose(change, expected, atol=1e-14)
-    assert np.all(space.scaled_down(point, 1e300) >= space.log_lower)

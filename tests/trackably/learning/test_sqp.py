@@ -1,6 +1,5 @@
 """The nonlinear programs behind the learning, on problems whose answers are known."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +11,6 @@ from hypothesis import strategies as st
 from trackably.arrays import Array
 from trackably.learning.sqp import Evaluation, minimise
 
-Problem = Callable[[Array], Evaluation]
 WIDE = np.full(2, -50.0), np.full(2, 50.0)
 
 
@@ -52,18 +50,6 @@ def test_rosenbrock(start: tuple[float, float]) -> None:
     assert found is not None
     assert found.converged
     assert found.x == pytest.approx([1, 1], abs=1e-6)
-
-
-def test_without_constraints_no_point_is_asked_for_twice() -> None:
-    """Steps are corrected for curved constraints only."""
-    asked: list[tuple[float, ...]] = []
-
-    def at(x: Array) -> Evaluation:
-        asked.append(tuple(x.tolist()))
-        return unconstrained(*rosenbrock(x))
-
-    minimise(at, np.array([2.0, -2.0]), *WIDE)
-    assert len(set(asked)) == len(asked)
 
 
 @pytest.mark.parametrize("start", [(-1.2, 1.0), (0.0, 0.0), (3.0, -3.0), (0.9, 0.9)])
@@ -137,25 +123,6 @@ def test_points_without_a_value_are_not_entered() -> None:
     found = minimise(at, np.array([3.0, 3.0]), *WIDE)
     assert found is not None
     assert 0.5 <= found.x[0] < 0.6
-
-
-def test_a_search_is_given_up_when_asked() -> None:
-    told: list[tuple[Array, float, float]] = []
-
-    def noted(x: Array, merit: float, gain: float) -> bool:
-        told.append((x, merit, gain))
-        return len(told) == 5
-
-    def at(x: Array) -> Evaluation:
-        return unconstrained(*rosenbrock(x))
-
-    start = np.array([-1.2, 1.0])
-    assert minimise(at, start, *WIDE, give_up=noted) is None
-    assert len(told) == 5
-    for x, merit, gain in told:
-        assert merit == rosenbrock(x)[0]
-        assert gain > 0
-    assert minimise(at, start, *WIDE, give_up=lambda *_: False) is not None
 
 
 @given(

@@ -47,20 +47,6 @@ def test_states_that_no_admissible_input_links():
     assert {("state", "equal", 0.5), ("state", "equal", 0.55), ("input", "upper", 0.5)} <= set(found)
 
 
-def test_a_state_and_an_input_that_lead_elsewhere():
-    """Both states at two steps, and an input between them: any four of the five are told."""
-    pins = [*((name, time, 0.5) for name in ("x1", "x2") for time in (1.0, 1.1)), ("u1", 1.0, 0.9)]
-    found = told(MIXED, *pins)
-    assert len(found) == 4
-    assert set(found) < {(name, "equal", time) for name, time, _ in pins}
-
-
-def test_given_values_are_told_before_the_bounds():
-    """A bound moves the function most, but a value is easier to change."""
-    found = told(AXIS, ("x1", 0.0, 0.0), ("x2", 0.0, 0.0), ("x1", 0.6, 0.9))
-    assert [side for _, side, _ in found] == ["equal", "equal", "lower", "upper"]
-
-
 def test_positions_that_velocity_and_input_do_not_allow():
     found = told(AXIS, ("x1", 0.5, 0.1), ("x1", 0.6, 0.9))
     assert {("x1", "equal", 0.5), ("x1", "equal", 0.6)} <= set(found)

@@ -50,12 +50,3 @@ def test_where_exchanges_do_not_end_the_active_set_method_takes_over(monkeypatch
     expected = nonnegative_minimum(G, b)
     monkeypatch.setattr(dual, "_MOST_EXCHANGES", 1)
     assert nonnegative_minimum(G, b) == pytest.approx(expected, rel=1e-9, abs=1e-12)
-
-
-def test_where_exchanges_go_in_circles_one_variable_is_exchanged_at_a_time(monkeypatch):
-    """From the sets that are all wrong: with no patience at all, the minimum is still found."""
-    G, b = PROGRAMS["60 rows in 80 directions, demands hardly ever met"]
-    expected = nonnegative_minimum(G, b)
-    monkeypatch.setattr(dual, "_PATIENCE", 0)
-    monkeypatch.setattr(dual, "_by_single_steps", lambda *_: pytest.fail("it is not needed"))
-    assert nonnegative_minimum(G, b, expected <= 0) == pytest.approx(expected, rel=1e-9, abs=1e-12)

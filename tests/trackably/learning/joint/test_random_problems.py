@@ -32,13 +32,6 @@ def end_of(found: Certified) -> float:
 
 
 @seeds
-def test_the_prior_mean_is_an_admissible_equilibrium(seed):
-    problem = random_problem(seed)
-    levels = [part.mean for part in problem.prior.parts]
-    assert all(q.bounds.strictly_contains(q.at_rest(levels)) for q in problem.plant.quantities)
-
-
-@seeds
 def test_no_bound_is_broken_between_any_two_times_of_a_fine_grid(seed):
     """Evaluated a second time, in extended precision, with the least margins in many digits."""
     found = learned(seed)
