@@ -74,13 +74,6 @@ def test_slopes_are_those_of_the_smallest_input(case):
             np.testing.assert_allclose(allocation.slopes(u) @ direction, (ends[0] - ends[1]) / (2 * step), atol=1e-6)
 
 
-def test_many_at_once_are_those_one_by_one():
-    system, wanted = CASES["two_states"]
-    allocation, inputs = Allocation.of(system, wanted), least(system, wanted, 70_000)
-    one_by_one = np.array([allocation.smallest(u) for u in inputs[::1000]])
-    np.testing.assert_array_equal(allocation.smallest(inputs)[::1000], one_by_one)
-
-
 @over({"one": ([0.7, 0.7], [1.2, 0.2]), "other": ([-0.9, -0.9], [-1.6, -0.2])}, "pair")
 def test_where_none_is_admissible_the_set_is_left_by_a_small_part_of_its_width(pair):
     """The wide side gives more: by as much as they are apart, it is left by a smaller part."""
@@ -139,41 +132,6 @@ def test_a_set_that_only_rounding_leaves_open_is_refused():
         _ = Allocation.of(ONE_STATE, wanted).attainable
 
 
-def test_names_do_not_meet_and_do_not_grow():
-    system = LinearSystem(
-        np.array([[0.5]]), np.array([[1.0, -1.0]]), states=("u1-u2",), inputs=("u1", "u2"), sampling_time=0.1
-    )
-    plant = ConstrainedSystem(system, Polytope.box([-3.0], [3.0]), Polytope.box([-1.0, -0.2], [1.0, 0.2]))
-    assert [quantity.name for quantity in plant.quantities] == ["u1-u2", "u1-u2 (2)"]
-    long = LinearSystem(
-        np.array([[0.5]]), np.ones((1, 3)), inputs=tuple("abc"[i] * 60 for i in range(3)), sampling_time=0.1
-    )
-    plant = ConstrainedSystem(long, Polytope.box([-3.0], [3.0]), Polytope.box(-np.ones(3), np.ones(3)))
-    assert [len(quantity.name) for quantity in plant.quantities] == [2, 80]
-
-
-def test_shapes_are_kept():
-    allocation = Allocation.of(*CASES["small_second"])
-    assert allocation.smallest(np.array([0.4, 0.4])) == pytest.approx([0.6, 0.2])
-    assert allocation.smallest(np.full((3, 5, 2), 0.4)).shape == (3, 5, 2)
-    assert allocation.slopes(np.full((3, 5, 2), 0.4)).shape == (3, 5, 2, 2)
-
-
-def test_without_redundancy_or_bounds_there_is_nothing_to_choose():
-    nothing = Polytope(np.empty((0, 2)), np.empty(0), np.empty(0), 2)
-    assert Allocation.of(ONE_STATE, nothing) is None
-    assert (
-        Allocation.of(LinearSystem(np.eye(2), np.eye(2), sampling_time=0.1), Polytope.box([-1.0, -1.0], [1.0, 1.0]))
-        is None
-    )
-
-
-def test_too_many_rows_are_refused():
-    system, m = LinearSystem(np.array([[0.9]]), np.ones((1, 12)), sampling_time=0.1), 12
-    with pytest.raises(ValueError, match="11 redundant inputs are too many for an input set of 12 rows"):
-        ConstrainedSystem(system, Polytope.box([-1.0], [1.0]), Polytope.box(-np.ones(m), np.ones(m)))
-
-
 @over(CASES, "case")
 def test_a_reference_is_trackable_where_some_input_is_admissible(case):
     """Definition 1, by a convex program over all inputs: quantities inside their bounds, and inputs in U."""
@@ -193,12 +151,3 @@ def test_a_reference_is_trackable_where_some_input_is_admissible(case):
     assert (margin < 0) == (defect > 1e-6) or abs(margin) < 1e-5
     if margin > 0:
         assert np.min(wanted.margin(reference.input(k))) > -1e-12
-
-
-def test_quantities_and_limits_are_called_as_they_are_written():
-    system, wanted = CASES["small_second"]
-    plant = ConstrainedSystem(system, Polytope.box([-3.0], [3.0]), wanted)
-    assert [limit.name for limit in plant.given_constraints] == ["x1", "u1", "u2"]
-    assert [quantity.name for quantity in plant.quantities] == ["x1", "u1+u2"]
-    assert plant.quantities[1].bounds.lower >= -1.2
-    assert plant.quantities[1].bounds.upper <= 1.2

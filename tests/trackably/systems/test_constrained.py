@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
@@ -39,23 +38,3 @@ def test_quantities_are_the_rows_of_the_states_and_inputs():
     expected = np.hstack([states @ STATES.rows.T, inputs @ INPUTS.rows.T])
     found = np.stack([q((signal,), t) for q in PLANT.quantities], axis=-1)
     np.testing.assert_allclose(found, expected, atol=1e-12)
-
-
-def test_unbounded_coordinates_are_no_quantities():
-    free = Polytope.box(np.array([-np.inf, -1.0]), np.array([np.inf, 1.0]))
-    assert [q.name for q in replace(PLANT, state_set=free).quantities] == ["velocity", "u1"]
-    nothing = Polytope(np.empty((0, 1)), np.empty(0), np.empty(0))
-    assert [q.name for q in replace(PLANT, state_set=free, input_set=nothing).quantities] == ["velocity"]
-
-
-@pytest.mark.parametrize(
-    ("name", "wrong", "message"),
-    [
-        ("state_set", INPUTS, "state_set must have dimension 2, got 1"),
-        ("input_set", STATES, "input_set must have dimension 1, got 2"),
-        ("system", LinearSystem(np.eye(2), np.array([[1.0], [1.0]]), sampling_time=0.1), "must be controllable, .*"),
-    ],
-)
-def test_what_does_not_fit_is_refused(name, wrong, message):
-    with pytest.raises(ValueError, match=f"^system: {message}$"):
-        replace(PLANT, **{name: wrong})

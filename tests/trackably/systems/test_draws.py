@@ -10,7 +10,6 @@ from pipeline.published.ground_truth import setpoint_change
 from tests.project import ROOT
 from tests.trackably.checker.redundant import learned as redundant
 from tests.trackably.plants import CART
-from trackably.gp.bounded import NoRoom
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -20,7 +19,7 @@ from trackably.gp.signal import KernelSum
 from trackably.learn import learn_reference
 from trackably.reference import TrackableReference
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.draws import MOST_VALUES, band, bounded_steps, draws_within_bounds
+from trackably.systems.draws import band, bounded_steps, draws_within_bounds
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.polytopes import Polytope
@@ -105,14 +104,6 @@ def test_bands_hold_as_much_as_they_promise_of_truths_from_the_prior():
     assert 0.75 < np.mean(held) < 0.85
 
 
-def test_what_a_band_says_hardly_depends_on_which_steps_are_asked_for():
-    """Bounds count between the samples also where nothing is drawn."""
-    alone, together = example1().bands(np.array([35])), example1().bands(STEPS)
-    for one, of_many in zip(alone, together, strict=True):
-        np.testing.assert_allclose(np.array(one), np.array(of_many)[:, 35:36], atol=0.002)
-    assert alone.states.upper.item() <= 0.01
-
-
 def test_which_reference_is_looked_at_makes_no_difference_for_a_linear_system():
     found = example1()
     posterior = JointPosterior(found.prior, found.samples)
@@ -122,12 +113,6 @@ def test_which_reference_is_looked_at_makes_no_difference_for_a_linear_system():
     same = draws_within_bounds(found.reference, posterior, STEPS, NONE, 50, 0)
     np.testing.assert_allclose(moved.states, same.states, atol=1e-9)
     np.testing.assert_allclose(moved.inputs, same.inputs, atol=1e-9)
-
-
-def test_draws_are_the_same_for_the_same_seed():
-    again = example1().draws(STEPS, 400)
-    np.testing.assert_array_equal(again.states, drawn().states)
-    assert np.all(example1().draws(STEPS, 400, seed=1).states[0] != drawn().states[0])
 
 
 def test_of_redundant_inputs_every_draw_takes_admissible_ones():
@@ -182,29 +167,3 @@ def test_bounds_count_on_a_grid_and_where_the_reference_is_next_to_one():
     assert (steps.min(), steps.max()) == (0, 9000)
     assert len(steps) <= 53
     assert bounded_steps(Reference((signal,), SLOW), samples, (1001.0, 1002.0)).size == 0
-
-
-def test_a_band_is_the_shortest_that_holds_so_many_draws():
-    draws = np.array([[5.0], [0.0], [1.0], [1.5], [2.0], [9.0]])
-    assert [end.item() for end in band(draws, 0.5)] == [0.0, 2.0]
-    assert [end.item() for end in band(draws, 0.999)] == [0.0, 9.0]
-    for wrong in (0.0, 1.0, float("nan")):
-        with pytest.raises(ValueError, match="coverage: must be between 0 and 1"):
-            band(draws, wrong)
-    with pytest.raises(ValueError, match="at least two draws"):
-        band(draws[:1], 0.5)
-
-
-def test_what_cannot_be_drawn_is_refused():
-    found = example1()
-    with pytest.raises(ValueError, match=f"{MOST_VALUES} can be drawn together"):
-        found.draws(np.arange(MOST_VALUES))
-    with pytest.raises(ValueError, match="outside of what is proved"):
-        found.draws(-1)
-    tight = plant(-2.0, -0.5)
-    posterior = JointPosterior(example1().prior, (replace(found.samples[0], values=0 * found.samples[0].values),))
-    drawn = draws_within_bounds(Reference(posterior.signals, tight), posterior, np.array([35]), NONE, 10, 0)
-    assert np.max(drawn.states) <= -0.5
-    known = JointPosterior(JointPrior((Prior(Matern52(1.0, 1.0), 1e-12),)), posterior.samples)
-    with pytest.raises(NoRoom):
-        draws_within_bounds(Reference(known.signals, tight), known, np.array([30, 40]), NONE, 10, 0)

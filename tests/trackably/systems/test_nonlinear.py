@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from pipeline.published.scalar import growth_rates
 from tests.trackably.systems.nonlinear_instances import INSTANCES, LINEAR, T_S, as_formulas, exactly, moving
 from trackably.codec import CodecError, decode, dumps, encode, loads
 from trackably.gp.joint import JointPrior
@@ -18,11 +17,10 @@ from trackably.learning.index_set import Window
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.defect import smallest_defect
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.polytopes import Interval, Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.trajectories import Functional, Trajectory
+from trackably.systems.trajectories import Trajectory
 
 
 @pytest.mark.parametrize("name", INSTANCES)
@@ -54,11 +52,6 @@ def test_taken_apart_and_put_together(name):
     drift, gain = system.affine(x)
     assert (drift.shape, gain.shape) == ((5, 4, n), (5, 4, n, n))
     np.testing.assert_allclose(drift + (gain @ u[..., None])[..., 0], system.successor(x, u), atol=1e-13)
-
-
-@pytest.mark.parametrize("name", INSTANCES)
-def test_admissible_inputs_exist_by_a_convex_program_that_solves_nothing(name):
-    assert smallest_defect(moving(INSTANCES[name], size=0.02), 20) < 1e-6
 
 
 def both(state_set: Polytope, input_set: Polytope) -> tuple[ConstrainedSystem, ConstrainedSystem]:
@@ -124,10 +117,6 @@ def test_small_changes_of_signals_move_an_input_by_its_weights():
                 assert slope == pytest.approx(weight, rel=1e-4, abs=1e-6)
 
 
-def test_states_are_functionals():
-    assert all(isinstance(q, Functional) for q in INSTANCES["reactor"].plant.flatness.states)
-
-
 @pytest.mark.parametrize("name", INSTANCES)
 def test_references_return_from_json(name):
     reference = moving(INSTANCES[name])
@@ -181,40 +170,6 @@ def test_f_that_cannot_be_solved_is_refused(name):
         NonlinearSystem.of(f, ("a",), ("p",), T_S)
 
 
-@pytest.mark.parametrize(
-    ("f", "states", "inputs", "reason"),
-    [
-        (lambda x, u: [x[0], x[1] + u[0]], "ab", "p", r"as many inputs as states, .* got 1 \(p\) for 2 \(a, b\)"),
-        (lambda x, u: [x[0] + u[0] + u[1]], "a", "pq", r"as many inputs as states, .* got 2 \(p, q\) for 1 \(a\)"),
-        (lambda x, u: [x[0] + u[0]], "a", "a", "need names, all different, got a and a"),
-        (lambda x, u: [], "", "", "need names, all different, got no states and no inputs"),
-        (lambda x, u: x + (u[0] + u[1]), "ab", "pq", "would divide by 1 - 1"),
-        (lambda x, u: x + np.array([u[0], 2 * u[0]]), "ab", "pq", "f cannot be solved"),
-        (lambda x, u: x + (x[0] + np.arange(1, 17.0).reshape(4, 4) ** 2) @ u, "abcd", "pqrs",
-         "f cannot be solved for p, q, r, s, or couples more than 3"),
-    ],
-)  # fmt: skip
-def test_names_and_numbers_have_to_fit(f, states, inputs, reason):
-    with pytest.raises(ValueError, match=reason):
-        NonlinearSystem.of(f, tuple(states), tuple(inputs), T_S)
-
-
-def test_every_input_has_to_be_bounded():
-    plant = INSTANCES["reactor"].plant
-    with pytest.raises(ValueError, match=r"every input of a nonlinear system must be bounded, .* but cooling is free"):
-        replace(plant, input_set=Polytope(np.array([[1.0, 0.0]]), [-1.0], [1.0]))
-
-
-def test_sets_have_to_fit():
-    with pytest.raises(ValueError, match="state_set must have dimension 1, got 2"):
-        replace(INSTANCES["tank"].plant, state_set=Polytope.box([0.0, 0.0], [1.0, 1.0]))
-
-
-def test_only_linear_systems_have_growth_rates():
-    with pytest.raises(ValueError, match="only a linear system has growth rates, got a nonlinear one"):
-        growth_rates(INSTANCES["tank"].plant, Interval(0.5, 1.0))
-
-
 def test_four_inputs_may_lead_four_states_where_few_are_coupled():
     system = NonlinearSystem.of(
         lambda x, u: [x[0] + u[0], x[1] + u[1] * x[0] + u[0], x[2] + u[2] + u[3], x[3] + x[0] * u[2] - u[3]],
@@ -226,9 +181,3 @@ def test_four_inputs_may_lead_four_states_where_few_are_coupled():
     x, u = reference.state(k), reference.input(k)
     np.testing.assert_allclose(system.successor(x[:-1], u[:-1]), x[1:], atol=1e-12)
     assert Interval(0.1, 9.0).margin(x).min() > 0
-
-
-def test_what_is_done_with_linear_systems_only_says_so():
-    assert ConstrainedSystem(LINEAR, *2 * [Polytope.box([-9.0] * 2, [9.0] * 2)]).linear is LINEAR
-    with pytest.raises(ValueError, match=r"must be linear here, got one with level \+ 0.05 \* \(inflow"):
-        _ = INSTANCES["tank"].plant.linear

@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from tests.trackably.systems.instances import random_signal, unbounded
-from trackably.gp.samples import Samples
-from trackably.gp.stencil import POINT
 from trackably.systems.formulas import weighted_sum_text
 from trackably.systems.library import mobile_robot, pendulum
 from trackably.systems.linear import LinearSystem, outputs_in_states
-from trackably.systems.sampling import default_sample, kinds_by_name, sampled_signals, stencils_by_name
+from trackably.systems.sampling import kinds_by_name, stencils_by_name
 
 T_S = 0.1
 BOTH = "(learn_reference takes both)"
@@ -51,21 +49,6 @@ def test_stencils_see_what_they_are_named_for(plant, names):
         states = plant.system.states
         state = plant.flatness.states[states.index(name)](signals, t) if name in states else signal(t)
         np.testing.assert_allclose(seen, state, atol=1e-12)
-
-
-def test_samples_come_in_the_order_of_the_flat_outputs():
-    given = {name: Samples([0.0, 1.0], [i, i]) for i, name in enumerate(("z2", "x"))}
-    names, samples = sampled_signals(PLANE, given)
-    assert names == ("x", "z2")
-    assert [s.values[0] for s in samples] == [1.0, 0.0]
-    assert samples[1].stencil == POINT
-    assert samples[0].stencil == PLANE.flatness.states[0].stencil[1]
-
-
-def test_samples_without_a_name_are_those_of_the_first_state_that_shows_the_flat_output():
-    assert default_sample(AXIS) == "position"
-    with pytest.raises(ValueError, match=r"^samples: must be given by name, one for each of 2 flat outputs: one of x"):
-        default_sample(PLANE)
 
 
 SHOWN = {
@@ -132,13 +115,6 @@ def test_a_stencil_measures_what_its_name_says(which: str):
 def test_samples_that_do_not_show_the_flat_outputs_are_refused(plant, names, message):
     with pytest.raises(ValueError, match=f"^samples: {re.escape(message)}$"):
         stencils_by_name(plant, names)
-
-
-def test_missing_samples_are_named():
-    with pytest.raises(ValueError, match=r"but 1 of them cannot be seen in samples of x: also give one of .*z2$"):
-        stencils_by_name(PLANE, ["x"])
-    with pytest.raises(ValueError, match=r"samples: none are given; expected one of .*; one of "):
-        stencils_by_name(PLANE, [])
 
 
 def test_a_difference_shows_no_level_whatever_rounding_leaves_of_it():

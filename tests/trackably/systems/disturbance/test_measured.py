@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.trackably.systems.disturbance.instances import CART
-from trackably.systems.disturbances import ConvexHull, Measured, Zonotope
+from trackably.systems.disturbances import Measured, Zonotope
 from trackably.systems.tightening import tightening
 
 PUSH, NOISE = Zonotope.box([0.0, -0.02], [0.0, 0.02]), Zonotope.box([-0.004, -0.006], [0.002, 0.01])
@@ -53,22 +53,3 @@ def test_without_noise_nothing_changes():
     still, plain = tightening(CART, PUSH, noise=Zonotope([0.0, 0.0])), tightening(CART, PUSH)
     assert np.array_equal(plain.plant.state_set.upper, still.plant.state_set.upper)
     assert np.array_equal(plain.invariant.feedback, still.invariant.feedback)
-
-
-def test_noise_alone_disturbs_too():
-    assert tightening(CART, noise=NOISE).disturbance.support(np.eye(2)).tolist() == [0.0, 0.0]
-
-
-@pytest.mark.parametrize(
-    ("disturbance", "noise", "kind", "words"),
-    [
-        (PUSH, Zonotope.box([-1.5, 0.0], [1.5, 0.0]), ValueError, "no disturbance set would do|too close by"),
-        (PUSH, Zonotope.box([-0.1], [0.1]), ValueError, "measurement_noise: must have an entry for each of 2 states"),
-        (PUSH, Zonotope([0.1, 0.0]), ValueError, "measurement_noise: must hold 0"),
-        (PUSH, ConvexHull([[0.0, 0.0]]), TypeError, "measurement_noise: expected a Zonotope"),
-        (ConvexHull([[0.0, 0.0]]), NOISE, TypeError, "disturbance, with measurement_noise: expected a Zonotope"),
-    ],
-)
-def test_what_does_not_fit_is_refused(disturbance, noise, kind, words):
-    with pytest.raises(kind, match=words):
-        tightening(CART, disturbance, noise=noise)

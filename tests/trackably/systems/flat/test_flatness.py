@@ -7,7 +7,7 @@ import pytest
 
 from tests.trackably.gp.instances import over
 from tests.trackably.systems.instances import SYSTEMS, controllable
-from trackably.systems.linear import Flatness, LinearSystem
+from trackably.systems.linear import LinearSystem
 from trackably.systems.trajectories import Functional
 
 T_S = 0.1
@@ -116,19 +116,6 @@ def test_of_many_inputs_the_smallest_is_chosen(system):
         np.testing.assert_allclose(smallest @ u, u, atol=1e-11 * (1 + np.max(np.abs(u))))
 
 
-def test_the_table_has_redundant_inputs():
-    assert len(REDUNDANT) >= 8
-    assert {system.B.shape[1] for system in REDUNDANT.values()} == {2, 3}
-
-
-@over(CASES, "system")
-def test_a_signal_has_the_unit_of_the_first_state_that_it_moves_at_rest(system):
-    flat = system.flatness()
-    for c in range(len(flat.orders)):
-        gains = [sum(q.weights[c]) for q in flat.states]
-        assert next((gain for gain in gains if gain), 1) == 1
-
-
 @over({k: TABLE[k] for k in ("fully_actuated", "three_inputs_for_two", "forgets_all", "example1")}, "system")
 def test_where_every_state_is_moved_at_will_the_states_are_the_signals(system):
     flat, n = system.flatness(), len(system.states)
@@ -136,24 +123,6 @@ def test_where_every_state_is_moved_at_will_the_states_are_the_signals(system):
     for i, q in enumerate(flat.states):
         assert q.weights == tuple((Fraction(int(i == c)),) for c in range(n))
         assert q.offset == 0
-
-
-@pytest.mark.parametrize(
-    ("name", "orders"),
-    [("double_integrator", (2,)), ("two_axes", (2, 2)), ("long_and_short", (3, 1)), ("redundant_input", (3,))],
-)
-def test_chains_are_as_long_as_the_states_that_they_move(name, orders):
-    assert TABLE[name].flatness().orders == orders
-
-
-def test_a_double_integrator_in_numbers():
-    """The position at rest is the signal; the velocity its difference; the acceleration its second difference."""
-    exact = LinearSystem(np.array([[1.0, 0.5], [0.0, 1.0]]), np.array([[0.125], [0.5]]), sampling_time=0.5)
-    flat: Flatness = exact.flatness()
-    half = Fraction(1, 2)
-    assert [q.weights for q in flat.states] == [((half, half),), ((-2, 2),)]
-    assert [q.weights for q in flat.inputs] == [((4, -8, 4),)]
-    assert [q.offset for q in (*flat.states, *flat.inputs)] == [0, 0, 0]
 
 
 NEITHER = (
@@ -204,12 +173,6 @@ TWO, UP = np.diag([0.5, 0.8]), np.array([[0.0, 1.0], [0.0, 0.0]])
 def test_what_cannot_be_led_is_refused(A, B, message):
     with pytest.raises(ValueError, match=f"^system: {message}$"):
         LinearSystem(A, B, sampling_time=T_S).flatness()
-
-
-def test_what_is_refused_goes_by_its_names():
-    system = LinearSystem(TWO, np.array([[1.0], [0.0]]), states=("warm", "cold"), inputs=("heat",), sampling_time=T_S)
-    with pytest.raises(ValueError, match=r"reach 1 of 2 dimensions, and none of them ever changes cold$"):
-        system.flatness()
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1e9])

@@ -40,35 +40,10 @@ def test_a_functional_is_a_weighted_sum_at_shifted_times():
     np.testing.assert_allclose(functional((np.sin,), TIMES), expected, rtol=1e-14)
 
 
-def test_several_signals_add_up():
-    functional = Functional(((Fraction(2),), (), (THIRD, Fraction(-1))), Fraction(-1), 0.25)
-    expected = -1 + 2 * np.sin(TIMES) + np.exp(TIMES) / 3 - np.exp(TIMES + 0.25)
-    np.testing.assert_allclose(functional(SIGNALS, TIMES), expected, rtol=1e-14, atol=1e-15)
-
-
 @given(same_shaped(1), st.floats(-1, 2))
 def test_any_functional_against_a_loop(functionals, t):
     (functional,) = functionals
     assert functional(SIGNALS[:2], np.array(t)) == pytest.approx(naive(functional, SIGNALS[:2], t), abs=1e-12)
-
-
-@pytest.mark.parametrize("shape", [(), (4,), (2, 3), (0,)])
-@pytest.mark.parametrize("weights", [((), ()), ((THIRD,), (THIRD, THIRD))])
-def test_values_have_the_shape_of_the_times(shape, weights):
-    t = np.linspace(0, 1, int(np.prod(shape))).reshape(shape)
-    assert Functional(weights, Fraction(2), 0.1)((np.sin, np.cos), t).shape == shape
-
-
-def test_signals_with_trailing_axes_keep_them():
-    """A whole ray of signals at once."""
-
-    def ray(t):
-        return np.stack([np.sin(t), np.cos(t), t], axis=-1)
-
-    functional = Functional(((Fraction(-2), THIRD),), Fraction(1, 4), 0.1)
-    values = functional((ray,), TIMES)
-    for i, f in enumerate((np.sin, np.cos, lambda t: t)):
-        np.testing.assert_allclose(values[:, i], functional((f,), TIMES), rtol=1e-14, atol=1e-15)
 
 
 @given(same_shaped(3), st.lists(st.fractions(-3, 3, max_denominator=50), min_size=3, max_size=3))
@@ -78,14 +53,6 @@ def test_a_combination_has_the_combined_values(functionals, row):
     np.testing.assert_allclose(both(SIGNALS[:2], TIMES), np.broadcast_to(expected, TIMES.shape), atol=1e-11)
     assert both.offset == sum(r * q.offset for r, q in zip(row, functionals, strict=True))
     assert [len(w) for w in both.weights] == [len(w) for w in functionals[0].weights]
-
-
-def test_a_combination_is_exact():
-    tenths = [Functional(((Fraction(k, 10),),), Fraction(k), 0.1) for k in (1, 2, 3)]
-    both = combined_functional([Fraction(1), Fraction(1), Fraction(-1)], tenths)
-    assert both.weights == ((0,),)
-    assert both.offset == 0
-    assert both.rounded == []
 
 
 @given(same_shaped(1), st.floats(-5, 5), st.floats(-5, 5))
@@ -119,8 +86,3 @@ def test_one_signal_is_seen_through_a_stencil(weights, signal):
     levels = [0.0, 0.0]
     levels[signal] = 1.7
     assert stencil.at_rest(1.7) == pytest.approx(functional.at_rest(levels[: len(weights)]), rel=1e-15)
-
-
-@pytest.mark.parametrize("weights", [((THIRD,), (THIRD,)), ((), ()), ((Fraction(0),), (Fraction(0),))])
-def test_several_signals_or_none_have_no_stencil(weights):
-    assert Functional(weights, Fraction(1), 0.1).stencil is None

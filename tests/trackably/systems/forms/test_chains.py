@@ -12,12 +12,10 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove, prove_on_window
 from trackably.checker import Failed, Proved, check
-from trackably.checker.formulas import parts
 from trackably.codec.converter import dumps, loads
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.formulas import size_and_depth
 from trackably.systems.library import kinematic_bicycle, mobile_robot, pendulum, two_tanks
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.polytopes import Polytope
@@ -126,30 +124,11 @@ def test_random_references_are_proved_and_followed(make: Callable[[int], Referen
             assert isinstance(found, Certificate), (seed, found)
 
 
-def test_a_chain_of_five_is_followed_and_its_parts_are_few():
-    """Written out, the formula of its input has 20,000 parts; evaluated are those that differ, read again or not."""
-    reference = long_chain(5)
-    assert_follows(reference)
-    system = reference.plant.system
-    for flat in (system.flat, loads(NonlinearSystem, dumps(system)).flat):
-        (formula,) = flat.inputs
-        assert size_and_depth(formula)[0] > 20_000
-        assert len(parts(formula)) < 500
-
-
 def test_coupled_inputs_are_found_together():
     rng = np.random.default_rng(2)
     reference = bounded(arm(), tuple(through(0.3 * rng.uniform(-1, 1, 8)) for _ in range(2)))
     assert reference.plant.flatness.orders == (2, 2)
     assert_follows(reference)
-
-
-def test_coupled_inputs_that_are_one_are_not_found():
-    def f(x, u):
-        return [x[0] + x[1], x[1] + np.cos(x[0]) * (u[0] + u[1]), x[2] + x[0] * (u[0] + u[1])]
-
-    with pytest.raises(ValueError, match="flat form"):
-        NonlinearSystem.of(f, ["a", "b", "c"], ["u", "v"], T_S)
 
 
 @pytest.mark.parametrize(("make", "seed"), [(chain, 11), (vehicle, 1)])
@@ -212,8 +191,3 @@ def test_a_wrong_wheelbase_is_refused():
     verdict = check(changed(data, "reference.plant.system.flat.inputs.1", tampered))
     assert isinstance(verdict, Failed)
     assert "flat" in verdict.reason
-
-
-def test_what_is_no_chain_is_refused():
-    with pytest.raises(ValueError, match="found for short chains only"):
-        NonlinearSystem.of(lambda x, u: [x[0] + x[1] ** 2, u[0] * x[0]], ["a", "b"], ["u"], T_S)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.trackably.checker.instances import changed
-from tests.trackably.systems.forms.instances import INPUTS, STATES, T_S, along, drives, eight, robot
+from tests.trackably.systems.forms.instances import T_S, along, eight, robot
 from trackably.certificates import prove as proofs
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
@@ -18,7 +18,7 @@ from trackably.codec.converter import dumps, loads
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.flat_forms import FlatForm, with_heading_in, without_jumps
+from trackably.systems.flat_forms import FlatForm, with_heading_in
 from trackably.systems.formulas import evaluate_floats
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.polytopes import Interval, Polytope
@@ -51,11 +51,6 @@ def test_a_heading_within_bounds_is_the_same_direction_and_does_not_jump_inside_
     np.testing.assert_allclose(evaluate_floats(form.states[0], at), true, atol=1e-12)
 
 
-@pytest.mark.parametrize("bounds", [(-3.0, 3.0), (-0.5, 1.0), (90.0, 91.0), (-4.0, 4.0), (-3.05, 3.25), (-3.0, 5.0)])
-def test_other_headings_stay_as_they_are(bounds: tuple[float, float]):
-    assert with_heading_in(HEADING, 0, Interval(*bounds)) is HEADING
-
-
 @pytest.mark.parametrize("flat", [differences, by_cosine])
 def test_an_eight_is_proved_however_its_turns_are_written(flat):
     plant = ConstrainedSystem(robot(flat), eight().plant.state_set, INPUT_SET)
@@ -63,22 +58,6 @@ def test_an_eight_is_proved_however_its_turns_are_written(flat):
     steps = np.arange(240)
     np.testing.assert_allclose(reference.input(steps), same.input(steps), atol=1e-9)
     assert isinstance(prove(reference), Certificate)
-
-
-def test_a_difference_that_is_no_angle_stays_as_it_is():
-    """Where whole turns matter, a smaller turn is not the same: the integral of the turn rate counts them."""
-
-    def f(state, inputs):
-        return [*drives(state[:3], inputs), state[3] + inputs[1]]
-
-    def flat(z):
-        states, inputs = along(z[:, :2])
-        return [*states, z[0][2]], [inputs[0], z[1][2] - z[0][2]]
-
-    with pytest.raises(ValueError, match="flat form"):
-        NonlinearSystem.of(f, (*STATES, "turned"), INPUTS, T_S, FlatForm.of(flat, 3, ["heading"]))
-    form = FlatForm.of(along, 2, ["heading"])
-    assert without_jumps(form) is form
 
 
 def westward(low: float, high: float) -> Reference:
@@ -108,19 +87,6 @@ def test_bounds_of_a_heading_around_pi_are_proved_and_checked(turns: int):
         verdict = check(changed(data, quarters, wrong))
         assert isinstance(verdict, Failed)
         assert "flat: f does not lead" in verdict.reason
-
-
-def test_bounds_of_nearly_a_turn_are_proved_and_checked():
-    """The heading jumps opposite to their middle, which is no whole number of quarter turns."""
-    reference = westward(np.pi - 2.5, np.pi + 3.3)
-    found = prove_on_window(reference, 0.0, 6.0)
-    assert isinstance(found, Certificate), found
-    written = json.dumps(encode_certificate(found))
-    assert isinstance(check(json.loads(written)), Proved)
-    assert "247.0" in written, "cosine and sine are 247/265 and 96/265"
-    verdict = check(json.loads(written.replace("247.0", "246.0", 1)))
-    assert isinstance(verdict, Failed)
-    assert "flat: f does not lead" in verdict.reason
 
 
 def test_a_heading_that_jumps_is_refused_at_once(monkeypatch):

@@ -51,12 +51,6 @@ def test_steps_approach_the_differential_equation(name):
     assert error(160) < 0.6 * error(80)  # Euler's method: half the step, half the error
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
-def test_each_has_as_many_flat_outputs_as_inputs(name):
-    system = SYSTEMS[name][0](0.1)
-    assert len(system.flatness().orders) == len(system.inputs)
-
-
 def test_an_exact_robot_is_where_the_lines_of_its_chords_meet():
     """The flat outputs of the exact unicycle: headings, and distances of chords from the origin (`mobile_robot`)."""
     rng, step, state = np.random.default_rng(0), 0.5, np.array([0.3, -0.2, 0.7])

@@ -48,12 +48,6 @@ def test_a_robot_that_stands_still_has_no_proof_even_without_a_bound_of_its_spee
     assert isinstance(found, Unproved)
 
 
-def test_what_is_missing_is_said():
-    found = prove(eight(1.5, 0.0, slowest=-1.0))
-    assert isinstance(found, Unproved)
-    assert "a lower bound of its speed above zero" in found.reason
-
-
 def forms():
     def of(change):
         return lambda z: change(z, *along(z))
@@ -79,12 +73,3 @@ class _Later:
 def test_a_wrong_flat_form_is_refused(flat):
     with pytest.raises(ValueError, match="flat form is not one of f"):
         robot(flat)
-
-
-def test_states_that_are_no_angles_cannot_be_called_so():
-    def f(state, inputs):
-        x, y, heading = drives(state, inputs)
-        return [x, y + 1e-3 * state[2], heading]
-
-    with pytest.raises(ValueError, match="calls heading an angle, but the formula of y changes"):
-        robot(f=f)

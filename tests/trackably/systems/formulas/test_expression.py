@@ -7,11 +7,10 @@ from mpmath import mp
 
 from tests.trackably.systems.formulas.random_expressions import expressions, in_balls, many_digits, points
 from trackably.checker.form import a_formula
-from trackably.checker.formulas import FUNCTIONS, Intervals, Name, Operation, names, operands, parts
+from trackably.checker.formulas import FUNCTIONS, Intervals, Name, Operation, operands, parts
 from trackably.checker.formulas import evaluate as checked_value
 from trackably.checker.intervals import iv
-from trackably.systems.flat_forms import alike
-from trackably.systems.formulas import derivative, evaluate_floats, size_and_depth, steps, text, to_lists
+from trackably.systems.formulas import derivative, evaluate_floats, steps, text, to_lists
 
 
 def test_balls_intervals_and_floats_agree():
@@ -67,11 +66,6 @@ def test_derivatives_are_those_of_central_differences():
     assert len(examined) > 120
 
 
-@given(expressions)
-def test_lists_return(expression):
-    assert alike([a_formula(to_lists(expression), "f")], [expression])
-
-
 def test_the_text_of_a_formula_is_the_formula():
     examined = []
 
@@ -91,15 +85,6 @@ def test_the_text_of_a_formula_is_the_formula():
 
     law()
     assert len(examined) > 45
-
-
-def test_what_is_shared_counts_each_time_it_is_written():
-    x = Name("x")
-    for _ in range(40):
-        x = Operation("+", x, x)
-    assert size_and_depth(x) == (2**41 - 1, 41)
-    assert names(x) == {"x"}
-    assert float(evaluate_floats(x, {"x": np.array(1.0)})) == 2.0**40
 
 
 def test_the_steps_of_a_formula_compute_each_node_once_after_its_operands():

@@ -10,11 +10,9 @@ from hypothesis import strategies as st
 from trackably.systems.polytopes import Interval, Polytope
 
 INF = np.inf
-NEVER_REACHED = "where it does not matter, a bound that is never reached will do"
 NO_POINT = "must have an interior, but no point lies strictly inside"
 UNFIT_ROW = "needs finite entries, not all zero, and finite bounds, got"
 NO_MATRIX = "rows must be a matrix with a column for each coordinate, got"
-TRIANGLE = Polytope.halfspaces(np.array([[1.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]), np.array([1.0, 0.0, 0.0]))
 
 
 @pytest.mark.parametrize(
@@ -37,45 +35,12 @@ def test_impossible_sets_are_refused(arguments, message):
         Polytope(*arguments)
 
 
-@pytest.mark.parametrize(
-    ("lower", "upper", "message"),
-    [
-        ([0.0, 1.0], [1.0, 1.0], "must have an interior, got [1, 1] for coordinate 2"),
-        ([0.5], [-0.5], "must have an interior, got [0.5, -0.5] for coordinate 1"),
-        ([np.nan], [1.0], "must have an interior, got [nan, 1] for coordinate 1"),
-        ([INF], [INF], "must have an interior, got [inf, inf] for coordinate 1"),
-        ([0.0, 1.0], [1.0], "as many lower as upper bounds are needed, got (2,) and (1,)"),
-        ([[0.0]], [[1.0]], "as many lower as upper bounds are needed, got (1, 1) and (1, 1)"),
-        (
-            [0.0, -INF],
-            [1.0, 3.0],
-            "coordinate 2 has the bounds [-inf, 3]: give both or none; where one side does not matter, a bound that is "
-            "never reached will do",
-        ),
-    ],
-)
-def test_impossible_boxes_are_refused(lower, upper, message):
-    with pytest.raises(ValueError, match=f"^set: {re.escape(message)}$"):
-        Polytope.box(lower, upper)
-
-
 def test_a_box_bounds_its_coordinates():
     box = Polytope.box([-1.0, -INF, 0.5], [1.0, INF, 2.0])
     assert (box.dimension, len(box.rows)) == (3, 2)
     np.testing.assert_array_equal(box.rows, [[1, 0, 0], [0, 0, 1]])
     assert [bounds for _, bounds in box.intervals] == [Interval(-1.0, 1.0), Interval(0.5, 2.0)]
     assert str(box) == "{x : -1 ≤ 1 x1 ≤ 1, 0.5 ≤ 1 x3 ≤ 2}"
-
-
-def test_a_box_of_numbers_has_one_dimension():
-    assert Polytope.box(-1.0, 2.0).intervals[0][1] == Interval(-1.0, 2.0)
-
-
-def test_nothing_bounded_is_everything():
-    free = Polytope.box([-INF, -INF], [INF, INF])
-    assert (free.dimension, free.rows.shape, free.intervals) == (2, (0, 2), [])
-    np.testing.assert_array_equal(free.margin(np.array([[1e300, -1e300], [0.0, 0.0]])), [INF, INF])
-    assert Polytope(np.empty((0, 3)), np.empty(0), np.empty(0)).dimension == 3
 
 
 @pytest.mark.parametrize("size", [1e-300, 1e-12, 1e-3, 1.0, 1e9, 1e20, 1e100, 1e308])
@@ -101,63 +66,12 @@ def test_interiors_do_not_depend_on_the_units(scale, gap):
             Polytope(rows, lower, upper)
 
 
-def test_depth_in_numbers():
-    """As deep in (0, 1) as in x₁ + x₂ ≤ 1, on a lower side that is never reached."""
-    assert TRIANGLE.depth == pytest.approx(1 / 3, abs=1e-5)
-    assert Polytope.box([0.0, 5.0], [1.0, 9.0]).depth == pytest.approx(0.5)
-
-
 def test_opposite_halfspaces_become_one_interval():
     H = np.array([[1.0, 2.0], [-1.0, 0.0], [-1.0, -2.0], [0.0, 1.0], [1.0, 0.0], [0.0, -1.0]])
     merged = Polytope.halfspaces(H, np.array([4.0, 1.0, 3.0, 5.0, 2.0, 6.0]))
     np.testing.assert_array_equal(merged.rows, [[1, 2], [-1, 0], [0, 1]])
     np.testing.assert_array_equal(merged.lower, [-3, -2, -6])
     np.testing.assert_array_equal(merged.upper, [4, 1, 5])
-
-
-def test_a_row_without_an_opposite_gets_a_bound_that_cuts_nothing_off():
-    np.testing.assert_array_equal(TRIANGLE.rows, [[1, 1], [-1, 0], [0, -1]])
-    np.testing.assert_array_equal(TRIANGLE.upper, [1, 0, 0])
-    assert np.all(TRIANGLE.lower < [0, -1, -1])
-    np.testing.assert_allclose(TRIANGLE.lower, [0, -1, -1], atol=1e-5)
-
-
-@pytest.mark.parametrize(
-    ("H", "h", "message"),
-    [
-        (
-            [[1.0, 0.0], [0.0, 1.0], [0.0, -1.0]],
-            [1.0, 1.0, 1.0],
-            f"must be bounded, but 1 x1 has no lower bound on it; {NEVER_REACHED}",
-        ),
-        ([[1.0, 1.0]], [1.0], f"must be bounded, but 1 x1 + 1 x2 has no lower bound on it; {NEVER_REACHED}"),
-        ([[1.0], [-2.0], [3.0]], [1.0, -4.0, 9.0], "must have an interior, but H x ≤ h has no solution"),
-        ([[1.0], [-1.0]], [1.0, -1.0], f"{NO_POINT} {{x : 1 ≤ 1 x1 ≤ 1}}"),
-        ([[1.0], [-1.0]], [1.0, -2.0], f"{NO_POINT} {{x : 2 ≤ 1 x1 ≤ 1}}"),
-        ([[1.0], [-1.0]], [1.0], "H must be a matrix with a row for each entry of h, got (2, 1) and (1,)"),
-        ([1.0, -1.0], [1.0, 1.0], "H must be a matrix with a row for each entry of h, got (2,) and (2,)"),
-        (np.empty((0, 2)), [], "H must be a matrix with a row for each entry of h, got (0, 2) and (0,)"),
-        (
-            [[1.0], [-1.0]],
-            [1.0, INF],
-            "row 1 of H x ≤ h must be finite, got [-1.0] and inf: leave out what bounds nothing",
-        ),
-        (
-            [[np.nan], [-1.0]],
-            [1.0, 1.0],
-            "row 0 of H x ≤ h must be finite, got [nan] and 1: leave out what bounds nothing",
-        ),
-        ([[1.0], [0.0], [-1.0]], [1.0, 1.0, 1.0], f"row 1 {UNFIT_ROW} [0.0] in [-1e-06, 1.0]"),
-    ],
-)
-def test_impossible_halfspaces_are_refused(H, h, message):
-    with pytest.raises(ValueError, match=f"^set: {re.escape(message)}$"):
-        Polytope.halfspaces(H, h)
-
-
-def test_margins_in_numbers():
-    points = np.array([[0.25, 0.25], [0.5, 0.5], [-0.125, 0.5], [1.0, 1.0], [0.5, 0.125]])
-    np.testing.assert_array_equal(TRIANGLE.margin(points), [0.25, 0.0, -0.125, -1.0, 0.125])
 
 
 @st.composite
@@ -213,12 +127,3 @@ def test_halfspaces_of_a_bounded_set_are_the_same_set(polytope, seed):
     inside = np.min(h - points @ H.T, axis=1)
     clear = np.abs(inside) > 1e-9
     np.testing.assert_array_equal((again.margin(points) > 0)[clear], (inside > 0)[clear])
-
-
-def test_a_set_is_a_copy_that_nobody_can_change():
-    lower = np.array([-1.0])
-    box = Polytope(np.eye(1), lower, np.array([1.0]))
-    lower[0] = -9.0
-    assert box.lower[0] == -1.0
-    with pytest.raises(ValueError, match="read-only"):
-        box.rows[0, 0] = 2.0

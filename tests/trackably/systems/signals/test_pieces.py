@@ -1,7 +1,5 @@
 """Polynomial pieces are what SciPy says of the same numbers, whatever lies beyond them."""
 
-from fractions import Fraction
-
 import numpy as np
 import pytest
 from scipy.interpolate import Akima1DInterpolator, CubicSpline, PPoly
@@ -9,8 +7,6 @@ from scipy.interpolate import Akima1DInterpolator, CubicSpline, PPoly
 from tests.trackably.plants import AXIS
 from trackably.codec.converter import decode, encode
 from trackably.codec.values import CodecError
-from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.signal import KernelSum
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
 
@@ -47,14 +43,6 @@ def test_at_rest_a_signal_keeps_its_first_and_its_last_value(name):
     assert np.all(signal.jet(np.array([-1.0, 4.0, 9.0]), 2)[1:] == 0)
 
 
-@pytest.mark.parametrize("name", PARTNERS)
-def test_a_periodic_signal_repeats(name):
-    signal, t = pieces(PARTNERS[name], "period"), np.linspace(0.01, 3.99, 50)
-    for turns in (-3, 1, 1000):
-        assert signal.jet(t + 4 * turns, 1) == pytest.approx(signal.jet(t, 1), rel=1e-9, abs=1e-9)
-    assert signal.period == 4.0
-
-
 @pytest.mark.parametrize(
     ("breakpoints", "coefficients", "beyond", "reason"),
     [
@@ -72,11 +60,6 @@ def test_what_is_no_signal_is_refused_in_a_sentence(breakpoints, coefficients, b
         PolynomialPieces(breakpoints, coefficients, beyond)
 
 
-def test_a_period_is_exact():
-    signal = PolynomialPieces([0.5, 0.7], [[1.0]], "period")  # Sterbenz: the difference of such numbers is a float64
-    assert Fraction(signal.period) == Fraction(0.7) - Fraction(0.5)
-
-
 def test_references_of_pieces_are_written_and_read_losslessly():
     reference = Reference((pieces(PARTNERS["akima"], "period"),), AXIS)
     data = encode(reference)
@@ -92,12 +75,3 @@ def test_states_and_inputs_of_pieces_obey_the_system():
     reference, k = Reference((pieces(PARTNERS["cubic"], "rest"),), AXIS), np.arange(100)
     x, u = reference.state(k), reference.input(k)
     assert reference.state(k + 1) == pytest.approx(AXIS.system.successor(x, u), rel=1e-9, abs=1e-12)
-
-
-def test_kinds_of_signals_are_not_mixed_up():
-    kernels = KernelSum(SquaredExponential(1.0, 1.0), 0.0, np.zeros(1), np.ones(1))
-    reference = Reference((pieces(PARTNERS["cubic"], "rest"),), AXIS)
-    with pytest.raises(ValueError, match="must be sums of kernels here"):
-        _ = reference.kernel_sums
-    assert Reference((kernels,), AXIS).kernel_sums == (kernels,)
-    assert Reference((kernels,), AXIS).pieces == ()
