@@ -23,15 +23,6 @@ def test_example1_has_the_sound_optimum():
     assert found.solution.objective == pytest.approx(-3.716033, abs=1e-5)
 
 
-@pytest.mark.parametrize("example", PROBLEMS)
-def test_the_back_off_is_small_and_its_cost_is_told(example):
-    found = certified(example)
-    assert found.backoff <= 1e-6
-    assert abs(found.cost) < 1e-3
-    assert f"{found.backoff:.1g}" in found.explanation
-    assert found.attempts < 10
-
-
 def test_a_problem_without_solution_has_none():
     samples, prior, plant, space = PROBLEMS["example1"]
     impossible = bounded(plant, state_set=Interval(0.5, 1.0))
@@ -46,26 +37,6 @@ def test_a_late_violation_makes_the_window_grow():
     found = learn_certified((short,), prior, plant, space)
     assert not isinstance(found, Counterexample), found.explanation
     assert plant is example1.SYSTEM
-
-
-def test_programs_of_all_attempts_are_counted():
-    """The first solution has no constraints, so that there is a second one."""
-    counted = []
-
-    def counting(solve):
-        def solved(*arguments):
-            found = solve(*arguments)
-            counted.append(found.fits)
-            return found
-
-        return solved
-
-    samples, prior, plant, space = PROBLEMS["example1"]
-    free = counting(lambda problem: HYPERPARAMETERS.solve(replace(problem, constraints=())))
-    learner = replace(HYPERPARAMETERS, solve=free, continued=counting(HYPERPARAMETERS.continued))
-    found = learn_certified(samples, prior, plant, space, learner=learner)
-    assert found.attempts == len(counted) > 1
-    assert found.solution.fits == sum(counted) > counted[-1]
 
 
 def test_a_learner_that_finds_nothing_is_followed_by_its_second_choice():

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from tests.trackably.certificates import naive
-from tests.trackably.certificates.decoded import decode_certificate
 from tests.trackably.checker.changes import PLANT, changed
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.certified import Certified, learn_certified
@@ -145,21 +144,6 @@ def test_references_are_certified_and_checked(name):
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_certified_references_are_kept_for_thousands_of_steps(name):
     assert_kept_for_thousands_of_steps(certified(name).reference)
-
-
-@pytest.mark.parametrize("name", PROBLEMS)
-def test_the_bounds_matter(name):
-    """Without them the same samples would be followed more closely, and some bound is met."""
-    found = certified(name)
-    t = np.linspace(0, 7, 5001)
-    margins = [np.min(q.margin(found.reference.signals, t)) / q.bounds.width for q in found.reference.quantities]
-    assert 0 <= min(margins) < 1e-3
-
-
-@pytest.mark.parametrize("name", PROBLEMS)
-def test_certificates_return_from_their_file(name):
-    data = encode_certificate(certified(name).certificate)
-    assert encode_certificate(decode_certificate(data)) == data
 
 
 def test_what_is_shared_is_learned_as_one():

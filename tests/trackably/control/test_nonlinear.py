@@ -6,7 +6,7 @@ import pytest
 from tests.trackably.control import naive
 from trackably.control.controller import Controller
 from trackably.control.search import apply_inputs
-from trackably.control.simulation import shifted_inputs, simulate
+from trackably.control.simulation import simulate
 from trackably.control.stepping import Infeasible, Plan
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
@@ -73,15 +73,6 @@ def test_feasibility_is_kept_and_the_cost_falls(case):
     assert np.max(np.abs(loop.errors[-20:])) < 1e-9
     assert np.min(controller.plant.input_set.margin(loop.inputs)) >= 0
     assert np.min(controller.plant.state_set.margin(loop.states)) >= -1e-9
-
-
-def test_a_warm_start_ends_where_a_cold_one_does(case):
-    controller, reference, state = case
-    first = controller.step(0, state, reference)
-    here = controller.plant.system.successor(state, first.input)
-    cold = controller.step(1, here, reference)
-    warm = controller.step(1, here, reference, shifted_inputs(first, reference))
-    assert warm.cost == pytest.approx(cold.cost, rel=1e-9)
 
 
 def test_infeasibility_is_explained_by_the_least_widening():

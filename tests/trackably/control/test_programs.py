@@ -8,7 +8,7 @@ from tests.trackably.control import instances
 from tests.trackably.control.tube.instances import LOOPS
 from trackably.control.bounds import Slack
 from trackably.control.controller import scaled_controller
-from trackably.control.programs import Program, StepPrograms
+from trackably.control.programs import StepPrograms
 
 HORIZON = 4
 
@@ -82,13 +82,3 @@ def test_the_optimum_is_that_of_a_modelling_language(name, aim):
         found = programs.solve(getattr(programs, aim), off, defects, slack, end)
         expected = modelled(programs, aim, off, defects, slack)
         assert value(programs, aim, found, defects, slack) == pytest.approx(expected, rel=1e-5, abs=1e-7)
-
-
-def test_what_has_no_solution_has_none():
-    """min ‖x‖² with 0.5 ≤ x ≤ 1, and with 2 ≤ x ≤ 1."""
-    unit = np.eye(2)
-    program = Program(2 * unit, np.zeros(2), np.vstack([unit, -unit]), 0)
-    np.testing.assert_allclose(program.solve(np.array([1.0, 1.0, -0.5, 2.0])), [0.5, 0.0], atol=1e-6)
-    assert program.solve(np.array([1.0, 1.0, -0.5, -2.0])) is None
-    with pytest.raises(ArithmeticError, match="not finite"):
-        program.solve(np.array([1.0, 1.0, -0.5, np.inf]))

@@ -24,11 +24,6 @@ TIMES = np.arange(0.0, 2.1, 0.5)
 POSITIONS = Samples(TIMES, np.array([0.0, 0.4, 0.4, -0.2, 0.1]), stencil=STENCIL)
 
 
-def test_the_system_tracks_the_lines_with_their_inputs(example):
-    reference = example.interpolated
-    np.testing.assert_allclose(reference_defects(reference.plant.system, reference.window(0, 500)), 0, atol=1e-12)
-
-
 def test_lines_through_positions_are_straight_between_the_samples_and_there_at_them():
     reference = InterpolatedReference((POSITIONS,), PLANT)
     window = reference.window(0, 60)

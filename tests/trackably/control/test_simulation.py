@@ -45,14 +45,6 @@ def test_feasibility_ends_when_the_reference_leaves_the_state_set_within_the_hor
     assert loop.infeasible[0].widening == pytest.approx(excess, rel=1e-6)
 
 
-def test_with_one_step_feasibility_ends_where_no_admissible_input_follows(example2):
-    """Only the reference's own input leads from its state to its next state: Definition 1 of the paper."""
-    reference, plant = example2.unconstrained, example2.learning.plant
-    needs = instances.first_outside(reference, plant.input_set, reference.input)
-    loop = simulate(controller(example2, 1), reference, reference.state(0), 500)
-    assert loop.first_infeasible_step == needs
-
-
 def test_a_loop_may_go_on_beyond_infeasible_steps(example1):
     reference, plant = example1.unconstrained, example1.learning.plant
     loop = simulate(controller(example1), reference, reference.state(0), 500, on_infeasible=apply_fallback)

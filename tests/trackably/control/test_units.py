@@ -1,12 +1,10 @@
 """The law of units: the same problem in other units has the same answer, in its own units."""
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 import pytest
 
-from pipeline.loops.feasible_set import feasible_set
 from tests.trackably.control import instances
 from tests.trackably.control.test_nonlinear import TANK, bump
 from trackably.control.bounds import Scales
@@ -134,20 +132,6 @@ def test_the_same_problem_in_other_units_has_the_same_answer(case, answers, unit
             if mine.terminal_error is not None:
                 missed = np.array([found.terminal_error / x, mine.terminal_error]) / scales.states
                 np.testing.assert_allclose(missed[0], missed[1], atol=ACCURACY)
-
-
-def test_the_cases_show_plans_with_active_bounds_and_both_kinds_of_infeasibility():
-    for name in ("example 1", "integrator", "tank"):
-        case = CASES[name]
-        found = [case.controller.step(0, np.array(state), case.reference) for state in case.states]
-        assert any(isinstance(answer, Plan) and answer.status == "solved" for answer in found), name
-        assert any(isinstance(answer, Infeasible) for answer in found), name
-
-
-@cache
-def corners(name):
-    """Return the corners of the feasible set in the case's own units."""
-    return feasible_set(CASES[name].controller, CASES[name].reference, 0)
 
 
 @pytest.mark.parametrize(

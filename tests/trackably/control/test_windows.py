@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pipeline.loops.online import receding_window, simulate_online
-from tests.pipeline.loops.test_online import CONTROLLER, PRIOR, STREAM, certified_by_search
+from tests.pipeline.loops.test_online import CONTROLLER, STREAM, certified_by_search
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.control.online import BudgetExceeded, WindowLearner
 from trackably.learning.joint.search import learn_function
@@ -58,12 +58,6 @@ def test_hyperparameters_that_move_make_the_objective_no_larger(first):
     assert moved == [False, True, False, True]
 
 
-def test_known_hyperparameters_cannot_move(first):
-    known = replace(first.solution.posterior, prior=first.solution.posterior.prior.as_known())
-    with pytest.raises(ValueError, match="known cannot move, got moving_every = 3"):
-        WindowLearner(replace(first, solution=replace(first.solution, posterior=known)), moving_every=3)
-
-
 def test_what_is_late_is_not_tracked_and_the_old_reference_stays(first):
     learner = WindowLearner(first, budget=1.0, clock=ticking(0.5, 1.5, 0.5))
     arrivals = [(90 + 10 * i, samples) for i, samples in enumerate(WINDOWS[1:4])]
@@ -78,12 +72,6 @@ def test_what_is_late_is_not_tracked_and_the_old_reference_stays(first):
     assert found.loop.first_infeasible_step is None
     before = found.loop.reference_states[100:110]
     np.testing.assert_allclose(before, early.learned.reference.state_at(0.01 * np.arange(100, 110)), atol=1e-12)
-
-
-def test_without_known_hyperparameters_there_is_no_program_for_the_function(first):
-    space = SearchSpace.around(WINDOWS[0], PRIOR, starts=1)
-    with pytest.raises(ValueError, match=r"function: hyperparameters have to be known, but .*lengthscale"):
-        learn_function(ConstrainedProblem(WINDOWS[0], PRIOR, space))
 
 
 def test_given_values_that_contradict_each_other_find_no_function(first):

@@ -17,12 +17,11 @@ from scipy.interpolate import (
 )
 
 from tests.splines.naive import quantity_at
-from tests.trackably.plants import AXIS, CART, MIXED, SAMPLES
+from tests.trackably.plants import AXIS, CART, MIXED
 from trackably import (
     CertifiedReference,
     Counterexample,
     LinearSystem,
-    NonlinearSystem,
     PolynomialPieces,
     Polytope,
     Proved,
@@ -84,20 +83,6 @@ def test_samples_at_the_steps_with_the_name_of_an_interpolation(interpolation):
     assert by_times.fingerprint == found.fingerprint
 
 
-def test_noisy_samples_taken_as_they_are_need_more_force_than_there_is():
-    found = certify(SAMPLES, AXIS, interpolation="cubic")
-    assert isinstance(found, Counterexample)
-    assert found.quantity == "force"
-    assert found.violation > 0.5
-
-
-def test_flat_outputs_are_taken_as_they_are():
-    found = certify({"z1": CURVES["cubic"]}, AXIS, "all_times")
-    assert isinstance(found, CertifiedReference)
-    assert found.off == {"z1": 0.0}
-    assert np.array_equal(found.reference.pieces[0].coefficients, CURVES["cubic"].c[::-1].T)
-
-
 def test_several_flat_outputs_by_name():
     curves = {"b": CURVES["cubic"], "a": CubicSpline(X, Y, bc_type="clamped")}
     found = certify(curves, CART, "all_times")
@@ -156,19 +141,6 @@ def with_breakpoints(x):
 def test_what_does_not_fit_is_refused(curve, claim, interpolation, reason):
     with pytest.raises(ValueError, match=reason):
         certify(curve, AXIS, claim, interpolation)
-
-
-@pytest.mark.parametrize("curve", [np.sin, "position", np.zeros((3, 2)), None])
-def test_what_is_no_curve_is_refused(curve):
-    with pytest.raises(TypeError, match="trajectory"):
-        certify(curve, AXIS)
-
-
-def test_nonlinear_systems_are_refused_in_a_sentence():
-    system = NonlinearSystem.of(lambda x, u: [x[0] + 0.1 * x[0] ** 2 + u[0]], ["x"], ["u"], 0.1)
-    plant = Plant(system, Polytope.box([-2], [2]), Polytope.box([-1], [1]))
-    with pytest.raises(ValueError, match="linear systems only"):
-        certify({"x": CURVES["cubic"]}, plant)
 
 
 def test_a_certified_reference_is_used_like_a_learned_one(tmp_path):

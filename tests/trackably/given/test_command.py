@@ -150,23 +150,12 @@ def test_what_cannot_be_used(folder, capsys, table, system, reason):
     assert reason in text
 
 
-def test_claims_about_other_times_need_an_interpolation(folder, capsys):
-    code, text = said(capsys, "table.csv", "--system", "system.json", "--claim", "all_times")
-    assert (code, "needs an --interpolation" in text) == (2, True)
-
-
 def test_curves_of_a_nonlinear_system_lead_to_what_proves_them(folder, capsys):
     tank = {"system": {"model": "tank", "sampling_time": 5.0}, "state_set": None, "input_set": None}
     (folder / "tank.json").write_text(json.dumps({**tank, "input_set": {"lower": [0.0], "upper": [2.0]}}))
     write(folder / "level.csv", np.array([[0.0, 0.5, 0.4], [5.0, 0.5, 0.4]]), "t,level,inflow")
     code, text = said(capsys, "level.csv", "--system", "tank.json", "--interpolation", "cubic")
     assert (code, "this one is nonlinear: certify_table proves" in text) == (2, True)
-
-
-def test_a_proof_that_cannot_be_saved_is_told_nevertheless(folder, capsys):
-    code, text = said(capsys, "table.csv", "--system", "system.json", "--save", ".")
-    assert (code, text.startswith("proved for the steps 4 to 33")) == (2, True)
-    assert "error: --save: .: expected the name of a file, got a folder" in text
 
 
 def test_systems_and_sets_are_written_as_in_params_yaml(folder, capsys):

@@ -51,27 +51,3 @@ def test_one_that_is_too_fast_is_refuted():
     found = certify(moved(fs.PolyFamily(6, T=1.2), 1.2), PLANT)
     assert isinstance(found, Counterexample)
     assert found.quantity in ("velocity", "force")
-
-
-def test_a_basis_that_does_not_say_when_its_trajectory_ends():
-    """Left out, T is 1 s, and python-control keeps no times: a proof for the first second would be one of a part."""
-    for basis in (None, fs.PolyFamily(6), fs.BezierFamily(6)):
-        trajectory = moved(basis)
-        for claim in (None, "all_times"):
-            with pytest.raises(ValueError, match=r"give the claim from start to end, as \(0.0, 3.0\)"):
-                certify(trajectory, PLANT, claim)
-        found = certify(trajectory, PLANT, (0.0, 3.0))
-        assert isinstance(found, CertifiedReference)
-        assert found.certificate.claim.span == (0.0, 3.0)
-        assert found(3.0)[0] == pytest.approx(trajectory.eval([3.0])[0][0, 0], abs=1e-3)
-
-
-def test_states_that_are_no_polynomials_are_refused():
-    class Wave:
-        basis, coeffs, flaglen, nstates = fs.PolyFamily(4, T=3.0), [], [], 2
-
-        def eval(self, t):
-            return np.stack([np.sin(3 * np.asarray(t)), np.cos(3 * np.asarray(t))]), None
-
-    with pytest.raises(ValueError, match="no polynomials of degree 3"):
-        certify(Wave(), PLANT)

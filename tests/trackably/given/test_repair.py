@@ -47,14 +47,6 @@ def test_what_was_refuted_is_proved_after_a_repair(case, tmp_path):
         assert np.sqrt(np.mean(apart**2)) == pytest.approx(moved.rms, rel=2e-2)
 
 
-def test_what_is_proved_stays_as_it_is():
-    curve = CubicSpline(X, Y, bc_type="clamped")
-    found, given = repair(curve, AXIS, "all_times"), certify(curve, AXIS, "all_times")
-    assert isinstance(found, CertifiedReference)
-    assert found.fingerprint == given.fingerprint
-    assert (found.moved["position"].most, found.off) == (0.0, given.off)
-
-
 def test_nothing_is_much_nearer():
     """With inputs that are free, the nearest curve is the given one, cut off at the bound."""
     plant = ConstrainedSystem(CART.system, Polytope.box([-1, -9], [0.5, 9]), Polytope.box([-99, -99], [99, 99]))
@@ -92,10 +84,3 @@ def test_a_start_that_breaks_a_bound_is_moved():
     assert -1.1 < found.state(0)[0] < -1.09
     with pytest.raises(ValueError, match="start must be one of given, free"):
         repair(curve, AXIS, "all_times", start="anywhere")
-
-
-def test_a_start_from_which_nothing_is_found_is_named():
-    hasty = CubicSpline(X, [0.15, 0.6, 0.3, 0.0], bc_type=((1, 0.9), (1, 0.0)))  # too fast to stop before the bound
-    found = repair(hasty, AXIS, "all_times")
-    assert isinstance(found, Unproved)
-    assert 'one may exist that does not (start="free")' in found.explanation

@@ -105,9 +105,3 @@ def test_no_error_is_farther_in_the_direction_from_the_nearest_one(name, beyond)
             assert gap <= 1e-9 * (normal @ (e - found)) + 1e-13 * sizes * (1 + beyond) ** 2
             assert errors.contains(found)
             assert nearest(found) is found
-
-
-def test_a_point_beyond_floating_point_has_no_nearest_one():
-    errors = LOOPS["three states"].controller.errors
-    with np.errstate(invalid="ignore"), pytest.raises(np.linalg.LinAlgError, match="beyond floating point"):
-        Nearest(errors, np.eye(3))(np.full(3, np.inf))
