@@ -234,3 +234,44 @@ def test_a_check_needs_a_positive_time(seconds: object) -> None:
     expected = TypeError if isinstance(seconds, str) else ValueError
     with pytest.raises(expected, match=r"^check: seconds"):
         check({}, seconds=seconds)  # type: ignore[arg-type]
+
+
+A, B, INF, NAN = np.array([[0.0, 1.0], [-2.0, -3.0]]), np.array([[0.0], [1.0]]), np.inf, np.nan
+box, halfspaces = Polytope.box, Polytope.halfspaces
+
+IMPOSSIBLE: dict[str, list[Callable[[], object]]] = {
+    "system: ": [
+        *(lambda wrong=wrong: system(wrong, B) for wrong in (np.zeros((2, 3)), np.zeros(2), np.diag([1.0, INF]))),
+        *(lambda wrong=wrong: system(A, wrong) for wrong in (np.zeros((3, 1)), np.zeros(2), [[NAN], [1.0]])),
+        *(lambda wrong=wrong: system(A, B, wrong) for wrong in (np.zeros(3), np.zeros((2, 1)), [0.0, INF])),
+        *(lambda wrong=wrong: system(A, B, states=wrong) for wrong in (("p",), ("p", "p"), ("u1", "v"))),
+        *(lambda wrong=wrong: LinearSystem(A, B, sampling_time=wrong) for wrong in (0.0, -0.1, NAN, INF)),
+    ],
+    "set: ": [
+        *(lambda of=of: box(*of) for of in (([0, 1], [1, 1]), ([0.5], [-0.5]), ([NAN], [1]), ([INF], [INF]))),
+        *(lambda of=of: box(*of) for of in (([0, 1], [1]), ([[0]], [[1]]), ([0, -INF], [1, 3]))),
+        *(lambda h=h: halfspaces([[1.0], [-1.0]], h) for h in ([1, -1], [1, -2], [1], [1, INF], [NAN, 1])),
+        *(lambda H=H: halfspaces(H, [1.0, 1.0]) for H in ([1.0, -1.0], [[1.0, 0.0], [-1.0, 1.0]], [[1.0], [0.0]])),
+    ],
+}
+
+
+@pytest.mark.parametrize(("said", "call"), [(said, call) for said, calls in IMPOSSIBLE.items() for call in calls])
+def test_impossible_systems_and_sets_are_refused(said: str, call: Callable[[], object]) -> None:
+    with pytest.raises(ValueError, match=rf"^{said}.+"):
+        call()
+
+
+def test_what_is_given_is_copied_and_cannot_be_changed() -> None:
+    given = {name: np.array(values) for name, values in {"A": A, "lower": [-1.0], "times": [0.0, 1.0]}.items()}
+    held = {
+        "A": system(given["A"], B).A,
+        "lower": box(given["lower"], [1.0]).lower,
+        "times": Samples(given["times"], [0.0, 1.0]).times,
+    }
+    for name, array in held.items():
+        before = array.copy()
+        given[name].flat[0] = -9.0
+        np.testing.assert_array_equal(array, before)
+        with pytest.raises(ValueError, match="read-only"):
+            array.flat[0] = 1.0
