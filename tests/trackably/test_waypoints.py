@@ -192,10 +192,10 @@ RESTING = {
 }
 
 
-@pytest.mark.parametrize("name", RESTING)
+@pytest.mark.parametrize("name", [name for name in RESTING if name != "an arm"])  # a tank is no line either
 def test_at_rest_the_system_stays_where_it_is_with_the_input_that_holds_it(name, tmp_path):
     plant, samples = RESTING[name]
-    at, start = ({3.0: "rest"}, 2.0) if name == "an arm" else ({0.0: "rest", 3.0: "rest"}, 0.0)
+    at, start = {0.0: "rest", 3.0: "rest"}, 0.0
     found = learn_reference(samples, plant, SquaredExponential(1.0, 1.0), (start, 3.0), noise_std=0.02, at=at)
     assert [pinned.time for pinned in found.fit.pinned] == list(at)
     for pinned in found.fit.pinned:

@@ -98,7 +98,7 @@ def test_values_are_within_the_certified_error_for_years(of: object) -> None:
 
 
 @pytest.mark.skipif(CC is None, reason="there is no C compiler")
-@pytest.mark.parametrize("options", [(), ("-O3", "-march=native", "-ffp-contract=fast"), ("-O0",)])
+@pytest.mark.parametrize("options", [(), ("-O3", "-march=native", "-ffp-contract=fast")])
 @pytest.mark.parametrize("of", [periodic, irregular])
 def test_values_in_c_are_within_the_certified_error_for_years(
     of: object, options: tuple[str, ...], tmp_path: Path

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.experiments import load_experiment
-from tests.pipeline.params import changed, written_to
+from tests.pipeline.params import alone, changed, written_to
 from trackably.errors import InputError
 
 NOISE = "kernel: {type: squared_exponential}, noise_std: 0.01"
@@ -228,7 +228,7 @@ WRONG = [
 
 @pytest.mark.parametrize(("name", "right", "wrong", "sentence"), WRONG, ids=[f"{w[0]}: {w[2]}" for w in WRONG])
 def test_a_wrong_parameter_is_one_sentence(name: str, right: str, wrong: str, sentence: str, tmp_path: Path) -> None:
-    path = written_to(tmp_path, changed(name, (right, wrong)))
+    path = written_to(tmp_path, alone(name, changed(name, (right, wrong))))
     with pytest.raises(InputError) as raised:
         load_experiment(name, path)
     message = str(raised.value)
@@ -249,7 +249,9 @@ def test_all_mistakes_of_an_entry_are_told_at_once(tmp_path: Path) -> None:
         ("tightness: [0.05, 0.02,", "tightness: [0.05, true,", r"study\.tightness\.1: .*got True"),
     ]
     for chosen in (wrong, wrong[1:6], wrong[:2], wrong[1:3]):
-        path = written_to(tmp_path, changed("example1", *((right, instead) for right, instead, _ in chosen)))
+        path = written_to(
+            tmp_path, alone("example1", changed("example1", *((right, instead) for right, instead, _ in chosen)))
+        )
         with pytest.raises(InputError) as raised:
             load_experiment("example1", path)
         assert [p for *_, p in chosen if not re.search(p, str(raised.value))] == []

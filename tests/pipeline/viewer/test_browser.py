@@ -14,9 +14,8 @@ from tests.pipeline.viewer import browser
 from tests.pipeline.viewer.background import serving
 from tests.project import ROOT
 
-SHOWN_BY = {"example1-resampled": "example1"}
-"""Of two experiments with the same plots one is opened: the one with more topics."""
-EXPERIMENTS = sorted(path.name for path in (ROOT / "data" / "results").iterdir() if [*path.glob("*.mcap")])
+EXPERIMENTS = ("example1", "vehicle")
+"""One with plots alone, and one with a scene: `test_scene.py` has what all logs have to show."""
 
 
 class Opened:
@@ -41,7 +40,7 @@ def opened() -> Iterator[Opened]:
         yield Opened(page, address, served, viewer)
 
 
-@pytest.mark.parametrize("name", [name for name in EXPERIMENTS if name not in SHOWN_BY])
+@pytest.mark.parametrize("name", EXPERIMENTS)
 def test_logs_open_with_their_layout(opened: Opened, name: str) -> None:
     results = opened.open(name)
     titles = browser.tabs(opened.page)
@@ -50,9 +49,3 @@ def test_logs_open_with_their_layout(opened: Opened, name: str) -> None:
         browser.wait_until_drawn(opened.page, title)
     assert sorted(browser.topics(opened.page)) == sorted(topics_of(results))
     assert opened.complaints == []
-
-
-@pytest.mark.parametrize(("name", "other"), SHOWN_BY.items())
-def test_what_is_not_opened_has_nothing_that_the_other_lacks(name: str, other: str) -> None:
-    topics = [topics_of(Results(of, ROOT / "data" / "results")) for of in (name, other)]
-    assert {*topics[0]} <= {*topics[1]}

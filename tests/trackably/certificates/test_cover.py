@@ -12,7 +12,7 @@ from trackably.checker import Proved, check
 @pytest.mark.parametrize("make", [case, general_case])
 def test_what_is_likely_is_proved_where_it_would_be_anyway(make):
     """Bounds are kept or broken by a hair: who is believed to keep them is checked no less."""
-    for seed in range(9300, 9350):
+    for seed in range(9300, 9306):
         tried = make(seed).reference
         likely, anyway = prove(tried, is_likely=True), prove(tried)
         assert type(likely) is type(anyway)

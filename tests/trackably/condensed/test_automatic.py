@@ -13,8 +13,6 @@ from trackably import (
     ConstrainedSystem,
     LinearSystem,
     Matern32,
-    Matern52,
-    PiecewisePolynomial2,
     Polytope,
     Samples,
     SquaredExponential,
@@ -62,8 +60,6 @@ def differs(learned: JointPosterior, samples: Samples) -> tuple[float, float]:
     ("kernel", "speed"),
     [
         (Matern32(0.7, 1.5), 1.4),
-        (Matern52(0.8, 3.0), 0.3),
-        (PiecewisePolynomial2(0.7, 6.0), 0.3),
         (SquaredExponential(0.6, 0.5), 0.1),
     ],
     ids=str,

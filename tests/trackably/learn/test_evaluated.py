@@ -33,12 +33,10 @@ def learned(sampling_time: float, noise: float, kernel: Periodic, method: Method
     times = np.linspace(0, 16, 60)
     values = 2 * np.sin(2 * np.pi * times / 8) + noise * np.random.default_rng(0).standard_normal(times.size)
     samples = Samples(times, values)
-    return learn_reference(samples, chain_of_four(sampling_time), kernel, "all_phases", method=method, starts=2)
+    return learn_reference(samples, chain_of_four(sampling_time), kernel, "all_phases", method=method, starts=1)
 
 
-@pytest.mark.parametrize(
-    ("method", "sampling_time", "noise"), [("joint", 0.01, 0.02), ("hyperparameters", 0.02, 0.001)]
-)
+@pytest.mark.parametrize(("method", "sampling_time", "noise"), [("joint", 0.01, 0.02)])
 def test_a_sine_is_proved_and_followed(method: Method, sampling_time: float, noise: float, tmp_path):
     found = learned(sampling_time, noise, Periodic(), method)
     for file in found.save_certificate(tmp_path / "sine.json"):
@@ -48,9 +46,3 @@ def test_a_sine_is_proved_and_followed(method: Method, sampling_time: float, noi
     assert re.search(r"lengthscale = [0-9.]+: float64 does not evaluate those twice as long", found.explanation)
     found.save(tmp_path / "saved.json")
     assert TrackableReference.load(tmp_path / "saved.json").explanation == found.explanation
-
-
-def test_what_can_be_evaluated_is_searched_to_its_end():
-    found = learned(0.1, 0.02, Periodic(period=8.0))
-    assert found.hyperparameters["lengthscale"] == pytest.approx(10.0)
-    assert "float64 does not" not in found.explanation

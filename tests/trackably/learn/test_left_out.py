@@ -1,7 +1,7 @@
 """A prior mean and a noise that are left out are learned from the samples, without bounds; what is learned is said."""
 
 import warnings
-from functools import partial
+from functools import cache, partial
 from typing import Literal
 
 import numpy as np
@@ -13,7 +13,6 @@ from trackably import (
     ConstrainedSystem,
     DoubtfulInputWarning,
     LinearSystem,
-    Matern32,
     Matern52,
     NonlinearSystem,
     Periodic,
@@ -54,17 +53,17 @@ def swing(level: float = 0.0, noise: float = 0.1) -> Samples:
     return Samples(T, level + np.sin(1.7 * T) + 0.4 * np.sin(3.1 * T) + noise * NOISE[0])
 
 
-def followed(level: float, kernel, claim, **options) -> TrackableReference:
+@cache
+def followed(level: float, kernel, claim) -> TrackableReference:
     """The swing about a level, at 0.7 of its speed."""
-    return learn_reference(swing(level), integrator(level - 2, level + 2, 1.6), kernel, claim, starts=4, **options)
+    return learn_reference(swing(level), integrator(level - 2, level + 2, 1.6), kernel(), claim, starts=2)
 
 
-@pytest.mark.parametrize("level", [293.15, 80.0, -1200.0])
-@pytest.mark.parametrize("kernel", [SquaredExponential, Matern32, Matern52])
-@pytest.mark.parametrize("claim", ["all_times", (0.0, 5.9)])
+@pytest.mark.parametrize("level", [293.15, -1200.0])
+@pytest.mark.parametrize(("kernel", "claim"), [(SquaredExponential, "all_times"), (Matern52, (0.0, 5.9))])
 def test_a_reference_moves_with_its_samples_and_bounds(level, kernel, claim) -> None:
     """Whatever the level: 293 K, or 20 °C."""
-    here, there = followed(0.0, kernel(), claim), followed(level, kernel(), claim)
+    here, there = followed(0.0, kernel, claim), followed(level, kernel, claim)
     assert there.prior.parts[0].mean - level == pytest.approx(here.prior.parts[0].mean, abs=1e-2)
     assert there.misfit["state"] == pytest.approx(here.misfit["state"], rel=1e-2)
     np.testing.assert_allclose(there.state(np.arange(118)) - level, here.state(np.arange(118)), atol=0.02)
@@ -164,8 +163,8 @@ def test_in_a_window_it_is_the_likeliest_of_all(name: str) -> None:
 
 
 def test_periodic_references_swing_about_the_mean_that_they_learn() -> None:
-    t = np.linspace(0, 12, 60)
-    samples = Samples(t, 80 + np.sin(2 * np.pi * t / 4) + 0.05 * NOISE[1])
+    t = np.linspace(0, 12, 40)
+    samples = Samples(t, 80 + np.sin(2 * np.pi * t / 4) + 0.05 * NOISE[1][:40])
     kernel = Periodic(period=(3.0, 5.0))
     found = learn_reference(samples, integrator(78, 82, 1.2), kernel, "all_phases", starts=2)
     assert found.prior.parts[0].mean == pytest.approx(80, abs=0.5)
