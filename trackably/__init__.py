@@ -6,6 +6,7 @@ All that a notebook or a program needs is imported from here:
 - the plant: a `ConstrainedSystem` of a `LinearSystem` or a `NonlinearSystem`, and of sets such as `Polytope.box`
 - the prior: kernels such as `SquaredExponential` and `Periodic`, which add and multiply
 - learning with a proof: `learn_reference`, `learn_stream` for long recordings, `learn_many` for many of them
+- what is known of the true signal: `Truth`, which learning takes
 - trajectories from elsewhere: `certify`, `repair`, `certify_table`
 - trajectories of robots: `Joints`, `JointTrajectory`, `certify_joints`, `repair_joints`, `stretch_joints`, `Gate`
 - proofs of others: `check`
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from trackably.certificates.outcome import Counterexample as Counterexample
     from trackably.certificates.outcome import Impossible as Impossible
     from trackably.certificates.outcome import InfeasibleTightening as InfeasibleTightening
+    from trackably.certificates.outcome import NoSignal as NoSignal
     from trackably.certificates.outcome import Unproved as Unproved
     from trackably.checker import Failed as Failed
     from trackably.checker import NotACertificate as NotACertificate
@@ -102,6 +104,7 @@ if TYPE_CHECKING:
     from trackably.systems.nonlinear import NonlinearSystem as NonlinearSystem
     from trackably.systems.pieces import PolynomialPieces as PolynomialPieces
     from trackably.systems.polytopes import Polytope as Polytope
+    from trackably.truth import Truth as Truth
 
 __version__ = "0.2.0"
 
@@ -137,6 +140,7 @@ _MODULES = {
     "Matern32": "gp.kernels.matern",
     "Matern52": "gp.kernels.matern",
     "Matern72": "gp.kernels.matern",
+    "NoSignal": "certificates.outcome",
     "NonlinearSystem": "systems.nonlinear",
     "NotACertificate": "checker",
     "NotTrackableError": "certificates.judge",
@@ -160,6 +164,7 @@ _MODULES = {
     "Sum": "gp.kernels.base",
     "Table": "given.table",
     "TrackableReference": "reference",
+    "Truth": "truth",
     "TubeController": "control.tube",
     "Undecided": "checker",
     "Unproved": "certificates.outcome",

@@ -46,6 +46,7 @@ from trackably.request.samples import Measurements, SamplesLike
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet
 from trackably.threads import one_blas_thread
+from trackably.truth import TruthLike, signal_classes, with_truth
 from trackably.waypoints import Waypoints, waypoints
 
 Found = tuple[Certified, tuple[Condensation, ...], tuple[str, ...]]
@@ -75,6 +76,7 @@ def learn_reference(
     measurement_noise: DisturbanceSet | None = None,
     feedback: ArrayLike | None = None,
     margin: float = 0.0,
+    truth: TruthLike | None = None,
     near: TrackableReference | None = None,
     starts: int = 8,
     budget: float | None = None,
@@ -145,6 +147,11 @@ def learn_reference(
         that leaves the most of the bounds, among some weights.
     margin
         The part of each width that the reference keeps free at either bound, for those who have no W.
+    truth
+        What is known of the true signal of a sampled state, Truth(noise=…, second_derivative=…), by name or for the
+        only one: bounds of the sensor's error and of the signal's slope or second derivative, from the sensor and from
+        other data than these samples. The certificate then says how far the reference is at most from every such
+        signal, from the first sample to the last, and `accuracy` says how near any reference could be.
     near
         A reference that was learned of the same names with the same kernels, for other bounds, samples or times: the
         function for its hyperparameters and prior means is one more candidate, and the search starts there too. So J is
@@ -185,13 +192,14 @@ def learn_reference(
         `outcome` is `Impossible` where values of `at` and bounds contradict each other whatever the kernel, and
         `InfeasibleTightening` where bounds do that are drawn in for this feedback or margin: both are found before
         anything is learned, and `save_contradiction` writes what the checker accepted. It is `OutOfTime` where the
-        budget ended before anything was proved.
+        budget ended before anything was proved, and `NoSignal` where no signal of `truth` explains the samples.
 
     """
     end = _end_of(budget)
     plant, tightening = drawn_in(plant, disturbance, feedback, margin, measurement_noise)
     claim, learner = claimed(claim), _learner(method, at, learn_from, near)
     measured = Measurements.of(samples, plant, noise_std, centres)
+    classes = signal_classes(truth, measured.given, plant)
     level, between = split_means(mean, measured.names, measured.given)
     shared = frozenset({"period"}) if claim == "all_phases" and len(measured.names) > 1 else frozenset[str]()
     prior = prior_for(plant, measured.priors(kernel, level), shared)
@@ -239,7 +247,7 @@ def learn_reference(
         solution, ended = certified.solution, None if is_whole else budget
         assert solution.unconstrained, "it is beside the one without bounds"
         fit = Fit.of(certified.reference, solution, solution.unconstrained, pinned, cost, limited, ended)
-    certificate = replace(certified.certificate, robust=robust_of(tightening))
+    certificate = with_truth(replace(certified.certificate, robust=robust_of(tightening)), classes)
     learned = TrackableReference(fit, certificate, proofs, tightening)
     if sentence := ignored(learned.fit):
         sentence += ', or method="joint"' if method == "hyperparameters" else ""

@@ -33,6 +33,7 @@ from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.draws import Bands, Draws, band, bounded_steps, draws_within_bounds
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
+from trackably.truth import Accuracy, accuracy
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,6 +173,16 @@ class TrackableReference(ProvedReference):
             longer_than_memory(fit),
         ]
         return "; ".join(filter(None, said))
+
+    def accuracy(self, name: str | None = None) -> Accuracy:
+        """Return how far a state is from its true signal, beside what could be reached; the first one without a name.
+
+        ValueError: no `truth` was given of it.
+        """
+        for truth in self.certificate.truth:
+            if name in (None, truth.state):
+                return accuracy(self.reference, truth)
+        raise ValueError(f"accuracy: no truth was given of {name or 'any state'}")
 
     def unconstrained(self) -> Reference:
         """Return the reference of least l without bounds, to compare with: the system may be unable to follow it."""

@@ -15,6 +15,7 @@ from trackably.certificates.claim import OnWindow
 from trackably.certificates.pinned import prove_pinned
 from trackably.certificates.prove import Failure, prove, prove_on_window
 from trackably.certificates.robust import robust_of
+from trackably.checker.certificate import TrueSignal
 from trackably.errors import InputError
 from trackably.files import LEFT_OUT, read_bytes, write_atomically
 from trackably.fit import Fit
@@ -127,11 +128,12 @@ class SavedReference(Saved):
     proved_from: float | None
     proved_until: float | None
     tightening: SavedTightening | None = field(default=None, metadata={LEFT_OUT: True})
+    truth: tuple[TrueSignal, ...] | None = field(default=None, metadata={LEFT_OUT: True})
 
     @classmethod
     def of(cls, fit: Fit, certificate: Certificate, tightening: Tightening | None) -> Self:
         start, end = window_of(certificate)
-        return cls(fit, start, end, SavedTightening.maybe(tightening))
+        return cls(fit, start, end, SavedTightening.maybe(tightening), certificate.truth or None)
 
     @property
     def reference(self) -> Reference:
@@ -142,5 +144,6 @@ class SavedReference(Saved):
         found = self.proof()
         if not isinstance(found, Certificate):
             return found
+        found = replace(found, truth=self.truth or ())
         pinned = prove_pinned(self.reference, self.fit.pinned)
         return (found, pinned) if isinstance(pinned, tuple) else pinned

@@ -2,6 +2,7 @@
 
 import sys
 import warnings
+from contextlib import suppress
 from pathlib import Path
 from typing import assert_type
 
@@ -41,6 +42,7 @@ from trackably import (
     Matern52,
     Matern72,
     NonlinearSystem,
+    NoSignal,
     NotACertificate,
     NotTrackableError,
     Periodic,
@@ -63,6 +65,7 @@ from trackably import (
     Sum,
     Table,
     TrackableReference,
+    Truth,
     TubeController,
     Undecided,
     Unproved,
@@ -205,6 +208,17 @@ gate = Gate(arm, lead=0.02, budget=0.1)
 answered = gate(moves, gate.at_rest([0.0, 0.0], now=0.0), now=0.1)
 assert_type(answered, GateAnswer)
 assert_type(gate.stop(answered.running, 0.2).running, CertifiedTrajectory)
+near = learn_reference(
+    {"position": recording.samples("position")},
+    plant,
+    kernel,
+    (0.0, 1.0),
+    truth={"position": Truth(0.002, second_derivative=0.5, rate="velocity", rate_noise=0.1)},
+)
+assert_type(near.accuracy("position").error, float)
+with suppress(NotTrackableError):
+    learn_reference(recording.samples("position"), plant, kernel, (0, 1), truth=Truth(noise=0.002, slope=1))
+assert_type(NoSignal("position", 0.1, (), {}, "slope", 0.1).growth, float)
 warnings.simplefilter("error", IgnoresSamplesWarning)
 warnings.simplefilter("ignore", DoubtfulInputWarning)
 

@@ -7,7 +7,9 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.certificates.claim import AllPhases, AtInstants, Claim
 from trackably.certificates.robust import Robust
+from trackably.checker.certificate import TrueSignal
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.polytopes import rounded
 from trackably.systems.reference import Reference
 
 _TIME_TOLERANCE, TIME_TOLERANCE_OF_PIECES = 1e-12, 2.0**-50
@@ -32,7 +34,8 @@ class Certificate:
     `input` and `window` give it (by sums of products, of polynomial pieces in twice the precision), at a float64 time
     |t| ≤ `evaluated_until` [s] stays inside too; at later ones too, up to `last_time`, where all signals have a period.
     `covers` holds the boxes of the proof by quantity (none for instants). `terms` is the number of Taylor coefficients
-    of each enclosure (0 without boxes). `robust` says what follows for the disturbed system.
+    of each enclosure (0 without boxes). `robust` says what follows for the disturbed system, and `truth` how far states
+    are from true signals.
     """
 
     reference: Reference
@@ -42,6 +45,7 @@ class Certificate:
     evaluation_error: dict[str, float]
     evaluated_until: float
     robust: Robust | None = None
+    truth: tuple[TrueSignal, ...] = ()
 
     @property
     def explanation(self) -> str:
@@ -50,7 +54,8 @@ class Certificate:
         plant = self.reference.plant
         chosen = f", with inputs in {_box(plant)} that push alike" if plant.allocation else ""
         disturbed = f"; {self.robust.explanation}" if self.robust else ""
-        return f"proved for {self.claim}: {kept}{self._limit}{chosen}{disturbed}"
+        truth = "".join(map(_truth, self.truth))
+        return f"proved for {self.claim}: {kept}{self._limit}{chosen}{disturbed}{truth}"
 
     def __repr__(self) -> str:
         return f"Certificate({self.explanation})"
@@ -106,6 +111,14 @@ class Certificate:
             return np.zeros(t.shape)
         sampling_time = self.reference.plant.sampling_time
         return np.abs(t - np.round(t / sampling_time) * sampling_time)
+
+
+def _truth(of: TrueSignal) -> str:
+    plant = "" if of.plant is None else f", and so is the plant at steps, within {rounded(of.plant, 'up')}"
+    return (
+        f"; from {of.ends[0]:g} s to {of.ends[-1]:g} s {of.state} is within {rounded(of.error, 'up')} of every true "
+        f"signal that explains its samples{plant}"
+    )
 
 
 def _box(plant: ConstrainedSystem) -> str:

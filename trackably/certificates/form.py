@@ -40,6 +40,7 @@ def encode_certificate(certificate: Certificate) -> dict[str, Any]:
         "claim": {**_claim(certificate.claim), **_proof(certificate)},
         **encode_subject(certificate.reference),
         **_robust(certificate.robust),
+        **({"truth": [_without_none(as_written(of)) for of in certificate.truth]} if certificate.truth else {}),
         "evaluation": {"until": certificate.evaluated_until, "errors": dict(certificate.evaluation_error)},
     }
 
@@ -145,6 +146,13 @@ def _set(disturbance: DisturbanceSet) -> dict[str, Any]:
 
 def _texts(vector: Sequence[Fraction]) -> list[str]:
     return [str(value) for value in vector]
+
+
+def _without_none(written: Any) -> Any:
+    """Return what was written, without the fields that are left out."""
+    if not isinstance(written, dict):
+        return written
+    return {name: _without_none(value) for name, value in written.items() if value is not None}
 
 
 def as_written(value: object) -> Any:

@@ -102,6 +102,26 @@ class Impossible(OutOfReach):
 
 
 @dataclass(frozen=True, repr=False)
+class NoSignal(OutOfReach):
+    """No true signal explains the samples of the state `given`: these, in `among`, contradict each other.
+
+    None of them can be left out. The noise's bound would have to be larger by `missing` at least (0: it does not help
+    alone), or the one that is `limited`, "slope" or "second derivative", by `growth`.
+    """
+
+    limited: str
+    growth: float
+
+    @property
+    def explanation(self) -> str:
+        noise = f"noise that is larger by {rounded(self.missing, 'down')}, or a " if self.missing else "a "
+        return (
+            f"no true signal explains the samples of {self.given}: {'; '.join(self.among)} contradict each other. "
+            f"It takes {noise}{self.limited} that is larger by {rounded(self.growth, 'down')} at least"
+        )
+
+
+@dataclass(frozen=True, repr=False)
 class InfeasibleTightening(OutOfReach):
     """No reference keeps the bounds drawn in by this `tightening`, whatever the kernel and the samples.
 

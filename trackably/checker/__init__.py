@@ -38,7 +38,8 @@ Extensions. Each is a theorem with its proof, at the head of its module, and say
   - `tables`:         states and inputs at steps, shown to keep bounds and dynamics, or to break them;
   - `counterexample`: a time at which a bound is broken;
   - `joints`:         trajectories of joints, the derivatives of which keep limits, or break them;
-  - `contradiction`:  bounds and values that no reference satisfies.
+  - `contradiction`:  bounds and values that no reference satisfies;
+  - `truth`:          how far states are from every signal that explains samples, or that there is none.
 
 Which reference. The answer names the SHA-256 of all that defines x(t) and u(t): the signals, the system with its flat
 form, and M, N, x₀ and u₀ (`form.fingerprint` has the canonical form). Certificates and counterexamples with the same
@@ -74,6 +75,7 @@ from trackably.checker.answers import (
     Refuted,
     Undecided,
     Verdict,
+    contradicted,
     impossible,
     of_broken_joints,
     of_joints,
@@ -101,6 +103,8 @@ from trackably.checker.joints import FORMAT as JOINTS
 from trackably.checker.joints import everything, read_broken_joints, read_joints
 from trackably.checker.tables import FORMAT as TABLE
 from trackably.checker.tables import REFUTED as REFUTED_TABLE
+from trackably.checker.truth import CONTRADICTION as CONTRADICTED
+from trackably.checker.truth import read_contradicted
 from trackably.checker.watch import Report, UndecidedError, watched
 
 try:
@@ -132,6 +136,7 @@ def _check(data: object, first_pass: FirstPass) -> Verdict:
         FORMAT: lambda content: proved(read_certificate(content), first_pass),
         COUNTEREXAMPLE: lambda content: refuted(read_counterexample(content), first_pass),
         CONTRADICTION: lambda content: impossible(read_contradiction(content)),
+        CONTRADICTED: lambda content: contradicted(read_contradicted(content)),
         TABLE: lambda content: of_table(read_table(content)),
         JOINTS: lambda content: of_joints(
             read_joints(content), everything if first_pass is NO_FIRST_PASS else undecided, first_pass

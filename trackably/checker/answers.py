@@ -25,11 +25,20 @@ from trackably.checker.piecewise import check_pieces, check_signals, value_of_pi
 from trackably.checker.quantities import Quantity, quantities
 from trackably.checker.redundancy import check_input_set
 from trackably.checker.rounding import check_rounding, check_sizes
-from trackably.checker.statement import refutation, robust_statement, statement, table_refutation, table_statement
+from trackably.checker.statement import (
+    no_signal,
+    refutation,
+    robust_statement,
+    statement,
+    table_refutation,
+    table_statement,
+    truth_statement,
+)
 from trackably.checker.subject import Bound, Subject
 from trackably.checker.tables import RefutedTable, Table, check_refuted_table, check_table
 from trackably.checker.tail import check_tail
 from trackably.checker.trajectories import check_names, check_shapes, check_trajectories
+from trackably.checker.truth import ContradictedSamples, check_truth, contradiction_of
 
 
 @dataclass(frozen=True)
@@ -140,14 +149,24 @@ def impossible(contradiction: Contradiction) -> Impossible | Failed:
     return Impossible(f"{impossibility(contradiction)} {NO_FIRST_PASS.trusted}")
 
 
+def contradicted(samples: ContradictedSamples) -> Impossible | Failed:
+    """Return what is shown of samples that no signal of a class explains."""
+    found = contradiction_of(samples)
+    if isinstance(found, str):
+        return Failed(found, "contradiction")
+    return Impossible(f"{no_signal(samples, *found)} {NO_FIRST_PASS.trusted}")
+
+
 def proved(certificate: Certificate, first_pass: FirstPass) -> Proved | Failed:
     """Return what is shown of a certificate; `first_pass` decides what float64 intervals can decide."""
     subject = certificate.subject
     if subject.pieces:
         reason = _misfit(subject) or check_input_set(subject) or check_robust(subject, certificate.robust)
+        reason = reason or check_truth(subject, certificate.truth, certificate.robust, first_pass)
         return _answer(certificate, reason or check_pieces(certificate, first_pass), first_pass)
     reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
     reason = reason or check_robust(subject, certificate.robust)
+    reason = reason or check_truth(subject, certificate.truth, certificate.robust, first_pass)
     if reason:
         return Failed(reason)
     bounded = _bounded(subject, certificate.errors)
@@ -164,6 +183,7 @@ def _answer(certificate: Certificate, reason: str | None, first_pass: FirstPass)
     if reason:
         return Failed(reason)
     said = statement(certificate, first_pass) + robust_statement(certificate.subject, certificate.robust)
+    said += "".join(map(truth_statement, certificate.truth))
     return Proved(f"{said} {first_pass.trusted}")
 
 

@@ -72,6 +72,53 @@ class Instants:
     last_step: int
 
 
+Pair = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Measured:
+    """`values` at rising `times` [s], each within `noise` of what is measured."""
+
+    times: tuple[float, ...]
+    values: tuple[float, ...]
+    noise: float
+
+
+@dataclass(frozen=True)
+class SignalClass:
+    """All signals within the noise of `samples`, and of `rates` of change, with a bounded `slope` L [1/s], or a bounded
+    `second_derivative` M [1/s²], or both."""
+
+    samples: Measured
+    rates: Measured | None = None
+    slope: float | None = None
+    second_derivative: float | None = None
+
+
+@dataclass(frozen=True)
+class TrueSignal:
+    """The claim that a `state` of the reference is within `errors`[k] of every signal of `of`, in each cell of `ends`.
+
+    `upper` and `lower` name two measurements for each cell, where rates count after the samples. `radii` [s] are of the
+    discs in Cauchy's estimate, and Taylor models have so many `terms`. `plant` is δ, if the system is disturbed.
+    """
+
+    state: str
+    of: SignalClass
+    ends: tuple[float, ...]
+    radii: tuple[float, ...]
+    terms: int
+    upper: tuple[Pair, ...]
+    lower: tuple[Pair, ...]
+    errors: tuple[float, ...]
+    plant: float | None = None
+
+    @property
+    def error(self) -> float:
+        """ε at all times, the largest of all cells."""
+        return max(self.errors)
+
+
 Claim = AllTimes | AllPhases | Window | Instants
 
 
@@ -80,7 +127,7 @@ class Certificate:
     """A claim about a reference, with what it takes to verify it.
 
     `errors` are those of float64 evaluation up to the time `until` [s], by the name of the bound. `disturbances`
-    says what the bounds leave room for, where the system is disturbed.
+    says what the bounds leave room for, where the system is disturbed, and `truth` how far states are from signals.
     """
 
     subject: Subject
@@ -88,3 +135,4 @@ class Certificate:
     until: float
     errors: Mapping[str, float]
     robust: Robust | None
+    truth: tuple[TrueSignal, ...] = ()

@@ -131,6 +131,13 @@ def check_robust(subject: Subject, robust: Robust | None) -> str | None:
     return of_state or _short("input_set", subject.input_set, robust.input_set, errors, K)
 
 
+def keeps_near(system: LinearSystem, robust: Robust, i: int, room: Fraction) -> bool:
+    """Return whether the state i of the disturbed system is within `room` of the reference: h_Z(±r) + h_V(∓r)."""
+    errors, axis = _Errors.of(system, robust), [Fraction(int(i == j)) for j in range(len(system.states))]
+    back = [-r for r in axis]
+    return errors.fits(axis, room - errors.noise_support(back)) and errors.fits(back, room - errors.noise_support(axis))
+
+
 @dataclass(frozen=True)
 class _Errors:
     """Powers of A_K, disturbances and P in whole numbers: `closed` is q A_K, `vectors` are d times those of the set of

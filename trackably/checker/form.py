@@ -17,7 +17,19 @@ from typing import Any, NamedTuple, TypeVar
 from trackably.checker import certificate as proofs
 from trackably.checker import counterexample as refutations
 from trackably.checker import tables
-from trackably.checker.certificate import AllPhases, AllTimes, Boxes, Certificate, Claim, Cover, Instants, Window
+from trackably.checker.certificate import (
+    AllPhases,
+    AllTimes,
+    Boxes,
+    Certificate,
+    Claim,
+    Cover,
+    Instants,
+    Measured,
+    SignalClass,
+    TrueSignal,
+    Window,
+)
 from trackably.checker.counterexample import Counterexample, Interval
 from trackably.checker.disturbances import Hull, Robust, Zonotope
 from trackably.checker.formulas import (
@@ -523,19 +535,55 @@ _claim = tagged("kind", {**_claims(_cover), "instants": record(Instants, last_st
 _claim_of_pieces = tagged("kind", _claims({}))
 
 
+_numbers_in_time = many(real_number, CENTRES)
+_measured = record(Measured, times=_numbers_in_time, values=_numbers_in_time, noise=real_number)
+signal_class = record(
+    SignalClass,
+    {"rates": _measured, "slope": positive_number, "second_derivative": positive_number},
+    samples=_measured,
+)
+"""Reads the signals that explain samples."""
+
+
+def _pair(value: object, where: str) -> tuple[int, int]:
+    found = many(whole_number(2 * CENTRES, 0), 2)(value, where)
+    if len(found) != 2:
+        raise UnreadableError(f"{where} must be two numbers")
+    return found[0], found[1]
+
+
+_pairs = many(_pair, BOXES)
+_truth = record(
+    TrueSignal,
+    {"plant": real_number},
+    state=an_identifier,
+    of=signal_class,
+    ends=many(real_number, BOXES + 1),
+    radii=many(positive_number, BOXES),
+    terms=whole_number(TERMS),
+    upper=_pairs,
+    lower=_pairs,
+    errors=many(positive_number, BOXES),
+)
+
+
 class _Evaluation(NamedTuple):
     until: float
     errors: dict[str, float]
 
 
 def _certificate(
-    claim: object, evaluation: _Evaluation, disturbance: Robust | None = None, **about: Any
+    claim: object,
+    evaluation: _Evaluation,
+    disturbance: Robust | None = None,
+    truth: tuple[TrueSignal, ...] = (),
+    **about: Any,
 ) -> Certificate:
     subject = _subject(**about)
     if disturbance and not isinstance(subject.system, LinearSystem):
         raise UnreadableError("there may be a disturbance for linear systems only")
     read = _claim_of_pieces if subject.pieces else _claim
-    return Certificate(subject, read(claim, "certificate.claim"), *evaluation, disturbance)
+    return Certificate(subject, read(claim, "certificate.claim"), *evaluation, disturbance, truth)
 
 
 read_certificate = file_of(
@@ -543,7 +591,7 @@ read_certificate = file_of(
     proofs.VERSION,
     record(
         _certificate,
-        {**_of_linear, "disturbance": _disturbance},
+        {**_of_linear, "disturbance": _disturbance, "truth": many(_truth, COORDINATES)},
         claim=itself,
         reference=_reference,
         evaluation=record(_Evaluation, until=positive_number, errors=by_name(a_bound, positive_number)),

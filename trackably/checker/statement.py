@@ -4,7 +4,16 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from trackably.checker.boxes import FirstPass
-from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Claim, Instants, Window
+from trackably.checker.certificate import (
+    AllPhases,
+    AllTimes,
+    Certificate,
+    Claim,
+    Instants,
+    SignalClass,
+    TrueSignal,
+    Window,
+)
 from trackably.checker.counterexample import Counterexample, Interval
 from trackably.checker.disturbances import Hull, Robust, Vector, Zonotope
 from trackably.checker.formulas import text
@@ -14,6 +23,7 @@ from trackably.checker.piecewise import values_at
 from trackably.checker.quantities import LinearCombination, functionals, states_of
 from trackably.checker.subject import Bound, NonlinearSystem, Row, Subject, System, as_float
 from trackably.checker.tables import RefutedTable, Table
+from trackably.checker.truth import ContradictedSamples
 
 
 def statement(certificate: Certificate, first_pass: FirstPass) -> str:
@@ -185,6 +195,48 @@ def robust_statement(subject: Subject, robust: Robust | None) -> str:
         f"F = A + B K, Z = {of} ⊕ F {of} ⊕ … ⊕ F^{N - 1} {of} ⊕ F^{N} (P ⊕ F P ⊕ … ⊕ F^{s - 1} P) / "
         f"(1 - {robust.contraction!r}), where P holds all x with |x_i| ≤ p_i, p = {list(robust.box)!r}."
     )
+
+
+def truth_statement(truth: TrueSignal) -> str:
+    """Return how far a state is from every signal that explains its samples."""
+    start, end = truth.ends[0], truth.ends[-1]
+    plant = ""
+    if truth.plant is not None:
+        plant = (
+            f", and under disturbance the state of the system is within {truth.plant!r} of f at all those steps "
+            f"t₀ + k T that are from {start!r} s to {end!r} s"
+        )
+    return (
+        f' The true signal: every f with {_class(truth.of)} has |x_r(t) - f(t)| ≤ {truth.error!r} for "{truth.state}" '
+        f"at all real t from {start!r} s to {end!r} s{plant}."
+    )
+
+
+def no_signal(found: ContradictedSamples, excess: Fraction, weight: Fraction, size: Fraction, bound: str) -> str:
+    """Return that no signal explains samples, which of them contradict each other, and by how much at least."""
+    used = [t for t, m in zip(found.of.samples.times, found.samples, strict=True) if m]
+    rates = [t for t, m in zip(found.of.rates.times if found.of.rates else (), found.rates, strict=True) if m]
+    more = f" and the rates at {', '.join(map(repr, rates))} s" if rates else ""
+    noise = f"the bound of the noise would have to grow by more than {_below(excess / weight)!r}, or " if weight else ""
+    return (
+        f"there is no f with {_class(found.of)}: the samples at {', '.join(map(repr, used))} s{more} contradict each "
+        f"other. To explain them, {noise}that of the {bound} by more than {_below(excess / size)!r}."
+    )
+
+
+def _below(number: Fraction) -> float:
+    """Return a float64 that is no larger."""
+    return as_float(number * (1 - Fraction(1, 2**50)))
+
+
+def _class(of: SignalClass) -> str:
+    n, first, last = len(of.samples.times), of.samples.times[0], of.samples.times[-1]
+    said = f"|f(t_i) - y_i| ≤ {of.samples.noise!r} at the {n} samples of the file from {first!r} s to {last!r} s"
+    if of.rates:
+        said += f", |f'(s_j) - v_j| ≤ {of.rates.noise!r} at its {len(of.rates.times)} samples of the rate"
+    if of.slope is not None:
+        said += f", |f'| ≤ {of.slope!r} /s"
+    return said + (f", |f''| ≤ {of.second_derivative!r} /s²" if of.second_derivative is not None else "")
 
 
 def _set(W: Zonotope | Hull) -> str:

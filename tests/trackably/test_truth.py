@@ -1,0 +1,226 @@
+"""Bounds of the true signal hold for every signal of the class, are nearly the best there are, and are checked."""
+
+import copy
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from trackably import (
+    ConstrainedSystem,
+    LinearSystem,
+    NoSignal,
+    NotTrackableError,
+    Polytope,
+    Samples,
+    SquaredExponential,
+    TrackableReference,
+    Truth,
+    learn_reference,
+)
+from trackably.certificates.form import encode_certificate
+from trackably.checker import Failed, Impossible, NotACertificate, Proved, check
+from trackably.checker.boxes import Box
+from trackably.checker.certificate import Measured, SignalClass
+from trackably.checker.truth import side
+from trackably.truth import _Program, no_signal, sides_at
+
+T, NOISE, LIMIT = 0.02, 0.002, 0.5
+SYSTEM = LinearSystem.discretised(
+    [[0, 1], [0, 0]], [[0], [1]], T, states=("position", "velocity"), inputs=("acceleration",)
+)
+PLANT = ConstrainedSystem(SYSTEM, Polytope.box([-0.2, -0.5], [0.2, 0.5]), Polytope.box([-1.0], [1.0]))
+
+
+class BangBang:
+    """A signal whose second derivative is ± M, with random switches."""
+
+    def __init__(self, seed: int, M: float = LIMIT) -> None:
+        draw = np.random.default_rng(seed)
+        self.knots = np.cumsum(np.concatenate([[0.0], draw.exponential(0.2, 60)]))
+        self.signs = M * draw.choice([-1.0, 1.0], 60)
+        steps = np.diff(self.knots)
+        self.slopes = 0.1 * draw.normal() + np.concatenate([[0.0], np.cumsum(self.signs * steps)])
+        moved = np.cumsum(self.slopes[:-1] * steps + self.signs * steps**2 / 2)
+        self.values = 0.05 * draw.normal() + np.concatenate([[0.0], moved])
+
+    def __call__(self, t: np.ndarray) -> np.ndarray:
+        k, h = self._place(t)
+        return self.values[k] + self.slopes[k] * h + self.signs[k] * h**2 / 2
+
+    def rate(self, t: np.ndarray) -> np.ndarray:
+        k, h = self._place(t)
+        return self.slopes[k] + self.signs[k] * h
+
+    def _place(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        k = np.clip(np.searchsorted(self.knots, t, side="right") - 1, 0, 59)
+        return k, t - self.knots[k]
+
+
+def measured(of: BangBang, draw: np.random.Generator, count: int = 12) -> SignalClass:
+    """Return the class of a signal whose measurements are off by all of their noise."""
+    t, s = (np.unique(draw.uniform(0.0, 4.0, n)) for n in (count, 4))
+    values = of(t) + NOISE * draw.choice([-1.0, 1.0], len(t))
+    rates = of.rate(s) + 0.01 * draw.choice([-1.0, 1.0], len(s))
+    steepest = float(np.max(np.abs(of.rate(np.linspace(0.0, 4.5, 4501))))) + 1e-3
+    noise = NOISE * (1 + 1e-9)
+    return SignalClass(
+        Measured(tuple(t), tuple(values), noise), Measured(tuple(s), tuple(rates), 0.0101), steepest, LIMIT
+    )
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_every_side_bounds_every_signal_that_explains_the_samples(seed: int) -> None:
+    draw, f = np.random.default_rng(seed), BangBang(seed)
+    of = measured(f, draw)
+    n, x = len(of.samples.times), np.linspace(-1.0, 1.0, 21)
+    ends = np.unique([*of.samples.times, *(of.rates.times if of.rates else ()), 0.0, 4.5])
+    kinds = set()
+    for a, b in pairwise(ends):
+        for _ in range(60):
+            pair = int(draw.integers(n)), int(draw.integers(n + 4))
+            for sign in (1, -1):
+                found = side(of, pair, sign, Box(a, b, 1.0))
+                assert found is not None
+                there = float(found[0]) + float(found[1]) * x + float(found[2]) * x**2
+                assert np.all(sign * (there - f((a + b) / 2 + (b - a) / 2 * x)) >= -1e-12)
+                kinds.add("slope" if pair[0] == pair[1] else "rate" if pair[1] >= n else "line")
+    assert kinds == {"slope", "rate", "line"}
+
+
+def test_sides_of_all_pairs_leave_hardly_more_than_what_signals_reach() -> None:
+    t, f = np.arange(0.0, 2.0, 0.025), BangBang(1, 0.1)
+    values = f(t) + 0.002 * np.random.default_rng(1).uniform(-1.0, 1.0, len(t))
+    of = SignalClass(Measured(tuple(t), tuple(values), 0.002), None, None, 0.1)
+    widths = []
+    for at in np.linspace(0.2, 1.8, 9).tolist():
+        (upper,), (lower,) = sides_at(of, np.array([at]))
+        found = _Program.of(of, (at,), cells=8).ends_at(at)
+        assert found is not None
+        assert lower - 1e-9 <= found[0] < found[1] <= upper + 1e-9
+        widths.append([upper - lower, found[1] - found[0]])
+    assert np.divide(*np.max(widths, axis=0)) < 1.4
+
+
+@pytest.fixture(scope="module")
+def learned() -> TrackableReference:
+    draw = np.random.default_rng(0)
+    t = np.arange(0.0, 3.0, 0.1)
+    values = 0.1 * np.sin(1.5 * t) + draw.uniform(-NOISE, NOISE, len(t))
+    samples = Samples(t, values)
+    return learn_reference(
+        samples, PLANT, SquaredExponential(), (0.0, 2.9), noise_std=NOISE, truth=Truth(NOISE, second_derivative=LIMIT)
+    )
+
+
+def test_the_error_is_proved_stated_and_nearly_the_largest(learned: TrackableReference) -> None:
+    (truth,) = learned.certificate.truth
+    verdict = check(encode_certificate(learned.certificate))
+    assert isinstance(verdict, Proved)
+    assert f"|x_r(t) - f(t)| ≤ {truth.error!r}" in verdict.statement
+    times = np.linspace(0.0, 2.9, 3001)
+    upper, lower = sides_at(truth.of, times)
+    x = learned.reference.state_at(times)[:, 0]
+    largest = float(np.max(np.maximum(upper - x, x - lower)))
+    assert largest <= truth.error <= 1.02 * largest
+    found = learned.accuracy()
+    assert found.radius <= found.error
+    assert found.least <= found.error
+    assert found.radius <= float(np.max(upper - lower)) / 2 + 1e-9
+
+
+def test_a_certificate_without_a_truth_says_nothing_of_it(learned: TrackableReference) -> None:
+    assert "truth" not in encode_certificate(replace(learned.certificate, truth=()))
+
+
+def test_what_is_saved_says_the_same_when_it_is_loaded(learned: TrackableReference, tmp_path) -> None:
+    learned.save(tmp_path / "reference.json")
+    assert TrackableReference.load(tmp_path / "reference.json").certificate.truth == learned.certificate.truth
+
+
+def shrink(truth: dict, k: int) -> None:
+    truth["errors"][k] *= 0.5
+
+
+CHANGES = [
+    ("errors", lambda truth: shrink(truth, int(np.argmax(truth["errors"])))),
+    ("noise", lambda truth: truth["of"]["samples"].update(noise=0.004)),
+    ("bound", lambda truth: truth["of"].update(second_derivative=1.0)),
+    ("side", lambda truth: truth["upper"].__setitem__(3, [0, 0])),
+    ("pair", lambda truth: truth["upper"].__setitem__(3, [0, 1000])),
+    ("sample", lambda truth: truth["of"]["samples"]["values"].__setitem__(7, 0.5)),
+    ("state", lambda truth: truth.update(state="velocity")),
+    ("nobody", lambda truth: truth.update(state="nobody")),
+    ("plant", lambda truth: truth.update(plant=1.0)),
+    ("cells", lambda truth: truth["ends"].reverse()),
+    ("count", lambda truth: truth["errors"].pop()),
+    ("times", lambda truth: truth["of"]["samples"]["times"].reverse()),
+    ("unknown", lambda truth: truth.update(more=1.0)),
+]
+
+
+@pytest.mark.parametrize("change", [change for _, change in CHANGES], ids=[name for name, _ in CHANGES])
+def test_a_changed_truth_is_refused(learned: TrackableReference, change) -> None:
+    content = copy.deepcopy(encode_certificate(learned.certificate))
+    change(content["truth"][0])
+    assert isinstance(check(content), Failed | NotACertificate)
+
+
+def test_cells_that_only_exact_arithmetic_encloses_are_checked(learned: TrackableReference) -> None:
+    content = encode_certificate(learned.certificate)
+    (truth,) = copy.deepcopy(content["truth"])
+    for name in ("ends", "radii", "upper", "lower", "errors"):
+        truth[name] = truth[name][: 3 if name == "ends" else 2]
+    assert isinstance(check({**content, "truth": [truth]}, exact=True), Proved)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_samples_of_a_signal_are_never_contradicted_and_planted_faults_always(seed: int) -> None:
+    draw, f = np.random.default_rng(seed), BangBang(seed)
+    of = measured(f, draw)
+    of = [of, replace(of, rates=None), replace(of, slope=None), replace(of, second_derivative=None, rates=None)][
+        seed % 4
+    ]
+    assert no_signal("position", of) is None
+    values = list(of.samples.values)
+    values[5] += 10.0
+    found = no_signal("position", replace(of, samples=replace(of.samples, values=tuple(values))))
+    assert isinstance(found, NoSignal)
+    assert isinstance(check(found.contradiction), Impossible)
+    content = copy.deepcopy(dict(found.contradiction))
+    content["of"] = {**content["of"], "samples": {**content["of"]["samples"], "noise": 20.0}}
+    assert isinstance(check(content), Failed)
+
+
+def test_four_samples_contradict_an_acceleration_of_which_any_three_are_possible() -> None:
+    of = SignalClass(Measured((0.0, 1.0, 2.0, 3.0), (0.0, 0.0, 1.0, 1.0), 0.0), None, None, 1.0)
+    found = no_signal("position", of)
+    assert found is not None
+    assert len(found.among) == 4
+    assert found.growth == pytest.approx(1 / 3, rel=1e-2)
+    assert no_signal("position", replace(of, second_derivative=1.34)) is None
+
+
+def test_learning_refuses_samples_that_no_signal_explains() -> None:
+    t = np.arange(0.0, 2.0, 0.25)
+    with pytest.raises(NotTrackableError, match="no true signal explains") as raised:
+        learn_reference(
+            Samples(t, 0.1 * np.sin(3 * t)), PLANT, SquaredExponential(), (0.0, 1.5), truth=Truth(1e-3, slope=0.05)
+        )
+    assert isinstance(raised.value.outcome, NoSignal)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"noise": 0.1},
+        {"noise": -1.0, "slope": 1.0},
+        {"noise": 0.1, "slope": 0.0},
+        {"noise": 0.1, "second_derivative": 1.0, "rate": "velocity"},
+        {"noise": 0.1, "slope": 1.0, "rate": "velocity", "rate_noise": 0.1},
+    ],
+)
+def test_a_truth_without_bounds_is_refused(wrong: dict) -> None:
+    with pytest.raises(ValueError, match="truth"):
+        Truth(**wrong)

@@ -1,0 +1,230 @@
+"""The true signal, an extension: how far a reference is from every signal that explains the samples.
+
+Class. A certificate of a linear system may list samples y_i of a state at t_i, and v_j of its rate at s_j, and
+numbers ē, ē′, L, M, of which L or M, and what belongs to rates, may be left out. Its class holds all f with |f(t_i)
+− y_i| ≤ ē for all i, |f′(s_j) − v_j| ≤ ē′ for all j, |f(s) − f(t)| ≤ L |s − t| and |f′(s) − f′(t)| ≤ M |s − t| for
+all s and t.
+
+Theorem. If `check` answers Proved, then |x_r(t) − f(t)| ≤ ε_k for each f of the class and each real t of the cell k,
+from ends_k to ends_(k+1), with x_r the state's x(t) of the certificate. If it answers Impossible for the
+contradiction of a class, then no f is in it, and none where only ē, or only M (or L where that is what is used), is
+larger by less than what the answer says.
+
+Proof. In a cell each side names two measurements i, j, and f is below (of the lower side: above, with other signs)
+  - y_i + ē + L |t − t_i|, where j = i;
+  - λ_i y_i + λ_j y_j + (|λ_i| + |λ_j|) ē + M |t − t_i| |t − t_j| / 2 with λ_i = (t_j − t)/(t_j − t_i) and λ_j = 1 −
+    λ_i, where j is another sample, as the last term bounds f − λ_i f(t_i) − λ_j f(t_j) inside and outside of [t_i,
+    t_j];
+  - y_i + (t − t_i) v_j + ē + |t − t_i| ē′ + M |∫ |τ − s_j| dτ|, τ from t_i to t, where j is a rate, as |f′(τ) −
+    f′(s_j)| ≤ M |τ − s_j|.
+No time that a side names is inside of the cell, so that all signs stay, and the sides are quadratic polynomials,
+found in rational arithmetic. x_r is enclosed by a Taylor model, as in step 2 of the base, and both differences are
+at most ε_k. Of a contradiction, let Σ μ_i = 0 and Σ μ_i t_i + Σ ν_j = 0. Then Σ μ_i f(t_i) + Σ ν_j f′(s_j) = ∫ κ f″
+with κ(s) = Σ μ_i max(t_i − s, 0) + Σ_(s_j > s) ν_j, by Taylor's formula with integral remainder, as straight lines
+give zero. So Σ μ_i y_i + Σ ν_j v_j − Σ |μ_i| ē − Σ |ν_j| ē′ ≤ M ∫ |κ|, of which the opposite is verified in rational
+arithmetic. Where only Σ μ_i = 0 and no ν_j is given, it is ≤ L ∫ |Σ_(t_i > s) μ_i| ds.
+
+Plant. Where the certificate speaks of disturbances, it may also say δ: in their theorem, |x(k) − f(t₀ + k T)| ≤ δ
+for all t₀ + k T in the cells, as ε_k + h_Z(±r) + h_V(∓r) ≤ δ for all cells and the row r of the state.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+
+from trackably.checker.boxes import Box, Enclosures, FirstPass
+from trackably.checker.certificate import Measured, Pair, SignalClass, TrueSignal
+from trackably.checker.disturbances import Robust, keeps_near
+from trackably.checker.flat import FlatNeeds
+from trackably.checker.form import file_of, many, rational_number, record, signal_class
+from trackably.checker.formulas import Name
+from trackably.checker.intervals import ONE, ZERO, Real, exactly, ratio, total
+from trackably.checker.limits import CENTRES
+from trackably.checker.models import Model, is_positive
+from trackably.checker.quantities import ITSELF, Quantity, states_of
+from trackably.checker.subject import LinearSystem, Subject
+from trackably.checker.watch import progress, tick
+
+CONTRADICTION, VERSION = "trackably contradicted samples", 1
+_DEGREE = 3  # of what is compared: the rest of a model is small in cells that are
+
+
+@dataclass(frozen=True)
+class ContradictedSamples:
+    """A class that is empty, by multipliers μ_i of all its samples and ν_j of all its rates."""
+
+    of: SignalClass
+    samples: tuple[Fraction, ...]
+    rates: tuple[Fraction, ...] = ()
+
+
+read_contradicted = file_of(
+    "contradiction of samples",
+    VERSION,
+    record(
+        ContradictedSamples,
+        {"rates": many(rational_number, CENTRES)},
+        of=signal_class,
+        samples=many(rational_number, CENTRES),
+    ),
+)
+
+
+def check_truth(
+    subject: Subject, truths: Sequence[TrueSignal], robust: Robust | None, first_pass: FirstPass
+) -> str | None:
+    """Verify how far states are from the true signals."""
+    for truth in truths:
+        if reason := _misfit(subject, truth, robust):
+            return f"truth: {reason}"
+        for k, sides in enumerate(gaps(subject, truth, first_pass)):
+            progress(k, len(truth.errors))
+            error = exactly(truth.errors[k])
+            for side in sides:
+                if side is None:
+                    return f"truth: a side of cell {k} is none of those that the theorem knows"
+                first, *others = side.coefficients
+                if not is_positive([error - first - side.missed, *(-c for c in others)]):
+                    return f'truth: "{truth.state}" may be further from the signal in cell {k}'
+    return None
+
+
+def _misfit(subject: Subject, truth: TrueSignal, robust: Robust | None) -> str | None:
+    system, count = subject.system, len(truth.errors)
+    if subject.pieces or not isinstance(system, LinearSystem) or truth.state not in system.states:
+        return "it must be of a state of a linear system, whose signals are sums of kernels"
+    if not len(truth.ends) - 1 == len(truth.radii) == len(truth.upper) == len(truth.lower) == count:
+        return "there must be a radius, two sides and an error for each cell"
+    if any(not start < end for start, end in pairwise(truth.ends)):
+        return "cells must be in order"
+    if reason := _misfit_of_class(truth.of):
+        return reason
+    if truth.plant is not None:
+        room = Fraction(truth.plant) - Fraction(truth.error)
+        if robust is None or not keeps_near(system, robust, system.states.index(truth.state), room):
+            return "the plant may be further from the signal"
+    return None
+
+
+def _misfit_of_class(of: SignalClass) -> str | None:
+    for measured in filter(None, (of.samples, of.rates)):
+        if len(measured.times) != len(measured.values) or any(a >= b for a, b in pairwise(measured.times)):
+            return "measurements must have rising times, and a value for each"
+    return None
+
+
+def gaps(subject: Subject, truth: TrueSignal, first_pass: FirstPass) -> Iterator[tuple[Model | None, Model | None]]:
+    """Yield, for each cell, models of what is above the reference up to the upper side, and below it to the lower one.
+
+    None where a side is none.
+    """
+    state = states_of(subject)[subject.system.states.index(truth.state)]
+    # bounds that nothing keeps: the first pass hands on its models of the signals
+    q = Quantity(truth.state, Name(ITSELF), {ITSELF: state}, [(Fraction(1), Name(ITSELF))], ONE, -ONE)
+    held = {Box(*ends, radius): [q] for ends, radius in zip(pairwise(truth.ends), truth.radii, strict=True)}
+    for k, (box, _, known) in enumerate(first_pass.boxes(FlatNeeds({}, {}, 0), subject, truth.terms, held)):
+        model = Enclosures(subject, truth.terms, box, dict(known)).arguments(q)[ITSELF]
+        kept, cut = model.coefficients[: _DEGREE + 1], model.coefficients[_DEGREE + 1 :]
+        kept = [*kept, *[ZERO] * (_DEGREE + 1 - len(kept))]
+        missed = model.missed + total(abs(c) for c in cut)
+        upper, lower = side(truth.of, truth.upper[k], 1, box), side(truth.of, truth.lower[k], -1, box)
+        yield _over(upper, 1, kept, missed), _over(lower, -1, kept, missed)
+
+
+def _over(side: list[Fraction] | None, sign: int, kept: list[Real], missed: Real) -> Model | None:
+    """Return sign · (side − reference)."""
+    if side is None:
+        return None
+    return Model([sign * (ratio(s) - c) for s, c in zip([*side, Fraction(0)], kept, strict=True)], missed)
+
+
+def side(of: SignalClass, pair: Pair, sign: int, box: Box) -> list[Fraction] | None:
+    """Return the coefficients in x ∈ [−1, 1] of what is above all signals of a class in a box; below for `sign` −1.
+
+    None where the pair is none of the class, or signs change in the box.
+    """
+    tick()
+    (i, j), n = pair, len(of.samples.times)
+    start, end = Fraction(box.start), Fraction(box.end)
+    middle, half = (start + end) / 2, (end - start) / 2
+
+    def side_of(t: Fraction) -> int:  # the sign of all times of the box less t
+        return 1 if t <= start else -1 if t >= end else 0
+
+    if not 0 <= i < n:
+        return None
+    t_i, y_i, noise = (Fraction(v) for v in (of.samples.times[i], of.samples.values[i], of.samples.noise))
+    since, s_i = [middle - t_i, half, Fraction(0)], side_of(t_i)
+    constant = [Fraction(1), Fraction(0), Fraction(0)]
+    if i == j and of.slope is not None and s_i:
+        slack, value = _sum((noise, constant), (s_i * Fraction(of.slope), since)), _sum((y_i, constant))
+    elif i != j and 0 <= j < n and of.second_derivative is not None:
+        t_j, y_j, M = Fraction(of.samples.times[j]), Fraction(of.samples.values[j]), Fraction(of.second_derivative)
+        d, s_j, square = t_j - t_i, side_of(t_j), _product(since, [middle - t_j, half, Fraction(0)])
+        value = _sum((y_i, constant), ((y_j - y_i) / d, since))
+        inside = s_i * s_j < 0  # λ_i and λ_j are both positive; else they differ by 1 in size
+        outer = s_i * (1 if d > 0 else -1)  # the sign of λ_j
+        both = _sum((noise, constant)) if inside else _sum((-outer * noise, constant), (2 * outer * noise / d, since))
+        slack = _sum((Fraction(1), both), (s_i * s_j * M / 2, square))
+        if not s_i * s_j:
+            return None
+    elif n <= j and of.rates and j < n + len(of.rates.times) and of.second_derivative is not None:
+        s, v, rate_noise = (Fraction(x) for x in (of.rates.times[j - n], of.rates.values[j - n], of.rates.noise))
+        beyond, M, s_j = [middle - s, half, Fraction(0)], Fraction(of.second_derivative), side_of(s)
+        value = _sum((y_i, constant), (v, since))
+        begun = (t_i - s) * abs(t_i - s) / 2
+        way = _sum((Fraction(s_j, 2), _product(beyond, beyond)), (-begun, constant))
+        slack = _sum((noise, constant), (s_i * rate_noise, since), (s_i * M, way))
+        if not s_i * s_j:
+            return None
+    else:
+        return None
+    return _sum((Fraction(1), value), (Fraction(sign), slack))
+
+
+def _sum(*weighted: tuple[Fraction, list[Fraction]]) -> list[Fraction]:
+    return [sum((w * p[k] for w, p in weighted), Fraction(0)) for k in range(3)]
+
+
+def _product(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
+    return [a[0] * b[0], a[0] * b[1] + a[1] * b[0], a[1] * b[1]]
+
+
+def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fraction, str] | str:
+    """Return by how much multipliers contradict a class, Σ |μ_i| without ν, ∫ |κ| and the bound's name; or why not."""
+    of, mu, nu = found.of, found.samples, found.rates
+    rates = of.rates or Measured((), (), 0.0)
+    if len(mu) != len(of.samples.times) or len(nu) != len(rates.times):
+        return "there must be a multiplier for each measurement"
+    if reason := _misfit_of_class(of):
+        return reason
+    pairs = [(m, Fraction(t)) for m, t in zip(mu, of.samples.times, strict=True) if m]
+    jumps = [(m, Fraction(s)) for m, s in zip(nu, rates.times, strict=True) if m]
+    if sum(mu) or not pairs:
+        return "multipliers of samples must have the sum 0"
+    sides = ((mu, of.samples), (nu, rates))
+    seen = sum((m * Fraction(y) for by, at in sides for m, y in zip(by, at.values, strict=True)), Fraction(0))
+    noise = sum((Fraction(at.noise) * sum(map(abs, by)) for by, at in sides), Fraction(0))
+    if of.second_derivative is not None and not sum(m * t for m, t in pairs) + sum(m for m, _ in jumps):
+        bound, size, name = of.second_derivative, _integral(pairs, jumps), "second derivative"
+    elif of.slope is not None and not jumps:
+        bound, size, name = of.slope, _integral([], pairs), "slope"
+    else:
+        return "multipliers leave something of a straight line"
+    excess = seen - noise - Fraction(bound) * size
+    if excess <= 0 or not size:
+        return "the samples are not shown to contradict the class"
+    return excess, Fraction(0) if jumps else Fraction(sum(map(abs, mu))), size, name
+
+
+def _integral(points: Sequence[tuple[Fraction, Fraction]], jumps: Sequence[tuple[Fraction, Fraction]]) -> Fraction:
+    """Return ∫ |Σ μ max(t − s, 0) + Σ_(s_j > s) ν| ds for pairs (μ, t) and (ν, s_j)."""
+    found = Fraction(0)
+    for a, b in pairwise(sorted({t for _, t in (*points, *jumps)})):
+        tick()
+        step = sum((m for m, t in jumps if t >= b), Fraction(0))
+        left, right = (step + sum((m * (t - s) for m, t in points if t >= b), Fraction(0)) for s in (a, b))
+        both = abs(left) + abs(right)
+        found += (b - a) / 2 * (both if left * right >= 0 else (left**2 + right**2) / both)
+    return found

@@ -1,0 +1,495 @@
+"""How far a reference is from the true signal: bounds that hold for every signal which explains the samples.
+
+Known beforehand are a bound ē of the sensor's error, and bounds of the signal's slope or second derivative. What these
+leave of a signal f at a time t lies between a lower side D(t) and an upper side U(t), each the best that two
+measurements give; see `trackably.checker.truth` for the formulas and their proof. |x_r − f| ≤ ε holds for every such
+f if and, up to the pairs that are looked at, only if U − ε ≤ x_r ≤ D + ε.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any, Self
+
+import numpy as np
+import scipy
+
+from trackably.arguments import instance, real
+from trackably.arrays import Array
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.claim import Claim, OnWindow
+from trackably.certificates.form import as_written, encode_subject
+from trackably.certificates.judge import found_or_raise, judged_contradiction
+from trackably.certificates.outcome import NoSignal
+from trackably.certificates.robust import Robust
+from trackably.checker.certificate import Measured, SignalClass, TrueSignal
+from trackably.checker.floats.boxes import FIRST_PASS
+from trackably.checker.form import subject_of
+from trackably.checker.truth import CONTRADICTION, VERSION, ContradictedSamples, contradiction_of, gaps
+from trackably.gp.samples import Samples
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbances import float_above
+from trackably.systems.linear import LinearSystem
+from trackably.systems.reference import Reference
+
+_scipy: Any = scipy  # its modules are loaded when they are first used
+
+_NEAR = 30
+"""Measurements on each side of a time of which all pairs are looked at; those further away bound little."""
+
+_CELLS, _TERMS = 300, 12
+_RATIOS = (3.0, 6.0, 12.0, 24.0)  # of a disc's radius to a cell's half width
+_ROUNDING = 1e-9  # of ε
+_STEPS = 3000  # of the linear program for the least ε
+_KNOTS = 4000  # of linear programs for signals
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What is known of a sampled state's true signal f, whatever the samples say.
+
+    Each sample is within `noise` of f, in the state's unit. |f(s) − f(t)| ≤ `slope` |s − t| [unit/s], and |f′(s) −
+    f′(t)| ≤ `second_derivative` |s − t| [unit/s²]: one of them at least is given. The samples with the name `rate` are
+    those of f′, within `rate_noise`. Times of samples are taken as they are: an error of a time counts as noise, as
+    many times as large as the slope. ValueError: a bound is missing, or not positive.
+    """
+
+    noise: float
+    slope: float | None = None
+    second_derivative: float | None = None
+    rate: str | None = None
+    rate_noise: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("noise", "slope", "second_derivative", "rate_noise"):
+            given = getattr(self, name)
+            if given is None:
+                continue
+            value = real(f"truth: {name}", given)
+            if not (0 < value < np.inf or (value == 0 and name == "noise")):
+                raise ValueError(f"truth: {name}: expected a positive number, got {value:g}")
+            object.__setattr__(self, name, value)
+        if self.slope is None and self.second_derivative is None:
+            raise ValueError("truth: expected a bound of the slope, of the second derivative, or of both")
+        if (self.rate is None) is not (self.rate_noise is None) or (self.rate and self.second_derivative is None):
+            raise ValueError("truth: a rate needs rate_noise and second_derivative, and rate_noise needs a rate")
+
+
+TruthLike = Truth | Mapping[str, Truth]
+
+
+def signal_classes(
+    truth: TruthLike | None, samples: Mapping[str, Samples], plant: ConstrainedSystem
+) -> dict[str, SignalClass]:
+    """Return the class of signals of each state for which `truth` is given.
+
+    TypeError or ValueError: it fits none. NotTrackableError: no signal of a class explains the samples.
+    """
+    if truth is None:
+        return {}
+    if not isinstance(truth, Mapping):
+        truth = {next(iter(samples)): truth}
+    classes = {name: _class_of(name, of, samples, plant) for name, of in truth.items()}
+    for name, of in classes.items():
+        found_or_raise(no_signal(name, of))
+    return classes
+
+
+def _class_of(name: str, truth: object, samples: Mapping[str, Samples], plant: ConstrainedSystem) -> SignalClass:
+    instance(f"truth of {name}", truth, Truth, "a Truth(noise=…, slope=… or second_derivative=…)")
+    assert isinstance(truth, Truth), "instance has refused anything else"
+    if not isinstance(plant.system, LinearSystem) or name not in plant.system.states:
+        raise ValueError(f"truth: expected names of states of a linear system, got {name}")
+    for sampled in filter(None, (name, truth.rate)):
+        if sampled not in samples:
+            raise ValueError(f"truth: {sampled} is not sampled; there are samples of {', '.join(samples)}")
+    rates = _measured(samples[truth.rate], truth.rate_noise or 0.0) if truth.rate else None
+    return SignalClass(_measured(samples[name], truth.noise), rates, truth.slope, truth.second_derivative)
+
+
+def _measured(samples: Samples, noise: float) -> Measured:
+    return Measured(tuple(samples.times.tolist()), tuple(samples.values.tolist()), noise)
+
+
+# Sides of a class, in float64: the checker finds them again in rational arithmetic.
+
+
+@dataclass(frozen=True, eq=False)
+class Sides:
+    """Pairs of measurements i, j with the sides that they give at times: `upper` and `lower` have shape (pairs, T)."""
+
+    i: Any
+    j: Any
+    upper: Array
+    lower: Array
+
+    @classmethod
+    def near(cls, of: SignalClass, times: Array) -> Self:
+        """Return the sides at times (T,) between which there is no measurement."""
+        middle, n = float(np.mean(times)), len(of.samples.times)
+        at, values = np.array(of.samples.times), np.array(of.samples.values)
+        some = _around(at, middle)
+        parts, noise = [], of.samples.noise
+        since = np.abs(times - at[some][:, None])
+        if of.slope is not None:
+            parts.append((some, some, values[some][:, None] + 0 * times, noise + of.slope * since))
+        if of.second_derivative is not None:
+            a, b = np.triu_indices(len(some), 1)
+            part = (times - at[some][a][:, None]) / (at[some][b] - at[some][a])[:, None]
+            value = values[some][a][:, None] * (1 - part) + values[some][b][:, None] * part
+            slack = noise * (np.abs(part) + np.abs(1 - part)) + of.second_derivative / 2 * since[a] * since[b]
+            parts.append((some[a], some[b], value, slack))
+        if of.second_derivative is not None and of.rates:
+            moments = np.array(of.rates.times)
+            rates = _around(moments, middle)
+            a, b = (each.ravel() for each in np.meshgrid(np.arange(len(some)), np.arange(len(rates))))
+            start, s, v = at[some][a][:, None], moments[rates][b][:, None], np.array(of.rates.values)[rates][b][:, None]
+            way = np.abs((times - s) * np.abs(times - s) - (start - s) * np.abs(start - s)) / 2
+            slack = noise + of.rates.noise * since[a] + of.second_derivative * way
+            parts.append((some[a], n + rates[b], values[some][a][:, None] + v * (times - start), slack))
+        i, j, value, slack = (np.concatenate([part[k] for part in parts]) for k in range(4))
+        return cls(i, j, value + slack, value - slack)
+
+    def best(self, x: Array) -> tuple[tuple[int, int], tuple[int, int]]:
+        """Return the pairs whose upper and lower sides are nearest to x (T,) where they are farthest from it."""
+        found = (np.argmin(np.max(side, axis=1)) for side in (self.upper - x, x - self.lower))
+        upper, lower = ((int(self.i[k]), int(self.j[k])) for k in found)
+        return upper, lower
+
+
+def _around(times: Array, middle: float) -> Any:
+    place = int(np.searchsorted(times, middle))
+    return np.arange(max(0, place - _NEAR), min(len(times), place + _NEAR))
+
+
+def sides_at(of: SignalClass, times: Array) -> tuple[Array, Array]:
+    """Return U and D at times [s], each of shape (T,)."""
+    found = [Sides.near(of, np.array([t])) for t in times.tolist()]
+    return np.array([s.upper.min() for s in found]), np.array([s.lower.max() for s in found])
+
+
+# The smallest proved error, cell by cell.
+
+
+def true_signal(
+    reference: Reference, claim: Claim, name: str, of: SignalClass, robust: Robust | None = None
+) -> TrueSignal:
+    """Return how far a state of a reference is from the signals of a class, from the first sample to the last.
+
+    Within a window that is claimed. Where the plant is disturbed, it is also how far the plant is at steps. ValueError:
+    the reference is one of pieces, or no samples lie in the window.
+    """
+    if reference.pieces:
+        raise ValueError("truth: needs a reference of kernels, as learn_reference returns, not one of pieces")
+    start, end = of.samples.times[0], of.samples.times[-1]
+    if isinstance(claim, OnWindow):
+        start, end = max(start, claim.start), min(end, claim.end)
+    if not start < end:
+        raise ValueError(f"truth: two samples of {name} at least must lie within what is proved")
+    edges, state = _edges(of, start, end), reference.plant.system.states.index(name)
+    pairs = []
+    for a, b in pairwise(edges):
+        times = np.linspace(a, b, 5)
+        pairs.append(Sides.near(of, times).best(reference.state_at(times)[:, state]))
+    upper, lower = zip(*pairs, strict=True)
+    halves, count = np.diff(edges) / 2, len(edges) - 1
+    best = TrueSignal(name, of, tuple(edges), (), _TERMS, upper, lower, (np.inf,) * count)
+    subject = subject_of(encode_subject(reference))
+    errors, radii = np.full(count, np.inf), np.ones(count)
+    for ratio in _RATIOS:
+        tried = replace(best, radii=tuple((ratio * halves).tolist()))
+        found = np.array([_bound(models) for models in gaps(subject, tried, FIRST_PASS)])
+        is_less = found < errors
+        errors, radii = np.where(is_less, found, errors), np.where(is_less, tried.radii, radii)
+    if not np.all(np.isfinite(errors)):
+        raise ValueError(f"truth: the {name} of the reference is not enclosed between all its samples")
+    smallest = float(np.max(errors)) * _ROUNDING or _ROUNDING
+    errors = np.maximum(errors, 0.0) + smallest
+    proved = replace(best, radii=tuple(radii.tolist()), errors=tuple(errors.tolist()))
+    return replace(proved, plant=None if robust is None else _of_plant(proved, robust, state))
+
+
+def _edges(of: SignalClass, start: float, end: float) -> list[float]:
+    """Return ends of cells [s]: all measurements between start and end, and times between them."""
+    times = {*of.samples.times, *(of.rates.times if of.rates else ())}
+    ends = [start, *sorted(t for t in times if start < t < end), end]
+    parts, widest = len(ends) - 1, (end - start) / _CELLS
+    split = [max(1, int(np.ceil((b - a) / widest))) if parts < _CELLS else 1 for a, b in pairwise(ends)]
+    inner = (np.linspace(a, b, count + 1)[:-1].tolist() for (a, b), count in zip(pairwise(ends), split, strict=True))
+    return [*(t for each in inner for t in each), end]
+
+
+def _bound(models: tuple[Any, Any]) -> float:
+    """Over-estimate what is between a reference and both sides, by Bernstein's coefficients."""
+    found = 0.0
+    for model in models:
+        if model is None:
+            return float("inf")
+        c = np.array([float(each.b) for each in model.coefficients])
+        missed = float(model.missed.b) + sum(float(each.delta.b) for each in model.coefficients)
+        found = max(found, float(np.max(_BERNSTEIN[:, : len(c)] @ c)) + missed)
+    return found
+
+
+_BERNSTEIN = np.array([[1.0, -1.0, 1.0, -1.0], [1.0, -1 / 3, -1 / 3, 1.0], [1.0, 1 / 3, -1 / 3, -1.0], [1.0] * 4])
+"""Coefficients of 1, x, x² and x³ on [−1, 1], in degree 3."""
+
+
+def _of_plant(proved: TrueSignal, robust: Robust, state: int) -> float:
+    """Return ε, and how far the state of the disturbed plant may be from that of the reference."""
+    up = [Fraction(int(i == state)) for i in range(len(robust.given.system.states))]
+    down, Z, noise = [-r for r in up], robust.invariant, robust.measured
+    sides = [Z.support(row) + (noise.support(back) if noise else 0) for row, back in ((up, down), (down, up))]
+    return float_above(Fraction(proved.error) + max(sides))
+
+
+# Linear programs over signals with piecewise constant highest derivatives: each of their signals is in the class.
+
+
+@dataclass(frozen=True, eq=False)
+class _Program:
+    """Values and slopes at knots: rows `seen` @ x are the measurements, in units in which their noise is 1."""
+
+    equal: Any
+    seen: Any
+    values: Array
+    noise: Array
+    bounds: list[tuple[float | None, float | None]]
+    knots: Array
+    unit: float
+
+    @classmethod
+    def of(cls, of: SignalClass, also: tuple[float, ...] = (), cells: int = 4) -> "_Program":
+        rates = of.rates or Measured((), (), 0.0)
+        own = np.unique([*of.samples.times, *rates.times, *also])
+        cells = max(1, min(cells, _KNOTS // max(1, len(own))))
+        parts = [np.linspace(a, b, cells + 1)[:-1] for a, b in pairwise(own)]
+        knots = np.concatenate([*parts, own[-1:]])
+        K, h, M, L = len(knots), np.diff(knots), of.second_derivative, of.slope
+        unit = of.samples.noise or max(float(np.ptp(of.samples.values)) * 1e-3, 1e-9)
+        # x = (values, slopes, accelerations) / unit; without a bound M, slopes are constant in cells
+        rows = K - 1
+        equal = _scipy.sparse.lil_array((rows if M is None else 2 * rows, 2 * K + rows))
+        for k in range(rows):
+            equal[k, k], equal[k, k + 1] = -1.0, 1.0
+            equal[k, K + k] = -h[k]
+            if M is not None:
+                equal[k, 2 * K + k] = -(h[k] ** 2) / 2
+                equal[rows + k, K + k], equal[rows + k, K + k + 1], equal[rows + k, 2 * K + k] = -1.0, 1.0, -h[k]
+        slope, second = (None if bound is None else bound / unit for bound in (L, M))
+        bounds = [(None, None)] * K + [(None if slope is None else -slope, slope)] * K
+        bounds += [(None, None) if second is None else (-second, second)] * rows
+        seen = _scipy.sparse.lil_array((len(of.samples.times) + len(rates.times), 2 * K + rows))
+        places = [*np.searchsorted(knots, of.samples.times), *(K + np.searchsorted(knots, rates.times))]
+        for row, place in enumerate(places):
+            seen[row, place] = 1.0
+        noise = np.array([of.samples.noise] * len(of.samples.times) + [rates.noise] * len(rates.times)) / unit
+        values = np.array([*of.samples.values, *rates.values]) / unit
+        return cls(equal.tocsr(), seen.tocsr(), values, noise, bounds, knots, unit)
+
+    def solve(self, cost: Array, growth: Array | None = None) -> Any:
+        """Minimise cost @ x; with `growth`, of the last variable, the noise may grow by as many times that."""
+        seen, equal, bounds = self.seen, self.equal, self.bounds
+        both = _scipy.sparse.vstack([seen, -seen])
+        if growth is not None:
+            both = _scipy.sparse.hstack([both, -np.concatenate([growth, growth])[:, None]])
+            equal = _scipy.sparse.hstack([equal, np.zeros((equal.shape[0], 1))])
+            bounds = [*bounds, (0.0, None)]
+        limits = np.concatenate([self.values + self.noise, self.noise - self.values])
+        return _scipy.optimize.linprog(
+            cost, A_ub=both, b_ub=limits, A_eq=equal, b_eq=np.zeros(equal.shape[0]), bounds=bounds, method="highs"
+        )
+
+    def ends_at(self, t: float) -> tuple[float, float] | None:
+        """Return the least and the largest value at a knot; None where there is none."""
+        cost = np.zeros(self.seen.shape[1])
+        cost[int(np.searchsorted(self.knots, t))] = 1.0
+        low, high = self.solve(cost), self.solve(-cost)
+        return None if low.x is None or high.x is None else (low.fun * self.unit, -high.fun * self.unit)
+
+
+def no_signal(name: str, of: SignalClass) -> NoSignal | None:
+    """Return why no signal of a class explains its samples, as the checker accepts it; None where that is not found.
+
+    Each of both bounds is looked at alone.
+    """
+    alone = []
+    if of.second_derivative is not None:
+        alone.append(replace(of, slope=None))
+    if of.slope is not None:
+        alone.append(replace(of, second_derivative=None, rates=None))
+    return next(filter(None, (_contradiction(name, each) for each in alone)), None)
+
+
+def _contradiction(name: str, of: SignalClass) -> NoSignal | None:
+    which, multipliers = _contradicting(of, 4)
+    if not which:
+        return None
+    some = _only(of, which)
+    for k in list(which):  # an irreducible set: without any one of them there is a signal
+        fewer = [i for i in which if i != k]
+        if fewer and _contradicting(_only(of, fewer), 16)[0]:
+            which, some = fewer, _only(of, fewer)
+    kept, multipliers = _contradicting(some, 64)
+    found = _exact(some, multipliers) if kept else None
+    if found is None or isinstance(shown := contradiction_of(found), str):
+        return None
+    excess, weight, size, bound = shown
+    missing = float(excess / weight) if weight else 0.0
+    among = [f"{name} = {y:.6g} at t = {t:.6g} s" for t, y in zip(some.samples.times, some.samples.values, strict=True)]
+    if some.rates:
+        among += [f"rate {v:.6g} at t = {t:.6g} s" for t, v in zip(some.rates.times, some.rates.values, strict=True)]
+    written = as_written(found)
+    left_out = {key: value for key, value in written["of"].items() if value is not None}
+    rates = {"rates": written["rates"]} if written["rates"] else {}
+    content = {
+        "format": CONTRADICTION,
+        "version": VERSION,
+        "of": left_out,
+        "samples": written["samples"],
+        **rates,
+    }
+    answer = NoSignal(name, missing, tuple(among), content, bound, float(excess / size))
+    return answer if judged_contradiction(answer) is answer else None
+
+
+def _contradicting(of: SignalClass, cells: int) -> tuple[list[int], Array]:
+    """Return measurements that contradict each other, rates after samples, and a multiplier for each of the class."""
+    program = _Program.of(of, cells=cells)
+    growth = np.where(program.noise > 0, program.noise, 1.0)
+    cost = np.append(np.zeros(program.seen.shape[1]), 1.0)
+    found = program.solve(cost, growth)
+    count = len(program.values)
+    if found.x is None or found.fun <= _LEAST_GROWTH:
+        return [], np.zeros(count)
+    prices = found.ineqlin.marginals
+    multipliers = prices[count:] - prices[:count]
+    multipliers = -multipliers if multipliers @ program.values < 0 else multipliers
+    multipliers = np.where(np.abs(multipliers) > 1e-9 * np.max(np.abs(multipliers)), multipliers, 0.0)
+    return np.flatnonzero(multipliers).tolist(), multipliers
+
+
+_LEAST_GROWTH = 1e-6  # of the noise
+
+
+def _only(of: SignalClass, which: list[int]) -> SignalClass:
+    """Return the class of some of the measurements."""
+    n = len(of.samples.times)
+
+    def some(measured: Measured, chosen: list[int]) -> Measured:
+        return Measured(
+            tuple(measured.times[i] for i in chosen), tuple(measured.values[i] for i in chosen), measured.noise
+        )
+
+    rates = [i - n for i in which if i >= n]
+    return replace(
+        of,
+        samples=some(of.samples, [i for i in which if i < n]),
+        rates=some(of.rates, rates) if of.rates and rates else None,
+    )
+
+
+def _exact(of: SignalClass, multipliers: Array) -> ContradictedSamples | None:
+    """Return rational multipliers near these that give zero for constants, and for straight lines where they must."""
+    n, times = len(of.samples.times), [Fraction(t) for t in of.samples.times]
+    if n < 2:
+        return None
+    scaled = [Fraction(round(m * 2**40), 2**40) for m in (multipliers / np.max(np.abs(multipliers))).tolist()]
+    mu, nu = scaled[:n], scaled[n:]
+    if of.second_derivative is not None:
+        first, last = mu[1:-1], sum((m * t for m, t in zip(mu[1:-1], times[1:-1], strict=True)), Fraction(0))
+        total, moment = sum(first, Fraction(0)), last + sum(nu, Fraction(0))
+        # μ_0 + μ_1 = −total, μ_0 t_0 + μ_1 t_1 = −moment
+        end = (total * times[0] - moment) / (times[-1] - times[0])
+        mu = [-total - end, *first, end]
+    else:
+        mu = [-sum(mu[1:], Fraction(0)), *mu[1:]]
+    return ContradictedSamples(of, tuple(mu), tuple(nu))
+
+
+# What any reference could do.
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """How far a reference is from the true signal, and how near any other could be, in the state's unit.
+
+    `error` is ε, proved; `plant` is how far the disturbed plant is at steps, if it is disturbed. `radius` is the least
+    error of any estimate, by two signals that explain the same samples: the radius of information, from below. `least`
+    is the least ε of any reference that the plant can follow at steps, with the same sides; a linear program.
+    """
+
+    error: float
+    plant: float | None
+    radius: float
+    least: float
+
+    def __str__(self) -> str:
+        plant = "" if self.plant is None else f", the plant within {self.plant:.4g} at steps"
+        return (
+            f"within {self.error:.4g} of the true signal{plant}; no estimate is always nearer than {self.radius:.4g}, "
+            f"and no reference that can be followed is proved nearer than {self.least:.4g}"
+        )
+
+
+def accuracy(reference: Reference, truth: TrueSignal) -> Accuracy:
+    """Return how far a reference is from the true signal, beside what could be reached."""
+    times = np.unique(np.concatenate([np.linspace(a, b, 3) for a, b in pairwise(truth.ends)]))
+    upper, lower = sides_at(truth.of, times)
+    widest = float(times[int(np.argmax(upper - lower))])
+    ends = _Program.of(truth.of, (widest,)).ends_at(widest)
+    radius = 0.0 if ends is None else max(0.0, (ends[1] - ends[0]) / 2)
+    return Accuracy(truth.error, truth.plant, radius, _least_error(reference.plant, truth))
+
+
+def _least_error(plant: ConstrainedSystem, truth: TrueSignal) -> float:
+    """Return the least ε of states x(t_0 + k T) that the plant can follow; nan where no program is solved."""
+    system, T = plant.linear, plant.sampling_time
+    first, count = truth.ends[0], min(_STEPS, int((truth.ends[-1] - truth.ends[0]) / plant.sampling_time) + 1)
+    n, m = system.B.shape
+    upper, lower = sides_at(truth.of, np.asarray(first + T * np.arange(float(count))))
+    unit = max(float(np.max(upper - lower)), 1e-12)
+    eye = _scipy.sparse.eye_array(count)
+    later, now = _scipy.sparse.eye_array(count - 1, count, k=1), _scipy.sparse.eye_array(count - 1, count)
+    equal = _scipy.sparse.hstack([
+        _scipy.sparse.kron(later, np.eye(n)) - _scipy.sparse.kron(now, system.A),
+        -_scipy.sparse.kron(now, system.B),
+        np.zeros(((count - 1) * n, 1)),
+    ])  # fmt: skip
+    rows: list[Any] = []
+    limits: list[Array] = []
+    sides = ((plant.state_set, 0), (plant.input_set, 1))
+    for bounded, which in sides:
+        for sign, end in ((1.0, bounded.upper), (-1.0, -bounded.lower)):
+            blocks = [_scipy.sparse.csr_array((count * len(end), count * size)) for size in (n, m)]
+            blocks[which] = _scipy.sparse.kron(eye, sign * bounded.rows)
+            rows.append(_scipy.sparse.hstack([*blocks, np.zeros((count * len(end), 1))]))
+            limits.append(np.tile(end, count))
+    picked = _scipy.sparse.kron(eye, np.eye(n)[[system.states.index(truth.state)]])
+    for sign, end in ((1.0, lower), (-1.0, -upper)):
+        rows.append(
+            _scipy.sparse.hstack(
+                [sign * picked, _scipy.sparse.csr_array((count, count * m)), np.full((count, 1), -unit)]
+            )
+        )
+        limits.append(end)
+    cost = np.zeros(count * (n + m) + 1)
+    cost[-1] = 1.0
+    found = _scipy.optimize.linprog(
+        cost,
+        A_ub=_scipy.sparse.vstack(rows),
+        b_ub=np.concatenate(limits),
+        A_eq=equal,
+        b_eq=np.tile(system.c, count - 1),
+        bounds=[(None, None)] * count * (n + m) + [(None, None)],
+        method="highs",
+    )
+    return float("nan") if found.x is None else float(found.fun * unit)
+
+
+def with_truth(certificate: Certificate, classes: Mapping[str, SignalClass]) -> Certificate:
+    """Return a certificate that also says how far each state is from the signals of its class."""
+    of = certificate
+    found = (true_signal(of.reference, of.claim, name, each, of.robust) for name, each in classes.items())
+    return replace(certificate, truth=tuple(found))
