@@ -6,14 +6,13 @@ from typing import Any
 import numpy as np
 
 from pipeline.experiments import Experiment
+from pipeline.margins import MarginProfile, margin_profile, smallest_defect
 from pipeline.methods import LearnedReference
 from pipeline.published.algorithm1 import tail
 from pipeline.published.scalar import is_scalar, state_and_input
 from pipeline.storage.archive import Sampled
 from trackably.arrays import Array
 from trackably.learning.problem import ActiveBound
-from trackably.systems.defect import smallest_defect
-from trackably.systems.margins import MarginProfile, margin_profile
 from trackably.systems.reference import Reference
 
 _PERIODS = 100

@@ -8,6 +8,7 @@ from tqdm import tqdm
 from pipeline.experiments import Experiment
 from pipeline.experiments.fields import Verification
 from pipeline.experiments.load import read_fit_of
+from pipeline.margins import MarginProfile, margin_profile
 from pipeline.methods import HYPERPARAMETERS, JOINT, METHODS, UNCONSTRAINED
 from pipeline.metrics import margins_over_time, metrics_of, summary_of
 from pipeline.storage.archive import Sampled, write_margins
@@ -20,7 +21,6 @@ from trackably.certificates.prove import Outcome
 from trackably.certificates.robust import robust_of
 from trackably.errors import NoReferenceError
 from trackably.files import write_atomically, write_json, write_text
-from trackably.systems.margins import MarginProfile, margin_profile
 from trackably.systems.reference import Reference
 
 

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from pipeline.drawings.style import direct_label
+from pipeline.margins import MarginProfile
 from pipeline.storage.archive import Tightness
 from trackably.arrays import Array
 from trackably.exports.figures import (
@@ -31,7 +32,6 @@ from trackably.exports.figures import (
     styled,
 )
 from trackably.gp.samples import Samples
-from trackably.systems.margins import MarginProfile
 from trackably.systems.reference import Reference
 
 # Parts of the width between bounds: margins below the first get a logarithmic axis, which is linear below the second.

@@ -6,6 +6,7 @@ from itertools import chain
 
 import numpy as np
 
+from pipeline.margins import MarginProfile
 from pipeline.methods import LearnedReference
 from pipeline.published.algorithm1 import Trace
 from pipeline.published.scalar import is_scalar, reachable_tube
@@ -19,7 +20,6 @@ from trackably.errors import InputError
 from trackably.files import to_json
 from trackably.gp.joint import JointPosterior
 from trackably.gp.samples import Samples
-from trackably.systems.margins import MarginProfile
 from trackably.systems.pieces import Signal
 from trackably.systems.trajectories import Functional
 

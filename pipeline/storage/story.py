@@ -4,13 +4,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from pipeline.margins import MarginProfile
 from pipeline.storage.archive import Fitted
 from pipeline.storage.results import Results
 from pipeline.storage.theorems import THEORY, proved_by_coq
 from trackably.files import read_json
 from trackably.fit import edges_of
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.margins import MarginProfile
 
 UNCONSTRAINED = "unconstrained"
 _ROUNDING = 1e-9  # of the largest cost

@@ -17,6 +17,7 @@ from pipeline.experiments import load_experiment
 from pipeline.experiments.load import read_fit_of
 from pipeline.loops.initial_states import ABOVE, BELOW, ON
 from pipeline.loops.trajectory import LoopTrajectory
+from pipeline.margins import margin_profile
 from pipeline.storage.results import Results
 from tests.project import ROOT
 from trackably.exports.figures import axis_label, parsed_once, svg
@@ -28,7 +29,6 @@ from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import Steps
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
-from trackably.systems.margins import margin_profile
 
 EXPERIMENT = load_experiment("example1")
 FITTED = read_fit_of(EXPERIMENT, Results("example1", ROOT / "data" / "results"))

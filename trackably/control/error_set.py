@@ -9,7 +9,7 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.gp.bounded import nonnegative_least_squares
-from trackably.systems.disturbances import Zonotope, as_array
+from trackably.systems.disturbances import Zonotope
 from trackably.systems.tightening import InvariantSet
 
 _ROUNDING, _OF_LEAST_SQUARES = 1e-12, 1e-9
@@ -83,7 +83,7 @@ class ErrorSet:
         Z = self.invariant
         if not isinstance(Z.disturbance, Zonotope):
             return np.zeros(self.dimension)
-        at, total = as_array([Z.disturbance.centre], self.dimension)[0], np.zeros(self.dimension)
+        at, total = Z.disturbance.matrix[0], np.zeros(self.dimension)
         for _ in range(Z.head):
             total, at = total + at, Z.closed_loop @ at
         return total
@@ -106,7 +106,7 @@ class ErrorSet:
         Z, W = self.invariant, self.invariant.disturbance
         if isinstance(W, Zonotope):
             return np.zeros((0, 1, self.dimension))
-        found = [W.vertex_matrix]
+        found = [W.matrix]
         while len(found) < Z.head:
             found.append(found[-1] @ Z.closed_loop.T)
         return np.array(found)

@@ -11,7 +11,6 @@ with it in sign.)
 """
 
 import math
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
@@ -24,7 +23,7 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Interval, Polytope
-from trackably.systems.rationals import Matrix, beside
+from trackably.systems.rationals import Rationals, exact, float_above, float_below, inverse, null_space, rank, rounded
 
 _MAX_LAWS = 10_000
 _AT_ONCE = 2**22  # numbers in memory
@@ -51,39 +50,37 @@ class Allocation:
     """Redundant inputs of an `input_set` {u : lower ≤ R u ≤ upper}; the columns Z of `kernel` span the kernel of B."""
 
     input_set: Polytope
-    kernel: tuple[Matrix, ...]
+    kernel: Rationals
 
     @classmethod
     def of(cls, system: LinearSystem, input_set: Polytope) -> "Allocation | None":
         """Return the allocation; None without redundant inputs or bounds. ValueError: too many rows to combine."""
-        free = Matrix.exact(system.B).null_space
+        kernel = null_space(exact(system.B))
+        free = kernel.shape[1]
         if not free or not len(input_set.rows):
             return None
-        sizes = range(1, len(free) + 2)
+        sizes = range(1, free + 2)
         if sum(math.comb(len(input_set.rows), size) * 2**size for size in sizes) > _MAX_LAWS:
             raise ValueError(
-                f"system: {len(free)} redundant inputs are too many for an input set of {len(input_set.rows)} rows"
+                f"system: {free} redundant inputs are too many for an input set of {len(input_set.rows)} rows"
             )
-        return cls(input_set, tuple(free))
+        return cls(input_set, kernel)
 
     @property
     def attainable(self) -> list[Attainable]:
         """The constraints on u that hold if and only if some admissible input has the effect of u."""
-        rows = [_fractions(row) for row in self.input_set.rows]
-        lower, upper = _fractions(self.input_set.lower), _fractions(self.input_set.upper)
+        rows, lower, upper = (exact(of) for of in (self.input_set.rows, self.input_set.lower, self.input_set.upper))
         found: dict[tuple[Fraction, ...], tuple[Fraction, Fraction]] = {}
-        for circuit in self._circuits():
-            row = [sum((factor * rows[i][j] for i, factor in circuit), Fraction(0)) for j in range(len(rows[0]))]
-            scale = max(row, key=abs) or Fraction(1)
-            factors = [(i, factor / scale) for i, factor in circuit]
-            low = sum((factor * (lower if factor > 0 else upper)[i] for i, factor in factors), Fraction(0))
-            high = sum((factor * (upper if factor > 0 else lower)[i] for i, factor in factors), Fraction(0))
-            direction = tuple(r / scale for r in row)
-            lowest, highest = found.get(direction, (low, high))
-            found[direction] = max(low, lowest), min(high, highest)
-            self._refuse_empty(direction, *found[direction])
+        for hit, circuit in self._circuits():
+            row = circuit @ rows[hit]
+            factors, direction = (of / (max(row, key=abs) or Fraction(1)) for of in (circuit, row))
+            ends = np.where(factors > 0, lower[hit], upper[hit]), np.where(factors > 0, upper[hit], lower[hit])
+            low, high = (factors @ of for of in ends)
+            lowest, highest = found.get(tuple(direction), (low, high))
+            found[tuple(direction)] = max(low, lowest), min(high, highest)
+            self._refuse_empty(tuple(direction), *found[tuple(direction)])
         return [
-            Attainable(row, Interval(_float_above(low), -_float_above(-high)))
+            Attainable(row, Interval(float_above(low), float_below(high)))
             for row, (low, high) in found.items()
             if any(row)
         ]
@@ -137,41 +134,27 @@ class Allocation:
 
         where the rows P_S are independent. All of it is exact, and rounded once.
         """
-        Z, R, m = beside(self.kernel), Matrix.exact(self.input_set.rows), self.input_set.dimension
-        inverse = (Z.transposed @ Z).inverse
-        ends = self.input_set.lower, self.input_set.upper
+        Z, R, m = self.kernel, exact(self.input_set.rows), self.input_set.dimension
+        metric = inverse(Z.T @ Z)
+        ends = exact(self.input_set.lower), exact(self.input_set.upper)
         gains, shifts = [np.eye(m)], [np.zeros(m)]
-        for size in range(1, len(self.kernel) + 1):
-            for hit in combinations(range(len(self.input_set.rows)), size):
-                rows = R.rows_of(hit)
-                P = rows @ Z
-                if P.rank == size:
-                    back = Z @ inverse @ P.transposed @ (P @ inverse @ P.transposed).inverse
-                    gain = np.eye(m) - (back @ rows).rounded
+        for size in range(1, Z.shape[1] + 1):
+            for hit in map(list, combinations(range(len(R)), size)):
+                P = R[hit] @ Z
+                if rank(P) == size:
+                    back = Z @ metric @ P.T @ inverse(P @ metric @ P.T)
+                    gain = np.eye(m) - rounded(back @ R[hit])
                     for sides in product(ends, repeat=size):
-                        bounds = Matrix.exact(np.array([[side[i]] for side, i in zip(sides, hit, strict=True)]))
+                        bounds = np.array([side[i] for side, i in zip(sides, hit, strict=True)], dtype=object)
                         gains.append(gain)
-                        shifts.append((back @ bounds).rounded[:, 0])
+                        shifts.append(rounded(back @ bounds))
         return Laws(np.array(gains), np.array(shifts))
 
-    def _circuits(self) -> Iterator[list[tuple[int, Fraction]]]:
-        """Yield the circuits: pairs of a row of the input set and its factor."""
-        pushes = Matrix.exact(self.input_set.rows) @ beside(self.kernel)
-        for size in range(1, len(self.kernel) + 2):
-            for support in combinations(range(len(pushes)), size):
-                relations = pushes.rows_of(support).transposed.null_space
-                if len(relations) == 1:
-                    yield [(i, relations[0][k, 0]) for k, i in enumerate(support)]
-
-
-def _fractions(numbers: Array) -> list[Fraction]:
-    return [Fraction(v) for v in numbers.tolist()]
-
-
-def _float_above(number: Fraction) -> float:
-    """Round up to float64: infinity beyond its range, and the lowest float64 for numbers below its range."""
-    try:
-        nearest = float(number)
-    except OverflowError:
-        return math.inf if number > 0 else -sys.float_info.max
-    return nearest if Fraction(nearest) >= number else math.nextafter(nearest, math.inf)
+    def _circuits(self) -> Iterator[tuple[list[int], Rationals]]:
+        """Yield the circuits: rows of the input set, and their factors."""
+        pushes = exact(self.input_set.rows) @ self.kernel
+        for size in range(1, self.kernel.shape[1] + 2):
+            for support in map(list, combinations(range(len(pushes)), size)):
+                relations = null_space(pushes[support].T)
+                if relations.shape[1] == 1 and relations.all():
+                    yield support, relations[:, 0]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Iterator, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from itertools import chain, combinations
+from itertools import combinations
 from typing import TYPE_CHECKING, Self, cast
 
 import numpy as np
@@ -15,15 +15,14 @@ import scipy
 
 from trackably.arguments import instance, numbers
 from trackably.arrays import Array, ArrayLike
+from trackably.checker import disturbances as checker
 from trackably.systems.polytopes import Polytope, rounded
-from trackably.systems.rationals import Matrix
-
-# Vectors of rationals over one denominator, and roundings to float64 in a known direction.
+from trackably.systems.rationals import exact, reduced, whole
 
 Vector = tuple[Fraction, ...]
 
 
-def vectors(what: str, given: ArrayLike | Sequence[Sequence[Fraction]]) -> tuple[Vector, ...]:
+def _vectors(what: str, given: ArrayLike | Sequence[Sequence[Fraction]]) -> tuple[Vector, ...]:
     """Return the rows of a matrix as rationals. Fractions are kept, and float64 numbers are taken as they are.
 
     ValueError: it is no matrix, or holds a number that is not finite. TypeError: it holds something else.
@@ -37,43 +36,42 @@ def vectors(what: str, given: ArrayLike | Sequence[Sequence[Fraction]]) -> tuple
     return tuple(tuple(Fraction(value) for value in row) for row in rows)
 
 
-def as_array(rows: Sequence[Vector], dimension: int) -> Array:
-    """Return rationals as float64, shape (rows, dimension)."""
-    return np.array([[float(value) for value in row] for row in rows]).reshape(len(rows), dimension)
+class _ExactSet(ABC):
+    """A set that is made of exact vectors."""
 
+    @property
+    @abstractmethod
+    def vectors(self) -> tuple[Vector, ...]:
+        """The vectors: a centre and generators, or vertices."""
 
-def printed(rows: Sequence[Vector]) -> list[list[float]]:
-    """Return rationals as the nearest float64 numbers, for people."""
-    return [[float(value) for value in row] for row in rows]
+    @abstractmethod
+    def farthest(self, row: Array) -> Array:
+        """Return a point (n,) of the set, up to rounding, at which row · w is largest."""
 
+    @property
+    def dimension(self) -> int:
+        return len(self.vectors[0])
 
-def common_denominator(numbers: Iterable[Fraction]) -> int:
-    """Return the least number that makes all of them whole."""
-    return math.lcm(*(number.denominator for number in numbers))
+    @cached_property
+    def matrix(self) -> Array:
+        """The vectors in float64, one in each row."""
+        return np.array(self.vectors, dtype=float)
 
+    @property
+    def denominator(self) -> int:
+        """The least d that makes all entries of d · W whole."""
+        return self._whole[0]
 
-def whole(rows: Sequence[Sequence[Fraction]]) -> tuple[int, list[list[int]]]:
-    """Return d and the whole numbers d · rows."""
-    d = common_denominator(chain.from_iterable(rows))
-    return d, [[int(value * d) for value in row] for row in rows]
-
-
-def float_above(number: Fraction) -> float:
-    """Return a float64 ≥ `number`, the smallest or the one next to it."""
-    nearest = float(number)
-    return nearest if Fraction(nearest) >= number else math.nextafter(nearest, math.inf)
-
-
-def float_below(number: Fraction) -> float:
-    """Return a float64 ≤ `number`, the largest or the one next to it."""
-    return -float_above(-number)
+    @cached_property
+    def _whole(self) -> tuple[int, list[list[int]]]:
+        return whole(self.vectors)
 
 
 # Disturbance sets that are zonotopes; boxes are some of them.
 
 
 @dataclass(frozen=True)
-class Zonotope:
+class Zonotope(_ExactSet):
     """{`centre` + Σ_j ξ_j `generators`[j] : |ξ_j| ≤ 1}, exactly: each float64 that is given counts as it is.
 
     No generators leave the centre alone. ValueError: shapes do not fit, or a number is not finite.
@@ -91,8 +89,8 @@ class Zonotope:
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        (centre,) = vectors("disturbance: centre", [self.centre])
-        generators = vectors("disturbance: generators", self.generators) if len(self.generators) else ()
+        (centre,) = _vectors("disturbance: centre", [self.centre])
+        generators = _vectors("disturbance: generators", self.generators) if len(self.generators) else ()
         if any(len(generator) != len(centre) for generator in generators):
             raise ValueError(
                 f"disturbance: every generator needs {len(centre)} entries, one for each state, "
@@ -125,51 +123,42 @@ class Zonotope:
         return cls([(a + b) / 2 for a, b in ends], generators)
 
     @property
-    def dimension(self) -> int:
-        return len(self.centre)
-
-    @cached_property
-    def denominator(self) -> int:
-        """The least d that makes all entries of d · W whole."""
-        return self._whole[0]
+    def vectors(self) -> tuple[Vector, ...]:
+        """The centre, and the generators."""
+        return (self.centre, *self.generators)
 
     def whole_support(self, row: Sequence[int]) -> int:
         """Return d h_W(row), exactly, for the denominator d."""
-        _, (centre, *generators) = self._whole
-        return _product(centre, row) + sum(abs(_product(generator, row)) for generator in generators)
+        return checker.Zonotope.support(self._whole[1], row)
 
     def support(self, rows: Array) -> Array:
         """Return h_W(row) = max {row · w : w ∈ W} in float64 for rows (…, n): shape (…)."""
         spread = np.abs(np.asarray(rows) @ self.generator_matrix.T).sum(axis=-1)
-        return np.asarray(np.asarray(rows) @ as_array([self.centre], self.dimension)[0] + spread)
+        return np.asarray(np.asarray(rows) @ self.matrix[0] + spread)
 
-    @cached_property
+    @property
     def generator_matrix(self) -> Array:
         """The generators in float64, shape (g, n)."""
-        return as_array(self.generators, self.dimension)
+        return self.matrix[1:]
 
     def farthest(self, row: Array) -> Array:
         """Return a point (n,) of the set, up to rounding, at which row · w is largest."""
-        signs = np.where(self.generator_matrix @ row >= 0, 1.0, -1.0)
-        return np.asarray(as_array([self.centre], self.dimension)[0] + signs @ self.generator_matrix)
+        return self._point(np.where(self.generator_matrix @ row >= 0, 1.0, -1.0))
 
     def draw(self, rng: np.random.Generator) -> Array:
         """Return a point (n,) of the set, up to rounding."""
-        parts = rng.uniform(-1, 1, len(self.generators))
-        return np.asarray(as_array([self.centre], self.dimension)[0] + parts @ self.generator_matrix)
+        return self._point(rng.uniform(-1, 1, len(self.generators)))
+
+    def _point(self, parts: Array) -> Array:
+        return np.asarray(self.matrix[0] + parts @ self.generator_matrix)
 
     def scaled(self, factor: Fraction) -> Self:
         """Return factor · W."""
-        return type(self)(
-            [factor * value for value in self.centre], [[factor * value for value in of] for of in self.generators]
-        )
-
-    @cached_property
-    def _whole(self) -> tuple[int, list[list[int]]]:
-        return whole([self.centre, *self.generators])
+        centre, *generators = [[factor * value for value in of] for of in self.vectors]
+        return type(self)(centre, generators)
 
     def __repr__(self) -> str:
-        return f"Zonotope(centre={printed([self.centre])[0]}, generators={printed(self.generators)})"
+        return f"Zonotope(centre={self.matrix[0].tolist()}, generators={self.generator_matrix.tolist()})"
 
     def __str__(self) -> str:
         axes = [[i for i, value in enumerate(generator) if value] for generator in self.generators]
@@ -180,17 +169,13 @@ class Zonotope:
         return f"a zonotope with {len(self.generators)} generators"
 
 
-def _product(vector: Sequence[int], row: Sequence[int]) -> int:
-    return sum(v * r for v, r in zip(vector, row, strict=True))
-
-
 # Disturbance sets that are the convex hulls of their vertices; bounded half-spaces are converted to them.
 
 _MOST_CANDIDATES = 200_000
 
 
 @dataclass(frozen=True)
-class ConvexHull:
+class ConvexHull(_ExactSet):
     """The convex hull of `vertices`, exactly: each float64 that is given counts as it is.
 
     Points that are no vertices do no harm. ValueError: shapes do not fit, there is no vertex, or a number is not
@@ -204,7 +189,7 @@ class ConvexHull:
         def __init__(self, vertices: ArrayLike | Sequence[Sequence[Fraction]]) -> None: ...
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices", vectors("disturbance: vertices", self.vertices))
+        object.__setattr__(self, "vertices", _vectors("disturbance: vertices", self.vertices))
 
     @classmethod
     def halfspaces(cls, H: ArrayLike, h: ArrayLike) -> Self:
@@ -221,45 +206,32 @@ class ConvexHull:
         return cls([list(vertex) for vertex in found])
 
     @property
-    def dimension(self) -> int:
-        return len(self.vertices[0])
-
-    @cached_property
-    def denominator(self) -> int:
-        """The least d that makes all entries of d · W whole."""
-        return self._whole[0]
+    def vectors(self) -> tuple[Vector, ...]:
+        """The vertices."""
+        return self.vertices
 
     def whole_support(self, row: Sequence[int]) -> int:
         """Return d h_W(row), exactly, for the denominator d."""
-        return max(sum(v * r for v, r in zip(vertex, row, strict=True)) for vertex in self._whole[1])
+        return checker.Hull.support(self._whole[1], row)
 
     def support(self, rows: Array) -> Array:
         """Return h_W(row) = max {row · w : w ∈ W} in float64 for rows (…, n): shape (…)."""
-        return np.asarray(np.max(np.asarray(rows) @ self.vertex_matrix.T, axis=-1))
-
-    @cached_property
-    def vertex_matrix(self) -> Array:
-        """The vertices in float64, shape (v, n)."""
-        return as_array(self.vertices, self.dimension)
+        return np.asarray(np.max(np.asarray(rows) @ self.matrix.T, axis=-1))
 
     def farthest(self, row: Array) -> Array:
         """Return a vertex (n,), up to rounding, at which row · w is largest."""
-        return np.asarray(self.vertex_matrix[int(np.argmax(self.vertex_matrix @ row))])
+        return np.asarray(self.matrix[int(np.argmax(self.matrix @ row))])
 
     def draw(self, rng: np.random.Generator) -> Array:
         """Return a point (n,) of the set, up to rounding."""
-        return np.asarray(rng.dirichlet(np.ones(len(self.vertices))) @ self.vertex_matrix)
+        return np.asarray(rng.dirichlet(np.ones(len(self.vertices))) @ self.matrix)
 
     def scaled(self, factor: Fraction) -> Self:
         """Return factor · W."""
-        return type(self)([[factor * value for value in vertex] for vertex in self.vertices])
-
-    @cached_property
-    def _whole(self) -> tuple[int, list[list[int]]]:
-        return whole(self.vertices)
+        return type(self)([[factor * value for value in of] for of in self.vertices])
 
     def __repr__(self) -> str:
-        return f"ConvexHull({printed(self.vertices)})"
+        return f"ConvexHull({self.matrix.tolist()})"
 
     def __str__(self) -> str:
         return f"a polytope with {len(self.vertices)} vertices"
@@ -268,19 +240,15 @@ class ConvexHull:
 def _vertices(H: Array, h: Array) -> Iterator[Vector]:
     """Yield every point at which n rows that are independent hold with equality, and all others hold: in rationals."""
     r, n = H.shape
-    exact = [[Fraction(v) for v in (*row, side)] for row, side in zip(H.tolist(), h.tolist(), strict=True)]
-    candidates = combinations(range(r), n)
-    for count, chosen in enumerate(candidates):
+    rows = exact(np.column_stack([H, h]))
+    for count, chosen in enumerate(combinations(range(r), n)):
         if count >= _MOST_CANDIDATES:
             raise ValueError(
                 f"disturbance: {r} rows in {n} dimensions have too many vertices; give these, or fewer rows"
             )
-        reduced, pivots = Matrix.of([exact[i] for i in chosen]).reduced
-        if pivots != list(range(n)):  # the rows are not independent
-            continue
-        entries = [reduced[j, n] for j in range(n)]
-        if all(sum((a * x for a, x in zip(row, entries, strict=False)), Fraction(0)) <= row[n] for row in exact):
-            yield tuple(entries)
+        solved, pivots = reduced(rows[list(chosen)])
+        if pivots == list(range(n)) and np.all(rows[:, :n] @ solved[:, n] <= rows[:, n]):
+            yield tuple(solved[:, n])
 
 
 # The kinds of disturbance sets, and what is asked of all of them.
@@ -310,12 +278,11 @@ def checked(given: object, states: int) -> DisturbanceSet:
 def _holds_zero(given: DisturbanceSet) -> bool:
     """Whether 0 is in a set, up to rounding, by a linear program in units of the set."""
     if isinstance(given, Zonotope):
-        centre = np.array([float(value) for value in given.centre])
-        matrix, aim, bounds = given.generator_matrix.T, -centre, (-1.0, 1.0)
+        matrix, aim, bounds = given.generator_matrix.T, -given.matrix[0], (-1.0, 1.0)
         if not matrix.size:
-            return not centre.any()
+            return not aim.any()
     else:
-        matrix, bounds = np.vstack([given.vertex_matrix.T, np.ones(len(given.vertices))]), (0.0, 1.0)
+        matrix, bounds = np.vstack([given.matrix.T, np.ones(len(given.vertices))]), (0.0, 1.0)
         aim = np.append(np.zeros(given.dimension), 1.0)
     size = np.max(np.abs(np.column_stack([matrix, aim])), axis=1, keepdims=True)
     unit = np.where(size > 0, size, 1.0)
@@ -348,17 +315,14 @@ class Measured:
 
     def of_measured_state(self, A: Array) -> Zonotope:
         """Return W ⊕ (−A V) ⊕ V, exactly."""
-        W, V = self.disturbance, self.noise
-        exact = [[Fraction(a) for a in row] for row in A.tolist()]
-        moved = [tuple(-x for x in _matrix_times(exact, g)) for g in V.generators]
-        centre = [w - a + v for w, a, v in zip(W.centre, _matrix_times(exact, V.centre), V.centre, strict=True)]
-        return Zonotope(centre, [*W.generators, *moved, *V.generators])
+        W, V = (checker.Zonotope(of.centre, of.generators) for of in (self.disturbance, self.noise))
+        found = checker.of_measured_state(W, V, A.tolist())
+        return Zonotope(found.centre, found.generators)
 
     def support(self, row: Sequence[Fraction]) -> Fraction:
         """Return h_V(row), exactly."""
-        vectors = (self.noise.centre, *self.noise.generators)
-        centre, *parts = (sum((r * x for r, x in zip(row, of, strict=True)), Fraction(0)) for of in vectors)
-        return centre + sum(map(abs, parts), Fraction(0))
+        d, (whole_row,) = whole([row])
+        return Fraction(self.noise.whole_support(whole_row), d * self.noise.denominator)
 
 
 def measured(disturbance: DisturbanceSet | None, noise: DisturbanceSet, states: int) -> Measured:
@@ -377,7 +341,3 @@ def measured(disturbance: DisturbanceSet | None, noise: DisturbanceSet, states: 
     assert isinstance(W, Zonotope), "instance has refused anything else"
     assert isinstance(noise, Zonotope), "instance has refused anything else"
     return Measured(W, noise)
-
-
-def _matrix_times(A: list[list[Fraction]], vector: Vector) -> Vector:
-    return tuple(sum((a * v for a, v in zip(row, vector, strict=True)), Fraction(0)) for row in A)

@@ -7,7 +7,6 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from itertools import accumulate
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -16,7 +15,7 @@ import scipy
 from trackably.arguments import is_number, names, numbers
 from trackably.arrays import Array, ArrayLike
 from trackably.systems.formulas import weighted_sum_text
-from trackably.systems.rationals import Matrix, beside, stacked
+from trackably.systems.rationals import Rationals, exact, inverse, null_space, power, rank, reduced, rounded
 from trackably.systems.trajectories import Coordinate, Functional
 
 # Names of states and inputs: identifiers, so that no name can be taken for a part of a sentence or of a formula.
@@ -65,34 +64,32 @@ class Flatness:
     orders: tuple[int, ...]
 
 
-def flatness(A: Array, B: Array, c: Array, sampling_time: float, states: Sequence[str]) -> Flatness:
+def flatness(A: Rationals, B: Rationals, offset: Rationals, sampling_time: float, states: Sequence[str]) -> Flatness:
     """Return flat outputs of the controllable system x(k+1) = A x(k) + B u(k) + c, with names of its `states`.
 
     With as many independent inputs as states, these are the states themselves. Otherwise they are made of the first
     independent columns of [B, A B, …] (Luenberger's choice), each in the unit of the first state that it moves at rest.
     Of several inputs with the same effect, the one of smallest Euclidean norm is taken.
 
-    Shapes: A (n, n), B (n, m), c (n,). ValueError: the system is not controllable, or too close to such a system for
-    float64.
+    Shapes: A (n, n), B (n, m), offset c (n,). ValueError: the system is not controllable, or too close to such a system
+    for float64.
     """
-    exact_A, exact_B, offset = Matrix.exact(A), Matrix.exact(B), Matrix.exact(c[:, None])
-    reduced = exact_B.columns_of(_independent_columns(exact_B))
-    orders = _chains(exact_A, reduced, states)
-    q = _outputs(exact_A, reduced, orders)
+    independent = B[:, _independent_columns(B)]
+    orders = _chains(A, independent, states)
+    q = _outputs(A, independent, orders)
     # With ζ the z_c(k + j) for j < κ_c, ω the z_c(k + κ_c), and B u = B_r w:  ζ = Q x + d,  ω = P x + G w + e.
-    Q, d = _shifted(q, exact_A, offset, [(i, j) for i, order in enumerate(orders) for j in range(order)])
-    P, e = _shifted(q, exact_A, offset, list(enumerate(orders)))
-    G = stacked([q.rows_of([i]) @ exact_A.power(order - 1) @ reduced for i, order in enumerate(orders)])
+    Q, d = _shifted(q, A, offset, [(i, j) for i, order in enumerate(orders) for j in range(order)])
+    P, e = _shifted(q, A, offset, list(enumerate(orders)))
+    G = np.vstack([q[i] @ power(A, order - 1) @ independent for i, order in enumerate(orders)])
     # So x = Q⁻¹ (ζ − d) and w = G⁻¹ (ω − P x − e).
-    by_lower, by_highest = Q.inverse, _least_norm(reduced, exact_B) @ G.inverse
-    feedback = -(by_highest @ P)
+    by_lower, by_highest = inverse(Q), _least_norm(independent, B) @ inverse(G)
+    feedback, ends = -(by_highest @ P), np.cumsum(orders)[:-1]
     state_offset = -(by_lower @ d)
-    state_weights = _by_output(by_lower, orders)
+    state_weights = np.split(by_lower, ends, axis=1)  # the weight of z_c(k + j) is [c][row, j]
     input_weights = [
-        [[*weights, by_highest[row, i]] for row, weights in enumerate(of_output)]
-        for i, of_output in enumerate(_by_output(feedback @ by_lower, orders))
+        np.column_stack(of) for of in zip(np.split(feedback @ by_lower, ends, 1), by_highest.T, strict=True)
     ]
-    scales = [_scale(of_output) for of_output in state_weights]
+    scales = [next((gain for gain in of.sum(axis=1) if gain), Fraction(1)) for of in state_weights]  # gains at rest
     return Flatness(
         _functionals(state_weights, scales, state_offset, sampling_time),
         _functionals(input_weights, scales, feedback @ state_offset - by_highest @ e, sampling_time),
@@ -102,99 +99,69 @@ def flatness(A: Array, B: Array, c: Array, sampling_time: float, states: Sequenc
 
 def outputs_in_states(flat: Flatness) -> list[list[Fraction]]:
     """Return the row q_c of each flat output z_c = q_c x of a linear system, exactly."""
-    n, places = len(flat.states), [(c, j) for c, order in enumerate(flat.orders) for j in range(order)]
+    places = [(c, j) for c, order in enumerate(flat.orders) for j in range(order)]
     states = [x for x in flat.states if isinstance(x, Functional)]
-    inverse = Matrix.of([[x.weights[c][j] for c, j in places] for x in states], n).inverse
-    return [[inverse[place, i] for i in range(n)] for place, (_, j) in enumerate(places) if j == 0]
+    rows = inverse(exact([[x.weights[c][j] for c, j in places] for x in states]))
+    return [rows[place].tolist() for place, (_, j) in enumerate(places) if j == 0]
 
 
-def _shifted(q: Matrix, A: Matrix, offset: Matrix, which: list[tuple[int, int]]) -> tuple[Matrix, Matrix]:
+def _shifted(
+    q: Rationals, A: Rationals, offset: Rationals, which: list[tuple[int, int]]
+) -> tuple[Rationals, Rationals]:
     """Return Q and d such that z_i(k + j) = Q x(k) + d with u = 0, one row for each pair (i, j)."""
-    return (
-        stacked([q.rows_of([i]) @ A.power(j) for i, j in which]),
-        stacked([q.rows_of([i]) @ _accumulated(A, j) @ offset for i, j in which]),
-    )
-
-
-def _by_output(matrix: Matrix, orders: list[int]) -> list[list[list[Fraction]]]:
-    """Cut the columns by flat output: [i][row][j] is the weight of z_i(k + j) in this row."""
-    starts = accumulate(orders[:-1], initial=0)
-    return [
-        [[matrix[row, start + j] for j in range(order)] for row in range(len(matrix))]
-        for start, order in zip(starts, orders, strict=True)
-    ]
+    rows, offsets = [], []
+    for i, j in which:
+        rows.append(q[i] @ power(A, j))
+        offsets.append(sum((q[i] @ power(A, before) @ offset for before in range(j)), Fraction(0)))
+    return np.vstack(rows), np.array(offsets, dtype=object)
 
 
 def _functionals(
-    by_output: list[list[list[Fraction]]], scales: list[Fraction], offset: Matrix, sampling_time: float
+    by_output: list[Rationals], scales: list[Fraction], offset: Rationals, sampling_time: float
 ) -> tuple[Functional, ...]:
-    return tuple(
-        Functional(
-            tuple(tuple(w / scale for w in rows[i]) for rows, scale in zip(by_output, scales, strict=True)),
-            offset[i, 0],
-            sampling_time,
-        )
-        for i in range(len(offset))
-    )
+    scaled = [of / scale for of, scale in zip(by_output, scales, strict=True)]
+    return tuple(Functional(tuple(tuple(of[i]) for of in scaled), offset[i], sampling_time) for i in range(len(offset)))
 
 
-def _scale(rows: list[list[Fraction]]) -> Fraction:
-    """Return the gain, at rest, from a flat output to the first state that moves with it."""
-    return next((gain for row in rows if (gain := sum(row, Fraction(0)))), Fraction(1))
-
-
-def _chains(A: Matrix, B: Matrix, states: Sequence[str]) -> list[int]:
+def _chains(A: Rationals, B: Rationals, states: Sequence[str]) -> list[int]:
     """Return κ_c: how many of B_c, A B_c, … are among the first independent columns of [B, A B, …]."""
-    n, m = len(B), B.columns
+    n, m = B.shape
     if m == n:
         return [1] * n
-    taken: list[Matrix] = []
-    orders, alive, power = [0] * m, [True] * m, B
-    while len(taken) < n and any(alive):
+    taken, orders, alive, columns = B[:, :0], [0] * m, [True] * m, B
+    while taken.shape[1] < n and any(alive):
         for c in range(m):
-            if alive[c] and len(taken) < n:
-                column = power.columns_of([c])
-                alive[c] = beside([*taken, column]).rank == len(taken) + 1
+            if alive[c] and taken.shape[1] < n:
+                more = np.column_stack([taken, columns[:, c]])
+                alive[c] = rank(more) == more.shape[1]
                 if alive[c]:
-                    taken.append(column)
-                    orders[c] += 1
-        power = A @ power
-    if len(taken) < n:
+                    taken, orders[c] = more, orders[c] + 1
+        columns = A @ columns
+    if taken.shape[1] < n:
+        row = null_space(taken.T)[:, 0]  # it maps every column that is reached to zero
         raise ValueError(
-            f"{_REFUSED}: its inputs reach {len(taken)} of {n} dimensions, and none of them ever changes "
-            f"{weighted_sum_text(_never_moved(taken, n), states)}"
+            f"{_REFUSED}: its inputs reach {taken.shape[1]} of {n} dimensions, and none of them ever changes "
+            f"{weighted_sum_text(row / max(row, key=abs), states)}"
         )
-    if not (condition := _condition(beside(taken))) < _WORST_CONDITION:
+    if not (condition := _condition(taken)) < _WORST_CONDITION:
         raise ValueError(f"{_REFUSED}, but nearly is not: [B, A B, …] has condition number {condition:.1g}")
     return orders
 
 
-def _never_moved(reached: list[Matrix], n: int) -> list[Fraction]:
-    """Return a row that maps every reached column to zero, scaled to a largest entry of 1."""
-    row = beside(reached).transposed.null_space[0] if reached else Matrix.unit(n).columns_of([0])
-    weights = [row[i, 0] for i in range(n)]
-    return [w / max(weights, key=abs) for w in weights]
-
-
-def _outputs(A: Matrix, B: Matrix, orders: list[int]) -> Matrix:
+def _outputs(A: Rationals, B: Rationals, orders: list[int]) -> Rationals:
     """Return the rows q_c, which map the last column of chain c to 1 and all other chosen columns to zero."""
-    n, m = len(B), B.columns
+    n, m = B.shape
     if m == n:
-        return Matrix.unit(n)
-    columns = [A.power(j) @ B.columns_of([c]) for c, order in enumerate(orders) for j in range(order)]
-    inverse = beside(columns).inverse
-    lasts = np.cumsum(orders) - 1
-    return inverse.rows_of(lasts.tolist())
+        return exact(np.eye(n))
+    columns = [power(A, j) @ B[:, c] for c, order in enumerate(orders) for j in range(order)]
+    found: Rationals = inverse(np.column_stack(columns))[np.cumsum(orders) - 1]
+    return found
 
 
-def _independent_columns(B: Matrix) -> list[int]:
+def _independent_columns(B: Rationals) -> list[int]:
     """Return the first columns that are a basis of the range of B. ValueError: they are nearly dependent."""
-    kept: list[int] = []
-    for c in range(B.columns):
-        if B.columns_of([*kept, c]).rank == len(kept) + 1:
-            kept.append(c)
-    chosen = B.columns_of(kept)
-    if kept and not _condition(chosen) < _WORST_CONDITION:
+    kept = reduced(B)[1]
+    if kept and not _condition(B[:, kept]) < _WORST_CONDITION:
         raise ValueError(
             "system: the columns of B must be clearly independent or exactly dependent, but are neither; for "
             "redundant inputs, give columns that are exact multiples or sums of each other"
@@ -202,24 +169,16 @@ def _independent_columns(B: Matrix) -> list[int]:
     return kept
 
 
-def _least_norm(reduced: Matrix, B: Matrix) -> Matrix:
+def _least_norm(independent: Rationals, B: Rationals) -> Rationals:
     """Return the matrix from w to the smallest u with B u = B_r w: with B = B_r F it is Fᵀ (F Fᵀ)⁻¹."""
-    transposed = reduced.transposed
-    F = (transposed @ reduced).inverse @ transposed @ B
-    return F.transposed @ (F @ F.transposed).inverse
+    F = inverse(independent.T @ independent) @ independent.T @ B
+    found: Rationals = F.T @ inverse(F @ F.T)
+    return found
 
 
-def _accumulated(A: Matrix, steps: int) -> Matrix:
-    """Return I + A + … + A^(steps − 1)."""
-    total = A - A
-    for j in range(steps):
-        total = total + A.power(j)
-    return total
-
-
-def _condition(matrix: Matrix) -> float:
+def _condition(matrix: Rationals) -> float:
     """Return the condition number of the matrix with columns scaled to unit length, so that units do not matter."""
-    columns = matrix.rounded
+    columns = rounded(matrix)
     return float(np.linalg.cond(columns / np.linalg.norm(columns, axis=0)))
 
 
@@ -348,7 +307,7 @@ class LinearSystem:
 
     def flatness(self) -> Flatness:
         """Return states and inputs as functions of flat outputs. ValueError: the system is not controllable."""
-        return flatness(self.A, self.B, self.c, self.sampling_time, self.states)
+        return flatness(exact(self.A), exact(self.B), exact(self.c), self.sampling_time, self.states)
 
 
 def positive_sampling_time(given: object) -> float:

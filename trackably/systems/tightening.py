@@ -12,10 +12,10 @@ import scipy
 from trackably.arguments import numbers, real
 from trackably.arrays import Array, ArrayLike
 from trackably.systems.constrained import ConstrainedSystem, LinearConstraint
-from trackably.systems.disturbances import DisturbanceSet, Measured, Zonotope, checked, float_below, measured, whole
+from trackably.systems.disturbances import DisturbanceSet, Measured, Zonotope, checked, measured
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope, squares_in_widths, unit_scales
-from trackably.systems.rationals import Matrix
+from trackably.systems.rationals import exact, float_below, whole
 
 # How fast the error decays under a feedback, and how far disturbances take it, in float64.
 
@@ -200,10 +200,7 @@ class InvariantSet:
 
     def support_of_input(self, row: Sequence[Fraction]) -> Fraction:
         """Return h_Z(Kᵀ row): the largest row · K e of the feedback's inputs, exactly."""
-        columns = self.feedback.T.tolist()
-        return self.support(
-            [sum((Fraction(k) * r for k, r in zip(col, row, strict=True)), Fraction(0)) for col in columns]
-        )
+        return self.support((exact(row) @ exact(self.feedback)).tolist())
 
     def approximate_support(self, rows: Array) -> Array:
         """Return h_Z(row) in float64 for rows (…, n): shape (…)."""
@@ -221,12 +218,12 @@ class InvariantSet:
     @cached_property
     def _closed_loop(self) -> tuple[int, list[list[int]]]:
         """q and q A_K in whole numbers."""
-        A_K = Matrix.exact(self.system.A) + Matrix.exact(self.system.B) @ Matrix.exact(self.feedback)
-        return whole(A_K.entries)
+        A, B, K = (exact(of) for of in (self.system.A, self.system.B, self.feedback))
+        return whole((A + B @ K).tolist())
 
     @cached_property
     def _whole_box(self) -> tuple[int, list[list[int]]]:
-        return whole([[Fraction(size) for size in self.box.tolist()]])
+        return whole([exact(self.box).tolist()])
 
 
 def _times(row: list[int], matrix: list[list[int]]) -> list[int]:

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from pipeline.experiments import load_experiment
+from pipeline.margins import MarginProfile
 from pipeline.storage.archive import read_stage, write_margins
 from pipeline.storage.results import Results
 from tests.project import ROOT
-from trackably.systems.margins import MarginProfile
 
 QUANTITY = load_experiment("example1", ROOT / "params.yaml").plant.quantities[0]
 

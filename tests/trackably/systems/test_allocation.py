@@ -4,6 +4,7 @@ import cvxpy as cp
 import numpy as np
 import pytest
 
+from pipeline.margins import smallest_defect
 from tests.trackably.gp.instances import over
 from tests.trackably.systems.instances import SIGNAL
 from tests.trackably.systems.redundant_instances import (
@@ -14,7 +15,6 @@ from tests.trackably.systems.redundant_instances import (
 )
 from trackably.systems.allocation import Allocation
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.defect import smallest_defect
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference

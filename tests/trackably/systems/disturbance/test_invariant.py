@@ -7,7 +7,7 @@ import pytest
 
 from tests.trackably.systems.disturbance.instances import ALL, CART, DISTURBED
 from tests.trackably.systems.disturbance.naive import exact_support, naive_support
-from trackably.systems.rationals import Matrix
+from trackably.systems.rationals import exact, power
 from trackably.systems.tightening import NoInvariantSetError, tightening
 
 
@@ -20,7 +20,7 @@ def exact_rows(seed: int, n: int, count: int = 4) -> list[list[Fraction]]:
 def test_the_set_is_invariant(name):
     """A_K Z ⊕ W ⊆ Z: h_Z(A_Kᵀ row) + h_W(row) ≤ h_Z(row), without any tolerance."""
     Z = ALL[name].tightening.invariant
-    closed, n = Matrix.exact(Z.system.A) + Matrix.exact(Z.system.B) @ Matrix.exact(Z.feedback), len(Z.system.A)
+    closed, n = exact(Z.system.A) + exact(Z.system.B) @ exact(Z.feedback), len(Z.system.A)
     for row in exact_rows(1, n):
         moved = [sum((row[i] * closed[i, j] for i in range(n)), Fraction(0)) for j in range(n)]
         assert Z.support(moved) + exact_support(Z.disturbance, row) <= Z.support(row)
@@ -31,14 +31,14 @@ def test_the_parts_of_the_set_keep_their_conditions(name):
     """W ⊆ P and A_Kˢ P ⊆ α P with α < 1."""
     Z = ALL[name].tightening.invariant
     n = len(Z.box)
-    A_K = Matrix.exact(Z.system.A) + Matrix.exact(Z.system.B) @ Matrix.exact(Z.feedback)
-    power = A_K.power(Z.terms)
+    A_K = exact(Z.system.A) + exact(Z.system.B) @ exact(Z.feedback)
+    last = power(A_K, Z.terms)
     box = [Fraction(p) for p in Z.box.tolist()]
     assert 0 <= Z.contraction < 1
     for i in range(n):
         axis = [Fraction(int(i == j)) for j in range(n)]
         assert max(exact_support(Z.disturbance, axis), exact_support(Z.disturbance, [-a for a in axis])) <= box[i]
-        reached = sum((abs(power[i, j]) * box[j] for j in range(n)), Fraction(0))
+        reached = sum((abs(last[i, j]) * box[j] for j in range(n)), Fraction(0))
         assert reached <= Fraction(Z.contraction) * box[i]
 
 

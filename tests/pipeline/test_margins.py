@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
+from pipeline.margins import margin_profile, smallest_defect
 from pipeline.published.scalar import coefficients, interval_sets
 from tests.trackably.gp.instances import over
 from tests.trackably.systems.instances import PLANTS, SIGNAL, bounded
-from trackably.systems.defect import smallest_defect
-from trackably.systems.margins import margin_profile
 from trackably.systems.polytopes import Interval
 from trackably.systems.reference import Reference
 
