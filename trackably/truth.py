@@ -29,8 +29,8 @@ from trackably.checker.form import subject_of
 from trackably.checker.truth import CONTRADICTION, VERSION, ContradictedSamples, contradiction_of, gaps
 from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbances import float_above
 from trackably.systems.linear import LinearSystem
+from trackably.systems.rationals import float_above
 from trackably.systems.reference import Reference
 
 _scipy: Any = scipy  # its modules are loaded when they are first used
