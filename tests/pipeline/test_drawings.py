@@ -10,13 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.mathtext import MathTextParser
 
-from pipeline.drawings import algorithm1, loops, predictions, references
+from pipeline.drawings import algorithm1, predictions, references
 from pipeline.drawings.landscape import landscape
-from pipeline.drawings.style import INITIAL_STATE_STYLES
 from pipeline.experiments import load_experiment
 from pipeline.experiments.load import read_fit_of
-from pipeline.loops.initial_states import ABOVE, BELOW, ON
-from pipeline.loops.trajectory import LoopTrajectory
 from pipeline.margins import margin_profile
 from pipeline.storage.results import Results
 from tests.project import ROOT
@@ -74,23 +71,6 @@ def test_what_the_unconstrained_path_breaks_is_marked_and_nothing_else() -> None
     assert axes.get_aspect() == 1.0
 
 
-def test_the_first_failure_is_named_and_what_never_fails_too() -> None:
-    steps, window = np.arange(30.0), REFERENCES["joint"].window(0, 29)
-
-    def course(high: float, *lost: int) -> LoopTrajectory:
-        costs = np.where(np.isin(steps, lost), np.nan, 1.0)
-        states, inputs = np.full((30, 1), high), np.zeros((30, 1))
-        return LoopTrajectory(steps, states, inputs, window.states, inputs, costs, costs, costs)
-
-    shown = {
-        name: {"drawn": course(0.0), "greedy": course(0.0, *lost), "constant": course(0.0)}
-        for name, lost in (("nominal", (7, 8)), ("tube", ()))
-    }
-    figure = loops.disturbed_loops(shown, {"nominal": 7, "tube": None}, PLANT)
-    titles = [axes.get_title(loc="left") for axes in figure.axes[:2]]
-    assert titles == ["nominal:\nfails at step 7", "tube:\nnever fails"]
-
-
 def test_the_sessions_own_style_neither_shows_nor_changes() -> None:
     def drawn() -> bytes:
         return svg(algorithm1.tube(REFERENCES["sound"], np.arange(12)))
@@ -100,10 +80,6 @@ def test_the_sessions_own_style_neither_shows_nor_changes() -> None:
     with mpl.rc_context({"font.size": 30, "lines.linewidth": 9}):
         assert drawn() == expected
         assert mpl.rcParams["font.size"] == 30
-
-
-def test_every_initial_state_has_a_style() -> None:
-    assert list(INITIAL_STATE_STYLES) == [ON, ABOVE, BELOW]
 
 
 def test_importing_touches_no_backend() -> None:

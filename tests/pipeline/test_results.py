@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from pipeline.disturbed import loops as runs
-from pipeline.disturbed.loops import prices
 from pipeline.experiments import Experiment, load_experiments
 from pipeline.experiments.load import read_fit_of
 from pipeline.storage.archive import Fitted, read_stage
@@ -256,10 +255,3 @@ def test_a_run_is_that_of_the_tube_controller() -> None:
         noise=runs.noise(drawn_in, 4),
     )
     np.testing.assert_allclose(np.column_stack([loop.states[:-1], loop.inputs]), course, atol=1e-12)
-
-
-def test_sizes_with_nothing_left_are_left_out() -> None:
-    of = committed("example1")
-    assert of.experiment.disturbance is not None
-    beyond = of.experiment.disturbance.model_copy(update={"sizes": (20.0,)})
-    assert prices(of.experiment.model_copy(update={"disturbance": beyond}), of.fitted)["sizes"] == [0.0, 1.0]

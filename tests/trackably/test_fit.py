@@ -91,14 +91,6 @@ def test_a_reference_that_ignores_its_samples_is_announced_first(tmp_path):
     assert followed.explanation.startswith("proved")
 
 
-def test_a_bound_that_keeps_the_reference_off_its_samples_is_named_first():
-    crawl = ConstrainedSystem(AXIS.system, Polytope.box([-1.1, -0.3], [0.2, 0.3]), AXIS.input_set)
-    kernel = SquaredExponential(0.5, 0.7)
-    with pytest.warns(IgnoresSamplesWarning, match=r"the velocity upper bound costs .*: wider bounds or another"):
-        found = learn_reference(SAMPLES, crawl, kernel, "all_times", noise_std=0.02)
-    assert found.explanation.startswith("the reference keeps its bounds but does not follow its samples")
-
-
 N = 20
 SIGNS = np.tile([1.0, -1.0], N // 2)
 RAMP = Samples(np.arange(N), np.linspace(-1, 1, N))

@@ -108,11 +108,6 @@ def test_what_is_not_proved_is_refused(axis: TrackableReference) -> None:
     assert axis.window(10**9, 3).states.shape == (4, 2)
 
 
-def test_one_signal_needs_no_name_and_noise_may_be_learned() -> None:
-    found = learn_reference(SAMPLES, AXIS, KERNEL, "all_times")
-    assert 0.005 < found.hyperparameters["noise_std"] < 0.1
-
-
 def test_each_sample_may_have_its_own_noise() -> None:
     """A sample that is known to be bad does not matter."""
     spoilt = SAMPLES.values.copy()

@@ -67,15 +67,3 @@ def test_what_is_broken_is_named_with_its_file(name: str, content: bytes, tmp_pa
     (tmp_path / "r.json").write_bytes(damage(content))
     with pytest.raises(CodecError, match=rf"^{tmp_path}/r\.json: is no saved reference, or damaged: .*{sentence}"):
         TrackableReference.load(tmp_path / "r.json")
-
-
-def test_nothing_is_saved_where_no_file_can_be(reference: TrackableReference, tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    for save in (reference.save, reference.save_certificate):
-        with pytest.raises(IsADirectoryError, match=rf"expected the name of a file, got a folder: '{tmp_path}'$"):
-            save(tmp_path)
-        with pytest.raises(NotADirectoryError, match=rf"expected a folder, got a file: '{tmp_path}/file'$"):
-            save(tmp_path / "file" / "r.json")
-        with pytest.raises(TypeError, match=r"^save.*: expected a path, got None$"):
-            save(None)
-    assert [path.name for path in tmp_path.iterdir()] == ["file"]

@@ -94,18 +94,6 @@ def test_given_values_have_prices_like_bounds(axis):
     assert "the bounds and given values cost" in axis.explanation
 
 
-def test_a_value_on_its_bound_is_met_from_inside():
-    found = learned({0.75: {"velocity": 1.0}})
-    assert 1 - 2e-4 <= found.state(15)[1] <= 1
-
-
-def test_what_is_not_bounded_needs_a_tolerance():
-    with pytest.raises(ValueError, match="at_tolerance: is needed for position, which has no bounds"):
-        learned({0.0: {"position": -0.95}}, plant=FREE)
-    found = learned({0.0: {"position": -0.95}}, plant=FREE, at_tolerance=1e-3)
-    assert found.state(0)[0] == pytest.approx(-0.95, abs=1e-3)
-
-
 def test_formulas_are_met_too():
     times = np.linspace(0, 4, 15)
     found = learn_reference(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.environment import has_avx2, kernels, pin
+from pipeline.environment import has_avx2, kernels
 from tests.project import ROOT
 
 LOOK = """
@@ -52,12 +52,6 @@ def test_a_new_process_takes_the_kernels_of_avx2_and_one_thread() -> None:
 @needs_avx2
 def test_kernels_that_somebody_names_stay() -> None:
     assert look(OPENBLAS_CORETYPE="Prescott")["kernels"] != ["Haswell"]
-
-
-def test_nothing_is_set_once_numpy_is_loaded(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("OPENBLAS_CORETYPE", raising=False)
-    pin()
-    assert "OPENBLAS_CORETYPE" not in os.environ
 
 
 @pytest.mark.parametrize(

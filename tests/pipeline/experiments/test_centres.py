@@ -13,7 +13,7 @@ from pipeline.metrics import metrics_of
 from pipeline.storage.archive import read_samples
 from pipeline.storage.results import Results
 from tests.pipeline.params import changed, written_to
-from trackably import DoubtfulInputWarning, Samples
+from trackably import Samples
 from trackably.condensed import condensed, condensed_enough
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
@@ -42,12 +42,6 @@ def with_line(tmp_path: Path) -> Written:
         return load_experiment("tank", written_to(tmp_path, entry))
 
     return written
-
-
-def test_each_sample_is_learned_from_only_after_a_question(with_line: Written, tmp_path: Path) -> None:
-    with pytest.warns(DoubtfulInputWarning, match=r"2400 of level are learned from, .* `centres: 300` learns from"):
-        generate(with_line("centres: null"), Results("tank", tmp_path))
-    assert len(read_samples(Results("tank", tmp_path)).only) == 2400
 
 
 @pytest.mark.parametrize(

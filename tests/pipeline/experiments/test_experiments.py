@@ -150,23 +150,7 @@ def test_margins_are_computed_as_far_as_anything_is_of_interest(
         assert verified.last_step * experiment.plant.sampling_time >= experiment.claim[1]
 
 
-def test_a_coordinate_may_be_free_and_two_states_are_a_plane(tmp_path: Path) -> None:
-    free = ("    claim: all_times\n", "    claim: all_times\n    plane: [y, x]\n")
-    bounds = ("lower: [-4.0, -1.0, -1.2, -1.2]", "lower: [-4.0, -1.0, null, -1.2]")
-    path = written_to(tmp_path, changed("vehicle", free, bounds, ("upper: [0.2, 2.0, 1.2", "upper: [0.2, 2.0, null")))
-    experiment = load_experiment("vehicle", path)
-    assert experiment.plane == ("y", "x")
-    names = [constraint.name for constraint in experiment.plant.given_constraints]
-    assert names[:4] == ["x", "y", "vy", "vx+vy"]
-
-
 def test_every_state_and_input_of_the_projects_experiments_has_a_unit() -> None:
     for experiment in load_experiments().values():
         system = experiment.plant.system
         assert experiment.units.keys() == {*system.states, *system.inputs}, experiment.name
-
-
-@pytest.mark.parametrize("unit", ["mm", "m/s²", "°C", "°/s", "%", "µm", "–", "kg·m", "1/s"])
-def test_units_are_written_as_people_write_them(tmp_path: Path, unit: str) -> None:
-    path = written_to(tmp_path, changed("example1", ("{state: –, input: –}", f'{{state: "{unit}"}}')))
-    assert load_experiment("example1", path).units == {"state": unit}

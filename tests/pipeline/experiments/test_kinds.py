@@ -105,8 +105,3 @@ def test_priors_that_do_not_fit_are_refused(tmp_path: Path, of_first: str, of_ot
     with pytest.raises(InputError, match=sentence) as refused:
         load_experiment("axis", written_to(tmp_path, _entry(tmp_path, of_first=of_first, of_other=of_other)))
     assert not re.search(r"Traceback|\n", str(refused.value))
-
-
-def test_names_that_show_nothing_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"samples: speed is neither a state \(position, velocity\) nor a flat output"):
-        load_experiment("axis", written_to(tmp_path, _entry(tmp_path, "speed")))

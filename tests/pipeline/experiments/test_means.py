@@ -8,7 +8,6 @@ from pipeline.experiments import load_experiment
 from pipeline.experiments.model import with_learned_means
 from pipeline.generate import sampled_by
 from tests.pipeline.params import changed, written_to
-from trackably import DoubtfulInputWarning
 from trackably.errors import InputError
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ConstrainedProblem, Solution
@@ -37,12 +36,6 @@ def test_the_mean_is_learned_and_then_known(tmp_path: Path) -> None:
     for other in (mean - 0.05, mean + 0.05, 0.82):
         assert least(tank(tmp_path, str(other)), samples) > least(known, samples)
     assert with_learned_means(known, samples) is known
-
-
-def test_an_end_of_the_interval_is_asked_about(tmp_path: Path) -> None:
-    experiment = tank(tmp_path, "[1.2, 1.24]")
-    with pytest.warns(DoubtfulInputWarning, match="tank: mean: that of level lies at an end of the interval"):
-        with_learned_means(experiment, sampled_by(experiment).samples)
 
 
 @pytest.mark.parametrize(

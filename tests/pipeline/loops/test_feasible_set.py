@@ -73,15 +73,3 @@ def test_it_is_empty_where_the_reference_leaves_the_state_set(example1):
     controller = Controller(plant, 20, np.eye(1), np.eye(1))
     assert feasible_set(controller, reference, leaves - 20).shape == (0, 1)
     assert feasible_set(controller, reference, leaves - 21).shape == (2, 1)
-
-
-def test_three_states_are_refused():
-    case = next(case for case in map(instances.instance, range(20)) if case.start.size > 2)
-    with pytest.raises(ValueError, match="one or two states"):
-        feasible_set(case.controller, case.reference, 0)
-
-
-def test_an_unbounded_feasible_set_is_refused():
-    free = instances.double_integrator((-np.inf, np.inf), (-np.inf, np.inf), (-np.inf, np.inf))
-    with pytest.raises(ValueError, match="unbounded"):
-        feasible_set(Controller(free, 5, np.eye(2), np.eye(1)), instances.at_rest(free), 0)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from pipeline.loops.online import OnlineLoop, decide_update, receding_window, simulate_online
-from pipeline.published.scalar import scalar
 from tests.trackably.control import instances
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.claim import OnWindow
@@ -114,25 +113,3 @@ def test_a_reference_proved_on_a_window_only_is_not_accepted(first):
     assert update.reason == "proved for all real t from 0 s to 2 s only"
     with pytest.raises(ValueError, match="must be certified for all time"):
         simulate_online(CONTROLLER, brief, np.array([0.0]), 10, [], certified_by_search)
-
-
-@pytest.mark.parametrize("steps", [(30, 20), (30, 30), (70,)])
-def test_arrivals_out_of_order_are_refused(first, steps):
-    with pytest.raises(ValueError, match="increasing order and within 60 steps"):
-        simulate_online(CONTROLLER, first, np.array([0.0]), 60, [(k, STREAM) for k in steps], lambda _: first)
-
-
-def test_an_infeasible_initial_state_ends_the_loop():
-    hard = scalar(0.9, 0.5, state_set=Interval(-2.0, 2.0), input_set=Interval(-0.1, 0.1), sampling_time=0.01)
-    samples = (Samples(TIMES[:8], np.zeros(8)),)
-    zero = learn_certified(samples, PRIOR, hard, instances.Learning(samples, PRIOR, hard).space)
-    controller = Controller(hard, 2, np.eye(1), np.eye(1))
-    online = simulate_online(controller, zero, np.array([1.9]), 50, [(10, samples)], lambda _: zero)
-    assert online.loop.first_infeasible_step == 0
-    assert online.updates == ()
-
-
-def test_a_receding_window_holds_the_last_samples():
-    (samples,) = receding_window(STREAM, 1.05, 4)
-    np.testing.assert_allclose(samples.times, [0.7, 0.8, 0.9, 1.0])
-    np.testing.assert_allclose(samples.values, STREAM[0].values[7:11])

@@ -14,9 +14,7 @@ from pipeline.published.scalar import coefficients, growth_rates, interval_sets,
 from tests.pipeline.published.periodic_instances import instance
 from tests.trackably.systems.instances import bounded
 from trackably.gp.joint import JointPosterior, JointPrior
-from trackably.gp.kernels.base import Product
 from trackably.gp.kernels.periodic import Periodic
-from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning import search
@@ -164,21 +162,6 @@ def test_a_known_period_of_whole_steps_needs_its_instants_only():
     x = on_instants.posterior.signals[0](np.arange(3000) * 0.01)
     assert np.min(INPUT_SET.margin((x[1:] - 0.9 * x[:-1]) / 0.1)) >= -1e-9
     assert np.min(STATE_SET.margin(x)) >= -1e-9
-
-
-@pytest.mark.parametrize("period", [3.145, 0.001, np.pi])
-def test_a_period_between_steps_is_no_sampled_problem(period):
-    known = JointPrior((replace(SINGLE, kernel=Periodic(period=period)),))
-    with pytest.raises(ValueError, match="no whole multiple of the sampling time"):
-        sampled((SAMPLES,), known, SYSTEM, SearchSpace.around((SAMPLES,), known))
-
-
-def test_a_kernel_without_a_period_is_refused():
-    quasi = JointPrior((Prior(Product(Periodic(1, 1, 3), SquaredExponential(1, 5)).as_learned(), 0.1),))
-    space = SearchSpace.around((SAMPLES,), quasi)
-    for method in (exact, partial(grid, last_step=400), partial(intervals, last_step=400, count=4)):
-        with pytest.raises(TypeError, match="needs a periodic kernel, got Product"):
-            method((SAMPLES,), quasi, SYSTEM, space)
 
 
 def test_no_admissible_equilibrium_and_nothing_feasible_is_explained():

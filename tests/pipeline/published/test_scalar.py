@@ -12,7 +12,6 @@ from pipeline.published.scalar import (
     equilibrium_input,
     growth_rates,
     interval_sets,
-    scalar,
     state_and_input,
     successor_set,
 )
@@ -37,10 +36,6 @@ def input_between(plant: ConstrainedSystem, x, successor):
     """The reference's input, asked about any state and any successor instead of a signal's."""
     _, entry = state_and_input(plant)
     return entry((lambda t: np.where(t == 0, x, successor),), np.zeros(x.shape))
-
-
-def scalar_of(a: float, b: float, state_set: Interval, input_set: Interval, sampling_time: float) -> ConstrainedSystem:
-    return scalar(a, b, state_set=state_set, input_set=input_set, sampling_time=sampling_time)
 
 
 def test_only_a_scalar_system_with_both_bounds_has_growth_rates():
@@ -78,13 +73,6 @@ def test_successor_set_is_what_the_inputs_reach(plant):
     assert np.all(low < high)
 
 
-def test_successor_set_in_numbers():
-    for sign in (1, -1):
-        plant = scalar_of(0.9, sign * 0.5, Interval(-2, 2), Interval(-0.2, 0.4), 0.01)
-        low, high = successor_set(plant, np.array([1.0]))
-        np.testing.assert_allclose([low[0], high[0]], [0.8, 1.1] if sign > 0 else [0.7, 1.0], rtol=1e-15)
-
-
 @given(plants, intervals())
 def test_growth_rates_stay_in_every_successor_set_and_are_the_largest_that_do(plant, states):
     tau_low, tau_high = growth_rates(plant, states)
@@ -105,18 +93,6 @@ def test_every_rate_beyond_leaves_some_successor_set(plant, states):
     beyond = 1e-6 / plant.sampling_time
     assert np.any(ends + (tau_low - beyond) * plant.sampling_time < low)
     assert np.any(ends + (tau_high + beyond) * plant.sampling_time > high)
-
-
-def test_growth_rates_in_numbers():
-    """x⁺ = 0.9 x + 0.5 u on [−0.1, 0.2], |u| ≤ 0.5: 0.25 − 0.1·0.2 up, 0.25 − 0.1·0.1 down, in 0.01 s."""
-    plant = scalar_of(0.9, 0.5, Interval(-2, 0.05), Interval(-0.5, 0.5), 0.01)
-    assert growth_rates(plant, Interval(-0.1, 0.2)) == pytest.approx((-24.0, 23.0), rel=1e-13)
-
-
-def test_without_a_common_rate_the_bounds_cross():
-    plant = scalar_of(-1.0, 0.1, Interval(-2, 2), Interval(-1, 1), 0.5)
-    tau_low, tau_high = growth_rates(plant, Interval(-1.0, 1.0))
-    assert tau_low > tau_high
 
 
 @given(plants, st.floats(-3, 3), st.floats(-20, 20))

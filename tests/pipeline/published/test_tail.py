@@ -57,32 +57,12 @@ def test_bounds_of_a_single_kernel_are_met_at_the_start(kernel, weight):
 
 
 @over(DECAYING)
-def test_bounds_add_up_over_the_weights_magnitudes(kernel):
-    signal = random_signal(kernel, 4)
-    start = starts_of(signal)[1]
-    parts = [
-        tail(KernelSum(kernel, 0.0, np.array([t]), np.array([c])), start)
-        for t, c in zip(signal.centres, signal.weights, strict=True)
-    ]
-    bounds = tail(signal, start)
-    assert bounds.mean_bound == pytest.approx(sum(p.mean_bound for p in parts), rel=1e-12)
-    assert bounds.derivative_bound == pytest.approx(sum(p.derivative_bound for p in parts), rel=1e-12)
-
-
-@over(DECAYING)
 def test_the_last_sample_decides_whether_anything_is_known(kernel):
     zeta = kernel.decay_distance
     signal = KernelSum(kernel, 0.0, np.array([0.0, 10 * zeta]), np.array([1.0, 1.0]))
     assert tail(signal, 5 * zeta) is None
     assert tail(signal, 10.999 * zeta) is None
     assert tail(signal, 11.001 * zeta) is not None
-
-
-def test_exactly_at_the_decay_distance_nothing_is_known():
-    kernel = DECAYING["se"]
-    signal = KernelSum(kernel, 0.0, np.array([1.0]), np.array([1.0]))
-    assert tail(signal, 1.0 + kernel.decay_distance) is None
-    assert tail(signal, np.nextafter(1.0 + kernel.decay_distance, 9.0)) is not None
 
 
 @over(PERIODIC | OTHER_PAIRS)

@@ -7,17 +7,13 @@ import warnings
 from html.parser import HTMLParser
 from pathlib import Path
 
-import pytest
 from sphinx.deprecation import RemovedInSphinx11Warning
 
-from pipeline.experiments import load_experiments
 from pipeline.site.build import build
 from pipeline.site.notebooks import errata
-from pipeline.site.sources import write_sources
 from tests.pipeline.site.conftest import NAME
 from tests.pipeline.viewer.browser import opened
 from tests.project import ROOT
-from trackably.errors import InputError
 
 Built = tuple[Path, list[str]]
 
@@ -147,17 +143,3 @@ def test_errata_of_the_committed_notebooks_are_found() -> None:
     titles = [cell["source"] for cell in found["cells"] if "".join(cell["source"]).startswith("## ")]
     assert len(titles) == 2
     assert len({cell["id"] for cell in found["cells"]}) == len(found["cells"]) > 12
-
-
-def test_every_experiment_has_a_page(tmp_path: Path) -> None:
-    pages = write_sources(ROOT, tmp_path)
-    expected = [name for name in load_experiments(ROOT / "params.yaml") if (ROOT / "data/results" / name).exists()]
-    assert [page.name for page in pages] == expected
-    assert all(page.figures and page.files for page in pages)
-
-
-def test_a_project_without_results_is_told_so(project: Path, tmp_path: Path) -> None:
-    shutil.copyfile(project / "params.yaml", tmp_path / "params.yaml")
-    (tmp_path / "data" / "recordings").mkdir(parents=True)
-    with pytest.raises(InputError, match="no results"):
-        write_sources(tmp_path, tmp_path / "sources")

@@ -76,22 +76,6 @@ def test_viewers_find_valid_messages_in_the_order_of_time(path: Path, data: byte
     assert {m.name: m.metadata for m in reader.iter_metadata()} == {"trackably": {"format": "1"}, **LOG.metadata}
 
 
-def test_schemas_are_flat_and_tell_units(data: bytes) -> None:
-    summary = make_reader(BytesIO(data)).get_summary()
-    assert summary is not None
-    for schema in summary.schemas.values():
-        content = json.loads(schema.data)
-        validator().check_schema(content)
-        assert content["type"] == "object"
-        assert {about["type"] for about in content["properties"].values()} == {"number"}
-    described = json.loads(summary.schemas[1].data)["properties"]
-    assert {name: about["description"] for name, about in described.items()} == {
-        "t": "s",
-        "value": "m",
-        "left.rate": "m/s",
-    }
-
-
 T = np.array([0.0, 1.0])
 
 

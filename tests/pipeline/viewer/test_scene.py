@@ -1,7 +1,6 @@
 """Scenes and layouts: what the logs hold is shown, and messages are what viewers read."""
 
 import importlib
-import json
 import re
 from itertools import chain
 from pathlib import Path
@@ -14,7 +13,7 @@ from pipeline.experiments import load_experiments
 from pipeline.loops.trajectory import LoopTrajectory
 from pipeline.storage.logs import Documents, Log, Topic, read_log, topics_of, write_log
 from pipeline.storage.results import Results
-from pipeline.viewer.layout import layout_of, write_scene
+from pipeline.viewer.layout import layout_of
 from pipeline.viewer.scene import (
     SCHEMAS,
     allowed_region,
@@ -180,15 +179,3 @@ def test_events_name_each_time_without_a_plan_and_refused_offers_are_warnings() 
     ]
     records = [{"step": 3, "taken": True, "reason": "fine"}, {"step": 5, "taken": False, "reason": "no plan"}]
     assert [level for _, level, *_ in offers(records, 0.1)] == [2, 3]
-
-
-def test_scene_and_layout_are_written_for_results(tmp_path: Path) -> None:
-    committed, mine = results_of("tank"), Results("tank", tmp_path)
-    for path in committed.folder.rglob("*"):
-        if path.is_file() and path.name not in {"scene.mcap", "layout.json"} and path.suffix != ".svg":
-            (mine.folder / path.relative_to(committed.folder)).parent.mkdir(parents=True, exist_ok=True)
-            (mine.folder / path.relative_to(committed.folder)).symlink_to(path)
-    write_scene(EXPERIMENTS["tank"], mine)
-    shown = {documents.topic for documents in read_log(mine.log("scene")).documents}
-    assert {"/proofs"} <= shown <= {"/proofs", "/events"}
-    assert json.loads(mine.layout.read_text(encoding="utf-8"))["layout"]

@@ -6,13 +6,11 @@ from io import BytesIO
 from pathlib import Path
 
 import numpy as np
-import pytest
 from mcap.reader import make_reader
 
 from pipeline.storage.logs import Log, Series, write_log
 from pipeline.viewer import view as install
 from pipeline.viewer.view import merged
-from trackably.errors import InputError
 
 LOCK = json.loads((install.LOCKED / "package-lock.json").read_text(encoding="utf-8"))
 PACKAGES = {name: about for name, about in LOCK["packages"].items() if name}
@@ -31,17 +29,6 @@ def test_no_address_is_committed() -> None:
     for path in install.LOCKED.rglob("*"):
         if path.is_file() and path.suffix != ".pyc":
             assert not re.search(rb"https?://(?!\{)", path.read_bytes()), path
-
-
-def test_a_fetched_viewer_is_not_fetched_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(install.shutil, "which", lambda _: None)
-    with pytest.raises(InputError, match="npm"):
-        install.fetched(tmp_path)
-    (tmp_path / "fetched").write_bytes(b"another version")
-    with pytest.raises(InputError, match="npm"):
-        install.fetched(tmp_path)
-    (tmp_path / "fetched").write_bytes((install.LOCKED / "package-lock.json").read_bytes())
-    assert install.fetched(tmp_path) == tmp_path
 
 
 def log(path: Path, *series: Series) -> Path:
@@ -63,12 +50,3 @@ def test_logs_are_merged_in_the_order_of_time(tmp_path: Path) -> None:
         ("/a", 200_000_000, {"t": 0.2, "x": 2.0}),
         ("/b", 300_000_000, {"t": 0.3, "y": 4.0}),
     ]
-
-
-def test_the_mistake_of_the_locked_version_is_corrected_once(tmp_path: Path) -> None:
-    bundle = tmp_path / "index.js"
-    bundle.write_text("a; blockId = endBlockId + 1; b")
-    install._mend(bundle)
-    assert bundle.read_text() == "a; blockId = endBlockId; b"
-    with pytest.raises(InputError, match="another version"):
-        install._mend(bundle)

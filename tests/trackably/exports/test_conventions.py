@@ -58,18 +58,6 @@ def test_times_that_are_not_proved_are_refused(t: object) -> None:
         on_window()("now")
 
 
-@every
-def test_a_figure_needs_no_arguments(name: str) -> None:
-    reference = EVERY[name]()
-    system = reference.reference.plant.system
-    figure = reference.plot()
-    assert [axes.get_ylabel() for axes in figure.axes] == [*system.states, *system.inputs]
-    for i, axes in enumerate(figure.axes[: len(system.states)]):
-        times, values = next(line for line in axes.lines if line.get_label() == "reference").get_data()
-        np.testing.assert_array_equal(values, reference(times)[:, i])
-    assert "samples" in figure.axes[0].get_legend_handles_labels()[1]
-
-
 class Texts(HTMLParser):
     """All texts of a page, by the innermost element that holds them."""
 

@@ -4,18 +4,14 @@ from pathlib import Path
 
 import pyarrow as pa
 import pytest
-from mcap.writer import Writer
 from pyarrow import parquet
 
 from trackably import (
-    Field,
     Recording,
     parts_of_csv,
     parts_of_parquet,
     read_csv,
-    read_mcap,
     recordings_in,
-    topics_of,
 )
 from trackably.errors import InputError
 
@@ -87,25 +83,3 @@ def test_parquet_says_what_the_same_table_says_as_csv(tmp_path):
     csv = parts_of_csv(tmp_path / "all.csv", "who", "t", "s", {"position": "x"})
     table = parts_of_parquet(file, "who", "t", "s", {"position": "x"})
     assert [(s.name, numbers(s.read())) for s in table] == [(s.name, numbers(s.read())) for s in csv]
-
-
-@pytest.fixture
-def log(tmp_path: Path) -> Path:
-    with (tmp_path / "log.mcap").open("wb") as file:
-        writer = Writer(file)
-        writer.start()
-        for name, scale in (("left", 1.0), ("right", -1.0), ("far/right", 2.0)):
-            channel = writer.register_channel(f"/{name}/pose", "json", 0)
-            for i in range(3):
-                data = f'{{"x": {scale * i}}}'.encode()
-                writer.add_message(channel, 10**9 * (5 + i), data, 10**9 * (5 + i))
-        writer.register_channel("/left/other", "json", 0)
-        writer.finish()
-    return tmp_path / "log.mcap"
-
-
-def test_topics_with_a_name_in_them_are_recordings(log):
-    found = topics_of(log, {"position": Field("/{name}/pose", "x")})
-    assert [source.name for source in found] == ["far/right", "left", "right"]
-    alone = read_mcap(log, {"position": Field("/right/pose", "x")})
-    assert numbers(found[2].read()) == numbers(alone) == ([0, 1, 2], [0, -1, -2])

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from trackably.errors import InputError
-from trackably.recordings import Column, CsvLayout, read_csv
+from trackably.recordings import Column, read_csv
 
 INSIDE = "".join(f"{t},{t * t},0.1\n" for t in (10, 11, 12))
 WRONG = {
@@ -47,11 +47,3 @@ def test_it_is_a_selection_of_a_recording_that_is_right(
     assert part.origin == whole.origin == stamps[0] * 10**9
     np.testing.assert_array_equal(part["x"].times, whole["x"].times)
     np.testing.assert_array_equal(part["x"].values, whole["x"].values)
-
-
-@pytest.mark.parametrize("between", [(2.0, 1.0), (1.0,), "now", (float("nan"), 1.0), 3.0])
-def test_what_is_no_window_is_refused(between: object, tmp_path: Path) -> None:
-    path = tmp_path / "a.csv"
-    path.write_text(f"t,x,s\n{INSIDE}", encoding="utf-8")
-    with pytest.raises(InputError, match=r"^between: expected \(start, end\) in seconds"):
-        read_csv(path, "t", "s", {"x": "x"}, CsvLayout(), between=between)  # type: ignore[arg-type]

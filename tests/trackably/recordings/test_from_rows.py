@@ -73,13 +73,6 @@ def test_the_origin_is_the_first_sample_exactly() -> None:
         assert recording.origin + round(time * 1e9) == int(Decimal(stamp) * 10**9)
 
 
-@pytest.mark.parametrize(("stamp", "origin"), [("-1.5", -1500000000), ("-0.0000000001", -1), ("0.0000000019", 1)])
-def test_the_origin_is_rounded_down(stamp: str, origin: int) -> None:
-    recording = record(rows([stamp], x=[1]), absolute=True)
-    assert recording.origin == origin
-    assert recording["x"].times[0] == float(Decimal(stamp) - Decimal(origin).scaleb(-9))
-
-
 def test_several_tables_have_one_origin() -> None:
     other = Rows("b", ["message 1"], [Decimal("1699999999")], {"y": np.array([7.0])})
     recording = recording_from_rows([rows(EPOCH, x=[1, 2, 3]), other], True, (), None)

@@ -1,12 +1,6 @@
 """Each repair changes the rows that it names and no others, and counts them."""
 
-from collections.abc import Sequence
-from decimal import Decimal
-from itertools import combinations
-
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from tests.trackably.recordings.tables import NAN, REPEATED, content, findings, record, rows
 from trackably.recordings import (
@@ -20,7 +14,6 @@ from trackably.recordings import (
     keep_last_of_repeated,
     sort_rows,
 )
-from trackably.recordings.rows import out_of_order
 
 DIRTY = rows(
     ["0", "2", "1", None, "2", "5", "0"],
@@ -61,18 +54,6 @@ def test_repeats(repair: Repair, kept: float, word: str) -> None:
         "y": [(0.0, 9.0), (1.0, 1.0), (2.0, 8.0)],
     }
     assert findings(recording)[1:] == (Finding(f"time repeated, {word}", 2, "line 4"),)
-
-
-@given(st.lists(st.integers(0, 6), max_size=9))
-def test_the_fewest_rows_are_out_of_order(numbers: list[int]) -> None:
-    wrong = out_of_order([Decimal(number) for number in numbers])
-
-    def ordered(without: Sequence[int]) -> bool:
-        kept = [number for row, number in enumerate(numbers) if row not in without]
-        return kept == sorted(kept)
-
-    assert ordered(wrong)
-    assert not any(ordered(fewer) for fewer in combinations(range(len(numbers)), max(len(wrong) - 1, 0))) or not wrong
 
 
 def test_a_repair_of_ones_own() -> None:

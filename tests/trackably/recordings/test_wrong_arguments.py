@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 
-from trackably.errors import DoubtfulInputWarning
 from trackably.recordings import CLOCKS, Column, Field, Signal, Stamp, Ticks, frames, read_csv, read_mcap
 from trackably.recordings.clocks import doubt
 
@@ -59,14 +58,3 @@ def test_stamps_since_1970_tell_their_unit(said: str, meant: str) -> None:
             f"the first stamp, {COUNTS[meant]}, is far from the present in this unit; is it '{meant}', of 2024?"
             in question
         )
-
-
-def test_the_question_comes_as_a_warning(tmp_path) -> None:
-    path = tmp_path / "some.csv"
-    path.write_text("".join(["t,y\n", *(f"{NOW * 1000 + 100 * k},{k}\n" for k in range(3))]))
-    with pytest.warns(DoubtfulInputWarning, match=r"some\.csv: time: the first stamp, .* is it 'epoch ms', of 2024"):
-        csv(path=path, time_unit="epoch s")
-    with pytest.warns(DoubtfulInputWarning, match="looks like 'epoch ms' of 2024"):
-        csv(path=path, time_unit="ms")
-    assert csv(path=path, time_unit="ms", origin="first")["y"].times.tolist() == [0.0, 0.1, 0.2]
-    assert csv(path=path, time_unit="epoch ms")["y"].times.tolist() == [0.0, 0.1, 0.2]

@@ -46,12 +46,6 @@ def test_the_checker_proves_the_whole_from_one_file(learned, tmp_path):
     assert verdict.statement.startswith("For all real t from 0.0 s to 39.0 s the reference keeps")
 
 
-def test_steps_outside_of_the_claim_are_refused(learned):
-    assert learned.state(np.arange(780)).shape == (780, 2)
-    with pytest.raises(ValueError, match="step 800"):
-        learned.state(800)
-
-
 def test_the_reference_follows_the_samples_within_their_noise(learned):
     off = SAMPLES["position"].values - learned.reference.state_at(TIMES)[:, 0]
     assert learned.misfit["position"] == pytest.approx(float(np.sqrt(np.mean(off**2))), rel=1e-3)
