@@ -1,19 +1,23 @@
 """Stage 3: references → margins at finely sampled times, certificates or counterexamples, metrics."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 from tqdm import tqdm
 
 from pipeline.experiments import Experiment
 from pipeline.experiments.fields import Verification
 from pipeline.experiments.load import read_fit_of
-from pipeline.margins import MarginProfile, margin_profile
-from pipeline.methods import HYPERPARAMETERS, JOINT, METHODS, UNCONSTRAINED
-from pipeline.metrics import margins_over_time, metrics_of, summary_of
+from pipeline.margins import MarginProfile, margin_profile, smallest_defect
+from pipeline.methods import HYPERPARAMETERS, JOINT, METHODS, UNCONSTRAINED, LearnedReference
+from pipeline.published.algorithm1 import tail
+from pipeline.published.scalar import is_scalar, state_and_input
 from pipeline.storage.archive import Sampled, write_margins
 from pipeline.storage.results import Results
 from pipeline.storage.tables import to_csv
+from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import accepted_file, judged
 from trackably.certificates.outcome import Counterexample
@@ -21,7 +25,181 @@ from trackably.certificates.prove import Outcome
 from trackably.certificates.robust import robust_of
 from trackably.errors import NoReferenceError
 from trackably.files import write_atomically, write_json, write_text
+from trackably.learning.problem import ActiveBound
 from trackably.systems.reference import Reference
+
+_PERIODS = 100
+_ROWS = 300  # a plot shows no more
+
+
+def metrics_of(
+    experiment: Experiment,
+    sampled: Sampled,
+    learned: LearnedReference,
+    profiles: Sequence[MarginProfile],
+    baseline: LearnedReference,
+) -> dict[str, Any]:
+    """Return the numbers of one learned reference by name; `profiles` are its margins at finely sampled times.
+
+    The price is J minus l of the `baseline`, in the unit of l.
+    """
+    last_step = experiment.verified(sampled.samples).last_step
+    reference = learned.reference
+    violated = sorted({k for profile in _at_instants(reference, last_step) for k in profile.violated_steps})
+    metrics: dict[str, Any] = {
+        **learned.prior.hyperparameters,
+        **_condensed(sampled),
+        "nlml": learned.nlml,
+        "objective": learned.objective,
+        "price": learned.objective - baseline.nlml,
+        "price_against": baseline.method,
+        "price_of_bounds": learned.price_of_bounds,
+        "price_by_bound": _by_bound(learned.active_bounds),
+        "final_step": learned.final_step,
+        "first_violated_step": violated[0] if violated else None,
+        "last_violated_step": violated[-1] if violated else None,
+        "smallest_defect": smallest_defect(reference, last_step),
+        **_errors(experiment, sampled, reference),
+    }
+    for profile in profiles:
+        name, (margin, time) = profile.quantity.name, profile.worst
+        metrics[f"worst_{name}_margin"] = margin
+        metrics[f"worst_{name}_margin_time"] = time
+        metrics[f"worst_{name}_margin_at_steps"] = float(np.min(profile.at_steps))
+    if learned.fits is not None:
+        metrics["fits"] = learned.fits
+    if is_scalar(reference.plant):
+        metrics["tail"] = _tail_metrics(reference, last_step)
+    return metrics
+
+
+def summary_of(
+    metrics: Mapping[str, Mapping[str, Any]],
+    margins: Mapping[str, Sequence[MarginProfile]],
+    *,
+    baseline: str,
+    guaranteed: str,
+    alone: str,
+) -> dict[str, float | None]:
+    """Return the few numbers that tell an experiment, from those of its methods `baseline` and `guaranteed`.
+
+    J of both (l where nothing is constrained), and what the guarantee costs; the smallest margin of both as a part of
+    the bound's width; the root mean square distance of both to the truth, or to the samples held out where the truth is
+    not known. Beside the price is that of the method `alone`.
+    """
+    return {
+        f"objective_{baseline}": metrics[baseline]["objective"],
+        f"objective_{guaranteed}": metrics[guaranteed]["objective"],
+        f"price_{guaranteed}": metrics[guaranteed]["price"],
+        f"price_{alone}": metrics[alone]["price"],
+        **{f"worst_relative_margin_{name}": _relative(margins[name]) for name in (baseline, guaranteed)},
+        **{f"rmse_{name}": _overall_error(metrics[name]) for name in (baseline, guaranteed)},
+    }
+
+
+def margins_over_time(margins: Mapping[str, Sequence[MarginProfile]]) -> dict[str, Array]:
+    """Return `time` [s], and for each method the smallest margin of all quantities as a part of their bounds' widths.
+
+    A row is the smallest of as many sampling intervals as it takes to have at most 300 rows; NaN stands for a quantity
+    that is not defined.
+    """
+    profile = next(iter(margins.values()))[0]
+    count = len(profile.margins)
+    first = np.arange(0, count, -(-count // _ROWS))
+    times: Array = first.astype(float) * profile.quantity.trajectory.sampling_time
+    columns = {"time": times}
+    for method, profiles in margins.items():
+        relative = np.min([p.margins / p.quantity.bounds.width for p in profiles], axis=0)
+        smallest = np.minimum.reduceat(relative, first)
+        columns[method] = np.where(np.isfinite(smallest), smallest, np.nan)
+    return columns
+
+
+def _relative(profiles: Sequence[MarginProfile]) -> float:
+    return min(profile.worst[0] / profile.quantity.bounds.width for profile in profiles)
+
+
+def _overall_error(metrics: Mapping[str, Any]) -> float | None:
+    """Return the error against the truth, or against held-out samples; None where no error is known."""
+    found: float | None = metrics.get("rmse", metrics.get("held_out"))
+    return found
+
+
+def _at_instants(reference: Reference, last_step: int) -> list[MarginProfile]:
+    """Return margins at the sampled instants: those of many periods where there is one.
+
+    The instants of each period fall on other phases than those before.
+    """
+    period = reference.period
+    if period is not None:
+        last_step = round(_PERIODS * period / reference.plant.sampling_time)
+    return [margin_profile(reference, q, last_step, 1) for q in reference.quantities]
+
+
+def _tail_metrics(reference: Reference, last_step: int) -> dict[str, Any] | None:
+    """Return bounds for all times after the last verified step; None where the kernel gives none."""
+    plant = reference.plant
+    state, entry = state_and_input(plant)
+    bounds = tail(reference.kernel_sums[0], last_step * plant.sampling_time)
+    if bounds is None:
+        return None
+    return {
+        "start": bounds.start,
+        "mean_bound": bounds.mean_bound,
+        "derivative_bound": bounds.derivative_bound,
+        "state_margin": state.bounds.margin_of(bounds.states),
+        "input_margin": entry.bounds.margin_of(bounds.inputs(plant)),
+    }
+
+
+def _errors(experiment: Experiment, sampled: Sampled, reference: Reference) -> dict[str, float]:
+    """Return root mean squares: `misfit` of the samples; `rmse` of the truth and `held_out` where they are known.
+
+    The truth is compared at the verified steps.
+    """
+    times = reference.instants(np.arange(experiment.verified(sampled.samples).last_step + 1, dtype=float))
+    signals = reference.kernel_sums
+    truth = {name: truth(times) - sampled.measured(name, signals, times) for name, truth in experiment.truths.items()}
+    held_out = {
+        name: later.values - sampled.measured(name, signals, later.times)
+        for name, later in sampled.held_out_by_name.items()
+    }
+    return {
+        **_roots("misfit", sampled.mean_squares(signals)),
+        **_roots("rmse", {name: float(np.mean(off**2)) for name, off in truth.items()}),
+        **_roots("held_out", {name: float(np.mean(off**2)) for name, off in held_out.items()}),
+    }
+
+
+def _condensed(sampled: Sampled) -> dict[str, Any]:
+    """Return how many samples of each name are learned from by fewer centres; nothing where all are."""
+    counts = {
+        name: {"samples": len(of) + of.scatter.count, "centres": len(of)}
+        for name, of in sampled.by_name.items()
+        if of.scatter.count
+    }
+    return {"condensed": counts} if counts else {}
+
+
+def _roots(kind: str, mean_squares: Mapping[str, float]) -> dict[str, float]:
+    """Return the root mean square of all that is sampled, each with the same weight; of several also that of each."""
+    by_name = {name: float(np.sqrt(square)) for name, square in mean_squares.items()}
+    if not by_name:
+        return {}
+    each = {f"{kind}_{name}": value for name, value in by_name.items()} if len(by_name) > 1 else {}
+    return {kind: float(np.sqrt(np.mean(np.square([*by_name.values()])))), **each}
+
+
+def _by_bound(active: Sequence[ActiveBound]) -> dict[str, float]:
+    """Return what each bound costs, summed over the times at which it is active.
+
+    The sum of all is D. A part may be negative: such a bound only stops what the others cause.
+    """
+    prices: dict[str, float] = {}
+    for bound in active:
+        key = f"{bound.name} ({bound.side})"
+        prices[key] = prices.get(key, 0.0) + bound.price
+    return prices
 
 
 def verify(experiment: Experiment, results: Results) -> None:

@@ -1,20 +1,20 @@
 """Loops under an experiment's disturbances: by two controllers, hundreds of runs at once, and what room costs."""
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
 from pipeline.experiments import Experiment
-from pipeline.loops.disturbances import Constant, Drawn, Greedy
 from pipeline.loops.trajectory import LoopTrajectory, Runs
 from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
 from pipeline.storage.archive import Fitted, Sampled
 from pipeline.storage.loops import Disturbed
 from trackably.arrays import Array
 from trackably.certificates.certified import Certified, learn_certified
+from trackably.control.bounds import Inequalities
 from trackably.control.controller import Controller, scaled_controller
 from trackably.control.references import TrackedReference
 from trackably.control.simulation import ClosedLoop, apply_fallback_for, simulate
@@ -23,8 +23,54 @@ from trackably.control.tube import TubeController
 from trackably.learning import learner
 from trackably.learning.joint.search import learn_from
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbances import DisturbanceSet
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference, Window
 from trackably.systems.tightening import InvariantSet, Tightening, tightening
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """Points of a set, the same for the same seed; every call draws another one."""
+
+    disturbance: DisturbanceSet
+    seed: int
+
+    def __call__(self, k: int, successor: Array) -> Array:
+        return self.disturbance.draw(self._generator)
+
+    @cached_property
+    def _generator(self) -> np.random.Generator:
+        return np.random.default_rng(self.seed)
+
+
+@dataclass(frozen=True, eq=False)
+class Constant:
+    """At all steps the point of a set that lies farthest in the direction of `row` (n,)."""
+
+    disturbance: DisturbanceSet
+    row: Array
+
+    def __call__(self, k: int, successor: Array) -> Array:
+        return self.disturbance.farthest(self.row)
+
+
+@dataclass(frozen=True, eq=False)
+class Greedy:
+    """The point of a set that takes the state furthest towards the bound that is nearest, in parts of the widths."""
+
+    disturbance: DisturbanceSet
+    state_set: Polytope
+
+    def __call__(self, k: int, successor: Array) -> Array:
+        X = self._inequalities
+        nearest = int(np.argmin((X.bounds - X.rows @ successor) / X.widths))
+        return self.disturbance.farthest(X.rows[nearest])
+
+    @cached_property
+    def _inequalities(self) -> Inequalities:
+        return Inequalities.of(self.state_set)
+
 
 COUNT, KEPT = 300, 9
 _WARM_UP = 60

@@ -11,8 +11,7 @@ from pipeline.drawings import algorithm1, loops, predictions, references
 from pipeline.drawings.landscape import Landscape, landscape
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
-from pipeline.loops.initial_states import ON
-from pipeline.loops.trajectory import LoopTrajectory
+from pipeline.loops.trajectory import ON, LoopTrajectory
 from pipeline.methods import (
     AS_PUBLISHED,
     EXACT,

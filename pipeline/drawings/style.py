@@ -49,7 +49,7 @@ INITIAL_STATE_STYLES: Final[dict[str, dict[str, Any]]] = {
     "above": {"color": ORANGE, "linestyle": (0, (5, 1.4)), "linewidth": 1.2, "zorder": 3.2, "label": "from above it"},
     "below": {"color": BLUE, "linestyle": (0, (1.4, 1)), "linewidth": 1.4, "zorder": 3.3, "label": "from below it"},
 }
-"""By the names that `pipeline.loops.initial_states` gives."""
+"""By the names that `pipeline.loops.trajectory` gives."""
 CLOSED_LOOP: Final = INITIAL_STATE_STYLES["on"] | {"label": "closed loop"}
 _REFERENCE: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.7, "zorder": 3.6, "label": "reference"}
 _NO_PLAN: Final[dict[str, Any]] = {

@@ -2,21 +2,146 @@
 
 import re
 import shutil
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from pipeline.compare.claims import judge_claim, load_claims
 from pipeline.compare.model import JudgedClaim
 from pipeline.compare.reports import shown
-from pipeline.experiments import load_experiments
-from pipeline.site.notebooks import errata, folded
-from pipeline.site.pages import Page, page_of
+from pipeline.experiments import Experiment, load_experiments
+from pipeline.storage.loops import table_of_loops
 from pipeline.storage.results import Results
+from pipeline.storage.story import told_of_loops, told_of_price, told_of_proofs, told_of_system, told_of_theorems
+from pipeline.storage.tables import table_of_methods
 from pipeline.storage.theorems import THEORY
 from trackably.errors import InputError
-from trackably.files import write_atomically, write_text
+from trackably.files import read_json, to_json, write_atomically, write_text
+
+_ERRATA = "## Where the paper must be read with care"
+_OPENING = "Misprints and gaps, each with its evidence. The notebooks of the examples define the symbols."
+_FOLDED = "hide-input"
+_SECTION = re.compile(r"^(?=##? )", re.MULTILINE)
+
+Cell = dict[str, Any]
+
+
+def folded(notebook: Path) -> bytes:
+    """Return a notebook whose code is folded away, and whose setting-up cell is not shown."""
+    content: Any = read_json(notebook)
+    content["cells"] = [_folded(cell) for cell in content["cells"]]
+    return to_json(content)
+
+
+def errata(notebooks: Sequence[Path]) -> bytes:
+    """Return one notebook with what all of these say about the paper, with the evidence."""
+    opened: Mapping[str, Any] = {path.stem: read_json(path) for path in notebooks}
+    cells = [_markdown(f"{_ERRATA.removeprefix('#')}\n\n{_OPENING}")]
+    for content in opened.values():
+        if found := list(_about_the_paper(content["cells"])):
+            cells += [_markdown(f"## {_title(content['cells'])}"), *map(_folded, found)]
+    first = next(iter(opened.values()), {"metadata": {}, "nbformat": 4, "nbformat_minor": 5})
+    cells = [{**cell, "id": f"cell-{i}"} for i, cell in enumerate(cells)]
+    return to_json({**first, "cells": cells})
+
+
+def _about_the_paper(cells: Sequence[Cell]) -> Iterator[Cell]:
+    """Yield what follows the heading, up to the next one of its level; a cell may hold both."""
+    inside = False
+    for cell in cells:
+        if cell["cell_type"] == "code":
+            if inside:
+                yield cell
+            continue
+        for section in _SECTION.split("".join(cell["source"])):
+            if _SECTION.match(section):
+                inside = section.startswith(_ERRATA)
+            if inside and (text := section.removeprefix(_ERRATA).strip()):
+                yield _markdown(text)
+
+
+def _title(cells: Sequence[Cell]) -> str:
+    return "".join(cells[0]["source"]).splitlines()[0].removeprefix("# ")
+
+
+def _folded(cell: Cell) -> Cell:
+    if cell["cell_type"] != "code":
+        return cell
+    tags = ["remove-cell"] if "".join(cell["source"]).startswith("%") and not cell["outputs"] else [_FOLDED]
+    return {**cell, "metadata": {**cell["metadata"], "tags": tags}}
+
+
+def _markdown(text: str) -> Cell:
+    return {"cell_type": "markdown", "metadata": {}, "source": text}
+
+
+_LOGS = {
+    "samples": "the samples",
+    "fit": "references, and the iterations on the way to them",
+    "verification": "margins to all bounds",
+    "control": "closed loops and feasible sets",
+    "scene": "the scene, with what is proved and where no plan was found",
+}
+
+
+@dataclass(frozen=True)
+class Page:
+    """The page of an experiment: sentences and tables as Markdown, figures, and files with what they are."""
+
+    name: str
+    title: str
+    system: str
+    proofs: str
+    theorems: str
+    price: str
+    methods: str
+    loops: str
+    table_of_loops: str
+    summary: Mapping[str, float]
+    proved: tuple[str, ...]
+    figures: tuple[Path, ...]
+    files: tuple[tuple[Path, str], ...]
+    notebook: str = ""
+
+
+def page_of(experiment: Experiment, results: Results, theory: Path, notebook: str = "") -> Page:
+    """Return the page of an experiment; what Coq has proved is on record in the folder `theory`.
+
+    Raises InputError where a stage has not run.
+    """
+    metrics: Any = read_json(results.metrics)
+    summary: Any = read_json(results.summary)
+    return Page(
+        experiment.name,
+        experiment.title,
+        told_of_system(experiment.plant),
+        told_of_proofs(results),
+        told_of_theorems(results, theory),
+        told_of_price(results),
+        str(table_of_methods(results)),
+        told_of_loops(results),
+        str(table_of_loops(results)),
+        summary,
+        tuple(method for method, found in metrics.items() if results.certificate(method).exists()),
+        tuple(sorted(results.figures.glob("*.svg"))),
+        tuple(_files(results)),
+        notebook,
+    )
+
+
+def _files(results: Results) -> Iterator[tuple[Path, str]]:
+    for path in sorted(results.certificate("any").parent.glob("*.json")):
+        refutes = path.name.endswith(".counterexample.json")
+        method = path.name.split(".")[0]
+        yield path, f"what refutes the reference `{method}`" if refutes else f"the certificate of `{method}`"
+    for path in sorted(results.folder.glob("*.mcap")):
+        yield path, f"log: {_LOGS.get(path.stem, path.stem)}"
+    for path in sorted(results.folder.glob("layout.json")):
+        yield path, "the layout for viewers of these logs"
+
 
 _HERE = Path(__file__).parent
 _FLOAT_DIGITS = 6

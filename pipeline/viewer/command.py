@@ -22,8 +22,7 @@ def view(experiment: str, params: Path, results: Path, port: int, browser: bool)
 
     The viewer comes from npm at a locked version, once. It is served on the loopback address until Ctrl-C.
     """
-    from pipeline.viewer.server import address_of, server_of  # noqa: PLC0415
-    from pipeline.viewer.view import fetched, shown  # noqa: PLC0415
+    from pipeline.viewer.view import address_of, fetched, server_of, shown  # noqa: PLC0415  # noqa: PLC0415
 
     loaded = load_experiment(experiment, params)
     served = shown(loaded, Results(experiment, results), fetched())

@@ -14,7 +14,7 @@ import numpy as np
 
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
-from pipeline.loops.initial_states import ON
+from pipeline.loops.trajectory import ON
 from pipeline.methods import JOINT
 from pipeline.storage.archive import Fitted, write_stage
 from pipeline.storage.logs import Documents, Topic, topics_of

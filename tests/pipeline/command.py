@@ -10,7 +10,7 @@ from pathlib import Path
 from unittest import mock
 
 from pipeline import __main__ as command_line
-from pipeline.studies import Row, Task
+from pipeline.fit import Calls, Row
 from tests.project import ROOT
 from trackably.learning import search
 
@@ -20,11 +20,11 @@ few_periods = mock.patch.object(search, "_FEWEST_BASINS", 6)
 
 
 @contextlib.contextmanager
-def _mapped_here(*tasks: Task[Row]) -> Iterator[list[Iterator[Row]]]:
+def _mapped_here(*tasks: Calls[Row]) -> Iterator[list[Iterator[Row]]]:
     yield [starmap(function, zip(*arguments, strict=True)) for function, arguments in tasks]
 
 
-studies_here = mock.patch("pipeline.studies.mapped", _mapped_here)
+studies_here = mock.patch("pipeline.fit.mapped", _mapped_here)
 """With studies in this process: others take seconds to start."""
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from pipeline.disturbed import counts
 from pipeline.disturbed.counts import Case, disturbed_runs, random_case
-from pipeline.loops.disturbances import Constant
+from pipeline.disturbed.loops import Constant
 
 SEEDS = (0, 3, 11, 12)
 

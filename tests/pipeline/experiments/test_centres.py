@@ -9,9 +9,9 @@ import pytest
 from pipeline.experiments import Experiment, load_experiment
 from pipeline.generate import generate, sampled_by
 from pipeline.methods import LearnedReference
-from pipeline.metrics import metrics_of
 from pipeline.storage.archive import read_samples
 from pipeline.storage.results import Results
+from pipeline.verify import metrics_of
 from tests.pipeline.params import changed, written_to
 from trackably import Samples
 from trackably.condensed import condensed, condensed_enough

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from threading import Thread
 
-from pipeline.viewer.server import Served, address_of, server_of
+from pipeline.viewer.view import Served, address_of, server_of
 
 
 @contextmanager

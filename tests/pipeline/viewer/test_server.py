@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.viewer.server import LOOPBACK, range_of, server_of
+from pipeline.viewer.view import LOOPBACK, range_of, server_of
 from tests.pipeline.viewer.background import serving
 
 DATA = bytes(range(200))

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from pipeline.loops.interpolated import InterpolatedReference
+from pipeline.control import InterpolatedReference
 from tests.trackably.control import instances
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.learning.problem import ConstrainedProblem

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pipeline.loops.interpolated import InterpolatedReference
+from pipeline.control import InterpolatedReference
 from tests.trackably.control import instances
 from trackably.control.controller import Controller
 from trackably.control.error_model import ErrorModel, reference_defects
