@@ -1,6 +1,6 @@
 """`python -m benchmarks.rivals`: everything, written to this folder; with names of problems only those, and shown.
 
-`python -m benchmarks.rivals page` writes the page again, from what was measured.
+`python -m benchmarks.rivals page` writes the page again, from what was measured; `joints` shows motions of joints.
 """
 
 import os
@@ -9,7 +9,7 @@ from importlib import import_module
 
 from threadpoolctl import threadpool_limits
 
-from benchmarks.rivals import page, sweep, table
+from benchmarks.rivals import joints, page, sweep, table
 from benchmarks.rivals.entries import RIVALS
 from benchmarks.rivals.model import Problem, Rival
 from benchmarks.rivals.pendulum import table as pendulum
@@ -21,6 +21,9 @@ def main(names: list[str]) -> None:
     os.chdir(ROOT)  # where params.yaml finds its recordings
     if names == ["page"]:
         page.write(table.read(page.RESULTS), pendulum.read(page.PENDULUM), table.read(page.SWEEP))
+        return
+    if names == ["joints"]:
+        print(joints.page(list(joints.rows())))
         return
     wanted = [problem for problem in problems() if not names or problem.name in names]
     if unknown := set(names) - {problem.name for problem in wanted}:
@@ -39,6 +42,7 @@ def main(names: list[str]) -> None:
         pendulum.write(swings, page.PENDULUM)
         finer = list(sweep.rows())
         table.write(finer, page.SWEEP)
+        joints.write(list(joints.rows()), page.JOINTS)
         page.write(rows, swings, finer)
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.rivals import figures, table
+from benchmarks.rivals import figures, joints, table
 from benchmarks.rivals.entries import RIVALS
 from benchmarks.rivals.model import Rival
 from benchmarks.rivals.pendulum import table as pendulum
@@ -12,7 +12,7 @@ from pipeline.drawings.style import save
 
 FOLDER = Path(__file__).parent
 RESULTS, PENDULUM, SWEEP = FOLDER / "results.json", FOLDER / "pendulum.json", FOLDER / "sweep.json"
-STUDY = FOLDER / "study.json"
+STUDY, JOINTS = FOLDER / "study.json", FOLDER / "joints.json"
 PAGE, FIGURES = FOLDER / "README.md", FOLDER / "figures"
 
 _INTRODUCTION = """# Side by side
@@ -37,6 +37,16 @@ x″ = −10 x + w, w′ = u on [0, 1], x(0) = 0.5, x′(0) = 0, w(0) = 0, x(1/3
 −100 x′(1) + 10⁻⁴ ∫ u². Printed numbers are those of {pendulum.PAPER}, cut after two digits. A grid leaves a spike of w
 between its points. Second-order cones keep the bounds for all t, and pay for that. A spline for the flat output x, with
 bounds of its Bernstein coefficients in exact rationals, keeps them for all t too, and pays next to nothing.
+"""
+
+
+_ABOUT_JOINTS = f"""## Motions of seven joints
+
+Fast motions within limits of velocity ({joints.VELOCITY:g} rad/s), acceleration ({joints.ACCELERATION:g} rad/s²) and,
+for Ruckig, jerk ({joints.JERK:g} rad/s³), {joints.PROBLEMS} of each planner: through six random waypoints, or from rest
+to rest. Limits are wider by {joints.ROUNDING:g} of their widths, for rounding. **Kept** is proved between the points;
+**by** is the most of what joints break first, as a part of its limit; the least **slowdown** with which all motions
+keep all limits is proved too. TOPP-RA has its default grid; a finer one breaks less.
 """
 
 
@@ -98,7 +108,18 @@ def write(rows: Sequence[table.Row], swings: Sequence[pendulum.Row], finer: Sequ
         "|---|---|---|---|---|",
     ]
     lines += [_promise(rival) for rival in RIVALS]
-    lines += ["", _ABOUT_PENDULUM, pendulum.page(swings), "", _ABOUT_FIGURES, "## What they did", "", table.page(rows)]
+    moved = ["", _ABOUT_JOINTS, joints.page(joints.read(JOINTS))] if JOINTS.exists() else []
+    lines += [
+        "",
+        _ABOUT_PENDULUM,
+        pendulum.page(swings),
+        *moved,
+        "",
+        _ABOUT_FIGURES,
+        "## What they did",
+        "",
+        table.page(rows),
+    ]
     if STUDY.exists():
         drawn = study.read(STUDY)[-1]
         save(figures.study(drawn), FIGURES / "study.svg")

@@ -90,6 +90,17 @@ class Joints:
         """Which joints are continuous: shape (J,)."""
         return np.array([name in self.continuous for name in self.names])
 
+    def widened(self, part: float) -> Self:
+        """Return limits that are wider by a part of their widths, or narrower, where it is negative: 1e-9 for rounding.
+
+        ValueError: nothing is left inside.
+        """
+        by = real("widened: part", part) * np.diff(self.limits, axis=2) / 2
+        with np.errstate(invalid="ignore"):
+            wide = np.where(np.isfinite(self.limits), self.limits + by * [-1.0, 1.0], self.limits)
+        each = (list(map(tuple, of)) for of in wide.tolist())
+        return type(self)(*each, names=self.names, continuous=tuple(self.continuous))
+
     def plant(self, sampling_time: float) -> ConstrainedSystem:
         """Return the chains of integrators from the highest limited derivative, held over each step [s], to positions.
 

@@ -1,9 +1,11 @@
 """Trajectories of joints: what planners and messages say is what is read, at all times between the points."""
 
+import logging
 from collections.abc import Callable
 from functools import partial
 from math import factorial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,6 +14,7 @@ from scipy.interpolate import Akima1DInterpolator, BPoly, CubicSpline, PchipInte
 
 from tests.trackably.joints.trajectories import random_spline
 from trackably import (
+    CertifiedTrajectory,
     Gate,
     Joints,
     JointTrajectory,
@@ -217,3 +220,73 @@ def test_a_wrong_message_is_refused_in_a_sentence(name: str, tmp_path: Path) -> 
     with pytest.raises(InputError, match=r"m\.yaml") as refused:
         read_joint_trajectory(message(tmp_path, *given))
     assert said in str(refused.value)
+
+
+@pytest.mark.parametrize("parametrizer", ["ParametrizeSpline", "ParametrizeConstAccel"])
+def test_what_topp_ra_hands_out_is_read(parametrizer: str) -> None:
+    toppra = pytest.importorskip("toppra")
+    logging.getLogger("toppra").setLevel(logging.ERROR)
+    path = toppra.SplineInterpolator(T, Q)
+    limits = [np.array([[-1.0, 1.0]] * 2), np.array([[-3.0, 3.0]] * 2)]
+    kinds = toppra.constraint.JointVelocityConstraint, toppra.constraint.JointAccelerationConstraint
+    asked = [kind(limit) for kind, limit in zip(kinds, limits, strict=True)]
+    planned = toppra.algorithm.TOPPRA(asked, path, parametrizer=parametrizer).compute_trajectory(0, 0)
+    found = JointTrajectory.of(planned, ["a", "b"])
+    t = np.linspace(*found.span, 200)[1:-1]
+    for order in range(3):
+        np.testing.assert_allclose(found(t, order), planned(t, order), atol=1e-6)
+    stretched = stretch_joints(found, Joints(velocity=1.0, acceleration=3.0, names=["a", "b"]))
+    assert isinstance(stretched, CertifiedTrajectory)
+    assert stretched.factor < 1.5
+
+
+def ruckig_like(off: float = 0.0) -> SimpleNamespace:
+    """Return what has the fields of Ruckig's trajectories: seven phases of constant jerk, one joint's after a brake."""
+    phases = [(0.1, 20.0), (0.2, 0.0), (0.1, -20.0), (0.3, 0.0), (0.1, -20.0), (0.2, 0.0), (0.1, 20.0)]
+
+    def profile(brake: list[tuple[float, float]], v: float) -> SimpleNamespace:
+        states, every = [(0.0, v, 0.0)], [*brake, *phases]
+        for t, j in every:
+            p, v, a = states[-1]
+            states.append((p + v * t + a * t**2 / 2 + j * t**3 / 6, v + a * t + j * t**2 / 2, a + j * t))
+        n = len(brake)
+
+        def part(some: slice) -> SimpleNamespace:
+            p, v, a = ([state[k] for state in states[:-1][some]] for k in range(3))
+            return SimpleNamespace(t=[t for t, _ in every[some]], j=[j for _, j in every[some]], p=p, v=v, a=a)
+
+        pf, vf, af = states[-1]
+        return SimpleNamespace(**vars(part(slice(n, None))), brake=part(slice(n)), pf=pf, vf=vf, af=af)
+
+    profiles = [profile([], 0.0), profile([(0.1, -10.0), (0.1, 10.0)], 0.1)]
+
+    def at_time(t: float) -> tuple[list[float]]:
+        found = []
+        for of in profiles:
+            left, rows = t, [*zip(of.brake.t, of.brake.p, of.brake.v, of.brake.a, of.brake.j, strict=True),
+                             *zip(of.t, of.p, of.v, of.a, of.j, strict=True)]  # fmt: skip
+            for h, p, v, a, j in [*rows, (np.inf, of.pf, of.vf, of.af, 0.0)]:
+                if left <= h:
+                    found.append(p + v * left + a * left**2 / 2 + j * left**3 / 6 + off)
+                    break
+                left -= h
+        return (found,)
+
+    return SimpleNamespace(profiles=[profiles], at_time=at_time, duration=1.3)
+
+
+def test_what_ruckig_hands_out_is_read() -> None:
+    given = ruckig_like()
+    found = JointTrajectory.of(given, ["a", "b"])
+    assert found.span == (0.0, 1.3)
+    for t in FINE[FINE < 1.3]:
+        np.testing.assert_allclose(found(t), given.at_time(t)[0], atol=1e-12)
+    with pytest.raises(ValueError, match=r"what is read of Ruckig is 0\.001 off its own values"):
+        JointTrajectory.of(ruckig_like(off=1e-3))
+
+
+def test_limits_are_widened_by_a_part_of_their_widths() -> None:
+    wide = Joints(position={"a": (0, 1)}, velocity=2.0, names=["a", "b"], continuous=["b"]).widened(0.1)
+    assert wide.position.tolist() == [[-0.05, 1.05], [-np.inf, np.inf]]
+    np.testing.assert_allclose(wide.velocity, [[-2.2, 2.2]] * 2)
+    assert wide.continuous == {"b"}
