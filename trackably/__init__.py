@@ -9,6 +9,7 @@ All that a notebook or a program needs is imported from here:
 - what is known of the true signal: `Truth`, which learning takes
 - trajectories from elsewhere: `certify`, `repair`, `certify_table`
 - trajectories of robots: `Joints`, `JointTrajectory`, `certify_joints`, `repair_joints`, `stretch_joints`, `Gate`
+- a plant that is not known exactly: `ModelError`, and `worst_plant` to search for one that breaks a bound
 - proofs of others: `check`
 - control: `Controller`, `TubeController`, `simulate`, and `Relearner` to learn in the loop
 
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from trackably.control.stepping import Plan as Plan
     from trackably.control.stepping import Unsolved as Unsolved
     from trackably.control.tube import TubeController as TubeController
+    from trackably.control.worst_plant import worst_plant as worst_plant
     from trackably.errors import DoubtfulInputWarning as DoubtfulInputWarning
     from trackably.errors import InputError as InputError
     from trackably.explanation import IgnoresSamplesWarning as IgnoresSamplesWarning
@@ -101,6 +103,7 @@ if TYPE_CHECKING:
     from trackably.systems.library import tank as tank
     from trackably.systems.library import two_tanks as two_tanks
     from trackably.systems.linear import LinearSystem as LinearSystem
+    from trackably.systems.model_error import ModelError as ModelError
     from trackably.systems.nonlinear import NonlinearSystem as NonlinearSystem
     from trackably.systems.pieces import PolynomialPieces as PolynomialPieces
     from trackably.systems.polytopes import Polytope as Polytope
@@ -140,6 +143,7 @@ _MODULES = {
     "Matern32": "gp.kernels.matern",
     "Matern52": "gp.kernels.matern",
     "Matern72": "gp.kernels.matern",
+    "ModelError": "systems.model_error",
     "NoSignal": "certificates.outcome",
     "NonlinearSystem": "systems.nonlinear",
     "NotACertificate": "checker",
@@ -194,6 +198,7 @@ _MODULES = {
     "tank": "systems.library",
     "topics_of": "fleet.sources",
     "two_tanks": "systems.library",
+    "worst_plant": "control.worst_plant",
     "write_joint_trajectory": "joints.messages",
 }
 """The module of each public name. A test compares this table with the imports above, which only type checkers see."""

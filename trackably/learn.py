@@ -45,6 +45,7 @@ from trackably.request.prior import Noise
 from trackably.request.samples import Measurements, SamplesLike
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet
+from trackably.systems.model_error import ModelError
 from trackably.threads import one_blas_thread
 from trackably.truth import TruthLike, signal_classes, with_truth
 from trackably.waypoints import Waypoints, waypoints
@@ -75,6 +76,7 @@ def learn_reference(
     disturbance: DisturbanceSet | None = None,
     measurement_noise: DisturbanceSet | None = None,
     feedback: ArrayLike | None = None,
+    model_error: ModelError | None = None,
     margin: float = 0.0,
     truth: TruthLike | None = None,
     near: TrackableReference | None = None,
@@ -145,6 +147,11 @@ def learn_reference(
     feedback
         K (m, n), with all eigenvalues of A + B K inside the unit circle. Left out, it is the linear-quadratic regulator
         that leaves the most of the bounds, among some weights.
+    model_error
+        Plants that differ from the linear one that is learned for: ModelError.of(vertices), or ModelError.intervals of
+        named entries. Any point of their convex hull may be the plant, another one at each step. The reference then
+        leaves room for what this may cause, under the feedback, beside `disturbance` and `measurement_noise`, which
+        are zonotopes then. States that multiply what is not known need bounds of their own.
     margin
         The part of each width that the reference keeps free at either bound, for those who have no W.
     truth
@@ -196,7 +203,7 @@ def learn_reference(
 
     """
     end = _end_of(budget)
-    plant, tightening = drawn_in(plant, disturbance, feedback, margin, measurement_noise)
+    plant, tightening = drawn_in(plant, disturbance, feedback, margin, measurement_noise, model_error)
     claim, learner = claimed(claim), _learner(method, at, learn_from, near)
     measured = Measurements.of(samples, plant, noise_std, centres)
     classes = signal_classes(truth, measured.given, plant)

@@ -22,6 +22,7 @@ from trackably.fit import Fit
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, Zonotope
 from trackably.systems.linear import LinearSystem
+from trackably.systems.model_error import ModelError
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening, tightening
 
@@ -35,17 +36,18 @@ class SavedTightening:
     disturbance: DisturbanceSet | None
     feedback: Array | None
     noise: Zonotope | None = field(default=None, metadata={LEFT_OUT: True})
+    model_error: ModelError | None = field(default=None, metadata={LEFT_OUT: True})
 
     @classmethod
     def maybe(cls, found: Tightening | None) -> Self | None:
         if found is None:
             return None
-        Z = found.invariant
-        return cls(found.given, found.margin, found.disturbance, Z.feedback if Z else None, found.noise)
+        Z, error = found.invariant, found.model.error if found.model else None
+        return cls(found.given, found.margin, found.disturbance, Z.feedback if Z else None, found.noise, error)
 
     def found_again(self, plant: ConstrainedSystem) -> Tightening:
         """Return how the bounds were drawn in. ValueError: those of a reference's `plant` are not the ones left."""
-        found = tightening(self.given, self.disturbance, self.feedback, self.margin, self.noise)
+        found = tightening(self.given, self.disturbance, self.feedback, self.margin, self.noise, self.model_error)
         if not _alike(found.plant, plant):
             raise ValueError("tightening: the bounds of the reference are not those that it leaves")
         return found

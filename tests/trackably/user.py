@@ -41,6 +41,7 @@ from trackably import (
     Matern32,
     Matern52,
     Matern72,
+    ModelError,
     NonlinearSystem,
     NoSignal,
     NotACertificate,
@@ -94,6 +95,7 @@ from trackably import (
     stretch_joints,
     topics_of,
     two_tanks,
+    worst_plant,
     write_joint_trajectory,
 )
 from trackably import (
@@ -215,6 +217,10 @@ near = learn_reference(
     (0.0, 1.0),
     truth={"position": Truth(0.002, second_derivative=0.5, rate="velocity", rate_noise=0.1)},
 )
+drift = np.eye(2)
+hull = ModelError.of([(drift, [[0.0], [0.09]]), (drift, [[0.0], [0.11]])])
+assert_type(ModelError.intervals(LinearSystem.scalar(1, 1, sampling_time=1), {("state", "input"): (0, 2)}), ModelError)
+assert_type(worst_plant(near, plant, hull, [[-1, -1]], 100).violation, float)
 assert_type(near.accuracy("position").error, float)
 with suppress(NotTrackableError):
     learn_reference(recording.samples("position"), plant, kernel, (0, 1), truth=Truth(noise=0.002, slope=1))

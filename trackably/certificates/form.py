@@ -132,9 +132,10 @@ def _robust(robust: Robust | None) -> dict[str, Any]:
 
 
 def _sets(robust: Robust) -> dict[str, Any]:
+    model = {"model": [as_written(vertex) for vertex in robust.model.error.vertices]} if robust.model else {}
     if robust.measured is None:
-        return {"set": _set(robust.invariant.disturbance)}
-    return {"set": _set(robust.measured.disturbance), "noise": _set(robust.measured.noise)}
+        return {"set": _set(robust.model.disturbance if robust.model else robust.invariant.disturbance), **model}
+    return {"set": _set(robust.measured.disturbance), "noise": _set(robust.measured.noise), **model}
 
 
 def _set(disturbance: DisturbanceSet) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from trackably.systems.constrained import ConstrainedSystem, LinearConstraint
 from trackably.systems.disturbances import Measured
-from trackably.systems.tightening import InvariantSet, Tightening
+from trackably.systems.tightening import InvariantSet, Tightening, WrongModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,6 +20,7 @@ class Robust:
     given: ConstrainedSystem
     invariant: InvariantSet
     measured: Measured | None = None
+    model: WrongModel | None = None
 
     @property
     def explanation(self) -> str:
@@ -32,10 +33,13 @@ class Robust:
         given, W, noise = "x", self.invariant.disturbance, ""
         if self.measured:
             given, W, noise = "y", self.measured.disturbance, f" and measurement noise in {self.measured.noise}"
+        plants = ""
+        if self.model:
+            W, plants = self.model.disturbance, f" of every plant in {self.model.error}"
         K = self.invariant.feedback.tolist()
         return (
-            f"under every disturbance in {W}{noise}, from every start in x_r ⊕ Z at one of these times and for all "
-            f"later steps among them, u = u_r + K ({given} - x_r) with K = {K} keeps {kept}"
+            f"under every disturbance in {W}{noise}{plants}, from every start in x_r ⊕ Z at one of these times and for "
+            f"all later steps among them, u = u_r + K ({given} - x_r) with K = {K} keeps {kept}"
         )
 
 
@@ -43,7 +47,7 @@ def robust_of(tightening: Tightening | None) -> Robust | None:
     """Return what a certificate for a tightened plant says of the disturbed one; None where there is none."""
     if tightening is None or tightening.invariant is None:
         return None
-    return Robust(tightening.given, tightening.invariant, tightening.measured)
+    return Robust(tightening.given, tightening.invariant, tightening.measured, tightening.model)
 
 
 def _kept(constraint: LinearConstraint) -> str:

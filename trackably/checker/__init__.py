@@ -35,6 +35,7 @@ Extensions. Each is a theorem with its proof, at the head of its module, and say
   - `piecewise`:      signals of polynomial pieces;
   - `redundancy`:     inputs of which several act alike;
   - `disturbances`:   disturbed systems with a feedback, and noise of what it measures;
+  - `model_error`:    disturbed systems whose matrices lie in a convex hull;
   - `tables`:         states and inputs at steps, shown to keep bounds and dynamics, or to break them;
   - `counterexample`: a time at which a bound is broken;
   - `joints`:         trajectories of joints, the derivatives of which keep limits, or break them;

@@ -28,6 +28,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from trackably.checker.intervals import common_denominator, exact_sum
+from trackably.checker.model_error import Vertex, of_model_error
 from trackably.checker.subject import LinearSystem, Polytope, Subject
 from trackably.checker.watch import require_room, tick
 
@@ -74,10 +75,10 @@ class Hull:
 class Robust:
     """Sets X and U for which the bounds of a certificate leave room, whatever disturbances of a set W do.
 
-    `feedback` is K, row by row. Where there is `noise` V, K is given the measured state y = x + v, and the errors are
-    those of y, which W ⊕ (−A V) ⊕ V disturbs instead of W. The errors stay in
-    Z = ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P with N = `head`, s = `terms`, α = `contraction`, and
-    P = {|x_i| ≤ p_i} of p = `box`.
+    `feedback` is K, row by row. The system may be any point of the hull of the vertices of `model`, at each step. Where
+    there is `noise` V, K is given the measured state y = x + v, and the errors are those of y, which W ⊕ (−A V) ⊕ V
+    disturbs instead of W. The errors stay in Z = ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P with N = `head`,
+    s = `terms`, α = `contraction`, and P = {|x_i| ≤ p_i} of p = `box`.
     """
 
     state_set: Polytope
@@ -89,6 +90,13 @@ class Robust:
     terms: int
     contraction: float
     box: tuple[float, ...]
+    model: tuple[Vertex, ...] = ()
+
+    def added(self, system: LinearSystem) -> list[Vector] | str:
+        """Return the generators of D, which the model's error adds to W, or what is wrong with them."""
+        if self.model and not isinstance(self.disturbance, Zonotope):
+            return "W must be a zonotope where the model may be wrong"
+        return of_model_error(system, self.model, self.state_set, self.input_set) if self.model else []
 
 
 def of_measured_state(W: Zonotope, V: Zonotope, A: Sequence[Sequence[float]]) -> Zonotope:
@@ -121,6 +129,8 @@ def check_robust(subject: Subject, robust: Robust | None) -> str | None:
     assert isinstance(system, LinearSystem), "no other certificate is read that speaks of disturbances"
     if reason := _misfit(robust, len(system.states), len(system.inputs)):
         return f"disturbance: {reason}"
+    if isinstance(added := robust.added(system), str):
+        return f"model: {added}"
     errors = _Errors.of(system, robust)
     if (robust.head + robust.terms) * errors.q.bit_length() > _MOST_BITS:
         return "disturbance: too many powers of A + B K, or too many digits in them"
@@ -162,6 +172,9 @@ class _Errors:
         q, whole_closed = _whole(closed)
         W, V = robust.disturbance, robust.noise
         disturbance = of_measured_state(W, V, system.A) if V and isinstance(W, Zonotope) else W
+        added = robust.added(system)
+        if isinstance(disturbance, Zonotope) and not isinstance(added, str):
+            disturbance = Zonotope(disturbance.centre, (*disturbance.generators, *added))
         d, vectors = _whole(disturbance.vectors)
         b, (box,) = _whole([[Fraction(p) for p in robust.box]])
         return cls(robust, disturbance, q, whole_closed, d, vectors, b, box)

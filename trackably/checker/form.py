@@ -63,6 +63,7 @@ from trackably.checker.limits import (
     TERMS,
     TEXTS,
 )
+from trackably.checker.model_error import Vertex
 from trackably.checker.subject import (
     FlatForm,
     Functional,
@@ -499,7 +500,7 @@ def _robust(**found: Any) -> Robust:
 
 _disturbance = record(
     _robust,
-    {"noise": tagged("kind", _sets)},
+    {"noise": tagged("kind", _sets), "model": many(record(Vertex, A=_matrix, B=_matrix, c=_vector), COORDINATES)},
     set=tagged("kind", _sets),
     state_set=a_polytope,
     input_set=a_polytope,

@@ -21,7 +21,7 @@ from trackably.checker.instants import combination_at
 from trackably.checker.intervals import ZERO
 from trackably.checker.piecewise import values_at
 from trackably.checker.quantities import LinearCombination, functionals, states_of
-from trackably.checker.subject import Bound, NonlinearSystem, Row, Subject, System, as_float
+from trackably.checker.subject import Bound, LinearSystem, NonlinearSystem, Row, Subject, System, as_float
 from trackably.checker.tables import RefutedTable, Table
 from trackably.checker.truth import ContradictedSamples
 
@@ -181,15 +181,29 @@ def robust_statement(subject: Subject, robust: Robust | None) -> str:
         ", ".join(bound_text(row, names) for row in bounded.rows) or "no bounds"
         for bounded, names in ((robust.state_set, system.states), (robust.input_set, system.inputs))
     )
+    wrong = ""
+    if robust.model:
+        hull = "; ".join(f"A = {_lists(v.A)}, B = {_lists(v.B)}, c = {list(v.c)!r}" for v in robust.model)
+        wrong = f" where (A, B, c) is at each step anywhere in the convex hull of {hull}"
     K, N, s = [list(row) for row in robust.feedback], robust.head, robust.terms
     of, seen, model, sequence = "W", "x", "", "w in W and every start"
     if robust.noise:
         of, seen, model, sequence = "S", "y", " and y = x + v", "w in W and v in V and every start with y"
+    of = "S" if robust.model else of
     sets = f"W is {_set(robust.disturbance)}"
     if robust.noise:
         sets += f", V is {_set(robust.noise)}, S = W ⊕ (-A V) ⊕ V"
+    if robust.model:
+        added = robust.added(system) if isinstance(system, LinearSystem) else ""
+        parts = "W ⊕ (-A V) ⊕ V ⊕ D" if robust.noise else "W ⊕ D"
+        generators = _vectors(added) if not isinstance(added, str) else added
+        sets = sets.removesuffix(", S = W ⊕ (-A V) ⊕ V")
+        sets += (
+            f", S = {parts} with D = Σ_j ξ_j d_j for all |ξ_j| ≤ 1 and d_j = {generators}, and A, B here are those of "
+            "the reference"
+        )
     return (
-        f" Under disturbance, x⁺ = A x + B u + c + w{model}: for every sequence of {sequence} in "
+        f" Under disturbance, x⁺ = A x + B u + c + w{model}{wrong}: for every sequence of {sequence} in "
         f"x_r(t₀) ⊕ Z at one of these times, the inputs u = u_r + K ({seen} - x_r) keep x in {states} and u in "
         f"{inputs} at all later times t₀ + k T among these, and {seen} in x_r ⊕ Z. Here {sets}, K = {K!r}, and, with "
         f"F = A + B K, Z = {of} ⊕ F {of} ⊕ … ⊕ F^{N - 1} {of} ⊕ F^{N} (P ⊕ F P ⊕ … ⊕ F^{s - 1} P) / "
@@ -245,6 +259,10 @@ def _set(W: Zonotope | Hull) -> str:
     if not W.generators:
         return f"the point {_vector(W.centre)}"
     return f"{_vector(W.centre)} + Σ_j ξ_j g_j with all |ξ_j| ≤ 1 and g_j = {_vectors(W.generators)}"
+
+
+def _lists(rows: Sequence[Sequence[float]]) -> str:
+    return repr([list(row) for row in rows])
 
 
 def _vectors(vectors: Sequence[Vector]) -> str:

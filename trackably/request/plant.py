@@ -4,6 +4,7 @@ from trackably.arguments import instance
 from trackably.arrays import ArrayLike
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet
+from trackably.systems.model_error import ModelError
 from trackably.systems.tightening import Tightening, tightening
 
 
@@ -18,11 +19,12 @@ def drawn_in(
     feedback: ArrayLike | None,
     margin: float,
     noise: DisturbanceSet | None,
+    model_error: ModelError | None = None,
 ) -> tuple[ConstrainedSystem, Tightening | None]:
     """Return the plant to learn for, and how its bounds were drawn in; None where nothing asks for it.
 
     TypeError: it is no plant. Raises as `tightening`, too.
     """
     checked_plant(plant)
-    found = tightening(plant, disturbance, feedback, margin, noise)
+    found = tightening(plant, disturbance, feedback, margin, noise, model_error)
     return (found.plant, found) if found.margin or found.invariant is not None else (plant, None)

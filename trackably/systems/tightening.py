@@ -9,11 +9,12 @@ from itertools import product
 import numpy as np
 import scipy
 
-from trackably.arguments import numbers, real
+from trackably.arguments import instance, numbers, real
 from trackably.arrays import Array, ArrayLike
 from trackably.systems.constrained import ConstrainedSystem, LinearConstraint
 from trackably.systems.disturbances import DisturbanceSet, Measured, Zonotope, checked, measured
 from trackably.systems.linear import LinearSystem
+from trackably.systems.model_error import ModelError
 from trackably.systems.polytopes import Polytope, squares_in_widths, unit_scales
 from trackably.systems.rationals import exact, float_below, whole
 
@@ -281,6 +282,15 @@ _LARGEST_FRACTION = 1e6
 
 
 @dataclass(frozen=True, eq=False)
+class WrongModel:
+    """The model's `error`, and what disturbs the plant beside it: W, or the errors of the measured state."""
+
+    error: ModelError
+    disturbance: Zonotope
+    beside: Zonotope
+
+
+@dataclass(frozen=True, eq=False)
 class Tightening:
     """A `given` plant, and the `plant` with the same system whose bounds are drawn in.
 
@@ -288,14 +298,15 @@ class Tightening:
     an error in Z may take: by h_Z(row) for states, and by h_Z(Kᵀ row) for inputs. If a reference keeps the bounds of
     `plant`, then for every disturbance sequence in W and every start in x_r(0) ⊕ Z, the states and the inputs
     u = u_r + K (x − x_r) of the disturbed system keep the given ones. Where the state is `measured` with noise, y takes
-    the place of x: Z is that of its disturbances, and bounds of states are drawn in by h_V(−row) in addition. Raises
-    ValueError where nothing is left.
+    the place of x: Z is that of its disturbances, and bounds of states are drawn in by h_V(−row) in addition. Where the
+    `model` may be wrong, all of this holds for every plant of its hull. Raises ValueError where nothing is left.
     """
 
     given: ConstrainedSystem
     margin: float
     invariant: InvariantSet | None
     measured: Measured | None = None
+    model: WrongModel | None = None
 
     def __post_init__(self) -> None:
         _ = self.plant  # computed now, to raise its error
@@ -322,6 +333,8 @@ class Tightening:
         """W, without measurement noise; None where nothing is disturbed."""
         if self.measured:
             return self.measured.disturbance
+        if self.model:
+            return self.model.disturbance
         return self.invariant.disturbance if self.invariant else None
 
     @property
@@ -362,6 +375,8 @@ class Tightening:
     def _shortage(self, fraction: float) -> str:
         """Say which bounds are short by how much, and what would do."""
         named = zip(self.given.given_constraints, self.taken, strict=True)
+        if self.model and self.invariant:
+            return self._shortage_of_model(self.model, self.invariant)
         short = [(self._missing(constraint, *by), constraint, float(sum(by))) for constraint, by in named]
         missing, worst, taken = max(short, key=lambda found: found[0] / found[1].bounds.width)
         would = (
@@ -377,6 +392,34 @@ class Tightening:
             f"{worst.bounds} of {worst.name}{kept}, which are too close by {missing:.4g} at least; {would}"
         )
 
+    def _shortage_of_model(self, model: WrongModel, Z: InvariantSet) -> str:
+        """Say which vertex costs which bound how much, and up to which share of the model's error would do."""
+        sets = self.given.state_set, self.given.input_set
+        rows, width = np.vstack([sets[0].rows, sets[1].rows @ Z.feedback]), (1 - 2 * self.margin) * bound_widths(*sets)
+        noise = [sum(map(self.measured.support, ends)) if self.measured else 0 for ends in _both(self.given)]
+
+        def cost(of: DisturbanceSet) -> Array:
+            """Return what errors under a set take of each width."""
+            reach = errors_reach(Z.closed_loop, of, np.vstack([rows, -rows]), unit_scales(sets[0]))
+            return np.asarray(reach[: len(rows)] + reach[len(rows) :])
+
+        beside = cost(model.beside) + np.array([float(of) for of in noise])
+        by_vertex = []
+        for each in model.error.vertices:
+            generators = ModelError((each,)).generators(self.given.linear, *sets)
+            by_vertex.append(cost(Zonotope([Fraction(0)] * len(Z.box), generators)))
+        whole = cost(Z.disturbance) - cost(model.beside)
+        left = np.where(whole > 0, (width - beside) / np.where(whole > 0, whole, 1.0), np.inf)
+        worst = int(np.argmin((width - beside - whole) / width))
+        vertex = int(np.argmax([of[worst] for of in by_vertex]))
+        bound, share = self.given.given_constraints[worst], float(np.min(left))
+        would = f"up to {share:.3g} of the model's error would do" if share > 0 else "no model's error would do"
+        return (
+            f"model_error: vertex {vertex + 1} costs the bounds {bound.bounds} of {bound.name} "
+            f"{by_vertex[vertex][worst]:.4g} and all of them {whole[worst]:.4g}, beside {beside[worst]:.4g} for "
+            f"disturbance and noise, of the {width[worst]:.4g} between them; with this feedback {would}"
+        )
+
     def _missing(self, constraint: LinearConstraint, low: Fraction, high: Fraction) -> float:
         return float(low + high) - (1 - 2 * self.margin) * constraint.bounds.width
 
@@ -387,29 +430,43 @@ def tightening(
     feedback: ArrayLike | None = None,
     margin: float = 0.0,
     noise: DisturbanceSet | None = None,
+    model_error: ModelError | None = None,
 ) -> Tightening:
     """Return the bounds of a plant drawn in for a disturbance set W, and by a part `margin` of each width.
 
     The feedback K is given, or a regulator that leaves much room. It is given the measured state, with `noise` in a
-    set V: both sets are zonotopes then, and W may be left out. Raises ValueError where the system is not linear, W, V
-    or K do not fit it, A + B K does not decay, the margin is none, or nothing is left of a set; TypeError where an
-    argument is of another type.
+    set V: both sets are zonotopes then, and W may be left out; so it is with a `model_error`. Raises ValueError where
+    the system is not linear, W, V or K do not fit it, A + B K does not decay, the margin is none, or nothing is left of
+    a set; TypeError where an argument is of another type.
     """
     margin = real("margin", margin)
     if not 0 <= margin < 0.5:
         raise ValueError(f"margin must be a part of a width, at least 0 and less than 0.5, got {margin:g}")
-    if disturbance is None and noise is None:
+    if disturbance is None and noise is None and model_error is None:
         if feedback is not None:
             raise ValueError("feedback: is only of use with a disturbance set")
         return Tightening(plant, margin, None)
     system = plant.linear
     with_noise = None if noise is None else measured(disturbance, noise, len(system.A))
-    W = with_noise.of_measured_state(system.A) if with_noise else checked(disturbance, len(system.A))
-    sets = plant.state_set, plant.input_set
+    n = len(system.A)
+    undisturbed = Zonotope([Fraction(0)] * n) if disturbance is None else disturbance
+    W = with_noise.of_measured_state(system.A) if with_noise else checked(undisturbed, n)
+    sets, wrong = (plant.state_set, plant.input_set), None
+    if model_error is not None:
+        instance("model_error", model_error, ModelError, "a ModelError, as of ModelError.intervals(system, entries)")
+        beside = model_error.beside(W)
+        W = model_error.added_to(beside, system, *sets)
+        given = with_noise.disturbance if with_noise else beside
+        wrong = WrongModel(model_error, given, beside)
     K = best_feedback(system, *sets, W) if feedback is None else given_feedback(feedback, system)
     rows = np.vstack([sets[0].rows, sets[1].rows @ K])
     Z = invariant_set(system, K, W, rows, bound_widths(*sets), unit_scales(sets[0]))
-    return Tightening(plant, margin, Z, with_noise)
+    return Tightening(plant, margin, Z, with_noise, wrong)
+
+
+def _both(plant: ConstrainedSystem) -> list[tuple[Sequence[Fraction], ...]]:
+    """Return each row of the state set with its negative, and nothing for rows of inputs."""
+    return [(c.row, [-r for r in c.row]) if c.side == "state" else () for c in plant.given_constraints]
 
 
 def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:

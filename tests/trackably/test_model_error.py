@@ -1,0 +1,188 @@
+"""Bounds are kept by every plant of a hull, and what the checker accepts is no more than that."""
+
+import copy
+
+import numpy as np
+import pytest
+
+from trackably import (
+    ConstrainedSystem,
+    ConvexHull,
+    LinearSystem,
+    ModelError,
+    Plan,
+    Polytope,
+    Samples,
+    SquaredExponential,
+    TrackableReference,
+    Truth,
+    TubeController,
+    Zonotope,
+    learn_reference,
+    worst_plant,
+)
+from trackably.certificates.form import encode_certificate
+from trackably.checker import Failed, NotACertificate, Proved, check
+from trackably.systems.tightening import tightening
+
+T = 0.02
+A, B = [[1.0, T], [0.0, 1.0]], np.array([[T**2 / 2], [T]])
+SYSTEM = LinearSystem(A, B, states=("position", "velocity"), inputs=("acceleration",), sampling_time=T)
+PLANT = ConstrainedSystem(SYSTEM, Polytope.box([-0.2, -0.5], [0.2, 0.5]), Polytope.box([-1.0], [1.0]))
+W = Zonotope.box([0.0, -5e-4], [0.0, 5e-4])
+TIMES = np.arange(0.0, 2.0, 0.1)
+SAMPLES = Samples(TIMES, 0.08 * np.sin(1.8 * TIMES) + 0.001 * np.cos(70 * TIMES))
+
+
+def gain(by: float) -> ModelError:
+    return ModelError.of([(A, (1 - by) * B), (A, (1 + by) * B)])
+
+
+def learn(**more) -> TrackableReference:
+    return learn_reference(SAMPLES, PLANT, SquaredExponential(), (0.0, 1.9), noise_std=0.001, **more)
+
+
+@pytest.fixture(scope="module")
+def learned() -> TrackableReference:
+    truth = Truth(noise=0.0015, second_derivative=0.5)
+    noise = Zonotope.box([-2e-4, -5e-4], [2e-4, 5e-4])
+    return learn(model_error=gain(0.2), disturbance=W, measurement_noise=noise, truth=truth)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_what_is_added_to_the_disturbance_holds_all_differences(seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    n, m, q = draw.integers(1, 4), draw.integers(1, 3), draw.integers(1, 5)
+    A, B, c = (draw.normal(size=(q, *shape)) for shape in ((n, n), (n, m), (n,)))
+    if seed % 2:  # one parameter
+        A, B, c = (of[:1] + np.linspace(-1, 2, q).reshape(-1, *[1] * (of.ndim - 1)) * of[-1:] for of in (A, B, c))
+    low, high = -draw.uniform(0.1, 2, n + m), draw.uniform(0.1, 2, n + m)
+    nominal = LinearSystem(A.mean(axis=0), B.mean(axis=0), c.mean(axis=0), sampling_time=1.0)
+    sets = Polytope.box(low[:n], high[:n]), Polytope.box(low[n:], high[n:])
+    D = Zonotope(np.zeros(n), ModelError.of(list(zip(A, B, c, strict=True))).generators(nominal, *sets))
+    rows = draw.normal(size=(40, n))
+    for _ in range(40):
+        hull, z = draw.dirichlet(np.ones(q)), np.where(draw.random(n + m) < 0.5, low, high)
+        matrices = [np.tensordot(hull, of, 1) for of in (A, B, c)]
+        d = matrices[0] @ z[:n] + matrices[1] @ z[n:] + matrices[2] - nominal.successor(z[:n], z[n:])
+        assert np.all(rows @ d <= D.support(rows) + 1e-9)
+
+
+def test_of_a_gain_nothing_is_added_but_what_it_does() -> None:
+    D = Zonotope([0.0, 0.0], gain(0.2).generators(SYSTEM, PLANT.state_set, PLANT.input_set))
+    rows = np.random.default_rng(0).normal(size=(20, 2))
+    np.testing.assert_allclose(D.support(rows), 0.2 * np.abs(rows @ B[:, 0]), rtol=1e-9)
+
+
+def test_a_model_without_error_changes_nothing() -> None:
+    feedback = [[-100.0, -20.0]]
+    one, other = (learn(disturbance=W, feedback=feedback, **more) for more in ({}, {"model_error": gain(0.0)}))
+    assert one.fingerprint == other.fingerprint
+    first, second = (encode_certificate(of.certificate) for of in (one, other))
+    del second["disturbance"]["model"]
+    assert first == second
+
+
+def test_the_worst_plants_keep_all_bounds(learned: TrackableReference) -> None:
+    assert learned.tightening is not None
+    assert learned.tightening.invariant is not None
+    K = learned.tightening.invariant.feedback
+    for disturbance in (None, W):
+        found = worst_plant(learned, PLANT, gain(0.2), K, 94, disturbance=disturbance)
+        assert not found.breaks
+    assert set(found.vertices) <= {0, 1}
+    broken = worst_plant(learned, PLANT, ModelError.of([(A, 12 * B)]), K, 94)
+    assert broken.breaks
+    assert "breaks" in str(broken)
+
+
+def test_the_tube_controller_always_has_a_plan_and_the_plant_stays_near_the_signal(learned: TrackableReference) -> None:
+    assert learned.tightening is not None
+    (truth,), draw = learned.certificate.truth, np.random.default_rng(0)
+    assert truth.plant is not None
+    assert truth.plant > truth.error
+    tube, x = TubeController(learned.tightening, 8), learned.state(0)
+    for k in range(80):
+        v = draw.choice([-1.0, 1.0], 2) * [2e-4, 5e-4]
+        plan = tube.step(k, x + v, learned)
+        assert isinstance(plan, Plan)
+        x = np.array(A) @ x + draw.choice([0.8, 1.2]) * B @ plan.input + [0.0, draw.choice([-5e-4, 5e-4])]
+        assert np.all((PLANT.state_set.lower <= x) & (x <= PLANT.state_set.upper))
+        assert abs(x[0] - 0.08 * np.sin(1.8 * T * (k + 1))) <= truth.plant
+
+
+def test_the_sentence_adds_both_errors_up(learned: TrackableReference) -> None:
+    verdict = check(encode_certificate(learned.certificate))
+    assert isinstance(verdict, Proved)
+    (truth,) = learned.certificate.truth
+    assert "convex hull of A = [[1.0, 0.02], [0.0, 1.0]]" in verdict.statement
+    assert f"the state of the system is within {truth.plant!r} of f" in verdict.statement
+
+
+def test_what_is_saved_is_proved_again(learned: TrackableReference, tmp_path) -> None:
+    learned.save(tmp_path / "reference.json")
+    again = TrackableReference.load(tmp_path / "reference.json")
+    assert encode_certificate(again.certificate) == encode_certificate(learned.certificate)
+
+
+CHANGES = [
+    ("larger", lambda of: of["disturbance"]["model"][0].update(B=[[T**2 / 8], [T / 4]])),
+    ("another", lambda of: of["disturbance"]["model"].append({"A": A, "B": (3 * B).tolist(), "c": [0.0, 0.0]})),
+    ("offset", lambda of: of["disturbance"]["model"][1].update(c=[0.01, 0.0])),
+    ("shape", lambda of: of["disturbance"]["model"][0].update(c=[0.0])),
+    ("empty", lambda of: of["disturbance"].update(model=[])),
+    ("hull", lambda of: of["disturbance"].update(set={"kind": "hull", "vertices": [["0", "0"]]})),
+    ("nearer", lambda of: of["truth"][0].update(plant=1e-3)),
+]
+
+
+@pytest.mark.parametrize("change", [change for _, change in CHANGES], ids=[name for name, _ in CHANGES])
+def test_a_changed_certificate_is_refused(learned: TrackableReference, change) -> None:
+    content = copy.deepcopy(encode_certificate(learned.certificate))
+    change(content)
+    assert isinstance(check(content), Failed | NotACertificate)
+
+
+def test_the_plants_distance_is_no_larger_than_it_has_to_be(learned: TrackableReference) -> None:
+    content = copy.deepcopy(encode_certificate(learned.certificate))
+    content["truth"][0]["plant"] *= 1 - 1e-9
+    assert isinstance(check(content), Failed)
+
+
+def test_the_message_says_which_vertex_costs_what_and_which_share_would_do() -> None:
+    K = [[-100.0, -20.0]]
+    with pytest.raises(ValueError, match=r"vertex \d costs the bounds .* of acceleration") as raised:
+        tightening(PLANT, W, K, model_error=gain(2.0))
+    share = float(str(raised.value).split("up to ")[1].split(" ")[0])
+    tightening(PLANT, W, K, model_error=gain(0.99 * 2.0 * share))
+    with pytest.raises(ValueError, match="model_error"):
+        tightening(PLANT, W, K, model_error=gain(1.01 * 2.0 * share))
+
+
+def test_intervals_of_entries_are_all_their_corners() -> None:
+    found = ModelError.intervals(SYSTEM, {("velocity", "acceleration"): (0.01, 0.03), ("position", "1"): (-1e-3, 1e-3)})
+    assert {(v.B[1, 0], v.c[0]) for v in found.vertices} == {(b, c) for b in (0.01, 0.03) for c in (-1e-3, 1e-3)}
+    for wrong in ({("speed", "acceleration"): (0, 1)}, {("velocity", "force"): (0, 1)}, {}):
+        with pytest.raises(ValueError, match="intervals"):
+            ModelError.intervals(SYSTEM, wrong)
+
+
+def test_continuous_plants_are_sampled_only_where_that_is_exact() -> None:
+    rates = [[0.0, 1.0], [0.0, -0.5]]
+    found = ModelError.sampled([(rates, [[0.0], [0.8]]), (rates, [[0.0], [1.2]])], T)
+    middle = LinearSystem.discretised(rates, [[0.0], [1.0]], T)
+    np.testing.assert_allclose((found.vertices[0].B + found.vertices[1].B) / 2, middle.B, rtol=1e-13)
+    with pytest.raises(ValueError, match="curved"):
+        ModelError.sampled([(rates, [[0.0], [1.0]]), ([[0.0, 1.0], [0.0, -0.6]], [[0.0], [1.0]])], T)
+
+
+def test_what_nothing_bounds_is_refused() -> None:
+    free = ConstrainedSystem(SYSTEM, Polytope([[1.0, 0.0]], [-0.2], [0.2], 2), PLANT.input_set)
+    wrong = ModelError.intervals(SYSTEM, {("velocity", "velocity"): (0.99, 1.01)})
+    with pytest.raises(ValueError, match="nothing bounds the state 1"):
+        tightening(free, W, [[-100.0, -20.0]], model_error=wrong)
+    tightening(free, W, [[-100.0, -20.0]], model_error=gain(0.1))
+    with pytest.raises(TypeError, match="Zonotope"):
+        tightening(PLANT, ConvexHull([[0.0, 0.0]]), [[-100.0, -20.0]], model_error=gain(0.1))
+    with pytest.raises(ValueError, match="shapes"):
+        tightening(PLANT, W, [[-100.0, -20.0]], model_error=ModelError.of([([[1.0]], [[1.0]])]))

@@ -1,0 +1,89 @@
+"""A wrong model, an extension of `disturbances`: what the difference to the nominal system adds to its disturbances.
+
+Theorem. The field of a certificate that speaks of disturbances may also hold vertices (A_i, B_i, c_i). If `check`
+answers Proved, then what `disturbances` says of the system x(k + 1) = A x(k) + B u(k) + c + w(k) holds where (A, B,
+c) is, at each step, any point of the convex hull of the vertices, another at each step or not; W is a zonotope then.
+
+Proof. Let Ā, B̄, c̄ be those of the certificate, which the reference obeys. Then x(k + 1) = Ā x + B̄ u + c̄ + d + w
+with d = (A − Ā) x + (B − B̄) u + (c − c̄). By induction over the steps, x ∈ X₀ and u ∈ U₀: so d lies in the zonotope
+D below, and the proof of `disturbances` holds with W ⊕ D in the place of W; with noise x is the true state, so that
+D is the same. For each column j of (A, B, c), let d_ij be that of the vertex i less the nominal one, and z_j the
+state, input or 1 that it multiplies. |z_j| ≤ b_j follows from a row of X₀ or U₀ that bounds this state or input
+alone; where all d_ij are zero, nothing has to bound it. Let g be a vector, and λ_i numbers with d_ij = λ_i g + r_i.
+A point of the hull has Σ μ_i d_ij z_j = (Σ μ_i λ_i) z_j g + Σ μ_i z_j r_i, with |(Σ μ_i λ_i) z_j| ≤ b_j max |λ_i|,
+and with the entry l of the rest at most b_j max_i |r_il| in size. So b_j max |λ_i| g and b_j max_i |r_il| along each
+axis l, as generators of D for each column, hold all of it. All of this is done in rational arithmetic.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from trackably.checker.subject import LinearSystem, Polytope
+from trackably.checker.watch import tick
+
+Vector = tuple[Fraction, ...]
+Matrix = Sequence[Sequence[float]]
+
+
+@dataclass(frozen=True)
+class Vertex:
+    """x⁺ = A x + B u + c: one of the systems of which the convex hull is made."""
+
+    A: Matrix
+    B: Matrix
+    c: Sequence[float]
+
+
+def of_model_error(
+    system: LinearSystem | Vertex, vertices: Sequence[Vertex], state_set: Polytope, input_set: Polytope
+) -> list[Vector] | str:
+    """Return the generators of D, or what does not fit or is not bounded."""
+    n, m = len(system.A), len(system.B[0])
+    found: list[Vector] = []
+    if any([[len(row) for row in M] for M in (v.A, v.B, [v.c])] != [[n] * n, [m] * n, [n]] for v in vertices):
+        return "each vertex must have the shapes of A, B and c"
+    reach = [*_reach(state_set, n), *_reach(input_set, m), Fraction(1)]
+    nominal = list(_columns(system))
+    for j, columns in enumerate(zip(*(_columns(vertex) for vertex in vertices), strict=True)):
+        apart = [[a - b for a, b in zip(column, nominal[j], strict=True)] for column in columns]
+        if not any(map(any, apart)):
+            continue
+        size = reach[j]
+        if size is None:
+            return f"nothing bounds the {'state' if j < n else 'input'} {j % n if j < n else j - n} alone"
+        found += _around(apart, size)
+    return found
+
+
+def _columns(system: LinearSystem | Vertex) -> Iterator[list[Fraction]]:
+    for matrix in (system.A, system.B):
+        yield from ([Fraction(v) for v in column] for column in zip(*matrix, strict=True))
+    yield [Fraction(v) for v in system.c]
+
+
+def _reach(bounded: Polytope, dimension: int) -> list[Fraction | None]:
+    """Return the largest size of each coordinate, of rows that bound it alone; None without one."""
+    found: list[Fraction | None] = [None] * dimension
+    for row in bounded.rows:
+        used = [j for j, r in enumerate(row.row) if r]
+        if len(used) == 1:
+            (j,) = used
+            size = max(abs(Fraction(row.lower)), abs(Fraction(row.upper))) / abs(row.row[j])
+            known = found[j]
+            found[j] = size if known is None else min(known, size)
+    return found
+
+
+def _around(apart: list[list[Fraction]], size: Fraction) -> Iterator[Vector]:
+    """Yield generators that hold z Σ μ_i d_i for all |z| ≤ size and all μ of a hull."""
+    g = max(apart, key=lambda d: max(map(abs, d)))
+    p = max(range(len(g)), key=lambda k: abs(g[k]))
+    factors = [d[p] / g[p] for d in apart]
+    along = size * max(map(abs, factors))
+    yield tuple(along * x for x in g)
+    for k in range(len(g)):
+        tick()
+        rest = size * max(abs(d[k] - f * g[k]) for d, f in zip(apart, factors, strict=True))
+        if rest:
+            yield tuple(rest if i == k else Fraction(0) for i in range(len(g)))
