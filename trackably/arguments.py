@@ -80,6 +80,24 @@ def numbers(what: str, given: npt.ArrayLike) -> Array:
     raise TypeError(f"{what}: expected numbers, got {short(given)}")
 
 
+def array(what: str, given: npt.ArrayLike, *shape: int | None) -> Array:
+    """Return finite numbers of a `shape`, in which None is any size but 0, as an array that cannot be written to.
+
+    TypeError as `numbers`. ValueError: the shape is another, or a number is not finite.
+    """
+    found = numbers(what, given)
+    fits = len(found.shape) == len(shape) and all(
+        n == want or want is None for n, want in zip(found.shape, shape, strict=False)
+    )
+    if not fits or not found.size:
+        described = ", ".join("any" if want is None else str(want) for want in shape)
+        raise ValueError(f"{what} must have shape ({described}{',' * (len(shape) == 1)}), got shape {found.shape}")
+    if not np.all(np.isfinite(found)):
+        raise ValueError(f"{what} must be finite, got {found.tolist()}")
+    found.flags.writeable = False
+    return found
+
+
 def _from_objects(what: str, array: npt.NDArray[np.object_]) -> Array:
     """Return numbers that are Python's own, as of `Fraction`. TypeError: an entry is no number; it names the place."""
     for index, value in np.ndenumerate(array):

@@ -217,7 +217,9 @@ def _start_of(case: Case, i: int) -> Array:
 def _nominal_fails(case: Case, reference: Reference, i: int) -> int | None:
     """Return the first step at which the nominal controller has no plan or a bound is broken, from the reference on."""
     pushed, measured = _kind(case, i), _noise_of(case, i)
-    loop = simulate(case.controller, reference, reference.state(0), case.steps, disturbances=pushed, noise=measured)
+    loop = simulate(
+        case.controller, reference, reference.state(0), case.steps, disturbances=pushed, measurement_noise=measured
+    )
     outside = np.flatnonzero(case.tightening.given.state_set.margin(loop.states) < 0).tolist()
     steps = [*outside[:1], *(result.k for result in loop.without_plan[:1])]
     return min(steps, default=None)

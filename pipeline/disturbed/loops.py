@@ -175,7 +175,7 @@ def _loop(
         first_step=steps.start,
         on_infeasible=apply_fallback_for(_PATIENCE),
         disturbances=disturbances(kind, drawn_in, 0),
-        noise=noise(drawn_in, 0),
+        measurement_noise=noise(drawn_in, 0),
     )
 
 

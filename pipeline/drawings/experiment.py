@@ -31,6 +31,7 @@ from pipeline.storage.loops import Disturbed, read_loop_metrics, read_loops
 from pipeline.storage.results import Results
 from pipeline.storage.tables import read_columns
 from trackably.arrays import Array
+from trackably.control.error_set import ErrorSet
 from trackably.exports import figures
 from trackably.gp.joint import JointPrior
 from trackably.learning.problem import ConstrainedProblem
@@ -350,7 +351,7 @@ def room(drawn_in: Tightening) -> tuple[Array, Array]:
     assert Z is not None, "drawn only where there is a disturbance"
     assert K is not None, "it belongs to the set"
     rows = np.vstack([np.eye(K.shape[1]), K])
-    errors = Z.approximate_support(np.stack([-rows, rows]))
+    errors = ErrorSet(Z).support(np.stack([-rows, rows]))
     if (V := drawn_in.noise) is not None:  # x = y − v
         n = K.shape[1]
         errors[0, :n] += V.support(rows[:n])

@@ -252,6 +252,6 @@ def test_a_run_is_that_of_the_tube_controller() -> None:
         course[0, :1],
         40,
         disturbances=runs.disturbances("greedy" if 4 % 3 == 1 else "constant", drawn_in, 4),
-        noise=runs.noise(drawn_in, 4),
+        measurement_noise=runs.noise(drawn_in, 4),
     )
     np.testing.assert_allclose(np.column_stack([loop.states[:-1], loop.inputs]), course, atol=1e-12)

@@ -115,9 +115,9 @@ WRONG: dict[str, tuple[Callable[[], object], type[Exception], str]] = {
         "simulate: disturbances: expected a function of the step k and the state, got [0, 0]",
     ),
     "one number for two states": (
-        lambda: simulate(Controller(AXIS, 9, Q, R), RESTING, [0, 0], 1, noise=lambda k, x: 0.1),
+        lambda: simulate(Controller(AXIS, 9, Q, R), RESTING, [0, 0], 1, measurement_noise=lambda k, x: 0.1),
         ValueError,
-        "simulate: noise: expected 2 numbers at step 0, got shape ()",
+        "simulate: measurement_noise: expected 2 numbers at step 0, got shape ()",
     ),
     "no samples": (lambda: learn(samples={}), ValueError, "samples: none are given; expected one of position, z1"),
     "a tank without an area": (lambda: tank(1.0, area=0), ValueError, "area must be positive, got 0"),

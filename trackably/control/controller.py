@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy
 
-from trackably.arguments import instance, numbers, whole
+from trackably.arguments import array, instance, whole
 from trackably.arrays import Array, ArrayLike
 from trackably.control.angles import turned_near
 from trackably.control.bounds import weight_in_widths
@@ -105,15 +105,14 @@ def _checked_weight(name: str, given: ArrayLike, size: int, least: float, kind: 
     Its smallest eigenvalue is at least `least` times the largest, where the coordinates are scaled to a diagonal of
     ones: so units do not matter.
     """
-    weight = numbers(f"controller: {name}", given)
-    if weight.shape != (size, size) or not np.all(np.isfinite(weight)) or not np.array_equal(weight, weight.T):
-        raise ValueError(f"controller: {name} must be a symmetric matrix of shape ({size}, {size}), got {weight}")
+    weight = array(f"controller: {name}", given, size, size)
+    if not np.array_equal(weight, weight.T):
+        raise ValueError(f"controller: {name} must be symmetric, got {weight.tolist()}")
     unit = np.sqrt(np.where(np.diag(weight) == 0, 1.0, np.abs(np.diag(weight))))
     values = scipy.linalg.eigvalsh(weight / unit[:, None] / unit)
     if not values[0] >= least * max(values[-1], 0.0) or not values[-1] > 0:
         found = scipy.linalg.eigvalsh(weight).tolist()
         raise ValueError(f"controller: {name} must be positive {kind}, got eigenvalues {found}")
-    weight.flags.writeable = False
     return weight
 
 

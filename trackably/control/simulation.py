@@ -108,15 +108,17 @@ def simulate(
     first_step: int = 0,
     on_infeasible: InfeasibilityPolicy = stop,
     disturbances: Disturbances | None = None,
+    measurement_noise: Disturbances | None = None,
     noise: Disturbances | None = None,
 ) -> ClosedLoop:
     """Simulate the closed loop from `initial_state` (n,) at `first_step`, for `steps` steps.
 
     The simulated system is the controller's own model, `controller.plant`, with `disturbances` added to each of its
-    states; left out, there are none. The controller is given the state with `noise` added to it; states of the loop are
-    the true ones. Where the controller finds no plan, `on_infeasible` chooses the input, or ends the simulation early:
-    `stop`, `apply_fallback` and `apply_fallback_for(steps)` are such functions. The simulation also ends, as unsolved,
-    where an input leads out of what the system's formulas define.
+    states; left out, there are none. The controller is given the state with `measurement_noise` added to it; states of
+    the loop are the true ones. Where the controller finds no plan, `on_infeasible` chooses the input, or ends the
+    simulation early: `stop`, `apply_fallback` and `apply_fallback_for(steps)` are such functions. The simulation also
+    ends, as unsolved, where an input leads out of what the system's formulas define. `noise` is the former name of
+    `measurement_noise`.
 
     Raises as `Controller.step` and as `reference.window`; TypeError and ValueError where disturbances or noise are no
     function, or no n numbers.
@@ -124,12 +126,13 @@ def simulate(
     if not callable(getattr(controller, "step", None)):
         raise TypeError(f"simulate: controller: expected a Controller(plant, horizon, Q, R), got {controller!r}")
     check_reference("simulate", reference, controller.plant)
+    noise = noise if measurement_noise is None else measurement_noise
     first_step, steps = whole("simulate: first_step", first_step), whole("simulate: steps", steps, least=0)
     table = TabulatedReference.of(reference, first_step, first_step + steps + controller.horizon + 1)
     initial_guess = None
     course = _Course([numbers("simulate: initial_state", initial_state)])
     for k in range(first_step, first_step + steps):
-        seen = course.state if noise is None else course.state + _drawn("noise", noise, k, course.state)
+        seen = course.state if noise is None else course.state + _drawn("measurement_noise", noise, k, course.state)
         result = controller.step(k, seen, table, initial_guess)
         initial_guess = shifted_inputs(result, table) if isinstance(result, Plan) else None
         course.decided(result)

@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from trackably.arguments import numbers, whole
+from trackably.arguments import array, numbers, whole
 from trackably.arrays import Array, ArrayLike
 from trackably.control.bounds import AdmissiblePoints
 from trackably.control.references import TrackedReference, check_reference, check_window
@@ -190,14 +190,12 @@ def answer_step(
     """
     plant, N = controller.plant, controller.horizon
     n, m = len(plant.system.states), len(plant.system.inputs)
-    k, x, reference, guess = whole("controller: k", given[0]), numbers("controller: state", given[1]), given[2], None
+    k, reference, guess = whole("controller: k", given[0]), given[2], given[3]
+    x = array(f"controller: state at step {k}", given[1], n)
     check_reference("controller", reference, plant)
-    if x.shape != (n,) or not np.all(np.isfinite(x)):
-        raise ValueError(f"controller: a state is {n} finite numbers, got {x.tolist()} at step {k}")
-    if given[3] is not None:
-        guess = numbers("controller: initial_guess", given[3])
-        if guess.shape != (N, m):
-            raise ValueError(f"controller: initial_guess must have shape {(N, m)}, got {guess.shape}")
+    guess = None if guess is None else numbers("controller: initial_guess", guess)
+    if guess is not None and guess.shape != (N, m):
+        raise ValueError(f"controller: initial_guess must have shape {(N, m)}, got {guess.shape}")
     safe = () if guess is None else (guess[0],)
     try:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what is not finite is found later

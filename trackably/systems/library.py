@@ -35,17 +35,7 @@ def mobile_robot(sampling_time: float) -> NonlinearSystem:
     straight path nor a figure eight could be proved.
     """
     h = positive_sampling_time(sampling_time)
-
-    def f(state: Any, inputs: Any) -> list[Any]:
-        x, y, heading = state
-        speed, turn = inputs
-        return [x + h * speed * np.cos(heading), y + h * speed * np.sin(heading), heading + h * turn]
-
-    def flat(z: Any) -> tuple[list[Any], list[Any]]:
-        now = z[1] - z[0]
-        return [*z[0], _angle(now)], [np.hypot(*now) / h, _turned(now, z[2] - z[1]) / h]
-
-    return NonlinearSystem.of(f, ["x", "y", "heading"], ["speed", "turn"], h, FlatForm.of(flat, 2, ["heading"]))
+    return _vehicle(h, "turn", lambda speed, turn: turn, lambda way, turned: turned / h)
 
 
 def kinematic_bicycle(sampling_time: float, wheelbase: float) -> NonlinearSystem:
@@ -57,20 +47,12 @@ def kinematic_bicycle(sampling_time: float, wheelbase: float) -> NonlinearSystem
     and π/2. The flat outputs are x and y. The car has a heading where it moves: bound its speed from below.
     """
     h, length = positive_sampling_time(sampling_time), _positive("wheelbase", wheelbase)
-
-    def f(state: Any, inputs: Any) -> list[Any]:
-        x, y, heading = state
-        speed, steering = inputs
-        turn = speed * np.tan(steering) / length
-        return [x + h * speed * np.cos(heading), y + h * speed * np.sin(heading), heading + h * turn]
-
-    def flat(z: Any) -> tuple[list[Any], list[Any]]:
-        now = z[1] - z[0]
-        way = np.hypot(*now)
-        steering = np.arctan(length * _turned(now, z[2] - z[1]) / way)
-        return [*z[0], _angle(now)], [way / h, steering]
-
-    return NonlinearSystem.of(f, ["x", "y", "heading"], ["speed", "steering"], h, FlatForm.of(flat, 2, ["heading"]))
+    return _vehicle(
+        h,
+        "steering",
+        lambda speed, steering: speed * np.tan(steering) / length,
+        lambda way, turned: np.arctan(length * turned / way),
+    )
 
 
 def tank(sampling_time: float, area: float = 2.0, outflow: float = 0.6) -> NonlinearSystem:
@@ -115,13 +97,21 @@ def pendulum(sampling_time: float, length: float = 0.5, mass: float = 0.2, frict
     return NonlinearSystem.of(f, ["angle", "rate"], ["torque"], h)
 
 
-def _angle(vector: Any) -> Any:
-    return np.arctan2(vector[1], vector[0])
+def _vehicle(h: float, second: str, rate: Callable[..., Any], solved: Callable[..., Any]) -> NonlinearSystem:
+    """Return a vehicle that moves where it is heading: θ̇ = `rate`(v, u₂), and u₂ = `solved`(h v, θ⁺ − θ)."""
 
+    def f(state: Any, inputs: Any) -> list[Any]:
+        x, y, heading = state
+        speed, other = inputs
+        turn = rate(speed, other)
+        return [x + h * speed * np.cos(heading), y + h * speed * np.sin(heading), heading + h * turn]
 
-def _turned(one: Any, other: Any) -> Any:
-    """Return by which angle a vector turns to another, between −π and π."""
-    return np.arctan2(one[0] * other[1] - one[1] * other[0], one[0] * other[0] + one[1] * other[1])
+    def flat(z: Any) -> tuple[list[Any], list[Any]]:
+        (x, y), (x1, y1) = z[1] - z[0], z[2] - z[1]
+        way, turned = np.hypot(x, y), np.arctan2(x * y1 - y * x1, x * x1 + y * y1)
+        return [*z[0], np.arctan2(y, x)], [way / h, solved(way, turned)]
+
+    return NonlinearSystem.of(f, ["x", "y", "heading"], ["speed", second], h, FlatForm.of(flat, 2, ["heading"]))
 
 
 def _positive(what: str, given: object) -> float:

@@ -7,12 +7,12 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, overload
 
 import numpy as np
 import scipy
 
-from trackably.arguments import is_number, names, numbers
+from trackably.arguments import array, is_number, names, numbers
 from trackably.arrays import Array, ArrayLike
 from trackably.systems.formulas import weighted_sum_text
 from trackably.systems.rationals import Rationals, exact, inverse, null_space, power, rank, reduced, rounded
@@ -184,64 +184,70 @@ def _condition(matrix: Rationals) -> float:
 
 # Linear systems with several states and inputs.
 
-_ZERO = np.zeros(0)
-
 
 @dataclass(frozen=True, eq=False)
 class LinearSystem:
     """x(k+1) = A x(k) + B u(k) + c with A (n, n), B (n, m), c (n,), one step every `sampling_time` [s].
 
-    `states` and `inputs` are names, all different. Left out, c is zero and the names are x1, x2, … and u1, u2, …, or
-    `state` and `input` of a system with one of each. Raises ValueError where shapes do not fit, an entry is not finite,
-    names repeat or are no identifiers (`naming`), or the sampling time is not positive; TypeError where entries are no
-    real numbers or no names.
+    A number in the third place is the sampling time, LinearSystem(A, B, 0.1), and a list of numbers is c. `states` and
+    `inputs` are names, all different. Left out, c is zero and the names are x1, x2, … and u1, u2, …, or `state` and
+    `input` of a system with one of each. Raises ValueError where shapes do not fit, an entry is not finite, names
+    repeat or are no identifiers (`require_names`), or the sampling time is not positive; TypeError where entries are no
+    real numbers or no names, or the sampling time is missing.
     """
 
     A: Array
     B: Array
-    c: Array = field(default_factory=lambda: _ZERO)
+    c: Array = None  # type: ignore[assignment]  # replaced by an array, as is all that is given
     states: tuple[str, ...] = ()
     inputs: tuple[str, ...] = ()
-    sampling_time: float = field(kw_only=True)
+    sampling_time: float = field(kw_only=True, default=None)  # type: ignore[assignment]
 
-    if TYPE_CHECKING:  # arrays are made of what is given
+    if TYPE_CHECKING:
 
+        @overload
         def __init__(
             self,
             A: ArrayLike,
             B: ArrayLike,
-            c: ArrayLike = ...,
+            c: ArrayLike | None = None,
             states: Sequence[str] = (),
             inputs: Sequence[str] = (),
             *,
             sampling_time: float,
         ) -> None: ...
 
+        @overload
+        def __init__(
+            self, A: ArrayLike, B: ArrayLike, c: float, states: Sequence[str] = (), inputs: Sequence[str] = ()
+        ) -> None: ...
+
+        def __init__(self, *given: Any, **named: Any) -> None: ...
+
     def __post_init__(self) -> None:
-        object.__setattr__(self, "sampling_time", positive_sampling_time(self.sampling_time))
-        A, B = numbers("system: A", self.A), numbers("system: B", self.B)
-        if A.ndim != 2 or A.shape[0] != A.shape[1] or not A.size:
+        given: tuple[Any, Any] = self.c, self.sampling_time
+        c, T = (None, self.c) if given[1] is None and is_number(given[0]) else given
+        if T is None:
+            raise TypeError(
+                "system: sampling_time: expected a number, as in LinearSystem(A, B, sampling_time=0.1), got None"
+            )
+        A = numbers("system: A", self.A)
+        if A.ndim != 2 or len(A) != A.shape[1]:
             raise ValueError(f"system: A must be a square matrix, got shape {A.shape}")
-        if B.ndim != 2 or len(B) != len(A) or not B.size:
-            raise ValueError(f"system: B must have as many rows as A, {len(A)}, and a column for each input, "
-                             f"got shape {B.shape}")  # fmt: skip
+        A = array("system: A", A, None, None)
+        B = array("system: B", self.B, len(A), None)
         n, m = B.shape
-        c = np.zeros(n) if self.c is _ZERO else numbers("system: c", self.c)
-        if c.shape != (n,):
-            raise ValueError(f"system: c must have shape ({n},), got {c.shape}")
         alone = (n, m) == (1, 1)
         states = names("system: states", self.states) or (("state",) if alone else tuple(f"x{i + 1}" for i in range(n)))
         inputs = names("system: inputs", self.inputs) or (("input",) if alone else tuple(f"u{i + 1}" for i in range(m)))
         require_names((*states, *inputs))
         if len(states) != n or len(inputs) != m or len({*states, *inputs}) != n + m:
             raise ValueError(f"system: {n} states and {m} inputs need as many different names, got {states}, {inputs}")
-        for name, array in (("A", A), ("B", B), ("c", c)):
-            if not np.all(np.isfinite(array)):
-                raise ValueError(f"system: {name} must be finite, got {array.tolist()}")
-            array.flags.writeable = False
-            object.__setattr__(self, name, array)
-        object.__setattr__(self, "states", states)
-        object.__setattr__(self, "inputs", inputs)
+        c, T = array("system: c", np.zeros(n) if c is None else c, n), positive_sampling_time(T)
+        for name, value in zip(
+            ("A", "B", "c", "states", "inputs", "sampling_time"), (A, B, c, states, inputs, T), strict=True
+        ):
+            object.__setattr__(self, name, value)
 
     @classmethod
     def scalar(cls, a: float, b: float, c: float = 0.0, *, sampling_time: float) -> Self:
@@ -263,7 +269,7 @@ class LinearSystem:
         exp([[A, B, c], [0, 0, 0]] T_s) has the discrete A, B and c in its upper rows. Columns of B that are
         multiples of each other by ± 2^k remain exact multiples: redundant inputs stay redundant.
         """
-        continuous = cls(A, B, _ZERO if c is None else c, states, inputs, sampling_time=sampling_time)
+        continuous = cls(A, B, c, states, inputs, sampling_time=sampling_time)
         n, m = continuous.B.shape
         generator = np.zeros((n + m + 1, n + m + 1))
         generator[:n] = np.hstack([continuous.A, continuous.B, continuous.c[:, None]])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self, get_args
 import numpy as np
 import numpy.typing as npt
 
-from trackably.arguments import numbers
+from trackably.arguments import array, numbers
 from trackably.arrays import Array, ArrayLike
 from trackably.gp.signal import KernelSum
 
@@ -175,18 +175,14 @@ class PolynomialPieces:
         def __init__(self, breakpoints: ArrayLike, coefficients: ArrayLike, beyond: Beyond = "rest") -> None: ...
 
     def __post_init__(self) -> None:
-        ends, c = numbers("pieces: breakpoints", self.breakpoints), numbers("pieces: coefficients", self.coefficients)
+        ends = numbers("pieces: breakpoints", self.breakpoints)
         if ends.ndim != 1 or len(ends) < 2 or not np.all(np.isfinite(ends)) or not np.all(np.diff(ends) > 0):
             raise ValueError("pieces: breakpoints must be two finite numbers at least, each larger than the one before")
-        if c.ndim != 2 or len(c) != len(ends) - 1 or not c.size or not np.all(np.isfinite(c)):
-            raise ValueError(
-                f"pieces: coefficients must be finite, a row for each of {len(ends) - 1} pieces, got shape {c.shape}"
-            )
+        c, ends.flags.writeable = array("pieces: coefficients", self.coefficients, len(ends) - 1, None), False
         if self.beyond not in get_args(Beyond):
             raise ValueError(f"pieces: beyond must be one of {', '.join(get_args(Beyond))}, got {self.beyond!r}")
-        for name, array in (("breakpoints", ends), ("coefficients", c)):
-            array.flags.writeable = False
-            object.__setattr__(self, name, array)
+        object.__setattr__(self, "breakpoints", ends)
+        object.__setattr__(self, "coefficients", c)
         if self.beyond == "period" and Fraction(self.period) != Fraction(ends[-1]) - Fraction(ends[0]):
             raise ValueError(
                 f"pieces: the period, from {ends[0]!r} s to {ends[-1]!r} s, must be exact in float64; let the first "

@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 import scipy
 
-from trackably.arguments import instance, numbers, real
+from trackably.arguments import array, instance, real
 from trackably.arrays import Array, ArrayLike
 from trackably.systems.constrained import ConstrainedSystem, LinearConstraint
 from trackably.systems.disturbances import DisturbanceSet, Measured, Zonotope, checked, measured
@@ -80,15 +80,6 @@ _SPARED = 0.05
 _FREE = 1e-6
 _BITS = 20
 _NOTHING = 1e-10  # of the largest entry, in units of the sets
-
-
-def given_feedback(feedback: ArrayLike, system: LinearSystem) -> Array:
-    """Return a feedback K (m, n) that somebody chose. ValueError: its shape is another, or it is not finite."""
-    K = numbers("feedback", feedback)
-    n, m = system.B.shape
-    if K.shape != (m, n) or not np.all(np.isfinite(K)):
-        raise ValueError(f"feedback: K must be a finite matrix of shape ({m}, {n}), got {K.tolist()}")
-    return K
 
 
 def best_feedback(system: LinearSystem, state_set: Polytope, input_set: Polytope, disturbance: DisturbanceSet) -> Array:
@@ -180,8 +171,8 @@ class InvariantSet:
     box: Array
 
     def __post_init__(self) -> None:
-        for array in (self.feedback, self.box):
-            array.flags.writeable = False
+        for of in (self.feedback, self.box):
+            of.flags.writeable = False
 
     def support(self, row: Sequence[Fraction]) -> Fraction:
         """Return h_Z(row) = max {row · e : e ∈ Z}, exactly."""
@@ -202,14 +193,6 @@ class InvariantSet:
     def support_of_input(self, row: Sequence[Fraction]) -> Fraction:
         """Return h_Z(Kᵀ row): the largest row · K e of the feedback's inputs, exactly."""
         return self.support((exact(row) @ exact(self.feedback)).tolist())
-
-    def approximate_support(self, rows: Array) -> Array:
-        """Return h_Z(row) in float64 for rows (…, n): shape (…)."""
-        total = np.zeros(rows.shape[:-1])
-        for i in range(self.head + self.terms):
-            part = self.disturbance.support(rows) if i < self.head else np.abs(rows) @ self.box / (1 - self.contraction)
-            total, rows = total + part, rows @ self.closed_loop
-        return np.asarray(total)
 
     @cached_property
     def closed_loop(self) -> Array:
@@ -458,7 +441,7 @@ def tightening(
         W = model_error.added_to(beside, system, *sets)
         given = with_noise.disturbance if with_noise else beside
         wrong = WrongModel(model_error, given, beside)
-    K = best_feedback(system, *sets, W) if feedback is None else given_feedback(feedback, system)
+    K = best_feedback(system, *sets, W) if feedback is None else array("feedback: K", feedback, *system.B.T.shape)
     rows = np.vstack([sets[0].rows, sets[1].rows @ K])
     Z = invariant_set(system, K, W, rows, bound_widths(*sets), unit_scales(sets[0]))
     return Tightening(plant, margin, Z, with_noise, wrong)
