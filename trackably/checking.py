@@ -8,7 +8,7 @@ from pathlib import Path
 
 from trackably import checker
 from trackably.arguments import real
-from trackably.checker import Failed, Impossible, NotACertificate, Proved, Refuted, Undecided, Verdict
+from trackably.checker import Contradicted, Failed, NotACertificate, Proved, Refuted, Undecided, Verdict
 from trackably.checker.limits import BYTES
 from trackably.checker.watch import ProgressLine
 from trackably.errors import InputError, NoReferenceError
@@ -51,7 +51,7 @@ def check_file(path: Path | str) -> str:
             return statement
         case Failed() as failed:
             raise NoReferenceError(f"{path}: {failed.sentence}")
-        case Refuted(reason) | Impossible(reason) | Undecided(reason):
+        case Refuted(reason) | Contradicted(reason) | Undecided(reason):
             raise NoReferenceError(f"{path}: {reason}")
         case NotACertificate(reason):
             raise InputError(f"{path}: {reason}")

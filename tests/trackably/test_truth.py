@@ -20,7 +20,7 @@ from trackably import (
     learn_reference,
 )
 from trackably.certificates.form import encode_certificate
-from trackably.checker import Failed, Impossible, NotACertificate, Proved, check
+from trackably.checker import Contradicted, Failed, NotACertificate, Proved, check
 from trackably.checker.boxes import Box
 from trackably.checker.certificate import Measured, SignalClass
 from trackably.checker.truth import side
@@ -187,7 +187,7 @@ def test_samples_of_a_signal_are_never_contradicted_and_planted_faults_always(se
     values[5] += 10.0
     found = no_signal("position", replace(of, samples=replace(of.samples, values=tuple(values))))
     assert isinstance(found, NoSignal)
-    assert isinstance(check(found.contradiction), Impossible)
+    assert isinstance(check(found.contradiction), Contradicted)
     content = copy.deepcopy(dict(found.contradiction))
     content["of"] = {**content["of"], "samples": {**content["of"]["samples"], "noise": 20.0}}
     assert isinstance(check(content), Failed)

@@ -101,7 +101,7 @@ from trackably import (
 from trackably import (
     tank as draining,
 )
-from trackably.checker import Impossible as Contradicted
+from trackably.checker import Contradicted
 
 kernel = SquaredExponential(lengthscale=(0.1, 2.0))
 assert_type(kernel.lengthscale, float)

@@ -133,16 +133,13 @@ class Draft:
     def refused(self, held: Mapping[Box, list[Quantity]], exactly: bool) -> Iterator[tuple[Box, Quantity, str]]:
         """Yield which quantities are not shown to stay inside their bounds in their boxes, and why.
 
-        Linear combinations that float64 intervals do not decide are enclosed `exactly`, or refused. That takes long.
+        What float64 intervals do not decide is enclosed `exactly`, or refused. That takes long.
         """
         needs = FlatNeeds.of(self.with_claim(_window(0.0, 1.0)), list(self.quantities))
-        for box, rest, known in FIRST_PASS.boxes(needs, self.subject, TERMS, held):
-            formulas = [q for q in rest if q.combination is None or q.needs]
-            if known or exactly:
-                enclosures = Enclosures(self.subject, TERMS, box, dict(known))
-                yield from ((box, q, why) for q, why in refusals(needs, enclosures, rest if exactly else formulas))
-            if not exactly:
-                yield from ((box, q, "") for q in rest if q not in formulas or not known)
+        for box, rest, _ in FIRST_PASS.boxes(needs, self.subject, TERMS, held):
+            enclosures = Enclosures(self.subject, TERMS, box)
+            left = refusals(needs, enclosures, rest) if exactly else ((q, "") for q in rest)
+            yield from ((box, q, why) for q, why in left)
 
     def why_unbounded(self, name: str) -> str:
         """Return why there is no bound of the error of a quantity."""

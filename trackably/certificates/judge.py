@@ -44,7 +44,7 @@ def judged(outcome: T) -> T | Unproved:
 
 def judged_contradiction(found: OutOfReach) -> OutOfReach | NotExcluded:
     """Return a contradiction that the checker accepts; why it does not, where it refuses it."""
-    reason = _why_refused(found, lambda: found.contradiction, checker.Impossible)
+    reason = _why_refused(found, lambda: found.contradiction, checker.Contradicted)
     return NotExcluded(reason) if reason else found
 
 

@@ -22,7 +22,8 @@ from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.sketch import refined
 from trackably.checker import certificate as checked
 from trackably.checker.form import subject_of
-from trackably.checker.piecewise import check_sizes, evaluation_errors, is_nowhere_negative, value_of_pieces, whole_sum
+from trackably.checker.piecewise import check_sizes, evaluation_errors, value_of_pieces, whole_sum
+from trackably.checker.polynomials import stays_between
 from trackably.checker.quantities import functionals
 from trackably.checker.subject import Functional, Subject
 from trackably.systems.pieces import PolynomialPieces
@@ -220,10 +221,8 @@ def keeps(
     start, end = map(Fraction, window)
     q = whole_sum(subject, row, parts, [start, end], list(ends))
     low, high = (int(bound * q.unit) for bound in ends)
-    return all(
-        is_nowhere_negative([first - low, *others]) and is_nowhere_negative([high - first, *(-c for c in others)])
-        for first, *others in q.cells(int(start * (1 << q.bits)), int(end * (1 << q.bits)))
-    )
+    cells = q.cells(int(start * (1 << q.bits)), int(end * (1 << q.bits)))
+    return all(stays_between(polynomial, low, high) for polynomial in cells)
 
 
 def times_to_look_at(signals: Sequence[PolynomialPieces], shifts: Array, start: float, end: float) -> Array:

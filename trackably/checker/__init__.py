@@ -69,26 +69,22 @@ time that it may be given.
 from collections.abc import Callable
 
 from trackably.checker.answers import (
+    Contradicted,
     Failed,
-    Impossible,
     NotACertificate,
     Proved,
     Refuted,
     Undecided,
     Verdict,
     contradicted,
-    impossible,
-    of_broken_joints,
-    of_joints,
-    of_refuted_table,
-    of_table,
+    of_file,
     proved,
     refuted,
 )
 from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
 from trackably.checker.certificate import FORMAT
 from trackably.checker.contradiction import FORMAT as CONTRADICTION
-from trackably.checker.contradiction import read_contradiction
+from trackably.checker.contradiction import check_contradiction, impossibility, read_contradiction
 from trackably.checker.counterexample import FORMAT as COUNTEREXAMPLE
 from trackably.checker.form import (
     UnreadableError,
@@ -101,9 +97,19 @@ from trackably.checker.form import (
 )
 from trackably.checker.joints import BROKEN as BROKEN_JOINTS
 from trackably.checker.joints import FORMAT as JOINTS
-from trackably.checker.joints import everything, read_broken_joints, read_joints
+from trackably.checker.joints import (
+    check_broken,
+    check_joints,
+    everything,
+    joints_refutation,
+    joints_statement,
+    read_broken_joints,
+    read_joints,
+)
+from trackably.checker.statement import table_refutation, table_statement
 from trackably.checker.tables import FORMAT as TABLE
 from trackably.checker.tables import REFUTED as REFUTED_TABLE
+from trackably.checker.tables import check_refuted_table, check_table
 from trackably.checker.truth import CONTRADICTION as CONTRADICTED
 from trackably.checker.truth import read_contradicted
 from trackably.checker.watch import Report, UndecidedError, watched
@@ -114,7 +120,7 @@ try:
 except ImportError:  # there is no NumPy
     FIRST_PASS, undecided = NO_FIRST_PASS, everything
 
-__all__ = ["Failed", "Impossible", "NotACertificate", "Proved", "Refuted", "Undecided", "Verdict", "check"]
+__all__ = ["Contradicted", "Failed", "NotACertificate", "Proved", "Refuted", "Undecided", "Verdict", "check"]
 
 
 def check(data: object, seconds: float | None = None, report: Report | None = None, exact: bool = False) -> Verdict:
@@ -136,14 +142,19 @@ def _check(data: object, first_pass: FirstPass) -> Verdict:
     answers: dict[str, Callable[[dict[object, object]], Verdict]] = {
         FORMAT: lambda content: proved(read_certificate(content), first_pass),
         COUNTEREXAMPLE: lambda content: refuted(read_counterexample(content), first_pass),
-        CONTRADICTION: lambda content: impossible(read_contradiction(content)),
         CONTRADICTED: lambda content: contradicted(read_contradicted(content)),
-        TABLE: lambda content: of_table(read_table(content)),
-        JOINTS: lambda content: of_joints(
-            read_joints(content), everything if first_pass is NO_FIRST_PASS else undecided, first_pass
+        CONTRADICTION: of_file(Contradicted, "contradiction", read_contradiction, check_contradiction, impossibility),
+        TABLE: of_file(Proved, "certificate", read_table, check_table, table_statement),
+        REFUTED_TABLE: of_file(Refuted, "counterexample", read_refuted_table, check_refuted_table, table_refutation),
+        JOINTS: of_file(
+            Proved,
+            "certificate",
+            read_joints,
+            lambda found: check_joints(found, everything if first_pass is NO_FIRST_PASS else undecided),
+            joints_statement,
+            first_pass.trusted,
         ),
-        BROKEN_JOINTS: lambda content: of_broken_joints(read_broken_joints(content)),
-        REFUTED_TABLE: lambda content: of_refuted_table(read_refuted_table(content)),
+        BROKEN_JOINTS: of_file(Refuted, "counterexample", read_broken_joints, check_broken, joints_refutation),
     }
     try:
         require_short_texts(data)

@@ -13,7 +13,7 @@ from math import isfinite
 from pathlib import Path
 from reprlib import repr as short
 
-from trackably.checker import Failed, Impossible, NotACertificate, Proved, Refuted, Undecided, Verdict, check
+from trackably.checker import Contradicted, Failed, NotACertificate, Proved, Refuted, Undecided, Verdict, check
 from trackably.checker.limits import BYTES
 from trackably.checker.watch import ProgressLine
 
@@ -55,9 +55,9 @@ def _check(path: str, seconds: float | None, exact: bool) -> int:
 def report(verdict: Verdict, path: object) -> int:
     """Print a verdict about a file, and return the exit code."""
     match verdict:
-        case Proved(statement) | Refuted(statement) | Impossible(statement):
+        case Proved(statement) | Refuted(statement) | Contradicted(statement):
             print(statement)
-            return {Proved: PROVED, Refuted: REFUTED, Impossible: IMPOSSIBLE}[type(verdict)]
+            return {Proved: PROVED, Refuted: REFUTED, Contradicted: IMPOSSIBLE}[type(verdict)]
         case Failed():
             return _say(f"failed: {path}: {verdict.sentence}", FAILED)
         case NotACertificate(reason):

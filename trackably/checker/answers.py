@@ -3,72 +3,46 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import TypeVar
 
 from trackably.checker.boxes import NO_FIRST_PASS, FirstPass, check_boxes, check_cover
 from trackably.checker.certificate import Certificate
-from trackably.checker.contradiction import Contradiction, check_contradiction, impossibility
 from trackably.checker.counterexample import Counterexample, check_violation
 from trackably.checker.disturbances import check_robust
 from trackably.checker.instants import check_instants, value_at
 from trackably.checker.intervals import Real, ratio
 from trackably.checker.inverse import UnsolvableError
-from trackably.checker.joints import (
-    BrokenTrajectory,
-    JointTrajectory,
-    OpenParts,
-    check_broken,
-    check_joints,
-    joints_refutation,
-    joints_statement,
-)
 from trackably.checker.piecewise import check_pieces, check_signals, value_of_pieces
 from trackably.checker.quantities import Quantity, quantities
 from trackably.checker.redundancy import check_input_set
 from trackably.checker.rounding import check_rounding, check_sizes
-from trackably.checker.statement import (
-    no_signal,
-    refutation,
-    robust_statement,
-    statement,
-    table_refutation,
-    table_statement,
-    truth_statement,
-)
+from trackably.checker.statement import no_signal, refutation, robust_statement, statement, truth_statement
 from trackably.checker.subject import Bound, Subject
-from trackably.checker.tables import RefutedTable, Table, check_refuted_table, check_table
 from trackably.checker.tail import check_tail
 from trackably.checker.trajectories import check_names, check_shapes, check_trajectories
 from trackably.checker.truth import ContradictedSamples, check_truth, contradiction_of
 
 
 @dataclass(frozen=True)
-class Proved:
+class _Shown:
+    """A file that is valid; `statement` says in words what it shows, and of what."""
+
+    statement: str
+
+    def __str__(self) -> str:
+        return f"{type(self).__name__}: {self.statement}"
+
+
+class Proved(_Shown):
     """The certificate is valid; `statement` says in words what it proves, and of which reference."""
 
-    statement: str
 
-    def __str__(self) -> str:
-        return f"Proved: {self.statement}"
-
-
-@dataclass(frozen=True)
-class Refuted:
+class Refuted(_Shown):
     """The counterexample is valid: its reference is not trackable; `statement` says in words why."""
 
-    statement: str
 
-    def __str__(self) -> str:
-        return f"Refuted: {self.statement}"
-
-
-@dataclass(frozen=True)
-class Impossible:
+class Contradicted(_Shown):
     """The contradiction is valid: whatever reference is wanted, there is none; `statement` says in words why."""
-
-    statement: str
-
-    def __str__(self) -> str:
-        return f"Impossible: {self.statement}"
 
 
 @dataclass(frozen=True)
@@ -91,70 +65,52 @@ class Failed:
 
 
 @dataclass(frozen=True)
-class NotACertificate:
+class _NotShown:
+    """Nothing is known; `reason` says why."""
+
+    reason: str
+
+    def __str__(self) -> str:
+        return f"{type(self).__name__}: {self.reason}"
+
+
+class NotACertificate(_NotShown):
     """The data cannot be read; `reason` says what it is instead, or names the first part that is wrong."""
 
-    reason: str
 
-    def __str__(self) -> str:
-        return f"NotACertificate: {self.reason}"
-
-
-@dataclass(frozen=True)
-class Undecided:
+class Undecided(_NotShown):
     """The time that the check may take was over before it ended: nothing is known."""
 
-    reason: str
 
-    def __str__(self) -> str:
-        return f"Undecided: {self.reason}"
+Verdict = Proved | Refuted | Contradicted | Failed | NotACertificate | Undecided
 
 
-Verdict = Proved | Refuted | Impossible | Failed | NotACertificate | Undecided
+T = TypeVar("T")
 
 
-def of_table(table: Table) -> Proved | Failed:
-    """Return what is shown of a table."""
-    reason = check_table(table)
-    return Failed(reason) if reason else Proved(f"{table_statement(table)} {NO_FIRST_PASS.trusted}")
+def of_file(
+    wanted: type[Proved | Refuted | Contradicted],
+    kind: str,
+    read: Callable[[dict[object, object]], T],
+    why_not: Callable[[T], str | None],
+    say: Callable[[T], str],
+    trusted: str = NO_FIRST_PASS.trusted,
+) -> Callable[[dict[object, object]], Verdict]:
+    """Return what answers for the files of a kind: reads one, and says what it shows, or why it does not."""
+
+    def answer(content: dict[object, object]) -> Verdict:
+        found = read(content)
+        return Failed(reason, kind) if (reason := why_not(found)) else wanted(f"{say(found)} {trusted}")
+
+    return answer
 
 
-def of_refuted_table(refuted: RefutedTable) -> Refuted | Failed:
-    """Return what is shown of a table that breaks something."""
-    reason = check_refuted_table(refuted)
-    if reason:
-        return Failed(reason, "counterexample")
-    return Refuted(f"{table_refutation(refuted)} {NO_FIRST_PASS.trusted}")
-
-
-def of_joints(trajectory: JointTrajectory, undecided: OpenParts, first_pass: FirstPass) -> Proved | Failed:
-    """Return what is shown of a joint trajectory; `undecided` says what float64 intervals do not decide."""
-    reason = check_joints(trajectory, undecided)
-    return Failed(reason) if reason else Proved(f"{joints_statement(trajectory)} {first_pass.trusted}")
-
-
-def of_broken_joints(found: BrokenTrajectory) -> Refuted | Failed:
-    """Return what is shown of a joint trajectory that breaks limits."""
-    reason = check_broken(found)
-    if reason:
-        return Failed(reason, "counterexample")
-    return Refuted(f"{joints_refutation(found)} {NO_FIRST_PASS.trusted}")
-
-
-def impossible(contradiction: Contradiction) -> Impossible | Failed:
-    """Return what is shown of a contradiction."""
-    reason = check_contradiction(contradiction)
-    if reason:
-        return Failed(reason, "contradiction")
-    return Impossible(f"{impossibility(contradiction)} {NO_FIRST_PASS.trusted}")
-
-
-def contradicted(samples: ContradictedSamples) -> Impossible | Failed:
+def contradicted(samples: ContradictedSamples) -> Contradicted | Failed:
     """Return what is shown of samples that no signal of a class explains."""
     found = contradiction_of(samples)
     if isinstance(found, str):
         return Failed(found, "contradiction")
-    return Impossible(f"{no_signal(samples, *found)} {NO_FIRST_PASS.trusted}")
+    return Contradicted(f"{no_signal(samples, *found)} {NO_FIRST_PASS.trusted}")
 
 
 def proved(certificate: Certificate, first_pass: FirstPass) -> Proved | Failed:

@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 from trackably.checker.certificate import AllPhases, Certificate, Instants
 from trackably.checker.flat import FlatNeeds, FlatValues
-from trackably.checker.intervals import ZERO, Real, UndefinedError, exactly, ratio
+from trackably.checker.intervals import ZERO, Real, UndefinedError, exactly, in_fixed_point, ratio
 from trackably.checker.kernels import Decay
-from trackably.checker.models import Model, Models, is_positive
+from trackably.checker.models import Model, Models
+from trackably.checker.polynomials import is_nowhere_negative, moved
 from trackably.checker.quantities import LinearCombination, Quantity
 from trackably.checker.subject import Functional, Signal, Subject, is_far
 from trackably.checker.watch import progress, tick
@@ -74,7 +75,7 @@ Left = Iterator[tuple[Box, list[Quantity], dict[tuple[int, int], Model]]]
 class FirstPass:
     """What is tried before mpmath, which decides where this does not.
 
-    `boxes`: each box with the quantities that are left to be proved, and with models of signals for these;
+    `boxes`: each box with the quantities that are left to be proved, and models of signals for formulas;
     `envelope`: over-estimates of |z − m| and |ż| of a signal from a time on; None where nothing is known;
     `cells_left`: of each row of polynomial pieces, the cells in which it is not certain to stay between two numbers;
     `at_zero`: an interval that contains a linear combination of signals at t = 0; None where nothing is known;
@@ -125,10 +126,8 @@ def check_boxes(
             held.setdefault(Box(start, end, radius), []).append(q)
     needs = FlatNeeds.of(certificate, quantities)
     subject, terms = certificate.subject, claim.cover.terms
-    for i, (box, rest, known) in enumerate(first_pass.boxes(needs, subject, terms, held)):
+    for i, (box, rest, _) in enumerate(first_pass.boxes(needs, subject, terms, held)):
         progress(i, len(held))
-        if known and not any(refusals(needs, Enclosures(subject, terms, box, known), rest)):
-            continue
         for q, undefined in refusals(needs, Enclosures(subject, terms, box), rest):
             what = f"be defined from {box.start!r} s to {box.end!r} s: {undefined}"
             inside = f"stay inside its bounds from {box.start!r} s to {box.end!r} s"
@@ -149,10 +148,19 @@ def refusals(needs: FlatNeeds, enclosures: Enclosures, quantities: list[Quantity
 
 def stays_inside(model: Model, q: Quantity) -> bool:
     """Return whether lower ≤ q ≤ upper for all functions of the model."""
-    first, *others = model.coefficients
-    above = [first - q.lower - model.missed, *others]
-    below = [q.upper - first - model.missed, *(-coefficient for coefficient in others)]
-    return is_positive(above) and is_positive(below)
+    return is_below(model, q.upper) and is_below(Model([-c for c in model.coefficients], model.missed), -q.lower)
+
+
+def is_below(model: Model, bound: Real) -> bool:
+    """Return whether all functions of the model are at most `bound` on [−1, 1], in whole numbers."""
+    found = in_fixed_point([bound, model.missed, *model.coefficients])
+    if found is None:
+        return False
+    (most, _), (_, missed), *coefficients = found
+    doubled = moved([-low - high for low, high in coefficients], -1)
+    p = [c << k for k, c in enumerate(doubled)]  # with x = 2 y − 1
+    p[0] += 2 * (most - missed) - sum(high - low for low, high in coefficients)  # |x^k| ≤ 1: middles stand for all
+    return is_nowhere_negative(p)
 
 
 def check_cover(certificate: Certificate) -> str | None:

@@ -7,7 +7,7 @@ certificates. A value bounds a state or an input at a step k < N, t_0 + k T [s].
     for each step and row of the state set, for each step and row of the input set, and for each value;
   - {"kind": "boxes", "step": k, "name": …} for nonlinear systems without angles.
 
-Theorem. If `check` answers Impossible, then no x_0 … x_(N−1), u_0 … u_(N−1) with x_(k+1) = A x_k + B u_k + c keep all
+Theorem. If `check` answers Contradicted, then no x_0 … x_(N−1), u_0 … u_(N−1) with x_(k+1) = A x_k + B u_k + c keep all
 rows of both sets at all these steps and all values; not even if the last value is wider by d on both sides, or, without
 values, if each bound is further out by d times the width of its row. For nonlinear systems with x_(k+1) = f(x_k, u_k),
 there are none either; and at the step that is named, what is wanted of the state or input is at least d apart.

@@ -12,6 +12,7 @@ from math import lcm
 from typing import Any, Protocol
 
 from mpmath.ctx_iv import MPIntervalContext
+from mpmath.libmp import to_fixed
 
 from trackably.checker.watch import short, tick
 
@@ -240,6 +241,22 @@ def ratio(number: Fraction) -> Real:
     return exactly(number.numerator) / exactly(number.denominator)
 
 
+_BITS = 256
+
+
+def in_fixed_point(numbers: Sequence[Real]) -> list[tuple[int, int]] | None:
+    """Return whole numbers low and high with low ≤ 2ᵖ x ≤ high for each interval x, and the same p for all.
+
+    The largest have 256 bits. None where an interval has no bounds.
+    """
+    ends = [x._mpi_ for x in numbers]  # type: ignore[attr-defined]
+    sizes = [exponent + bits for pair in ends for _, digits, exponent, bits in pair if digits]
+    if any(exponent and not digits for pair in ends for _, digits, exponent, _ in pair):
+        return None
+    p = _BITS - max(sizes, default=0)
+    return [(to_fixed(low, p) - 1, to_fixed(high, p) + 1) for low, high in ends]
+
+
 def exact_sum(numbers: Iterable[Fraction]) -> Fraction:
     """Return the sum of rational numbers, exactly."""
     found = _NOTHING
@@ -252,7 +269,7 @@ def exact_sum(numbers: Iterable[Fraction]) -> Fraction:
 _NOTHING = Fraction(0)
 
 
-def common_denominator(numbers: Iterable[Fraction]) -> int:
+def common_denominator(numbers: Iterable[Fraction | int]) -> int:
     """Return the least d that makes all numbers whole."""
     found = 1
     for number in numbers:

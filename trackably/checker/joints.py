@@ -41,9 +41,9 @@ from trackably.checker.form import (
     record,
     whole_number,
 )
-from trackably.checker.intervals import common_denominator, exact_sum
+from trackably.checker.intervals import exact_sum
 from trackably.checker.limits import CENTRES, COEFFICIENTS, COORDINATES
-from trackably.checker.piecewise import is_nowhere_negative
+from trackably.checker.polynomials import stays_between
 from trackably.checker.watch import progress, require_room, tick
 
 FORMAT, BROKEN, VERSION = "trackably joint trajectory", "trackably broken joint trajectory", 1
@@ -169,13 +169,7 @@ def check_joints(trajectory: JointTrajectory, undecided: OpenParts = everything)
 
 def _stays_inside(polynomial: Sequence[Fraction], width: Fraction, limit: tuple[float, float]) -> bool:
     require_room(len(polynomial), len(polynomial) * width.denominator.bit_length())
-    a = [c * width**k for k, c in enumerate(polynomial)]
-    low, high = map(Fraction, limit)
-    unit = common_denominator([*a, low, high])
-    first, *others = (int(c * unit) for c in a)
-    bottom, top = int(low * unit), int(high * unit)
-    above, below = [first - bottom, *others], [top - first, *(-c for c in others)]
-    return is_nowhere_negative(above) and is_nowhere_negative(below)
+    return stays_between([c * width**k for k, c in enumerate(polynomial)], *map(Fraction, limit))
 
 
 def check_broken(found: BrokenTrajectory) -> str | None:
@@ -244,20 +238,6 @@ def _limits(joint: Joint) -> str:
 # Files.
 
 
-def _numbers(most: int) -> Callable[[object, str], tuple[float, ...]]:
-    """Read a list of numbers: that all are floats is seen at once, and what else there is, one by one."""
-    slow = many(real_number, most)
-
-    def read(given: object, where: str) -> tuple[float, ...]:
-        if isinstance(given, list) and 0 < len(given) <= most:
-            tick()
-            if all(type(number) is float and -1e300 < number < 1e300 for number in given):
-                return tuple(given)
-        return slow(given, where)
-
-    return read
-
-
 def _limit(given: object, where: str) -> Limit:
     if given is None:
         return None
@@ -289,8 +269,8 @@ _parts: dict[str, Any] = {
     "joints": many(record(Joint, name=a_bound, limits=many(_limit, len(ORDERS))), COORDINATES),
     "trajectory": record(
         dict,
-        breakpoints=_numbers(CENTRES),
-        coefficients=many(many(_numbers(COEFFICIENTS), CENTRES), COORDINATES),
+        breakpoints=many(real_number, CENTRES),
+        coefficients=many(many(many(real_number, COEFFICIENTS), CENTRES), COORDINATES),
         beyond=one_of(("rest", "end")),
     ),
     "jumps": many(positive_number, len(ORDERS) - 1, empty=True),

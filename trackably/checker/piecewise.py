@@ -29,6 +29,7 @@ from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
 from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Claim, Instants
 from trackably.checker.intervals import UndefinedError, common_denominator, exact_sum
 from trackably.checker.limits import CELLS
+from trackably.checker.polynomials import stays_between
 from trackably.checker.quantities import absolute_sum, functionals, weighted_sum
 from trackably.checker.subject import Bound, Functional, LinearSystem, Pieces, Subject, why_no_signal
 from trackably.checker.watch import UndecidedError, progress, require_room, short, tick
@@ -193,40 +194,6 @@ def whole(number: Fraction) -> int:
     """Return a whole number."""
     assert number.denominator == 1, "units are chosen so"
     return number.numerator
-
-
-_MOST_CUTS = 2000
-
-
-def is_nowhere_negative(a: Sequence[int]) -> bool:
-    """Return whether Σ a_k x^k ≥ 0 for all x ∈ [0, 1].
-
-    With x = y/(1 + y), (1 + y)ⁿ p(x) = Σ a_k y^k (1 + y)^(n − k): where all coefficients of this polynomial in y ≥ 0
-    are ≥ 0, p is nowhere negative. Where some are not, [0, 1] is halved; a negative value at an end refutes it.
-    """
-    waiting = [list(a)]
-    for _ in range(_MOST_CUTS):
-        if not waiting:
-            return True
-        tick()
-        p = waiting.pop()
-        if p[0] < 0 or sum(p) < 0:
-            return False
-        if all(c >= 0 for c in _moved(p[::-1])):
-            continue
-        n = len(p) - 1
-        half = [c << (n - k) for k, c in enumerate(p)]  # 2ⁿ p(x/2)
-        waiting += [half, _moved(half)]
-    return False
-
-
-def _moved(p: Sequence[int]) -> list[int]:
-    """Return the coefficients of p(x + 1)."""
-    found = list(p)
-    for i in range(len(found) - 1):
-        for k in range(len(found) - 2, i - 1, -1):
-            found[k] += found[k + 1]
-    return found
 
 
 UNIT, _TINY = Fraction(1, 2**53), Fraction(1, 2**300)
@@ -460,8 +427,6 @@ def _is_kept(
     bottom, top = (whole(end * q.unit) for end in ends)
     for a, b in cells:
         tick()
-        first, *others = q.polynomial(a, b - a)
-        above, below = [first - bottom, *others], [top - first, *(-c for c in others)]
-        if not (is_nowhere_negative(above) and is_nowhere_negative(below)):
+        if not stays_between(q.polynomial(a, b - a), bottom, top):
             return False
     return True

@@ -6,7 +6,7 @@ numbers ē, ē′, L, M, of which L or M, and what belongs to rates, may be left
 all s and t.
 
 Theorem. If `check` answers Proved, then |x_r(t) − f(t)| ≤ ε_k for each f of the class and each real t of the cell k,
-from ends_k to ends_(k+1), with x_r the state's x(t) of the certificate. If it answers Impossible for the
+from ends_k to ends_(k+1), with x_r the state's x(t) of the certificate. If it answers Contradicted for the
 contradiction of a class, then no f is in it, and none where only ē, or only M (or L where that is what is used), is
 larger by less than what the answer says.
 
@@ -33,7 +33,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
-from trackably.checker.boxes import Box, Enclosures, FirstPass
+from trackably.checker.boxes import Box, Enclosures, FirstPass, is_below
 from trackably.checker.certificate import Measured, Pair, SignalClass, TrueSignal
 from trackably.checker.disturbances import Robust, keeps_near
 from trackably.checker.flat import FlatNeeds
@@ -41,7 +41,7 @@ from trackably.checker.form import file_of, many, rational_number, record, signa
 from trackably.checker.formulas import Name
 from trackably.checker.intervals import ONE, ZERO, Real, exactly, ratio, total
 from trackably.checker.limits import CENTRES
-from trackably.checker.models import Model, is_positive
+from trackably.checker.models import Model
 from trackably.checker.quantities import ITSELF, Quantity, states_of
 from trackably.checker.subject import LinearSystem, Subject
 from trackably.checker.watch import progress, tick
@@ -84,8 +84,7 @@ def check_truth(
             for side in sides:
                 if side is None:
                     return f"truth: a side of cell {k} is none of those that the theorem knows"
-                first, *others = side.coefficients
-                if not is_positive([error - first - side.missed, *(-c for c in others)]):
+                if not is_below(side, error):
                     return f'truth: "{truth.state}" may be further from the signal in cell {k}'
     return None
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy
 
-from trackably.checker import Failed, Impossible, NotACertificate, check
+from trackably.checker import Contradicted, Failed, NotACertificate, check
 
 STATES, INPUTS = ("x", "v", "w"), ("u", "f")
 
@@ -94,8 +94,8 @@ def relaxed(data: dict) -> tuple[float | None, dict]:
 
 def _accepted(data: dict, missing: float) -> bool:
     verdict = check({**data, "missing": missing})
-    assert isinstance(verdict, Impossible | Failed), verdict
-    return isinstance(verdict, Impossible)
+    assert isinstance(verdict, Contradicted | Failed), verdict
+    return isinstance(verdict, Contradicted)
 
 
 CASES = [
@@ -157,7 +157,7 @@ def _changed(proof: dict, change) -> dict:
 )
 def test_what_is_no_contradiction_is_refused(path: str, value: object) -> None:
     data = copy.deepcopy(next(data for data, _ in CASES if data["values"]) | {"missing": 1e-6})
-    assert isinstance(check(data), Impossible)
+    assert isinstance(check(data), Contradicted)
     *inner, last = path.split(".")
     at = data
     for name in inner:
@@ -190,7 +190,7 @@ def _tank(steps: int, missing: float) -> dict:
 def test_a_nonlinear_system_cannot_reach_what_is_outside_of_its_boxes() -> None:
     # at most 1 → 1.1005… (as √0.99 ≥ 0.994987) → 2.0 − 1.2 misses 0.78 for certain; truly at most 1.1 + 0.2 − 0.1 √1.1
     truly = 2.0 - (1.1 + 0.2 - 0.1 * np.sqrt(1.1))
-    assert isinstance(check(_tank(2, 0.78)), Impossible)
+    assert isinstance(check(_tank(2, 0.78)), Contradicted)
     for missing in (truly + 1e-9, 1.0):
         assert isinstance(check(_tank(2, missing)), Failed)
     for step in (0, 1, 3):

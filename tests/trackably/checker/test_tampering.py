@@ -27,7 +27,7 @@ def remembered(monkeypatch):
     whether a polynomial is positive. Both are told apart by all that they depend on, to the last bit."""
     models: dict[Any, Model] = {}
     signs: dict[Any, bool] = {}
-    enclose_signal, is_positive = boxes.enclose_signal, boxes.is_positive
+    enclose_signal, is_nowhere_negative = boxes.enclose_signal, boxes.is_nowhere_negative
 
     def enclosed(signal: Any, shift: Any, box: Any, n: int) -> Model:
         asked = repr((signal, shift._mpi_, box, n))
@@ -35,14 +35,14 @@ def remembered(monkeypatch):
             models[asked] = enclose_signal(signal, shift, box, n)
         return models[asked]
 
-    def positive(coefficients: list) -> bool:
-        asked = tuple(coefficient._mpi_ for coefficient in coefficients)
+    def positive(coefficients: list[int]) -> bool:
+        asked = tuple(coefficients)
         if asked not in signs:
-            signs[asked] = is_positive(coefficients)
+            signs[asked] = is_nowhere_negative(coefficients)
         return signs[asked]
 
     monkeypatch.setattr(boxes, "enclose_signal", enclosed)
-    monkeypatch.setattr(boxes, "is_positive", positive)
+    monkeypatch.setattr(boxes, "is_nowhere_negative", positive)
 
 
 @pytest.mark.usefixtures("remembered")

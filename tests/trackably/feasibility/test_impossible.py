@@ -250,7 +250,7 @@ def test_no_margin_makes_an_admissible_trajectory_impossible(seed):
 def test_what_is_told_is_what_the_checker_accepted_and_a_file_of_it(plant, at, claim, tmp_path):
     error = NotTrackableError(told(at, plant, claim))
     error.save_contradiction(file := tmp_path / "impossible.json")
-    assert isinstance(check(file), checker.Impossible)
+    assert isinstance(check(file), checker.Contradicted)
     assert file.read_bytes() == accepted_file(error.outcome)
     content = json.loads(file.read_bytes())
     assert content["missing"] == error.outcome.missing

@@ -42,10 +42,7 @@ _WIDER = 1.1
 def boxes_left(
     needs: FlatNeeds, subject: Subject, terms: int, held: Mapping[Box, list[Quantity]]
 ) -> Iterator[tuple[Box, list[Quantity], dict[Shifted, Model]]]:
-    """Yield each box with the quantities that are not proved here, and with models of the signals that they need.
-
-    Models are of formulas only: mpmath may do without new ones.
-    """
+    """Yield each box with the quantities that are not proved here, and models of the signals in those with formulas."""
     unshifted = {s: many_centres(subject, (s, 0)) for s in range(len(subject.signals))}
     needed = _needed([q for h in held.values() for q in h])
     signals = {(s, j): replace(unshifted[s], shift=_shift(subject, j)) for s, j in needed}

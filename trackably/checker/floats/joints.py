@@ -3,23 +3,20 @@
 The mathematics is that of `joints`. With M the matrix from powers of x to Bernstein coefficients, b = M a, and a
 polynomial lies between the least and the largest entry of b for 0 ≤ x ≤ 1. Each a_k takes less than k + 8 roundings, an
 entry of M one, and a sum of n + 1 products n + 1: b is off by less than (2 n + 20) u |M| |a| ≤ 2⁻⁴⁴ |M| |a| with
-u = 2⁻⁵³ and n < 100, and by 2⁻¹⁰⁰⁰ for what underflows, as h^k does not: it is between 2⁻⁹⁰⁰ and 2⁹⁰⁰. Halves
-of a polynomial have averages of b: in each halving n + 1 sums of numbers of the size of b are rounded.
+u = 2⁻⁵³ and n < 100, and by 2⁻¹⁰⁰⁰ for what underflows, as h^k does not: it is between 2⁻⁹⁰⁰ and 2⁹⁰⁰. Where
+that does not decide, polynomials are halved in float64 intervals (`polynomials`).
 """
 
-from functools import cache
-from math import comb, perm
+from math import perm
 
 import numpy as np
-import numpy.typing as npt
 
+from trackably.checker.floats.intervals import Array, Floats
+from trackably.checker.floats.polynomials import bernstein, stay_between
 from trackably.checker.joints import JointTrajectory, Open, everything
 from trackably.checker.watch import tick
 
-Array = npt.NDArray[np.float64]
-
 _PART, _TINY, _RANGE = 2.0**-44, 2.0**-1000, 2.0**900
-_HALVINGS = 8
 
 
 def undecided(trajectory: JointTrajectory) -> tuple[Open, Open]:
@@ -49,43 +46,17 @@ def _bernstein(c: Array, widths: Array, r: int) -> tuple[Array, Array, Array]:
     powers = c[:, :, r:] if c.shape[2] > r else np.zeros((*c.shape[:2], 1))
     factors = np.array([float(perm(k + r, r)) for k in range(n)])
     a = powers * factors * widths[:, None] ** np.arange(float(n))
-    M = _matrix(n)
+    M = bernstein(n)
     return a[:, :, 0], a @ M.T, _PART * (np.abs(a) @ M.T) + _TINY
 
 
 def _open_limits(trajectory: JointTrajectory, r: int, b: Array, off: Array) -> list[tuple[int, int, int]]:
-    some = [joint.limits[r] or (-np.inf, np.inf) for joint in trajectory.joints]
-    low, high = (np.array(ends)[:, None] for ends in zip(*some, strict=True))
-    error = np.max(off, axis=2) * (1 + _PART)
-    margin = _PART * np.where(np.isfinite(low + high), np.abs(low) + np.abs(high), 0.0) + error
-    rest = [(j, r, b.shape[1]) for j, (of, to) in enumerate(some) if trajectory.rests and r and not of <= 0 <= to]
-    kept = (np.min(b, axis=2) - margin >= low) & (np.max(b, axis=2) + margin <= high)
-    left = np.argwhere(~kept)
-    if not len(left):
-        return rest
-    at = tuple(left.T)
-    open_ = ~_kept_in_halves(b[at], margin[at], low[at[0], 0], high[at[0], 0])
-    return rest + [(j, r, i) for j, i in left[open_].tolist() if trajectory.joints[j].limits[r]]
-
-
-def _kept_in_halves(b: Array, error: Array, low: Array, high: Array) -> npt.NDArray[np.bool_]:
-    """Return which of these polynomials, (P, n), are inside their limits on each part, as these are halved."""
-    of, lost, left = np.arange(len(b)), np.zeros(len(b), dtype=bool), _half(b.shape[1])
-    for _ in range(_HALVINGS):
-        tick()
-        error = error + _PART * np.max(np.abs(b), axis=1)
-        b = np.concatenate([b @ left.T, (b[:, ::-1] @ left.T)[:, ::-1]])
-        of, error = np.tile(of, 2), np.tile(error, 2)
-        inside = (np.min(b, axis=1) - error >= low[of]) & (np.max(b, axis=1) + error <= high[of])
-        ends = b[:, [0, -1]]
-        outside = ~((np.min(ends, axis=1) - error >= low[of]) & (np.max(ends, axis=1) + error <= high[of]))
-        lost[of[outside]] = True
-        going = ~inside & ~lost[of]
-        b, of, error = b[going], of[going], error[going]
-        if not len(b):
-            break
-    lost[of] = True
-    return ~lost
+    some, (joints, pieces, n) = [joint.limits[r] or (-np.inf, np.inf) for joint in trajectory.joints], b.shape
+    rest = [(j, r, pieces) for j, (low, high) in enumerate(some) if trajectory.rests and r and not low <= 0 <= high]
+    near = Floats((b - off).reshape(-1, n).T, (b + off).reshape(-1, n).T)
+    kept = stay_between(near, *(np.repeat(ends, pieces) for ends in zip(*some, strict=True)))
+    left = np.argwhere(~kept.reshape(joints, pieces)).tolist()
+    return rest + [(j, r, i) for j, i in left if trajectory.joints[j].limits[r]]
 
 
 def _open_jumps(trajectory: JointTrajectory, r: int, a: Array, b: Array, off: Array) -> list[tuple[int, int, int]]:
@@ -101,15 +72,3 @@ def _open_jumps(trajectory: JointTrajectory, r: int, a: Array, b: Array, off: Ar
 def _is_end(trajectory: JointTrajectory, r: int, i: int) -> bool:
     """Whether this is the position at the end, which rests there by definition."""
     return r == 0 and i + 2 == len(trajectory.breakpoints)
-
-
-@cache
-def _matrix(n: int) -> Array:
-    """Return the Bernstein coefficients of x^k, k < n, in degree n − 1: entry (i, k) is C(i, k)/C(n − 1, k)."""
-    return np.array([[comb(i, k) / comb(n - 1, k) for k in range(n)] for i in range(n)])
-
-
-@cache
-def _half(n: int) -> Array:
-    """Return what takes Bernstein coefficients to those of the left half (de Casteljau)."""
-    return np.array([[comb(i, k) / 2.0**i for k in range(n)] for i in range(n)])

@@ -11,14 +11,13 @@ than u 2⁻¹⁰⁰⁰, and 2⁻¹⁰⁰⁰ is added to the absolute values in e
 
 from collections.abc import Sequence
 from fractions import Fraction
-from functools import cache
 from itertools import groupby
-from math import comb, inf, nan, nextafter
+from math import inf, nan, nextafter
 
 import numpy as np
 
-from trackably.checker.floats.intervals import Array, Floats, Mask, joined
-from trackably.checker.floats.polynomials import are_positive_sums
+from trackably.checker.floats.intervals import Array, Floats
+from trackably.checker.floats.polynomials import bernstein, stay_between
 from trackably.checker.piecewise import exact_times, place, shifted, whole
 from trackably.checker.subject import Functional, Pieces, Subject, as_float
 from trackably.checker.watch import tick
@@ -56,7 +55,7 @@ def cells_left(
             sizes = _sums(abs(c), abs(a), b, abs(weights), abs(offsets), _TINY)
             off = 1.1 * (4 * n + len(terms) + 8) * 2.0**-53 * sizes + _TINY
             near = Floats(values - off, values + off)
-            kept = _stay_between(near, *(np.repeat(of, len(some)) for of in (least, most)))
+            kept = stay_between(near, *(np.repeat(of, len(some)) for of in (least, most)))
             for left, is_kept in zip(found, kept.reshape(len(rows), -1), strict=True):
                 left += [some[k] for k in np.flatnonzero(~is_kept).tolist()]
     return found
@@ -115,20 +114,4 @@ def _sums(c: Array, a: Array, b: Array, weights: Array, offsets: Array, more: fl
         found = higher + more
     rows = weights @ found
     rows[0] += offsets
-    return _bernstein(len(c)) @ rows.reshape(len(c), -1)
-
-
-@cache
-def _bernstein(n: int) -> Array:
-    """Return C(i, j)/C(n − 1, j): the Bernstein coefficient i of yʲ in degree n − 1."""
-    return np.array([[comb(i, j) / comb(n - 1, j) for j in range(n)] for i in range(n)])
-
-
-def _stay_between(near: Floats, least: Array, most: Array) -> Mask:
-    """Return which polynomials, of which these are the Bernstein coefficients, stay between two numbers for certain."""
-    kept: Mask = np.all((near.low >= least) & (near.high <= most), axis=0)
-    left = np.flatnonzero(~kept)
-    if len(left):
-        b, sides = near.at((slice(None), left)), (Floats.exact(least[left]), Floats.exact(most[left]))
-        kept[left] = np.all(are_positive_sums(joined([b - sides[0], sides[1] - b])).reshape(2, -1), axis=0)
-    return kept
+    return bernstein(len(c)) @ rows.reshape(len(c), -1)

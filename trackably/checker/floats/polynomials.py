@@ -7,7 +7,7 @@ from math import comb
 
 import numpy as np
 
-from trackably.checker.floats.intervals import Floats, Mask, joined
+from trackably.checker.floats.intervals import Array, Floats, Mask, joined
 from trackably.checker.watch import tick
 
 _MOST_HALVINGS, _MOST_PIECES = 12, 10_000
@@ -15,10 +15,10 @@ _MOST_HALVINGS, _MOST_PIECES = 12, 10_000
 
 def are_positive(polynomials: Floats) -> Mask:
     """Return where Σ_k a_k x^k ≥ 0 on [−1, 1] for certain; coefficients have the shape (n, B)."""
-    return are_positive_sums(_bernstein(polynomials))
+    return _are_positive(_bernstein(polynomials))
 
 
-def are_positive_sums(pieces: Floats) -> Mask:
+def _are_positive(pieces: Floats) -> Mask:
     """Return where polynomials with these Bernstein coefficients, (n, B), are ≥ 0 for certain: they, or their parts."""
     count = pieces.low.shape[1]
     of = np.arange(count)
@@ -82,3 +82,19 @@ def substituted(c: Floats, a: Floats, b: Floats) -> Floats:
         tick()
         found = joined([c.at(slice(k, k + 1)), b * found], axis=0) + joined([a * found, none], axis=0)
     return found
+
+
+@cache
+def bernstein(n: int) -> Array:
+    """Return C(i, j)/C(n − 1, j): the Bernstein coefficient i of yʲ in degree n − 1."""
+    return np.array([[comb(i, j) / comb(n - 1, j) for j in range(n)] for i in range(n)])
+
+
+def stay_between(near: Floats, least: Array, most: Array) -> Mask:
+    """Return which polynomials, of which these are the Bernstein coefficients, stay between two numbers for certain."""
+    kept: Mask = np.all((near.low >= least) & (near.high <= most), axis=0)
+    left = np.flatnonzero(~kept)
+    if len(left):
+        b, sides = near.at((slice(None), left)), (Floats.exact(least[left]), Floats.exact(most[left]))
+        kept[left] = np.all(_are_positive(joined([b - sides[0], sides[1] - b])).reshape(2, -1), axis=0)
+    return kept

@@ -104,7 +104,7 @@ FAULTS = {
     "no rounding is counted": ("_sums", lambda real: lambda *of: real(*of) * (0.0 if of[-1] else 1.0)),
     "the middle of a step is lost": ("_time", lambda real: lambda units, unit: real(units, unit) * (1 - 1e-12)),
     "weights are wrong": ("_nearest", lambda real: lambda number: real(number) * (1 + 1e-14)),
-    "the last coefficient is lost": ("_bernstein", lambda real: lambda n: np.tril(real(n), -1) + np.eye(n) * 0.9),
+    "the last coefficient is lost": ("bernstein", lambda real: lambda n: np.tril(real(n), -1) + np.eye(n) * 0.9),
     "ends are too wide": ("nextafter", lambda real: lambda x, to: x - np.sign(to) * 1e-13 * abs(x)),
 }
 
