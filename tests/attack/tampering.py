@@ -9,7 +9,7 @@ import numpy as np
 
 from tests.attack.bases import Base
 from tests.attack.counts import Counts
-from tests.attack.huge import HUGE, MOST_MEMORY, MOST_SECONDS, READ, RECORDINGS, measured, write
+from tests.attack.huge import HUGE, MOST_MEMORY, MOST_SECONDS, READ, RECORDINGS, answers, measured, write
 from tests.trackably.checker.changes import PLANT, changed, combined_changes, leaves, replacements, without
 from tests.trackably.checker.edges import hostile
 from tests.trackably.systems.test_naming import NAMES, NO_NAMES
@@ -108,7 +108,7 @@ def _attack_machine(counts: dict[str, Counts], number: int) -> None:
                 took, codes = measured(of.written(Path(folder)), command=("-c", READ)), (1,)
                 is_said = of.says in took.said
             else:
-                took, codes = measured(write(of(), Path(folder) / "file.json"), "--seconds", "2"), (1, 2, 3)
+                took, codes = measured(write(of(), Path(folder) / "file.json"), "--seconds", "2"), answers(what)
                 is_said = True
             family.tried += 1
             family.undecided += took.code == 3

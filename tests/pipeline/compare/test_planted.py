@@ -181,6 +181,12 @@ def test_what_is_missing_or_added_is_named(base: Path, new: Path) -> None:
     ]
 
 
+def test_a_topic_that_is_lost_is_missing(base: Path, new: Path) -> None:
+    edit_log(new / LOG, lambda s: None if s.topic == "/samples" else s)
+    row = only(compared(base, new))
+    assert (row.name, row.status) == ("example1/fit.mcap /samples", Status.MISSING)
+
+
 def test_a_sample_left_out_is_missed_at_its_time(base: Path, new: Path) -> None:
     keep = np.arange(10) != 4
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 from mcap.writer import CompressionType
 
-from pipeline.storage.logs import Log, Series, encode, read_log, write_log
+from pipeline.storage.logs import Documents, Log, Series, encode, read_log, write_log
 from tests.pipeline.storage.logs import LOG, NAN, same
 
 
@@ -96,6 +96,9 @@ T = np.array([0.0, 1.0])
         (lambda: Series("/a", T, {"x": T}, {"y": "m"}), "units of no field: y"),
         (lambda: Series("a", T, {}), "topic"),
         (lambda: Series("/", T, {}), "topic"),
+        (lambda: Documents("a", "foxglove.Log", {}, ()), "documents"),
+        (lambda: Documents("/a", "Log", {}, ()), "schema"),
+        (lambda: Documents("/a", "foxglove.Log", {}, ((2, {}), (1, {}))), "times"),
         (lambda: Log((Series("/a", T, {}),) * 2, {}, {"a": b"0"}), "several of /a"),
         (lambda: Log((), {"trackably": {}}, {"a": b"0"}), "written by the log itself"),
         (lambda: Log((), {}, {}), "at least one attachment"),
