@@ -10,6 +10,7 @@ from mcap.reader import NonSeekingReader
 
 from tests.trackably.exports.cdr import joint_trajectory
 from tests.trackably.exports.references import on_window, periodic
+from trackably.exports.ros2 import _flow
 
 JOINTS = {"slide": {"positions": "position", "velocities": "velocity", "effort": "force"}}
 K = np.arange(61.0)
@@ -55,6 +56,12 @@ def test_a_yaml_file_comes_back(tmp_path: Path) -> None:
         assert all(isinstance(value, float) for row in read for value in row)
         np.testing.assert_array_equal(read, expected)
     assert found["points"][25]["time_from_start"] == {"sec": 1, "nanosec": 250_000_000}
+
+
+@pytest.mark.parametrize("value", [1e-5, -1e300, 1.5e-7, 0.0, -0.0, 3.0, 5e-324])
+def test_small_numbers_are_numbers_in_every_yaml(value: float) -> None:
+    """YAML 1.1 takes 1e-05 for a text: such exponents get a point before them."""
+    assert yaml.safe_load(_flow(value)) == value
 
 
 def test_several_joints_stand_side_by_side(tmp_path: Path) -> None:
