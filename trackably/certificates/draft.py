@@ -34,6 +34,7 @@ LATEST = 1e60
 _PERIODS, _PERIODS_OF_FORMULAS = 1e3, 1e2
 _TIMES = 101  # of a window, at which errors of flat forms are looked at
 _SLACK = 1.02  # of errors: they are stated so that a small change of the reference needs no other ones
+_NOTHING = checked.Window(0.0, 0.0, checked.Cover({}, TERMS))  # claimed while a certificate is a draft
 _FLAT_ERROR = 2.0
 """Errors of formulas are stated this much larger than they are at single times: those in boxes are then no larger."""
 
@@ -81,12 +82,11 @@ def has_periodic_part(kernel: Kernel) -> bool:
 class Draft:
     """What a certificate of a reference speaks about, with errors of evaluation as they will be stated.
 
-    `quantities` are drawn in by these `errors`. Errors are infinite where the checker finds no bound.
+    `quantities` are drawn in by these errors, which are infinite where the checker finds no bound. What is claimed of
+    them is not known yet: the `certificate` claims an empty window.
     """
 
-    subject: Subject
-    until: float
-    errors: Mapping[str, float]
+    certificate: checked.Certificate
     quantities: tuple[Quantity, ...]
 
     @classmethod
@@ -106,14 +106,18 @@ class Draft:
                     errors[q.name] = np.inf
         if flat := [q for q in free if q.is_flat]:
             unstated = dict.fromkeys((q.name for q in free), np.inf)
-            needs = FlatNeeds.of(checked.Certificate(subject, _window(0.0, 1.0), until, unstated, None), free)
+            needs = FlatNeeds.of(checked.Certificate(subject, _NOTHING, until, unstated, None), free)
             errors |= _errors_of_formulas(reference, needs, flat, times)
-        drawn = (_drawn_in(q, errors[q.name]) for q in free)
-        return cls(subject, until, errors, tuple(drawn))
+        drawn = tuple(_drawn_in(q, errors[q.name]) for q in free)
+        return cls(checked.Certificate(subject, _NOTHING, until, errors, None), drawn)
 
-    def with_claim(self, claim: checked.Claim) -> checked.Certificate:
-        """Return a certificate of a claim, as the checker reads it."""
-        return checked.Certificate(self.subject, claim, self.until, self.errors, None)
+    @property
+    def subject(self) -> Subject:
+        return self.certificate.subject
+
+    @property
+    def errors(self) -> Mapping[str, float]:
+        return self.certificate.errors
 
     @property
     def unbounded(self) -> str | None:
@@ -123,19 +127,19 @@ class Draft:
     @property
     def has_sane_sizes(self) -> bool:
         """Whether all numbers have sizes for which the analysis of rounding holds."""
-        return check_sizes(self.with_claim(_window(0.0, 1.0)), list(self.quantities)) is None
+        return check_sizes(self.certificate, list(self.quantities)) is None
 
     def is_settled(self, start: float) -> bool:
         """Return whether the decay of the kernels keeps all bounds from a time [s] on."""
         claim = checked.AllTimes(start, checked.Cover({}, TERMS))
-        return check_tail(self.with_claim(claim), list(self.quantities), FIRST_PASS) is None
+        return check_tail(replace(self.certificate, claim=claim), list(self.quantities), FIRST_PASS) is None
 
     def refused(self, held: Mapping[Box, list[Quantity]], exactly: bool) -> Iterator[tuple[Box, Quantity, str]]:
         """Yield which quantities are not shown to stay inside their bounds in their boxes, and why.
 
         What float64 intervals do not decide is enclosed `exactly`, or refused. That takes long.
         """
-        needs = FlatNeeds.of(self.with_claim(_window(0.0, 1.0)), list(self.quantities))
+        needs = FlatNeeds.of(self.certificate, list(self.quantities))
         for box, rest, _ in FIRST_PASS.boxes(needs, self.subject, TERMS, held):
             enclosures = Enclosures(self.subject, TERMS, box)
             left = refusals(needs, enclosures, rest) if exactly else ((q, "") for q in rest)
@@ -145,7 +149,7 @@ class Draft:
         """Return why there is no bound of the error of a quantity."""
         q = next(q for q in self.quantities if q.name == name)
         try:
-            error_of(self.subject, q, signal_errors(self.subject, self.until))
+            error_of(self.subject, q, signal_errors(self.subject, self.certificate.until))
         except UndefinedError as undefined:
             return str(undefined)
         return "it is not defined at any time that was looked at"
@@ -153,10 +157,6 @@ class Draft:
     def value(self, name: str, t: Real) -> Real:
         """Enclose a bounded quantity at a time [s]. UndefinedError: it may not be defined there."""
         return value_at(self.subject, next(q for q in self.quantities if q.name == name), t)
-
-
-def _window(start: float, end: float) -> checked.Window:
-    return checked.Window(start, end, checked.Cover({}, TERMS))
 
 
 def _drawn_in(q: Quantity, by: float) -> Quantity:

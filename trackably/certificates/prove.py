@@ -136,7 +136,7 @@ class _ProofProblem:
         return self._certificate(AtInstants(last_step), 0, {})
 
     def _certificate(self, claim: Claim, terms: int, covers: dict[str, Cover]) -> Certificate:
-        return Certificate(self.reference, claim, terms, covers, dict(self.draft.errors), self.draft.until)
+        return Certificate(self.reference, claim, terms, covers, dict(self.draft.errors), self.draft.certificate.until)
 
     def _broken(self, start: float, end: float) -> Failure | None:
         """Return what breaks a bound, or is nearer to it than rounding, if anything is seen to."""

@@ -307,26 +307,34 @@ def _why_no_gap(of: Contradiction, system: NonlinearSystem, gap: Gap) -> str | N
     """Return why it is not shown that there is nothing at the step."""
     if gap.step >= of.steps or gap.name not in (*system.states, *system.inputs):
         return "proof: a gap must be that of a state or an input, at one of the steps"
-    bounds = [
-        *_of_single_coordinates(of.state_set, system.states),
-        *_of_single_coordinates(of.input_set, system.inputs),
-    ]
-    reached: list[tuple[str, Real]] = []
-    for k in range(gap.step + 1):
+    k = 0
+    for k, box in enumerate(wanted_boxes(of, system)):
         progress(k, gap.step + 1)
+        if k == gap.step:
+            low, high = box.get(gap.name, (ZERO, ZERO))
+            is_far = at_most(exactly(of.missing), low - high)
+            return None if is_far else f"value: what is wanted of {gap.name} is not shown to be apart"
+    return f"value: there is nothing at step {k} already"
+
+
+def wanted_boxes(of: Contradiction, system: NonlinearSystem) -> Iterator[dict[str, tuple[Real, Real]]]:
+    """Yield both ends of what is wanted at each step: bounds, what can be reached, and values of states and inputs.
+
+    The first step at which some ends are apart is the last one.
+    """
+    sides = ((of.state_set, system.states), (of.input_set, system.inputs))
+    bounds = [found for bounded, names_of in sides for found in _of_single_coordinates(bounded, names_of)]
+    reached: list[tuple[str, Real]] = []
+    for k in range(of.steps):
         given = [(v.name, interval) for v in of.values if v.step == k for interval in _interval(v.lower, v.upper)]
         box: dict[str, tuple[Real, Real]] = {}
         for name, wanted in (*bounds, *reached, *given):
             low, high = box.get(name, (wanted.a, wanted.b))
             box[name] = wanted.a if wanted.a > low else low, wanted.b if wanted.b < high else high
-        if k == gap.step:
-            low, high = box.get(gap.name, (ZERO, ZERO))
-            is_far = at_most(exactly(of.missing), low - high)
-            return None if is_far else f"value: what is wanted of {gap.name} is not shown to be apart"
+        yield box
         if any(low > high for low, high in box.values()):
-            return f"value: there is nothing at step {k} already"
+            return
         reached = list(_reached(system, {name: between(low, high) for name, (low, high) in box.items()}))
-    return None
 
 
 def _of_single_coordinates(bounded: Polytope, names_of: Sequence[str]) -> Iterator[tuple[str, Real]]:

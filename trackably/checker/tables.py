@@ -97,10 +97,10 @@ def check_refuted_table(refuted: RefutedTable) -> str | None:
         return f"at: the table has no step {refuted.step}, or no index {refuted.index} of the {refuted.part}"
     by, index = Fraction(refuted.violation), refuted.index
     if refuted.part != "dynamics":
-        value, bound = _value(rows[index], values[row]), rows[index]
+        value, bound = value_of_row(rows[index], values[row]), rows[index]
         broken = value + by <= Fraction(bound.lower) or Fraction(bound.upper) + by <= value
     else:
-        found = _differences(table, row)
+        found = differences(table, row)
         if isinstance(found, str):
             return found
         broken = _is_at_least(found[index], Fraction(table.tolerance) + by)
@@ -108,15 +108,16 @@ def check_refuted_table(refuted: RefutedTable) -> str | None:
 
 
 def _kept(bound: Row, values: tuple[float, ...]) -> bool:
-    return Fraction(bound.lower) <= _value(bound, values) <= Fraction(bound.upper)
+    return Fraction(bound.lower) <= value_of_row(bound, values) <= Fraction(bound.upper)
 
 
-def _value(bound: Row, values: tuple[float, ...]) -> Fraction:
+def value_of_row(bound: Row, values: tuple[float, ...]) -> Fraction:
+    """Return the sum that a row bounds, exactly."""
     return exact_sum(r * Fraction(v) for r, v in zip(bound.row, values, strict=True))
 
 
 def _why_not_obeyed(table: Table, row: int) -> str | None:
-    found = _differences(table, row)
+    found = differences(table, row)
     if isinstance(found, str):
         return found
     if all(_is_at_most(difference, table.tolerance) for difference in found):
@@ -133,7 +134,7 @@ def _is_at_least(difference: Fraction | Real, by: Fraction) -> bool:
     return difference >= by if isinstance(difference, Fraction) else bool(difference.a >= ratio(by).b)
 
 
-def _differences(table: Table, row: int) -> Sequence[Fraction | Real] | str:
+def differences(table: Table, row: int) -> Sequence[Fraction | Real] | str:
     """Return |x(k + 1) − f(x(k), u(k))| for each state: exactly, or enclosed where f is no linear system's.
 
     A sentence, where f may not be defined.

@@ -87,9 +87,7 @@ def _file(steps: Steps, first: int, count: int, missing: float, proof: Mapping[s
         "start": steps.time(first),
         "steps": count,
         "values": [
-            {**value._asdict(), "step": value.step - first}
-            for value in steps.values
-            if first <= value.step < first + count
+            {**vars(value), "step": value.step - first} for value in steps.values if first <= value.step < first + count
         ],
         "missing": missing,
         "proof": proof,
@@ -101,18 +99,17 @@ def _of_nonlinear(steps: Steps) -> Impossible | None:
     system = steps.plant.system
     if not isinstance(system, NonlinearSystem) or (system.flat and system.flat.angles):
         return None
-    gap = first_gap(steps)
-    if gap is None:
+    if (found := first_gap(steps)) is None:
         return None
+    gap, missing = found
     bounds = {name: extent(steps.plant, name) for name in steps.names}
     before = [value for value in steps.values if value.step <= gap.step]
     values = [f"{of.name} = {(of.lower + of.upper) / 2:.6g} at t = {steps.time(of.step):.6g} s" for of in before]
-    wanted = f"{gap.name} in {bounds[gap.name]} at t = {steps.time(gap.step):.6g} s"
-    if gap.is_given:
-        wanted = next(said for said, of in zip(values, before, strict=True) if (of.step, of.name) == gap[:2])
+    given = (said for said, of in zip(values, before, strict=True) if (of.step, of.name) == (gap.step, gap.name))
+    wanted = next(given, f"{gap.name} in {bounds[gap.name]} at t = {steps.time(gap.step):.6g} s")
     among = [said for said in values if said != wanted] + [f"{name} in {of}" for name, of in bounds.items() if of]
-    proof = {"kind": "boxes", "step": gap.step, "name": gap.name}
-    return _accepted(Impossible(wanted, gap.missing, tuple(among), _file(steps, 0, gap.step + 1, gap.missing, proof)))
+    proof = {"kind": "boxes", **vars(gap)}
+    return _accepted(Impossible(wanted, missing, tuple(among), _file(steps, 0, gap.step + 1, missing, proof)))
 
 
 def _contradiction(steps: Steps) -> Least | None:

@@ -7,9 +7,8 @@ step say what cannot be reached. Both are plain float64 and may be wrong: the ch
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -18,25 +17,13 @@ from trackably.arrays import Array, Flags
 from trackably.certificates.form import as_written
 from trackably.certificates.goal import Claim
 from trackably.certificates.pinned import WINDOW, Pinned, extent
-from trackably.checker.form import a_system
-from trackably.checker.formulas import Formula, Intervals, evaluate
-from trackably.checker.formulas import names as names_in
-from trackably.checker.intervals import UndefinedError, between
+from trackably.checker.contradiction import Contradiction, Gap, Value, wanted_boxes
+from trackably.checker.form import a_plant
 from trackably.checker.subject import NonlinearSystem
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.polytopes import Polytope
 
 _MOST_UNKNOWNS = 2000
 """States and inputs of all steps. Further steps are left out: fewer are a relaxation too, and programs stay small."""
-
-
-class Value(NamedTuple):
-    """A state or an input, by name, that lies between two values at a step, in its unit."""
-
-    step: int
-    name: str
-    lower: float
-    upper: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,64 +192,21 @@ def _dynamics(steps: Steps) -> tuple[scipy.sparse.csr_array, Array]:
     return scipy.sparse.csr_array(rows), np.tile(system.c * of_states[:, 0], last)
 
 
-class Gap(NamedTuple):
-    """At `step`, the state or input `name` cannot be where it has to be: it misses that by about `missing`."""
+def first_gap(steps: Steps) -> tuple[Gap, float] | None:
+    """Return what cannot be where bounds and values want it, for x(k+1) = f(x(k), u(k)), and by how much it is apart.
 
-    step: int
-    name: str
-    missing: float
-    is_given: bool
-
-
-Ends = tuple[float, float]
-
-
-def first_gap(steps: Steps) -> Gap | None:
-    """Return what cannot be where bounds and values want it, for x(k+1) = f(x(k), u(k)); None where nothing is found.
-
-    Each state is enclosed by itself, for all others in their intervals: more than can be reached. Of a formula that may
-    be undefined nothing is known. Ends of intervals are rounded here, and not in the checker.
+    Each state is enclosed by itself, for all others in their intervals: more than can be reached. None: nothing is.
     """
-    system = a_system(as_written(steps.plant.system), "system")
+    system, state_set, input_set = a_plant(as_written(steps.plant), "plant")[:3]
     assert isinstance(system, NonlinearSystem), "of linear systems, a program says more"
-    f = dict(zip(system.states, system.f, strict=True))
-    sides = ((system.states, steps.plant.state_set), (system.inputs, steps.plant.input_set))
-    bounds = [bound for names, bounded in sides for bound in _of_single_coordinates(names, bounded)]
-    last, reached, before = max((value.step for value in steps.values), default=0), list[tuple[str, Ends]](), None
-    for k in range(steps.count):
-        box = dict[str, Ends]()
-        given = [(of.name, (of.lower, of.upper)) for of in steps.values if of.step == k]
-        for there in (bounds, reached, given):
-            for name, ends in there:
-                box[name] = low, high = _both(box[name], ends) if name in box else ends
-                if low > high:
-                    return Gap(k, name, low - high, there is given)
+    asked = Contradiction(system, state_set, input_set, steps.start, steps.count, steps.values, 0.0, Gap(0, ""))
+    last, before = max((value.step for value in steps.values), default=0), None
+    for k, wanted in enumerate(wanted_boxes(asked, system)):
+        box = {name: (float(low), float(high)) for name, (low, high) in wanted.items()}
+        for name, (low, high) in box.items():
+            if low > high:
+                return Gap(k, name), low - high
         if k > last and box == before:
             return None
-        before, reached = box, list(_next(f, box))
+        before = box
     return None
-
-
-def _next(f: Mapping[str, Formula], box: Mapping[str, Ends]) -> Iterator[tuple[str, Ends]]:
-    """Yield where the states can be at the next step, those of which something is known."""
-    values = {name: between(*ends) for name, ends in box.items()}
-    for name, formula in f.items():
-        if names_in(formula) <= values.keys():
-            try:
-                found = evaluate(formula, values, Intervals())
-            except UndefinedError:
-                continue
-            yield name, (float(found.a), float(found.b))
-
-
-def _of_single_coordinates(names: Sequence[str], bounded: Polytope) -> Iterator[tuple[str, Ends]]:
-    """Yield what the rows of a single state or input say of it."""
-    for row, lower, upper in zip(bounded.rows, bounded.lower, bounded.upper, strict=True):
-        used = np.flatnonzero(row)
-        if len(used) == 1:
-            low, high = sorted((float(lower / row[used[0]]), float(upper / row[used[0]])))
-            yield names[used[0]], (low, high)
-
-
-def _both(one: Ends, other: Ends) -> Ends:
-    return max(one[0], other[0]), min(one[1], other[1])

@@ -12,16 +12,14 @@ import numpy as np
 
 from trackably.arguments import instance, numbers, real, whole
 from trackably.arrays import Array, ArrayLike
-from trackably.certificates.form import as_written
 from trackably.certificates.judge import judged_file
 from trackably.certificates.outcome import Unproved
 from trackably.checker import Proved, Refuted
-from trackably.checker import subject as checked
-from trackably.checker.form import a_system
-from trackably.checker.formulas import Intervals, evaluate
-from trackably.checker.intervals import UndefinedError, exactly
-from trackably.checker.subject import System
-from trackably.checker.tables import FORMAT, REFUTED, VERSION, Part
+from trackably.checker import tables as checked
+from trackably.checker.form import UnreadableError, read_table
+from trackably.checker.intervals import Real, UndefinedError
+from trackably.checker.subject import Polytope
+from trackably.checker.tables import FORMAT, REFUTED, VERSION, Part, differences, value_of_row
 from trackably.files import new_file, write_json
 from trackably.systems.constrained import ConstrainedSystem, Side
 from trackably.systems.polytopes import Interval, rounded
@@ -145,11 +143,14 @@ def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> C
     """
     tolerance = _checked(table, plant, tolerance)
     refuted = partial(_refuted, table, plant, tolerance)
-    broken, defect = list(_broken(table, plant, refuted)), Fraction(0)
-    system = a_system(as_written(plant.system), "system")
+    try:
+        read = read_table(CertifiedTable(table, plant, tolerance, tolerance).content)
+    except UnreadableError as error:
+        return _unproved(plant, table.first_step, tolerance, inf, f"the checker does not read it: {error}")
+    broken, defect = list(_broken(read, plant, refuted)), Fraction(0)
     for k in range(len(table.states) - 1):
         try:
-            apart = _defects(system, table.states[k], table.inputs[k], table.states[k + 1])
+            apart = _defects(read, k)
         except UndefinedError as undefined:
             return _unproved(plant, table.first_step + k, tolerance, inf, str(undefined))
         for i, (name, (least, most)) in enumerate(zip(plant.system.states, apart, strict=True)):
@@ -199,40 +200,37 @@ def _unproved(plant: ConstrainedSystem, step: int, tolerance: float, short: floa
 
 
 def _broken(
-    table: Table, plant: ConstrainedSystem, refuted: Callable[..., RefutedTable]
+    table: checked.Table, plant: ConstrainedSystem, refuted: Callable[..., RefutedTable]
 ) -> Iterator[tuple[float, RefutedTable]]:
     """Yield where bounds are broken, with the part of the width."""
-    sides: tuple[tuple[Part, Side, Array], ...] = (
-        ("states", "state", table.states),
-        ("inputs", "input", table.inputs),
+    sides: tuple[tuple[Part, Side, tuple[tuple[float, ...], ...], Polytope], ...] = (
+        ("states", "state", table.states, table.state_set),
+        ("inputs", "input", table.inputs, table.input_set),
     )
-    for part, side, values in sides:
-        for i, limit in enumerate(limit for limit in plant.given_constraints if limit.side == side):
-            low, high = Fraction(limit.bounds.lower), Fraction(limit.bounds.upper)
-            for k, row in enumerate(values.tolist()):
-                value = sum((r * Fraction(v) for r, v in zip(limit.row, row, strict=True)), Fraction(0))
-                if (by := max(low - value, value - high)) > 0:
+    for part, side, values, bounded in sides:
+        limits = [limit for limit in plant.given_constraints if limit.side == side]
+        for i, (limit, bound) in enumerate(zip(limits, bounded.rows, strict=True)):
+            for k, row in enumerate(values):
+                value = value_of_row(bound, row)
+                if (by := max(Fraction(bound.lower) - value, value - Fraction(bound.upper))) > 0:
                     what = f"the {limit.name} breaks {limit.bounds.exactly}"
                     yield float(by) / limit.bounds.width, refuted(k, what, by, part, i)
 
 
-def _defects(system: System, x: Array, u: Array, successor: Array) -> list[tuple[Fraction, Fraction]]:
-    """Return bounds of |x⁺ − f(x, u)| for each state; they are equal for linear systems."""
-    if isinstance(system, checked.LinearSystem):
-        values = [Fraction(v) for v in (*x.tolist(), *u.tolist(), 1.0)]
-        made = [
-            sum((Fraction(a) * v for a, v in zip((*A, *B, c), values, strict=True) if a), Fraction(0))
-            for A, B, c in zip(system.A, system.B, system.c, strict=True)
-        ]
-        return [(d, d) for d in (abs(m - Fraction(s)) for m, s in zip(made, successor.tolist(), strict=True))]
-    named = dict(zip((*system.states, *system.inputs), map(exactly, (*x.tolist(), *u.tolist())), strict=True))
-    apart = [
-        abs(evaluate(f, named, Intervals()) - exactly(s)) for f, s in zip(system.f, successor.tolist(), strict=True)
-    ]
-    ends = [(float(found.a), float(found.b)) for found in apart]
-    if not np.all(np.isfinite(ends)):
-        raise UndefinedError("its formula is too large for float64, or divides by something that may be zero")
-    return [(Fraction(max(nextafter(low, -inf), 0.0)), Fraction(nextafter(high, inf))) for low, high in ends]
+def _defects(table: checked.Table, row: int) -> list[tuple[Fraction, Fraction]]:
+    """Return bounds of |x⁺ − f(x, u)| for each state, which are equal for linear systems. Raise UndefinedError."""
+    found = differences(table, row)
+    if isinstance(found, str):
+        raise UndefinedError(found)
+    try:
+        return [(apart, apart) if isinstance(apart, Fraction) else _ends(apart) for apart in found]
+    except OverflowError:
+        why = "its formula is too large for float64, or divides by something that may be zero"
+        raise UndefinedError(why) from None
+
+
+def _ends(apart: Real) -> tuple[Fraction, Fraction]:
+    return Fraction(max(nextafter(float(apart.a), -inf), 0.0)), Fraction(nextafter(float(apart.b), inf))
 
 
 def _refuted(

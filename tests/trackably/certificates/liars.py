@@ -31,7 +31,8 @@ def _after(change: Callable[[np.random.Generator, Any], Any]) -> Lie:
 def _with_smaller_errors(rng: np.random.Generator, honest: Any) -> Any:
     def of(reference: Any, until: float, times: Any) -> Draft:
         found = honest(reference, until, times)
-        return replace(found, errors={name: e * 10 ** rng.uniform(-6, 0.1) for name, e in found.errors.items()})
+        smaller = {name: e * 10 ** rng.uniform(-6, 0.1) for name, e in found.errors.items()}
+        return replace(found, certificate=replace(found.certificate, errors=smaller))
 
     return of
 

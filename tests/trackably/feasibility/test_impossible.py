@@ -27,9 +27,10 @@ from trackably import (
 from trackably import learn as learning
 from trackably.certificates.goal import Claim
 from trackably.certificates.judge import accepted_file
+from trackably.checker.contradiction import Value
 from trackably.feasibility import impossible as proposing
 from trackably.feasibility.impossible import impossible
-from trackably.feasibility.steps import Steps, Value, least
+from trackably.feasibility.steps import Steps, least
 from trackably.streams import learn as streams
 from trackably.systems.tightening import tightening
 from trackably.waypoints import Waypoints, waypoints
