@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import scipy
 
 from trackably.arrays import Array
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.polytopes import Polytope, extents, squares_in_widths, unit_scales
+from trackably.systems.polytopes import Polytope, deepest, extents, squares_in_widths, unit_scales
 from trackably.systems.reference import Window
 
 
@@ -202,15 +201,8 @@ class AdmissiblePoints:
     @cached_property
     def centre(self) -> Array:
         """The point with the largest distance to all bounds, measured in their widths: shape (m,)."""
-        near, given, m = middle(self.bounded), Inequalities.of(self.bounded), self.bounded.dimension
+        near, given, scale = middle(self.bounded), Inequalities.of(self.bounded), unit_scales(self.bounded)
         if not len(given.rows):
             return near
-        scale = unit_scales(self.bounded)
-        program = scipy.optimize.linprog(  # in scales, because its tolerances are absolute
-            np.append(np.zeros(m), -1.0),
-            A_ub=np.column_stack([given.in_widths(scale), np.ones(len(given.rows))]),
-            b_ub=(given.bounds - given.rows @ near) / given.widths,
-            bounds=[(None, None)] * (m + 1),
-            method="highs",
-        )
-        return np.asarray(near + scale * np.asarray(program.x)[:m])
+        left = (given.bounds - given.rows @ near) / given.widths
+        return np.asarray(near + scale * deepest(given.in_widths(scale), np.ones(len(left)), left)[1])

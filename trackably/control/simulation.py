@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from reprlib import repr as short
 
 import numpy as np
@@ -12,8 +12,7 @@ from trackably.arguments import numbers, whole
 from trackably.arrays import Array, ArrayLike
 from trackably.control.angles import nearest_turns
 from trackably.control.references import TabulatedReference, TrackedReference, check_reference
-from trackably.control.stepping import Disturbances, Infeasible, Plan, Status, SteppedController, StepResult, Unsolved
-from trackably.systems.constrained import ConstrainedSystem
+from trackably.control.stepping import Disturbances, Infeasible, Plan, Status, SteppedController, Unsolved
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,73 +128,49 @@ def simulate(
     noise = noise if measurement_noise is None else measurement_noise
     first_step, steps = whole("simulate: first_step", first_step), whole("simulate: steps", steps, least=0)
     table = TabulatedReference.of(reference, first_step, first_step + steps + controller.horizon + 1)
-    initial_guess = None
-    course = _Course([numbers("simulate: initial_state", initial_state)])
+    plant, guess = controller.plant, None
+    states, inputs, plans = [numbers("simulate: initial_state", initial_state)], list[Array](), list[Plan | None]()
+    without_plan, widened = list[Infeasible | Unsolved](), 0
     for k in range(first_step, first_step + steps):
-        seen = course.state if noise is None else course.state + _drawn("measurement_noise", noise, k, course.state)
-        result = controller.step(k, seen, table, initial_guess)
-        initial_guess = shifted_inputs(result, table) if isinstance(result, Plan) else None
-        course.decided(result)
-        applied = result.input if isinstance(result, Plan) else on_infeasible(result)
-        if applied is None:
-            break
+        x = states[-1]
+        seen = x if noise is None else x + _drawn("measurement_noise", noise, k, x)
+        result = controller.step(k, seen, table, guess)
+        if isinstance(result, Plan):
+            guess, plan, applied = shifted_inputs(result, table), result, result.input
+            widened += result.status is Status.WIDENED
+        else:
+            without_plan.append(result)
+            guess = plan = None
+            if (chosen := on_infeasible(result)) is None:
+                break
+            applied = chosen
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            successor = controller.plant.system.successor(course.state, applied)
+            successor = plant.system.successor(x, applied)
             if disturbances is not None:
                 successor = successor + _drawn("disturbances", disturbances, k, successor)
         if not np.all(np.isfinite(successor)):
-            course.decided(Unsolved(k, "the system is not defined under the input applied", applied))
+            without_plan.append(Unsolved(k, "the system is not defined under the input applied", applied))
             break
-        course.went(result, applied, successor)
-    return course.closed_loop(controller.plant, table, first_step)
-
-
-@dataclass
-class _Course:
-    """What a simulation has gone through so far: `states` and, for each but the last, input and costs."""
-
-    states: list[Array]
-    inputs: list[Array] = field(default_factory=list)
-    values: list[tuple[float, float, float]] = field(default_factory=list)
-    without_plan: list[Infeasible | Unsolved] = field(default_factory=list)
-    widened: int = 0
-
-    @property
-    def state(self) -> Array:
-        """Where the system is now, shape (n,)."""
-        return self.states[-1]
-
-    def decided(self, result: StepResult) -> None:
-        """Note what the controller has decided, or why it could not."""
-        if isinstance(result, Plan):
-            self.widened += result.status is Status.WIDENED
-        else:
-            self.without_plan.append(result)
-
-    def went(self, result: StepResult, applied: Array, successor: Array) -> None:
-        """Note a step that was taken, with the costs of its plan; NaN where there was none."""
-        of_plan = (result.cost, result.stage_cost, result.slack) if isinstance(result, Plan) else None
-        self.values.append(of_plan or (np.nan, np.nan, np.nan))
-        self.inputs.append(applied)
-        self.states.append(successor)
-
-    def closed_loop(self, plant: ConstrainedSystem, reference: TrackedReference, first_step: int) -> ClosedLoop:
-        """Return all of it, beside the reference."""
-        count, states = len(self.inputs), np.array(self.states)
-        costs, stage_costs, slacks = np.array(self.values, dtype=float).reshape(count, 3).T
-        tracked = reference.window(first_step, count)
-        return ClosedLoop(
-            first_step=first_step,
-            states=states,
-            inputs=np.array(self.inputs).reshape(count, len(plant.system.inputs)),
-            reference_states=nearest_turns(plant, tracked.states, states),
-            reference_inputs=tracked.inputs,
-            costs=costs,
-            stage_costs=stage_costs,
-            slacks=slacks,
-            without_plan=tuple(self.without_plan),
-            widened=self.widened,
-        )
+        plans.append(plan)
+        inputs.append(applied)
+        states.append(successor)
+    tracked = table.window(first_step, len(inputs))
+    costs, stage_costs, slacks = (
+        np.array([np.nan if plan is None else getattr(plan, name) for plan in plans], dtype=float)
+        for name in ("cost", "stage_cost", "slack")
+    )
+    return ClosedLoop(
+        first_step=first_step,
+        states=np.array(states),
+        inputs=np.array(inputs).reshape(len(inputs), len(plant.system.inputs)),
+        reference_states=nearest_turns(plant, tracked.states, np.array(states)),
+        reference_inputs=tracked.inputs,
+        costs=costs,
+        stage_costs=stage_costs,
+        slacks=slacks,
+        without_plan=tuple(without_plan),
+        widened=widened,
+    )
 
 
 def _drawn(what: str, of: Disturbances, k: int, state: Array) -> Array:

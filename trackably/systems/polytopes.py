@@ -124,15 +124,15 @@ class Polytope:
             object.__setattr__(self, "dimension", int(np.shape(self.rows)[-1]))
         if not np.size(self.rows):
             object.__setattr__(self, "rows", np.empty((0, self.dimension)))
-        for name in ("rows", "lower", "upper"):
-            array = numbers(f"set: {name}", getattr(self, name))
-            array.flags.writeable = False
-            object.__setattr__(self, name, array)
-        if self.rows.ndim != 2 or not self.rows.shape[1] == self.dimension > 0:
-            raise ValueError(f"set: rows must be a matrix with a column for each coordinate, got {self.rows.shape}")
-        r = len(self.rows)
-        if self.lower.shape != (r,) or self.upper.shape != (r,):
-            raise ValueError(f"set: {r} rows need as many bounds, got {self.lower.shape} and {self.upper.shape}")
+        rows = numbers("set: rows", self.rows)
+        if rows.ndim != 2 or not rows.shape[1] == self.dimension > 0:
+            raise ValueError(f"set: rows must be a matrix with a column for each coordinate, got {rows.shape}")
+        r, ends = len(rows), [numbers(f"set: {name}", getattr(self, name)) for name in ("lower", "upper")]
+        if [of.shape for of in ends] != [(r,), (r,)]:
+            raise ValueError(f"set: {r} rows need as many bounds, got {ends[0].shape} and {ends[1].shape}")
+        for name, of in zip(("rows", "lower", "upper"), (rows, *ends), strict=True):
+            of.flags.writeable = False
+            object.__setattr__(self, name, of)
         for i, (row, low, high) in enumerate(zip(self.rows, self.lower, self.upper, strict=True)):
             if not (np.all(np.isfinite(row)) and np.any(row) and np.isfinite(low) and np.isfinite(high)):
                 raise ValueError(f"set: row {i} needs finite entries, not all zero, and finite bounds, "
@@ -198,15 +198,7 @@ class Polytope:
         if np.all(np.count_nonzero(self.rows, axis=0) <= 1):  # no two share a coordinate: each is met in its middle
             return 0.5
         matrix, off, *_ = self._centred
-        twice = np.full((len(matrix), 1), 2.0)
-        program = scipy.optimize.linprog(
-            np.append(np.zeros(self.dimension), -1.0),
-            A_ub=np.vstack([np.hstack([matrix, twice]), np.hstack([-matrix, twice])]),
-            b_ub=np.concatenate([1 + off, 1 - off]),
-            bounds=[(None, None)] * self.dimension + [(None, 1.0)],
-            method="highs",
-        )
-        return float(program.x[-1]) if program.x is not None else -np.inf
+        return deepest(np.vstack([matrix, -matrix]), np.full(2 * len(matrix), 2.0), np.append(1 + off, 1 - off))[0]
 
     @property
     def widths(self) -> Array:
@@ -268,6 +260,19 @@ class Polytope:
         return "{x : " + ", ".join(sides) + "}"
 
 
+def deepest(rows: Array, shares: Array, limits: Array) -> tuple[float, Array]:
+    """Return the largest t ≤ 1 for which some x has rows x + t shares ≤ limits, and such an x (n,); −∞ for none."""
+    n = rows.shape[1]
+    program = scipy.optimize.linprog(
+        np.append(np.zeros(n), -1.0),
+        A_ub=np.column_stack([rows, shares]),
+        b_ub=limits,
+        bounds=[(None, None)] * n + [(None, 1.0)],
+        method="highs",
+    )
+    return (-np.inf, np.zeros(n)) if program.x is None else (float(program.x[-1]), np.asarray(program.x[:n]))
+
+
 def _least(row: Array, H: Array, h: Array) -> float:
     """Return the minimum of row · x on {x : H x ≤ h}, which is not empty; −∞ if there is none."""
     program = scipy.optimize.linprog(row, A_ub=H, b_ub=h, bounds=(None, None), method="highs")
@@ -276,15 +281,14 @@ def _least(row: Array, H: Array, h: Array) -> float:
 
 def _lower_bound(row: Array, H: Array, h: Array) -> float:
     """Return a lower bound, slightly too low, of row · x on {x : H x ≤ h}. ValueError: there is none."""
-    program = scipy.optimize.linprog(row, A_ub=H, b_ub=h, bounds=(None, None), method="highs")
-    if program.status == 3:
+    if deepest(H, np.zeros(len(H)), h)[0] == -np.inf:
+        raise ValueError("set: must have an interior, but H x ≤ h has no solution")
+    if (least := _least(row, H, h)) == -np.inf:
         raise ValueError(
             f"set: must be bounded, but {_formula(row)} has no lower bound on it; where it does not matter, a bound "
             "that is never reached will do"
         )
-    if program.fun is None:
-        raise ValueError("set: must have an interior, but H x ≤ h has no solution")
-    return float(program.fun) - _OUTWARDS * (1 + abs(float(program.fun)))
+    return least - _OUTWARDS * (1 + abs(least))
 
 
 def _formula(row: Array) -> str:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import zip_longest
 from typing import NamedTuple
 
 import numpy as np
@@ -19,67 +20,52 @@ from trackably.systems.trajectories import Coordinate, Functional, Quantity, com
 
 
 @dataclass(frozen=True, eq=False)
-class PreciseFunctionals:
-    """Some functionals of the same signals, evaluated together.
-
-    Values are rounded to float64 once, at the end. So each is within u |q| + 100 (n + N + 2) u² G of the exact one.
-    Here u = 2⁻⁵³, n is the degree of the signals, N the number of their shifted values, and G = |offset| + Σ_j |w_j| V,
-    where V is the largest sum of the absolute terms of a piece. Certificates rely on it (`certificates.pieces`).
-    """
-
-    functionals: tuple[Functional, ...]
-
-    def __call__(self, signals: Sequence[PolynomialPieces], time: Sequence[Array]) -> Array:
-        """Return all q at times that are sums of a few float64 [s]: shape (functionals, *time.shape)."""
-        ahead = (slice(None), *(None,) * np.ndim(time[0]))
-        total = self._offsets.at(ahead)
-        for signal, weights in zip(signals, self._weights, strict=True):
-            steps = np.arange(float(weights.high.shape[1]))
-            shifts = (part[ahead] for part in two_product(steps, np.asarray(self.functionals[0].sampling_time)))
-            z = signal.precise([*time, *shifts])
-            for j in range(steps.size):
-                total = total + weights.at((slice(None), j, *ahead[1:])) * z.at(j)
-        return np.broadcast_to(total.high, (len(self.functionals), *np.shape(time[0])))
-
-    @cached_property
-    def _weights(self) -> list[DoubleDouble]:
-        """The weights of each signal: shape (functionals, shifts)."""
-        found = []
-        for rows in zip(*(q.weights for q in self.functionals), strict=True):
-            longest = max(map(len, rows))
-            flat = DoubleDouble.of([w for row in rows for w in (*row, *[Fraction(0)] * (longest - len(row)))])
-            found.append(DoubleDouble(flat.high.reshape(-1, longest), flat.low.reshape(-1, longest)))
-        return found
-
-    @cached_property
-    def _offsets(self) -> DoubleDouble:
-        return DoubleDouble.of([q.offset for q in self.functionals])
-
-
-@dataclass(frozen=True, eq=False)
 class PreciseCoordinates:
-    """States or inputs of a reference of polynomial pieces: functionals, or formulas of functionals in float64."""
+    """States or inputs of a reference of polynomial pieces: functionals, or formulas of functionals in float64.
+
+    Functionals are evaluated together, and rounded to float64 once, at the end. So each is within
+    u |q| + 100 (n + N + 2) u² G of the exact one. Here u = 2⁻⁵³, n is the degree of the signals, N the number of their
+    shifted values, and G = |offset| + Σ_j |w_j| V, where V is the largest sum of the absolute terms of a piece.
+    Certificates rely on it (`certificates.pieces`).
+    """
 
     coordinates: tuple[Coordinate, ...]
 
     def __call__(self, signals: Sequence[PolynomialPieces], time: Sequence[Array]) -> Array:
         """Return all coordinates at times that are sums of a few float64 [s]: shape (*time.shape, coordinates)."""
-        values = dict(zip(self._parts, self._functionals(signals, time), strict=True))
+        values = dict(zip(self._functionals, self._values(signals, time), strict=True))
         found = [
             values[q] if isinstance(q, Functional) else q.value({name: values[part] for name, part in q.arguments})
             for q in self.coordinates
         ]
         return np.stack(found, axis=-1)
 
-    @cached_property
-    def _parts(self) -> dict[Functional, None]:
-        """All functionals, each once."""
-        every = ([q] if isinstance(q, Functional) else [part for _, part in q.arguments] for q in self.coordinates)
-        return dict.fromkeys(part for parts in every for part in parts)
+    def _values(self, signals: Sequence[PolynomialPieces], time: Sequence[Array]) -> Array:
+        """Return all functionals: shape (functionals, *time.shape)."""
+        ahead, step = (slice(None), *(None,) * np.ndim(time[0])), self._functionals[0].sampling_time
+        total = DoubleDouble.of([q.offset for q in self._functionals]).at(ahead)
+        for signal, weights in zip(signals, self._weights, strict=True):
+            steps = np.arange(float(weights.high.shape[1]))
+            z = signal.precise([*time, *(part[ahead] for part in two_product(steps, np.asarray(step)))])
+            for j in range(steps.size):
+                total = total + weights.at((slice(None), j, *ahead[1:])) * z.at(j)
+        return np.broadcast_to(total.high, (len(self._functionals), *np.shape(time[0])))
 
     @cached_property
-    def _functionals(self) -> PreciseFunctionals:
-        return PreciseFunctionals(tuple(self._parts))
+    def _functionals(self) -> list[Functional]:
+        """All functionals, each once."""
+        every = ([q] if isinstance(q, Functional) else [part for _, part in q.arguments] for q in self.coordinates)
+        return list(dict.fromkeys(part for parts in every for part in parts))
+
+    @cached_property
+    def _weights(self) -> list[DoubleDouble]:
+        """The weights of each signal: shape (functionals, shifts)."""
+        found = []
+        for rows in zip(*(q.weights for q in self._functionals), strict=True):
+            flat = DoubleDouble.of([w for shift in zip_longest(*rows, fillvalue=Fraction(0)) for w in shift])
+            shape = -1, len(rows)
+            found.append(DoubleDouble(flat.high.reshape(shape).T, flat.low.reshape(shape).T))
+        return found
 
 
 class Window(NamedTuple):

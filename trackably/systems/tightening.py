@@ -15,7 +15,7 @@ from trackably.systems.constrained import ConstrainedSystem, LinearConstraint
 from trackably.systems.disturbances import DisturbanceSet, Measured, Zonotope, checked, measured
 from trackably.systems.linear import LinearSystem
 from trackably.systems.model_error import ModelError
-from trackably.systems.polytopes import Polytope, squares_in_widths, unit_scales
+from trackably.systems.polytopes import Polytope, deepest, squares_in_widths, unit_scales
 from trackably.systems.rationals import exact, float_below, whole
 
 # How fast the error decays under a feedback, and how far disturbances take it, in float64.
@@ -466,14 +466,6 @@ def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:
         return most
     scales = unit_scales(bounded)
     matrix, middle = bounded.rows * scales / half[:, None], (bounded.upper + bounded.lower) / 2 / half
-    room = 1 - 2 * margin
-    program = scipy.optimize.linprog(
-        np.append(np.zeros(bounded.dimension), -1.0),
-        A_ub=np.vstack(
-            [np.column_stack([matrix, by[:, 1] / half * most]), np.column_stack([-matrix, by[:, 0] / half * most])]
-        ),
-        b_ub=np.concatenate([middle + room, room - middle]),
-        bounds=[(None, None)] * bounded.dimension + [(None, 1.0)],
-        method="highs",
-    )
-    return most * float(program.x[-1]) if program.x is not None else -np.inf
+    room, (low, high) = 1 - 2 * margin, by.T / half * most
+    limits = np.append(middle + room, room - middle)
+    return most * deepest(np.vstack([matrix, -matrix]), np.append(high, low), limits)[0]
