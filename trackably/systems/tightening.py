@@ -82,7 +82,7 @@ _BITS = 20
 _NOTHING = 1e-10  # of the largest entry, in units of the sets
 
 
-def best_feedback(system: LinearSystem, state_set: Polytope, input_set: Polytope, disturbance: DisturbanceSet) -> Array:
+def best_feedback(plant: ConstrainedSystem, disturbance: DisturbanceSet) -> Array:
     """Return the K (m, n) under which errors decay fastest, among the regulators that leave nearly the most room.
 
     Room is what Z leaves between two bounds, as a part of their distance, for the row where that is least. The
@@ -93,49 +93,56 @@ def best_feedback(system: LinearSystem, state_set: Polytope, input_set: Polytope
     found: list[tuple[float, Array]] = []
     for weight, rate in product(INPUT_WEIGHTS, RATES):
         try:
-            K = regulator(system, state_set, input_set, weight, rate)
-            found.append((room(system, state_set, input_set, disturbance, K), K))
+            K = regulator(plant, weight, rate)
+            found.append((room(plant, disturbance, K), K))
         except (np.linalg.LinAlgError, NoInvariantSetError):  # other weights may do
             continue
     if not found:
         raise NoInvariantSetError("feedback: no linear-quadratic regulator was found; give a feedback K of your own")
     most = max(left for left, _ in found)
     good = [K for left, K in found if left >= most - _SPARED]
-    return min(good, key=lambda K: spectral_radius(closed_loop(system, K)))
+    return min(good, key=lambda K: spectral_radius(closed_loop(plant.linear, K)))
 
 
-def regulator(
-    system: LinearSystem, state_set: Polytope, input_set: Polytope, input_weight: float, rate: float
-) -> Array:
+def regulator(plant: ConstrainedSystem, input_weight: float, rate: float) -> Array:
     """Return K of min Σ_k rate⁻²ᵏ (‖x(k)‖²_Q + `input_weight` ‖u(k)‖²_R), with Q and R in units of the sets.
 
     All eigenvalues of A + B K are smaller than `rate` ≤ 1. K has few binary digits, so that it is exact in short
     rational numbers, and zeros where there is nothing but rounding, so that what is decoupled stays decoupled. Raises
     NumPy's LinAlgError where it is not found.
     """
-    Q, R = set_weight(state_set), input_weight * set_weight(input_set)
-    A, B = system.A / rate, system.B / rate
+    Q, R = set_weight(plant.state_set), input_weight * set_weight(plant.input_set)
+    A, B = plant.linear.A / rate, plant.linear.B / rate
     P = scipy.linalg.solve_discrete_are(A, B, Q, R)
     K = -np.linalg.solve(R + B.T @ P @ B, B.T @ P @ A)
     if not np.all(np.isfinite(K)):
         raise np.linalg.LinAlgError("the regulator is not finite")
-    sizes = np.abs(K) * unit_scales(state_set) / unit_scales(input_set)[:, None]
+    sizes = np.abs(K) * unit_scales(plant.state_set) / unit_scales(plant.input_set)[:, None]
     mantissas, exponents = np.frexp(np.where(sizes > _NOTHING * np.max(sizes), K, 0.0))
     return np.asarray(np.ldexp(np.round(np.ldexp(mantissas, _BITS)), exponents - _BITS))
 
 
-def room(
-    system: LinearSystem, state_set: Polytope, input_set: Polytope, disturbance: DisturbanceSet, K: Array
-) -> float:
+def room(plant: ConstrainedSystem, disturbance: DisturbanceSet, K: Array) -> float:
     """Return the least part of a width that the errors leave, in float64: negative where they leave nothing."""
-    rows, widths = np.vstack([state_set.rows, input_set.rows @ K]), bound_widths(state_set, input_set)
-    reach = errors_reach(closed_loop(system, K), disturbance, np.vstack([rows, -rows]), unit_scales(state_set))
-    return float(np.min(1 - (reach[: len(rows)] + reach[len(rows) :]) / widths, initial=1.0))
+    return float(np.min(1 - widths_taken(plant, disturbance, K) / bound_widths(plant), initial=1.0))
 
 
-def bound_widths(state_set: Polytope, input_set: Polytope) -> Array:
-    """Return the widths between all bounds, those of states first."""
-    return np.concatenate([state_set.widths, input_set.widths])
+def widths_taken(plant: ConstrainedSystem, disturbance: DisturbanceSet, K: Array) -> Array:
+    """Return what errors take of the widths between all bounds (r,), those of states first, in float64."""
+    rows = error_rows(plant, K)
+    both = np.vstack([rows, -rows])
+    up, down = np.split(errors_reach(closed_loop(plant.linear, K), disturbance, both, unit_scales(plant.state_set)), 2)
+    return np.asarray(up + down)
+
+
+def error_rows(plant: ConstrainedSystem, K: Array) -> Array:
+    """Return the rows (r, n) of all bounds for an error e of the state, those of states first: inputs move by K e."""
+    return np.vstack([plant.state_set.rows, plant.input_set.rows @ K])
+
+
+def bound_widths(plant: ConstrainedSystem) -> Array:
+    """Return the widths between all bounds (r,), those of states first."""
+    return np.concatenate([plant.state_set.widths, plant.input_set.widths])
 
 
 def set_weight(bounded: Polytope) -> Array:
@@ -214,14 +221,12 @@ def _times(row: list[int], matrix: list[list[int]]) -> list[int]:
     return [sum(r * m[j] for r, m in zip(row, matrix, strict=True)) for j in range(len(row))]
 
 
-def invariant_set(
-    system: LinearSystem, feedback: Array, disturbance: DisturbanceSet, rows: Array, widths: Array, scales: Array
-) -> InvariantSet:
-    """Return an invariant set that exceeds the smallest one by about a hundredth of its size in each of the `rows`.
+def invariant_set(plant: ConstrainedSystem, feedback: Array, disturbance: DisturbanceSet) -> InvariantSet:
+    """Return an invariant set that exceeds the smallest one by about a hundredth of its size in each bound's row.
 
-    `rows` (r, n) are those that matter, with `widths` (r,) between their bounds; `scales` (n,) are units of the states.
     For W = {0} it is {0}. Raises NoInvariantSetError where the error does not decay, or too slowly.
     """
+    system, scales = plant.linear, unit_scales(plant.state_set)
     A_K, n = closed_loop(system, feedback), len(scales)
     reach = errors_reach(A_K, disturbance, np.vstack([np.eye(n), -np.eye(n)]), scales)
     extents = np.maximum(reach[:n], reach[n:])
@@ -230,7 +235,7 @@ def invariant_set(
         return InvariantSet(system, feedback, disturbance, 1, 1, 0.0, np.zeros(n))
     box = np.maximum(extents, _LEAST_EXTENT * size * scales) * (1 + _ROUNDING)
     terms, contraction = _contraction(A_K, box)
-    head = _head(A_K, disturbance, box, terms, contraction, rows, widths)
+    head = _head(A_K, disturbance, box, terms, contraction, error_rows(plant, feedback), bound_widths(plant))
     return InvariantSet(system, feedback, disturbance, head, terms, contraction, box)
 
 
@@ -377,14 +382,12 @@ class Tightening:
 
     def _shortage_of_model(self, model: WrongModel, Z: InvariantSet) -> str:
         """Say which vertex costs which bound how much, and up to which share of the model's error would do."""
-        sets = self.given.state_set, self.given.input_set
-        rows, width = np.vstack([sets[0].rows, sets[1].rows @ Z.feedback]), (1 - 2 * self.margin) * bound_widths(*sets)
+        sets, width = (self.given.state_set, self.given.input_set), (1 - 2 * self.margin) * bound_widths(self.given)
         noise = [sum(map(self.measured.support, ends)) if self.measured else 0 for ends in _both(self.given)]
 
         def cost(of: DisturbanceSet) -> Array:
             """Return what errors under a set take of each width."""
-            reach = errors_reach(Z.closed_loop, of, np.vstack([rows, -rows]), unit_scales(sets[0]))
-            return np.asarray(reach[: len(rows)] + reach[len(rows) :])
+            return widths_taken(self.given, of, Z.feedback)
 
         beside = cost(model.beside) + np.array([float(of) for of in noise])
         by_vertex = []
@@ -441,9 +444,8 @@ def tightening(
         W = model_error.added_to(beside, system, *sets)
         given = with_noise.disturbance if with_noise else beside
         wrong = WrongModel(model_error, given, beside)
-    K = best_feedback(system, *sets, W) if feedback is None else array("feedback: K", feedback, *system.B.T.shape)
-    rows = np.vstack([sets[0].rows, sets[1].rows @ K])
-    Z = invariant_set(system, K, W, rows, bound_widths(*sets), unit_scales(sets[0]))
+    K = best_feedback(plant, W) if feedback is None else array("feedback: K", feedback, *system.B.T.shape)
+    Z = invariant_set(plant, K, W)
     return Tightening(plant, margin, Z, with_noise, wrong)
 
 

@@ -92,11 +92,10 @@ def test_bounds_that_leave_nothing_together_are_said_to():
 def test_the_feedback_leaves_nearly_the_most_room_and_forgets_errors_fastest(name):
     given = DISTURBED[name]
     plant = given.plant
-    sets = plant.state_set, plant.input_set
-    K = best_feedback(plant.system, *sets, given.disturbance)
-    others = [regulator(plant.system, *sets, weight, rate) for weight, rate in product(INPUT_WEIGHTS, RATES)]
-    rooms = [room(plant.system, *sets, given.disturbance, other) for other in others]
-    left, radius = room(plant.system, *sets, given.disturbance, K), spectral_radius(closed_loop(plant.system, K))
+    K = best_feedback(plant, given.disturbance)
+    others = [regulator(plant, weight, rate) for weight, rate in product(INPUT_WEIGHTS, RATES)]
+    rooms = [room(plant, given.disturbance, other) for other in others]
+    left, radius = room(plant, given.disturbance, K), spectral_radius(closed_loop(plant.system, K))
     assert left >= max(rooms) - 0.05 > min(rooms)
     for other, of_other in zip(others, rooms, strict=True):
         assert of_other < max(rooms) - 0.05 or spectral_radius(closed_loop(plant.system, other)) >= radius
