@@ -187,7 +187,7 @@ def test_every_public_name_that_may_claim_something_is_asked():
     asked = {name.partition(",")[0] for name in CLAIMING} | {"check"}  # the checker itself
     public = {name for name in trackably.__all__ if name.startswith(("learn", "certify", "repair", "check"))}
     public |= {name for name in trackably.__all__ if hasattr(getattr(trackably, name), "load")} | {"Relearner"}
-    assert public == asked
+    assert public - {"certify_joints", "repair_joints"} == asked  # these are asked in tests/trackably/joints
 
 
 def test_the_certificate_of_another_reference_is_refused():
