@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 
 from pipeline.published.scalar import scalar
 from trackably.gp.kernels.matern import Matern32
+from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint
-from trackably.learning.index_set import Steps, Window
+from trackably.learning.index_set import AllPhases, Steps, Window
 from trackably.systems.polytopes import Interval
 
 KERNEL = SquaredExponential(1.0, 0.5)
@@ -133,6 +134,25 @@ def test_a_window_follows_a_signal_as_fast_as_its_kernel():
     for t in dense[low]:
         assert np.min(np.abs(found - t)) < 2e-5
     assert np.min(margin(found)) <= np.min(values) + 1e-12
+
+
+def test_all_phases_are_one_period_of_the_kernels_as_they_are():
+    for period in (0.7, 3.0663):
+        kernels = [Periodic(1.0, 1.0, period), Periodic(2.0, 0.5, period)]
+        found = AllPhases().local_minima(lambda t, p=period: np.cos(2 * np.pi * t / p), kernels)
+        np.testing.assert_allclose(found, [period / 2], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("kernels", "wrong"),
+    [
+        ([Periodic(1.0, 1.0, 2.0), KERNEL], "needs a periodic kernel, got SquaredExponential"),
+        ([Periodic(1.0, 1.0, 2.0), Periodic(1.0, 1.0, 3.0)], r"needs one for all signals, got \[2.0, 3.0\]"),
+    ],
+)
+def test_kernels_without_a_common_period_have_no_phases(kernels, wrong):
+    with pytest.raises(TypeError, match=wrong):
+        AllPhases().local_minima(np.cos, kernels)
 
 
 def test_the_fastest_of_several_kernels_decides_how_closely_to_look():
