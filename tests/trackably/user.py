@@ -202,7 +202,8 @@ assert_type(Joints.from_joint_limits_yaml(Path("joint_limits.yaml")), Joints)
 moves = JointTrajectory.through([0.0, 1.0], [[0.0, 0.0], [0.1, 0.2]], names=arm.names)
 assert_type(moves(0.5, 1), npt.NDArray[np.float64])
 assert_type(write_joint_trajectory(read_joint_trajectory("moves.yaml"), "moves.mcap"), Path)
-for moved in (certify_joints(moves, arm), repair_joints(moves, arm, start=[[0, 0]]), stretch_joints(moves, arm)):
+assert_type(repair_joints(moves, arm, start=[[0.0, 0.0]]), CertifiedTrajectory | Unproved)
+for moved in (certify_joints(moves, arm), stretch_joints(moves, arm)):
     assert_type(moved, CertifiedTrajectory | BrokenLimits | Unproved)
     if isinstance(moved, BrokenLimits):
         assert_type(moved.first, BrokenLimit)

@@ -17,7 +17,8 @@ from trackably.arrays import Array
 from trackably.certificates.judge import judged_file
 from trackably.certificates.outcome import Unproved
 from trackably.checker import Proved, Refuted, Verdict
-from trackably.checker.joints import BROKEN, FORMAT, ORDERS, VERSION, Joint, value
+from trackably.checker.floats.joints import undecided
+from trackably.checker.joints import BROKEN, FORMAT, ORDERS, VERSION, read_joints, value
 from trackably.checker.joints import JointTrajectory as Subject
 from trackably.files import new_file, write_atomically
 from trackably.given.certify import Moved
@@ -314,56 +315,34 @@ def _first_broken(
     given: JointTrajectory, joints: Joints, tolerance: float
 ) -> Iterator[tuple[BrokenLimit, dict[str, Any]]]:
     """Yield what each joint breaks first, and where the checker finds it."""
-    ends, widths, count = given.breakpoints, np.diff(given.breakpoints), joints.order + 1
-    subject = _subject(given, joints, tolerance)
-    outside = np.stack([_seen_outside(given, joints, r) for r in range(count)])  # order, joint, piece
-    jumps = np.zeros((joints.order, len(given.names), len(ends)))
-    for r in range(joints.order):
-        d = derivative(given.coefficients, r)
-        last = bernstein(d, widths)[:, :, -1]
-        after = np.pad(d[:, 1:, 0], ((0, 0), (0, 1))) if given.rests else d[:, 1:, 0]
-        jumps[r, :, 1 : 1 + after.shape[1]] = np.abs(after - last[:, : after.shape[1]])
-        jumps[r, :, -1] *= r > 0
-    for j, name in enumerate(given.names):
-        for i in range(len(ends)):
-            found = []
-            for r in np.flatnonzero(jumps[:, j, i] > tolerance / 2).tolist():
-                by = abs(subject.jump(j, r, i))
-                if by > Fraction(tolerance):
-                    t = float(ends[i])
-                    broken = BrokenLimit(name, ORDERS[r], None, t, t, _below(by), True)
-                    found.append((broken, {"joint": j, "order": r, "jump": i, "violation": broken.violation}))
-            for r in np.flatnonzero(outside[:, j, i]).tolist() if i < len(widths) else range(1, count * given.rests):
-                found += _outside(subject, j, r, i)
-            if found:
-                yield min(found, key=lambda each: each[0].begins)
-                break
+    subject: Subject = read_joints({"version": VERSION, **_content(given, joints, tolerance)})
+    limits, jumps = undecided(subject)
+    at: dict[tuple[int, int], list[tuple[bool, int]]] = {}
+    for jumping, parts in ((False, limits), (True, jumps)):
+        for j, r, i in parts:
+            at.setdefault((j, i), []).append((jumping, r))
+    done = set[int]()
+    for j, i in sorted(at):
+        if j in done:
+            continue
+        found = [each for jumping, r in at[j, i] for each in (_jump if jumping else _outside)(subject, j, r, i)]
+        if found:
+            done.add(j)
+            yield min(found, key=lambda each: each[0].begins)
 
 
-def _subject(given: JointTrajectory, joints: Joints, tolerance: float) -> Subject:
-    """Return what the checker computes with."""
-    limits = joints.limits[: joints.order + 1].swapaxes(0, 1).tolist()
-    every = tuple(
-        Joint(name, tuple((low, high) if np.isfinite(low) else None for low, high in of))
-        for name, of in zip(joints.names, limits, strict=True)
-    )
-    rows = tuple(tuple(map(tuple, of)) for of in given.coefficients.tolist())
-    return Subject(every, tuple(given.breakpoints.tolist()), rows, given.rests, (tolerance,) * joints.order)
-
-
-def _seen_outside(given: JointTrajectory, joints: Joints, r: int) -> Array:
-    """Return where a derivative may be outside: shape (J, K)."""
-    low, high = np.moveaxis(joints.limits[r], -1, 0)[:, :, None]
-    b = bernstein(derivative(given.coefficients, r), np.diff(given.breakpoints))
-    near = 1e-12 * np.max(np.abs(b), axis=2)
-    return np.asarray((np.min(b, axis=2) - near < low) | (np.max(b, axis=2) + near > high))
+def _jump(subject: Subject, j: int, r: int, i: int) -> Iterator[tuple[BrokenLimit, dict[str, Any]]]:
+    """Yield that a derivative jumps at a breakpoint, if it does."""
+    by, t = abs(subject.jump(j, r, i)), subject.breakpoints[i]
+    if by > Fraction(subject.jumps[r]):
+        broken = BrokenLimit(subject.joints[j].name, ORDERS[r], None, t, t, _below(by), True)
+        yield broken, {"joint": j, "order": r, "jump": i, "violation": broken.violation}
 
 
 def _outside(subject: Subject, j: int, r: int, i: int) -> Iterator[tuple[BrokenLimit, dict[str, Any]]]:
     """Yield where on a piece a derivative is outside, if it is."""
     limit, width = subject.joints[j].limits[r], subject.width(i)
-    if limit is None:
-        return
+    assert limit is not None, "it is one of those that are not decided"
     exact = subject.polynomial(j, i, r)
     low, high = map(Fraction, limit)
     polynomial, h = np.array([float(c) for c in exact]), float(width)

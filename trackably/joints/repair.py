@@ -8,6 +8,7 @@ inequalities for each joint, and no joint waits for another. No time has to be l
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from time import perf_counter
@@ -24,11 +25,9 @@ from trackably.certificates.outcome import Unproved
 from trackably.given.certify import Moved
 from trackably.joints.certify import (
     TOLERANCE,
-    BrokenLimits,
     CertifiedTrajectory,
     NotAcceptedError,
     bernstein,
-    certify_joints,
     fitted,
     unproved,
 )
@@ -42,7 +41,7 @@ _BACKOFFS = (1e-7, 1e-5, 1e-3)
 
 def repair_joints(
     trajectory: Any, joints: Joints, start: Any = None, tolerance: float = TOLERANCE, seconds: float = np.inf
-) -> CertifiedTrajectory | BrokenLimits | Unproved:
+) -> CertifiedTrajectory | Unproved:
     """Return the trajectory itself where it is proved, and otherwise the nearest spline that is.
 
     The spline has degree 5 and knots at the breakpoints, with further ones between where these are few. It takes the
@@ -78,9 +77,8 @@ def repair_joints(
     given, until = fitted(trajectory, joints), perf_counter() + seconds
     held = _held(given, joints, start)
     if start is None or np.all(np.abs(given.state(given.span[0], len(held)) - held) <= tolerance):
-        outcome = certify_joints(given, joints, tolerance)
-        if isinstance(outcome, CertifiedTrajectory):
-            return outcome
+        with suppress(NotAcceptedError):
+            return CertifiedTrajectory(given, joints, tolerance)
     splines, reason = Splines.of(given, joints.order), "no spline was found within the limits in the same time"
     for backoff in _BACKOFFS:
         columns = list(_solved(splines, given, joints, held, backoff, until))
