@@ -15,7 +15,7 @@ import numpy as np
 from trackably.arguments import instance, real
 from trackably.arrays import ArrayLike
 from trackably.certificates.certified import Certified, learn_certified
-from trackably.certificates.goal import Claim, goal_for
+from trackably.certificates.goal import Claim, checked_claim, goal_for
 from trackably.certificates.judge import NotTrackableError, found_or_raise
 from trackably.certificates.pinned import prove_pinned
 from trackably.certificates.prove import Failure
@@ -39,7 +39,7 @@ from trackably.learning.space import SearchSpace
 from trackably.progress.bar import progress_bar
 from trackably.progress.work import BudgetEnded, until
 from trackably.reference import TrackableReference
-from trackably.request.claim import claimed, kept_at_rest, refuse_mean
+from trackably.request.claim import kept_at_rest, refuse_mean
 from trackably.request.plant import drawn_in
 from trackably.request.prior import Noise
 from trackably.request.samples import Measurements, SamplesLike
@@ -204,7 +204,7 @@ def learn_reference(
     """
     end = _end_of(budget)
     plant, tightening = drawn_in(plant, disturbance, feedback, margin, measurement_noise, model_error)
-    claim, learner = claimed(claim), _learner(method, at, learn_from, near)
+    claim, learner = checked_claim(claim), _learner(method, at, learn_from, near)
     measured = Measurements.of(samples, plant, noise_std, centres)
     classes = signal_classes(truth, measured.given, plant)
     level, between = split_means(mean, measured.names, measured.given)

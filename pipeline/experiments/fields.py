@@ -22,7 +22,7 @@ from pipeline.published.ground_truth import GROUND_TRUTHS
 from pipeline.yaml_file import Fields
 from trackably.arguments import is_number
 from trackably.arrays import Array
-from trackably.certificates.goal import Claim
+from trackably.certificates.goal import Claim, checked_claim
 from trackably.condensed import NODES, Centres
 from trackably.gp.hyperparameter import hyperparameter
 from trackably.gp.kernels.base import Kernel
@@ -78,12 +78,11 @@ def parse_claim(written: object) -> Claim:
     match written:
         case "all_times" | "all_phases":
             return written
-        case {"window": [int() | float() as start, int() | float() as end], **rest} if not rest:
-            if not (
-                is_number(start) and is_number(end) and math.isfinite(start) and math.isfinite(end) and start < end
-            ):
-                raise ValueError(f"window: expected start < end, got {start} and {end}")
-            return float(start), float(end)
+        case {"window": [start, end], **rest} if not rest:
+            try:
+                return checked_claim((start, end))
+            except ValueError as error:
+                raise ValueError(str(error).removeprefix("claim: ")) from None
     raise ValueError("expected all_times, all_phases or {window: [start, end]}")
 
 

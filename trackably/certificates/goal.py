@@ -3,9 +3,10 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from math import inf, isfinite
 from typing import Literal, Self
 
-from trackably.certificates.claim import OnWindow
+from trackably.arguments import is_number
 from trackably.certificates.prove import Outcome, prove, prove_on_window, prove_while_settling
 from trackably.gp.joint import JointPrior, has_period
 from trackably.gp.samples import Samples
@@ -17,6 +18,23 @@ Claim = Literal["all_times", "all_phases"] | tuple[float, float]
 """All times of a kernel that decays, all phases of a periodic one, or the window from start to end [s]."""
 
 _LONGER, _FAR = 1.5, 1e3
+
+
+def checked_claim(claim: object) -> Claim:
+    """Return a claim, a window as two floats. ValueError: anything else."""
+    match claim:
+        case str("all_times") | str("all_phases"):
+            return claim
+        case (start, end) if is_number(start) and is_number(end) and isfinite(start) and isfinite(end):
+            if not start < end:
+                raise ValueError(f"claim: a window needs start < end, got [{start!r}, {end!r}]")
+            return float(start), float(end)
+    raise ValueError(f"claim: expected 'all_times', 'all_phases' or (start, end) in seconds, got {claim!r}")
+
+
+def span_of(claim: Claim) -> tuple[float, float]:
+    """Return the first and the last time that is claimed [s]; infinite where there is none."""
+    return claim if isinstance(claim, tuple) else (0.0 if claim == "all_times" else -inf, inf)
 
 
 @dataclass(frozen=True)
@@ -80,5 +98,5 @@ def for_all_times_again(samples: tuple[Samples, ...], prior: JointPrior, plant: 
 
 def on_window(start: float, end: float) -> Goal:
     """Return the goal for every real t from `start` to `end` [s]. ValueError: these are no window."""
-    OnWindow(start, end)  # refused now, not after the search
+    checked_claim((start, end))  # refused now, not after the search
     return Goal(Window(start, end), partial(prove_on_window, start=start, end=end))

@@ -15,7 +15,7 @@ import scipy
 
 from trackably.arrays import Array, Flags
 from trackably.certificates.form import as_written
-from trackably.certificates.goal import Claim
+from trackably.certificates.goal import Claim, span_of
 from trackably.certificates.pinned import WINDOW, Pinned, extent
 from trackably.checker.contradiction import Contradiction, Gap, Value, wanted_boxes
 from trackably.checker.form import a_plant
@@ -102,7 +102,7 @@ def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Pinned]) -
     times that a whole number of steps separates up to this window count as linked.
     """
     step, most = plant.sampling_time, _MOST_UNKNOWNS // (len(plant.system.states) + len(plant.system.inputs))
-    first, last = claim if isinstance(claim, tuple) else (0.0 if claim == "all_times" else -math.inf, math.inf)
+    first, last = span_of(claim)
     for linked in _linked(sorted(pinned, key=lambda of: of.time), step):
         start = linked[0].time if linked else (first if math.isfinite(first) else 0.0)
         before, after = (_whole(time, start, step, most) for time in (start - first, last - start))

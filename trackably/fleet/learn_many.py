@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from trackably.arguments import instance, text, whole
+from trackably.certificates.goal import checked_claim
 from trackably.errors import InputError
 from trackably.extras import optional
 from trackably.files import new_file, path_of, read_bytes, write_atomically
@@ -20,7 +21,6 @@ from trackably.gp.kernels.base import Kernel
 from trackably.learn import learn_reference
 from trackably.progress.bar import recordings_bar
 from trackably.reference import TrackableReference
-from trackably.request.claim import claimed
 from trackably.request.plant import checked_plant
 from trackably.streams.reference import StreamReference
 from trackably.systems.constrained import ConstrainedSystem
@@ -174,7 +174,7 @@ def learn_many(
     if "progress" in options:
         raise TypeError("learn_many: progress is given twice")
     sources, where = sources_of(recordings), FleetFolder(path_of("folder", folder))
-    request = Request(plant, kernel, claim if claim == "recorded" else claimed(claim), options, learn)
+    request = Request(plant, kernel, claim if claim == "recorded" else checked_claim(claim), options, learn)
     processes = whole("workers", workers, least=1)
     address = None if cluster is None else text("cluster", cluster)
     asked = [(source, where.kept(source.name)) for source in sources]

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from trackably.arguments import instance, real
+from trackably.arguments import instance
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.goal import Claim
+from trackably.certificates.goal import Claim, checked_claim
 from trackably.certificates.judge import judged
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import Outcome, prove, prove_on_window
@@ -142,7 +142,8 @@ class Given:
                 "certify: given trajectories are proved for linear systems only; this one is nonlinear: certify_table "
                 "proves its states and inputs at the steps, and learn_reference learns one that is proved at all times"
             )
-        named = _named(trajectory, plant, None if claim is None or isinstance(claim, str) else claim)
+        claim = None if claim is None else checked_claim(claim)
+        named = _named(trajectory, plant, claim if isinstance(claim, tuple) else None)
         if claim is None and all(map(repeats, named.values())):
             claim = "all_phases"
         beyond = _beyond(claim, named)
@@ -205,16 +206,14 @@ def _beyond(claim: Claim | None, named: Mapping[str, Any]) -> Beyond:
             return "period" if all(map(repeats, named.values())) else "rest"
         case "all_phases":
             return "period"
-        case None | (_, _):
-            return "end"
-    raise ValueError(f"claim: must be all_times, all_phases or a pair of times, got {claim!r}")
+    return "end"
 
 
 def _window(claim: Claim | None, curves: Mapping[str, PolynomialPieces]) -> tuple[float, float] | None:
     if isinstance(claim, str):
         return None
     firsts, lasts = ([float(curve.breakpoints[i]) for curve in curves.values()] for i in (0, -1))
-    start, end = (max(firsts), min(lasts)) if claim is None else (real("claim: start", t) for t in claim)
+    start, end = claim or (max(firsts), min(lasts))
     if not (max(firsts) <= start < end <= min(lasts)):
         known = f"from {max(firsts):.9g} s to {min(lasts):.9g} s"
         raise ValueError(f"claim: trajectories are given {known}, but the claim is about {start:.9g} s to {end:.9g} s")

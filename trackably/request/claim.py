@@ -1,28 +1,11 @@
-"""The times for which a proof is asked, and whether plant and prior allow such a proof."""
+"""Whether the prior mean can be followed for as long as is claimed."""
 
-import numpy as np
-
-from trackably.arguments import is_number
 from trackably.certificates.goal import Claim
 from trackably.gp.joint import JointPrior
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.polytopes import ends_shown
 from trackably.systems.tightening import Tightening
 from trackably.systems.trajectories import Quantity
-
-
-def claimed(claim: object) -> Claim:
-    """Return a claim, a window as two floats. ValueError: anything else."""
-    match claim:
-        case str("all_times") | str("all_phases"):
-            return claim
-        case tuple((start, end)) if (
-            is_number(start) and is_number(end) and np.isfinite([float(start), float(end)]).all()
-        ):
-            if not start < end:
-                raise ValueError(f"claim: a window needs start < end, got [{start!r}, {end!r}]")
-            return float(start), float(end)
-    raise ValueError(f"claim: expected 'all_times', 'all_phases' or (start, end) in seconds, got {claim!r}")
 
 
 def refuse_mean(claim: Claim, prior: JointPrior, plant: ConstrainedSystem, drawn_in: Tightening | None = None) -> None:

@@ -10,7 +10,7 @@ from typing import Never
 
 from trackably.arguments import real
 from trackably.arrays import ArrayLike
-from trackably.certificates.goal import Claim, refusal
+from trackably.certificates.goal import Claim, checked_claim, refusal
 from trackably.certificates.judge import found_or_raise
 from trackably.certificates.pinned import prove_pinned
 from trackably.certificates.robust import robust_of
@@ -29,7 +29,7 @@ from trackably.learning.prior import prior_for
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.space import SearchSpace
 from trackably.progress.bar import progress_bar
-from trackably.request.claim import check_rest, claimed
+from trackably.request.claim import check_rest
 from trackably.request.plant import drawn_in
 from trackably.request.prior import Noise
 from trackably.request.samples import Measurements, SamplesLike
@@ -114,7 +114,7 @@ def learn_stream(
     """
     _refuse(others)
     plant, tightening = drawn_in(plant, disturbance, feedback, margin, measurement_noise)
-    claim = claimed(claim)
+    claim = checked_claim(claim)
     measured = Measurements.of(samples, plant, noise_std, centres, _MANY)
     if (length := real("window", window)) <= 0:
         raise ValueError(f"window: must be a positive number of seconds, got {length:g}")

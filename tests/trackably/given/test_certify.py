@@ -124,7 +124,7 @@ def with_breakpoints(x):
     ("curve", "claim", "interpolation", "reason"),
     [
         (CURVES["cubic"], (0.0, 4.0), None, "given from 0 s to 3 s"),
-        (CURVES["cubic"], "always", None, "must be all_times"),
+        (CURVES["cubic"], "always", None, "claim: expected 'all_times'"),
         (np.zeros(9), None, None, "samples need one of linear"),
         (np.zeros(9), None, "nearest", "samples need one of linear.*got 'nearest'"),
         ({"velocity": CURVES["cubic"]}, None, None, "not where it is"),
