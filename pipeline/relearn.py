@@ -17,12 +17,12 @@ from trackably.arrays import Array, ArrayLike
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.control.controller import Controller
-from trackably.control.online import BudgetExceeded, LearnFromWindow, LearningResult, holds_for_all_times
 from trackably.control.simulation import ClosedLoop, simulate
 from trackably.control.stepping import Infeasible, Unsolved
 from trackably.errors import InputError, NoReferenceError
 from trackably.gp.samples import Samples
 from trackably.learning.learner import JOINT
+from trackably.streams.window_learner import BudgetExceeded, LearnFromWindow, LearningResult, holds_for_all_times
 from trackably.systems.reference import Reference
 from trackably.systems.sampling import sampled_signals
 

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from trackably.checker import Undecided as Undecided
     from trackably.checking import check as check
     from trackably.control.controller import Controller as Controller
-    from trackably.control.online import BudgetExceeded as BudgetExceeded
     from trackably.control.simulation import simulate as simulate
     from trackably.control.stepping import Infeasible as Infeasible
     from trackably.control.stepping import Plan as Plan
@@ -93,6 +92,7 @@ if TYPE_CHECKING:
     from trackably.streams.learn import learn_stream as learn_stream
     from trackably.streams.reference import StreamReference as StreamReference
     from trackably.streams.relearner import Relearner as Relearner
+    from trackably.streams.window_learner import BudgetExceeded as BudgetExceeded
     from trackably.systems.constrained import ConstrainedSystem as ConstrainedSystem
     from trackably.systems.disturbances import ConvexHull as ConvexHull
     from trackably.systems.disturbances import Zonotope as Zonotope
@@ -114,7 +114,7 @@ __version__ = "0.2.0"
 _MODULES = {
     "BrokenLimit": "joints.certify",
     "BrokenLimits": "joints.certify",
-    "BudgetExceeded": "control.online",
+    "BudgetExceeded": "streams.window_learner",
     "CertifiedReference": "given.certify",
     "CertifiedTable": "given.table",
     "CertifiedTrajectory": "joints.certify",

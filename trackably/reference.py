@@ -10,6 +10,7 @@ from trackably.arguments import real, whole
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import found_or_raise
+from trackably.draws import Bands, Draws, band, bounded_steps, draws_within_bounds
 from trackably.explanation import (
     at_edges,
     condensed,
@@ -30,7 +31,6 @@ from trackably.learning.problem import ActiveBound, Method
 from trackably.proved import ProvedReference
 from trackably.saved import SavedReference
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.draws import Bands, Draws, band, bounded_steps, draws_within_bounds
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
 from trackably.truth import Accuracy, accuracy

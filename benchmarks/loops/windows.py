@@ -9,13 +9,13 @@ from benchmarks.duel import Row
 from pipeline.published.scalar import scalar
 from trackably.arrays import Array
 from trackably.certificates.certified import Certified, learn_certified
-from trackably.control.online import WindowLearner
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.learner import JOINT
 from trackably.learning.space import SearchSpace
+from trackably.streams.window_learner import WindowLearner
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Interval, Polytope

@@ -3,11 +3,13 @@
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self, TypeVar
+from typing import Protocol, Self, TypeGuard, TypeVar, runtime_checkable
 
 import numpy as np
+import numpy.typing as npt
 
-from trackably.arguments import is_number
+from trackably.arguments import is_number, numbers
+from trackably.arrays import Array
 from trackably.condensed import MANY, Centres, Condensation, checked_centres, condensed_by_name, cost_of
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
@@ -16,22 +18,72 @@ from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.request.prior import Noise, priors_by_name, value_of
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.sampling import (
-    Column,
-    Frame,
-    default_sample,
-    is_column,
-    is_frame,
-    kinds_by_name,
-    relative_to_first,
-    sampled_signals,
-    samples_of_column,
-    samples_of_frame,
-)
+from trackably.systems.sampling import default_sample, kinds_by_name, relative_to_first, sampled_signals
+
+# Samples in tables with an index of times, as pandas has them; nothing is imported from there.
+
+
+@runtime_checkable
+class SeriesLike(Protocol):
+    """Values over an index of times: a pandas Series."""
+
+    @property
+    def index(self) -> Iterable[object]: ...
+
+    def to_numpy(self) -> npt.NDArray[np.generic]: ...
+
+
+@runtime_checkable
+class FrameLike(Protocol):
+    """Columns of values over one index of times: a pandas DataFrame."""
+
+    @property
+    def index(self) -> Iterable[object]: ...
+
+    @property
+    def columns(self) -> Iterable[object]: ...
+
+    def __getitem__(self, key: object, /) -> SeriesLike: ...
+
+
+def is_frame(given: object) -> TypeGuard[FrameLike]:
+    """Whether something is a table of columns, as a pandas DataFrame is."""
+    return isinstance(given, FrameLike)
+
+
+def is_column(given: object) -> TypeGuard[SeriesLike]:
+    """Whether something is one column with an index, as a pandas Series is."""
+    return isinstance(given, SeriesLike) and not isinstance(given, FrameLike)
+
+
+def samples_of_frame(what: str, frame: FrameLike) -> dict[str, Samples]:
+    """Return the samples of each column by its name, as `samples_of_column` does."""
+    return {str(name): samples_of_column(f"{what}[{str(name)!r}]", frame[name]) for name in frame.columns}
+
+
+def samples_of_column(what: str, column: SeriesLike) -> Samples:
+    """Return the values of a column at the times [s] of its index; a time without a value (NaN) is no sample.
+
+    Times may be durations (timedelta64). Raises TypeError where they are dates, whose zero would be a guess, and where
+    the index only counts rows; ValueError as `Samples` does, with their order.
+    """
+    times, values = _times(what, column.index), numbers(what, column.to_numpy())
+    there = ~np.isnan(values)
+    return Samples(times[there], values[there])
+
+
+def _times(what: str, index: Iterable[object]) -> Array:
+    if type(index).__name__ == "RangeIndex":
+        raise TypeError(f"{what}: expected an index of times in seconds, got row numbers; see `frame.set_index(times)`")
+    times = np.asarray(index)
+    if times.dtype.kind == "m":
+        times = times / np.timedelta64(1, "s")
+    return numbers(f"{what}: index", times)
+
 
 T = TypeVar("T")
 
-SamplesLike = Samples | Column | Frame | Mapping[str, Samples | Column]
+SamplesLike = Samples | SeriesLike | FrameLike | Mapping[str, Samples | SeriesLike]
 """Samples as users have them: pandas Series and DataFrames too, with an index of times [s]."""
 
 

@@ -12,13 +12,13 @@ from trackably.certificates.certified import Certified
 from trackably.certificates.judge import judged
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.robust import robust_of
-from trackably.control.online import BudgetExceeded, Clock, WindowLearner, holds_for_all_times
 from trackably.control.stepping import Plan, SteppedController, StepResult
 from trackably.fit import Fit
 from trackably.learning.problem import NoSolution
 from trackably.learning.space import SearchSpace
 from trackably.reference import TrackableReference
 from trackably.request.samples import SamplesLike, names_of_each, same_states
+from trackably.streams.window_learner import BudgetExceeded, Clock, WindowLearner, holds_for_all_times
 from trackably.systems.sampling import sampled_signals
 
 

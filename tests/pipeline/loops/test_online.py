@@ -11,7 +11,6 @@ from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.claim import OnWindow
 from trackably.certificates.outcome import Unproved
 from trackably.control.controller import TOLERANCE, Controller
-from trackably.control.online import LearningResult
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
@@ -19,6 +18,7 @@ from trackably.gp.samples import Samples
 from trackably.learning.learner import JOINT
 from trackably.learning.problem import NoSolution
 from trackably.learning.space import SearchSpace
+from trackably.streams.window_learner import LearningResult
 from trackably.systems.polytopes import Interval
 
 PLANT = instances.example1().plant

@@ -8,11 +8,11 @@ import pytest
 from pipeline.relearn import receding_window, simulate_online
 from tests.pipeline.loops.test_online import CONTROLLER, STREAM, certified_by_search
 from trackably.certificates.certified import Certified, learn_certified
-from trackably.control.online import BudgetExceeded, WindowLearner
 from trackably.learning.joint.search import learn_function
 from trackably.learning.learner import JOINT
 from trackably.learning.problem import ConstrainedProblem, Pin, UnmetBounds
 from trackably.learning.space import SearchSpace
+from trackably.streams.window_learner import BudgetExceeded, WindowLearner
 
 WINDOWS = [receding_window(STREAM, 0.8 + 0.1 * i, 8) for i in range(8)]
 

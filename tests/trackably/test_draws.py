@@ -10,6 +10,7 @@ from pipeline.published.ground_truth import setpoint_change
 from tests.project import ROOT
 from tests.trackably.checker.redundant import learned as redundant
 from tests.trackably.plants import CART
+from trackably.draws import band, bounded_steps, draws_within_bounds
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -19,7 +20,6 @@ from trackably.gp.signal import KernelSum
 from trackably.learn import learn_reference
 from trackably.reference import TrackableReference
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.draws import band, bounded_steps, draws_within_bounds
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.polytopes import Polytope
