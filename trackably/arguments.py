@@ -26,6 +26,13 @@ def real(what: str, given: object) -> float:
     return number
 
 
+def positive(what: str, given: object) -> float:
+    """Return a positive number. TypeError: no number. ValueError: it is not positive, or not finite."""
+    if (number := real(what, given)) <= 0:
+        raise ValueError(f"{what} must be positive, got {number:g}")
+    return number
+
+
 def whole(what: str, given: object, least: int | None = None, most: int | None = None) -> int:
     """Return a whole number as an int. TypeError: no whole number. ValueError: it is not between `least` and `most`."""
     if not isinstance(given, int | np.integer) or isinstance(given, bool):

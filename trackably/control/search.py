@@ -72,6 +72,10 @@ class Trajectories:
         missed = self._deviation(at).missed
         return missed if np.isfinite(missed) else np.inf
 
+    def is_followed(self, at: Window) -> bool:
+        """Whether the system follows a trajectory, up to `FOLLOWED`."""
+        return self.missed(at) <= FOLLOWED
+
     def cost(self, at: Window) -> float:
         """Return V in its scale."""
         e, v, _ = self._deviation(at)
@@ -135,20 +139,7 @@ _NEWTON_STEPS = 3
 """Enough from `FOLLOWED` down to rounding, as each squares what is missed."""
 
 
-@dataclass(frozen=True, eq=False)
-class Found:
-    """A `trajectory` and what the system misses of it: Σ_i ‖f(x_i, u_i) − x_(i+1)‖₁ in scales."""
-
-    trajectory: Window
-    missed: float
-
-    @property
-    def is_followed(self) -> bool:
-        """Whether the system follows it, up to `FOLLOWED`."""
-        return self.missed <= FOLLOWED
-
-
-def minimise(trajectories: Trajectories, start: Window, weight: float) -> Found:
+def minimise(trajectories: Trajectories, start: Window, weight: float) -> Window:
     """Minimise the merit w V + Σ_i ‖f(x_i, u_i) − x_(i+1)‖₁, where V is the cost in its scale.
 
     For w = `weight` = 0 this is what the system misses, from a `start` that keeps all bounds. The result is a local
@@ -160,7 +151,7 @@ def minimise(trajectories: Trajectories, start: Window, weight: float) -> Found:
     """
     at, radius = start, 1.0
     for _ in range(MAX_CHANGES):
-        if not weight and trajectories.missed(at) <= FOLLOWED:
+        if not weight and trajectories.is_followed(at):
             break
         weight, change = _steer_weight(trajectories, at, weight, radius)
         if change is None:
@@ -177,7 +168,7 @@ def minimise(trajectories: Trajectories, start: Window, weight: float) -> Found:
         radius = _next_radius(radius, decrease / promised, change.size)
         if decrease > _ACCEPTED * promised:
             at = trial
-    return Found(at, trajectories.missed(at))
+    return at
 
 
 def _merit(trajectories: Trajectories, at: Window, weight: float) -> float:
@@ -284,40 +275,39 @@ def _search(
     problem: StepProblem, trajectories: Trajectories, initial_guess: Array | None, near: Infeasible | Plan | None
 ) -> Plan | Infeasible:
     """Return a plan that is found from one of the starts, or why there is none near by."""
-    closest: Found | None = None
+    tried: list[Window] = []
     for start in starts(problem.formulation, problem.state, problem.window, initial_guess):
-        found = minimise(trajectories, start, 0.0)
-        if found.is_followed:
-            plan = _cheaper(problem, trajectories, found.trajectory) or _converge_from(problem, trajectories, found)
+        tried.append(found := minimise(trajectories, start, 0.0))
+        if trajectories.is_followed(found):
+            plan = _cheaper(problem, trajectories, found) or _converge_from(problem, trajectories, found)
             if plan is not None:
                 return plan
-        if closest is None or found.missed < closest.missed:
-            closest = found
     if isinstance(near, Infeasible):
         return near
-    if closest is None or not np.isfinite(closest.missed):
+    closest = min(tried, key=trajectories.missed)
+    if not np.isfinite(missed := trajectories.missed(closest)):
         raise ArithmeticError("a plan leads where the system is not defined")
-    return _explain(problem, closest)
+    return _explain(problem, closest, missed)
 
 
 def _cheaper(problem: StepProblem, trajectories: Trajectories, start: Window) -> Plan | None:
     """Return the plan at which a search for lower costs ends; None where that is none."""
     found = minimise(trajectories, start, 1.0)
-    if not found.is_followed:
-        found = minimise(trajectories, found.trajectory, 0.0)
+    if not trajectories.is_followed(found):
+        found = minimise(trajectories, found, 0.0)
     return _converge_from(problem, trajectories, found)
 
 
-def _converge_from(problem: StepProblem, trajectories: Trajectories, found: Found) -> Plan | None:
+def _converge_from(problem: StepProblem, trajectories: Trajectories, found: Window) -> Plan | None:
     """Return the plan to which full steps converge from what was found, or else what was found itself; None where that
     is no plan."""
-    if not found.is_followed:
+    if not trajectories.is_followed(found):
         return None
     try:
-        converged = _by_full_steps(problem.along(found.trajectory))
+        converged = _by_full_steps(problem.along(found))
         if isinstance(converged, Plan):
             return converged
-        nominal = trajectories.follow_exactly(found.trajectory)
+        nominal = trajectories.follow_exactly(found)
         near = problem.along(nominal)
         plan = near.plan(nominal.inputs - problem.window.inputs, Status.ADMISSIBLE)
         return plan if near.is_feasible(plan) else None
@@ -325,13 +315,13 @@ def _converge_from(problem: StepProblem, trajectories: Trajectories, found: Foun
         return None
 
 
-def _explain(problem: StepProblem, closest: Found) -> Infeasible:
+def _explain(problem: StepProblem, closest: Window, missed: float) -> Infeasible:
     """Return why the linearisation along the trajectory that is followed best has no plan.
 
     Raises ArithmeticError where it has one, though the search did not find it, and where the solver does not tell.
     """
     try:
-        near = problem.along(closest.trajectory)
+        near = problem.along(closest)
         result = _by_full_steps(near)
         if isinstance(result, Infeasible):
             return result
@@ -339,8 +329,10 @@ def _explain(problem: StepProblem, closest: Found) -> Infeasible:
             return near.infeasible
     except (ArithmeticError, np.linalg.LinAlgError):
         pass
-    missed = f"{closest.missed:.3g} of the scales of the states"
-    raise ArithmeticError(f"no plan was found; the system misses the best trajectory of the search by {missed}")
+    raise ArithmeticError(
+        f"no plan was found; the system misses the best trajectory of the search by {missed:.3g} of the scales of the "
+        "states"
+    )
 
 
 def _is_followed(formulation: Formulation, plan: Window) -> bool:

@@ -238,11 +238,6 @@ class TubeController:
         """The system with the sets that are given: those that states and inputs keep."""
         return self.tightening.given
 
-    @cached_property
-    def nominal(self) -> Controller:
-        """The controller of the nominal system, with the tightened sets."""
-        return Controller(self.tightening.plant, self.horizon, self.Q, self.R)
-
     @property
     def invariant(self) -> InvariantSet:
         """The invariant set Z of the error, with the feedback K."""

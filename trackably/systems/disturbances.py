@@ -11,12 +11,11 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Self, cast
 
 import numpy as np
-import scipy
 
 from trackably.arguments import instance, numbers
 from trackably.arrays import Array, ArrayLike
 from trackably.checker import disturbances as checker
-from trackably.systems.polytopes import Polytope, rounded
+from trackably.systems.polytopes import Polytope, box_ends, deepest, rounded
 from trackably.systems.rationals import exact, reduced, whole
 
 Vector = tuple[Fraction, ...]
@@ -105,12 +104,7 @@ class Zonotope(_ExactSet):
 
         ValueError: a lower bound exceeds the upper one, or shapes do not fit.
         """
-        low, high = (
-            np.atleast_1d(numbers("disturbance: lower", lower)),
-            np.atleast_1d(numbers("disturbance: upper", upper)),
-        )
-        if low.shape != high.shape or low.ndim != 1:
-            raise ValueError(f"disturbance: as many lower as upper bounds are needed, got {low.shape} and {high.shape}")
+        low, high = box_ends("disturbance", lower, upper)
         for i in np.flatnonzero(~((low <= high) & np.isfinite(low) & np.isfinite(high))).tolist():
             raise ValueError(
                 f"disturbance: needs finite bounds, lower ≤ upper, got [{low[i]:g}, {high[i]:g}] for state {i + 1}"
@@ -286,17 +280,11 @@ def _holds_zero(given: DisturbanceSet) -> bool:
         aim = np.append(np.zeros(given.dimension), 1.0)
     size = np.max(np.abs(np.column_stack([matrix, aim])), axis=1, keepdims=True)
     unit = np.where(size > 0, size, 1.0)
-    # minimise t with |matrix x − aim| ≤ t in these units
-    rows, r = matrix / unit, len(matrix)
-    goal = aim / unit[:, 0]
-    program = scipy.optimize.linprog(
-        np.append(np.zeros(matrix.shape[1]), 1.0),
-        A_ub=np.vstack([np.column_stack([rows, -np.ones(r)]), np.column_stack([-rows, -np.ones(r)])]),
-        b_ub=np.concatenate([goal, -goal]),
-        bounds=[bounds] * matrix.shape[1] + [(0.0, None)],
-        method="highs",
-    )
-    return bool(program.fun is not None and program.fun <= _ROUNDING)
+    rows, goal, each = matrix / unit, aim / unit[:, 0], np.eye(matrix.shape[1])
+    at_most = [np.full(len(each), side) for side in (bounds[1], -bounds[0])]
+    shares = np.repeat([1.0, 0.0], [2 * len(rows), 2 * len(each)])  # of what |matrix x − aim| may be
+    limits = np.concatenate([goal, -goal, *at_most])
+    return deepest(np.vstack([rows, -rows, each, -each]), shares, limits)[0] >= -_ROUNDING
 
 
 # Measurement noise: what it does to the state that is measured, and to the bounds of the state.

@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from trackably.arguments import real
+from trackably.arguments import positive, real
 from trackably.systems.flat_forms import FlatForm
-from trackably.systems.linear import positive_sampling_time
 from trackably.systems.nonlinear import NonlinearSystem
 
 GRAVITY = 9.81
@@ -34,7 +33,7 @@ def mobile_robot(sampling_time: float) -> NonlinearSystem:
     where the lines of two chords meet. But these are parallel where the robot drives straight on, so that neither a
     straight path nor a figure eight could be proved.
     """
-    h = positive_sampling_time(sampling_time)
+    h = _step(sampling_time)
     return _vehicle(h, "turn", lambda speed, turn: turn, lambda way, turned: turned / h)
 
 
@@ -46,7 +45,7 @@ def kinematic_bicycle(sampling_time: float, wheelbase: float) -> NonlinearSystem
     rear axle. States x, y [m] of the rear axle, heading θ [rad]; inputs speed v [m/s], steering δ [rad], between −π/2
     and π/2. The flat outputs are x and y. The car has a heading where it moves: bound its speed from below.
     """
-    h, length = positive_sampling_time(sampling_time), _positive("wheelbase", wheelbase)
+    h, length = _step(sampling_time), positive("wheelbase", wheelbase)
     return _vehicle(
         h,
         "steering",
@@ -60,7 +59,11 @@ def tank(sampling_time: float, area: float = 2.0, outflow: float = 0.6) -> Nonli
 
     `area` A [m²], `outflow` a [m^2.5/s]. State level x [m], input inflow u [m³/s].
     """
-    h, wide, hole = positive_sampling_time(sampling_time), _positive("area", area), _positive("outflow", outflow)
+    h, wide, hole = (
+        _step(sampling_time),
+        positive("area", area),
+        positive("outflow", outflow),
+    )
     return NonlinearSystem.of(lambda x, u: [x[0] + h / wide * (u[0] - hole * np.sqrt(x[0]))], ["level"], ["inflow"], h)
 
 
@@ -70,7 +73,11 @@ def two_tanks(sampling_time: float, area: float = 2.0, outflow: float = 0.6) -> 
     A ẋ₁ = u − a √x₁, A ẋ₂ = a √x₁ − a √x₂ (Torricelli): `area` A [m²], `outflow` a [m^2.5/s]. States upper and lower
     level [m], input inflow u [m³/s]. The flat output is the lower level.
     """
-    h, wide, hole = positive_sampling_time(sampling_time), _positive("area", area), _positive("outflow", outflow)
+    h, wide, hole = (
+        _step(sampling_time),
+        positive("area", area),
+        positive("outflow", outflow),
+    )
 
     def f(x: Any, u: Any) -> list[Any]:
         upper, lower = x
@@ -86,8 +93,8 @@ def pendulum(sampling_time: float, length: float = 0.5, mass: float = 0.2, frict
     A point mass m [kg] on a light rod of `length` l [m], with viscous `friction` b [N m s]. States angle θ [rad], which
     is zero where it hangs, and rate ω [rad/s]; input torque τ [N m]. The flat output is the angle.
     """
-    h = positive_sampling_time(sampling_time)
-    rod, weight, drag = _positive("length", length), _positive("mass", mass), real("friction", friction)
+    h = _step(sampling_time)
+    rod, weight, drag = positive("length", length), positive("mass", mass), real("friction", friction)
     inertia = weight * rod**2
 
     def f(x: Any, u: Any) -> list[Any]:
@@ -95,6 +102,10 @@ def pendulum(sampling_time: float, length: float = 0.5, mass: float = 0.2, frict
         return [angle + h * rate, rate + h / inertia * (u[0] - drag * rate - weight * GRAVITY * rod * np.sin(angle))]
 
     return NonlinearSystem.of(f, ["angle", "rate"], ["torque"], h)
+
+
+def _step(sampling_time: float) -> float:
+    return positive("system: sampling_time", sampling_time)
 
 
 def _vehicle(h: float, second: str, rate: Callable[..., Any], solved: Callable[..., Any]) -> NonlinearSystem:
@@ -112,13 +123,6 @@ def _vehicle(h: float, second: str, rate: Callable[..., Any], solved: Callable[.
         return [*z[0], np.arctan2(y, x)], [way / h, solved(way, turned)]
 
     return NonlinearSystem.of(f, ["x", "y", "heading"], ["speed", second], h, FlatForm.of(flat, 2, ["heading"]))
-
-
-def _positive(what: str, given: object) -> float:
-    """Return a size or a mass. ValueError: it is not positive. TypeError: it is no number."""
-    if not (number := real(what, given)) > 0:
-        raise ValueError(f"{what} must be positive, got {number:g}")
-    return number
 
 
 MODELS: Mapping[str, Callable[..., NonlinearSystem]] = MappingProxyType(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Self, overload
 import numpy as np
 import scipy
 
-from trackably.arguments import array, is_number, names, numbers
+from trackably.arguments import array, is_number, names, numbers, positive
 from trackably.arrays import Array, ArrayLike
 from trackably.systems.formulas import weighted_sum_text
 from trackably.systems.rationals import Rationals, exact, inverse, null_space, power, rank, reduced, rounded
@@ -243,7 +243,7 @@ class LinearSystem:
         require_names((*states, *inputs))
         if len(states) != n or len(inputs) != m or len({*states, *inputs}) != n + m:
             raise ValueError(f"system: {n} states and {m} inputs need as many different names, got {states}, {inputs}")
-        c, T = array("system: c", np.zeros(n) if c is None else c, n), positive_sampling_time(T)
+        c, T = array("system: c", np.zeros(n) if c is None else c, n), positive("system: sampling_time", T)
         for name, value in zip(
             ("A", "B", "c", "states", "inputs", "sampling_time"), (A, B, c, states, inputs, T), strict=True
         ):
@@ -314,15 +314,6 @@ class LinearSystem:
     def flatness(self) -> Flatness:
         """Return states and inputs as functions of flat outputs. ValueError: the system is not controllable."""
         return flatness(exact(self.A), exact(self.B), exact(self.c), self.sampling_time, self.states)
-
-
-def positive_sampling_time(given: object) -> float:
-    """Return the sampling time [s] of a system. ValueError: it is not positive and finite. TypeError: no number."""
-    if not is_number(given):
-        raise TypeError(f"system: sampling_time: expected a number, got {given!r}")
-    if not (math.isfinite(given) and given > 0):
-        raise ValueError(f"system: sampling_time must be a positive finite number, got {given!r}")
-    return float(given)
 
 
 def _power_of_two(column: Array, other: Array) -> float:

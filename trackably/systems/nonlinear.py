@@ -8,7 +8,7 @@ from typing import Self
 
 import numpy as np
 
-from trackably.arguments import names
+from trackably.arguments import names, positive
 from trackably.arrays import Array
 from trackably.checker.formulas import Formula, Operation, parts
 from trackably.checker.formulas import names as names_in
@@ -16,7 +16,7 @@ from trackably.checker.inverse import UnsolvableError, inputs_of
 from trackably.checker.limits import DEPTH
 from trackably.systems.flat_forms import FlatForm, alike, found_form, why_not_flat, with_heading_in, without_jumps
 from trackably.systems.formulas import Term, derivative, evaluate_floats, size_and_depth, text
-from trackably.systems.linear import Flatness, positive_sampling_time, require_names
+from trackably.systems.linear import Flatness, require_names
 from trackably.systems.polytopes import Interval
 from trackably.systems.tracing import Dynamics, require_same_values, traced
 from trackably.systems.trajectories import Coordinate, Functional, Trajectory, one_of, shifted
@@ -43,7 +43,7 @@ class NonlinearSystem:
     flat: FlatForm | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "sampling_time", positive_sampling_time(self.sampling_time))
+        object.__setattr__(self, "sampling_time", positive("system: sampling_time", self.sampling_time))
         n = len(self.states)
         self._require_formulas()
         if self.flat is None and len(self.inputs) != n:
@@ -184,18 +184,15 @@ class NonlinearSystem:
     def slopes(self, x: Array, u: Array) -> tuple[Array, Array]:
         """Return ∂f/∂x and ∂f/∂u at x (…, n) and u (…, m): shapes (…, n, n) and (…, n, m)."""
         values, shape = self._values(x, u)
-
-        def at(names: tuple[str, ...]) -> Array:
-            rows = [[_value(self.derivatives[i, name], values, shape) for name in names] for i in range(len(self.f))]
-            return np.stack([_stacked(row, shape) for row in rows], axis=-2)
-
-        return at(self.states), at(self.inputs)
+        rows = [_stacked([evaluate_floats(of, values) if of else np.zeros(shape) for of in row], shape)
+                for row in self._slopes]  # fmt: skip
+        of_states, of_inputs = np.split(np.stack(rows, axis=-2), [len(self.states)], axis=-1)
+        return of_states, of_inputs
 
     @cached_property
-    def derivatives(self) -> Mapping[tuple[int, str], Term]:
-        """∂f_i/∂v as formulas, by i and the name of the state or input v."""
-        names = (*self.states, *self.inputs)
-        return {(i, name): derivative(formula, name) for i, formula in enumerate(self.f) for name in names}
+    def _slopes(self) -> list[list[Term]]:
+        """∂f_i/∂v as formulas, for each i and each state or input v."""
+        return [[derivative(formula, name) for name in (*self.states, *self.inputs)] for formula in self.f]
 
     def flatness(self) -> Flatness:
         """Return states and inputs as functions of flat outputs: of the states themselves, without a flat form."""
@@ -227,11 +224,6 @@ def _flatness_of(form: FlatForm, sampling_time: float) -> Flatness:
         return found.functional or found
 
     return Flatness(tuple(map(coordinate, form.states)), tuple(map(coordinate, form.inputs)), form.orders)
-
-
-def _value(term: Term, values: Mapping[str, Array], shape: tuple[int, ...]) -> Array:
-    """Evaluate a term in float64; a zero term is an array of zeros."""
-    return np.zeros(shape) if term is None else evaluate_floats(term, values)
 
 
 def _named(names: tuple[str, ...], values: Array) -> Mapping[str, Array]:

@@ -146,9 +146,7 @@ class Polytope:
 
         ValueError: only one of two bounds is infinite, shapes differ, or the box has no interior.
         """
-        low, high = np.atleast_1d(numbers("set: lower", lower)), np.atleast_1d(numbers("set: upper", upper))
-        if low.shape != high.shape or low.ndim != 1:
-            raise ValueError(f"set: as many lower as upper bounds are needed, got {low.shape} and {high.shape}")
+        low, high = box_ends("set", lower, upper)
         for i in np.flatnonzero(~(low < high)).tolist():
             ends = ", ".join(ends_shown(float(low[i]), float(high[i])))
             raise ValueError(f"set: must have an interior, got [{ends}] for coordinate {i + 1}")
@@ -258,6 +256,14 @@ class Polytope:
             first, last = ends_shown(low, high)
             sides.append(f"{first} ≤ {_formula(row)} ≤ {last}")
         return "{x : " + ", ".join(sides) + "}"
+
+
+def box_ends(what: str, lower: ArrayLike, upper: ArrayLike) -> tuple[Array, Array]:
+    """Return the bounds of a box as arrays (n,), numbers as those of one coordinate. ValueError: shapes differ."""
+    low, high = (np.atleast_1d(numbers(f"{what}: {name}", of)) for name, of in (("lower", lower), ("upper", upper)))
+    if low.shape != high.shape or low.ndim != 1:
+        raise ValueError(f"{what}: as many lower as upper bounds are needed, got {low.shape} and {high.shape}")
+    return low, high
 
 
 def deepest(rows: Array, shares: Array, limits: Array) -> tuple[float, Array]:

@@ -100,7 +100,7 @@ def test_where_there_is_no_plan_it_says_how_close_one_comes_to_the_reference(nam
     while isinstance(result := loop.controller.step(0, off(loop, part), loop.reference), Plan):
         part *= 1.3
     assert isinstance(result, Infeasible)
-    scales = loop.controller.nominal.formulation.scales.states
+    scales = loop.controller.formulation.scales.states
     missed = naive.least_terminal_error(loop.controller, 0, off(loop, part), loop.reference, scales)
     if result.terminal_error is None:
         assert missed == np.inf
