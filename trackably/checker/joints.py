@@ -6,16 +6,16 @@ Form. {"format": "trackably joint trajectory", "version": 1, "joints": [{"name",
 
 Theorem. Each joint is q(t) = Σ_k c_k (t − t_i)^k for t_i ≤ t ≤ t_(i+1), with its own coefficients; every stored float64
 stands for exactly one real number. If `check` answers Proved, then on each piece, closed on both sides, the derivative
-q^(r) stays in its limits, r = 0, …, R. At each breakpoint between two pieces q^(r) jumps by d_r at most, r < R. Where
-the trajectory rests beyond its end, q stays at its last value, and this counts as one more piece. So for
-t_0 ≤ t ≤ t_K, or for all t ≥ t_0, the limits hold of every derivative, and each derivative below the highest one
-changes by nothing but the integral of the next one and by these jumps: nothing is infinite between two pieces. Nothing
-is said about the rounding of who evaluates q.
+q^(r) stays in its limits, r = 0, …, R. At each breakpoint between two pieces q^(r) jumps by d_r at most, if the joint
+has limits of an order above r. Where the trajectory rests beyond its end, q stays at its last value, and this counts as
+one more piece. So for t_0 ≤ t ≤ t_K, or for all t ≥ t_0, the limits hold of every derivative, and each derivative below
+a joint's highest limited one changes by nothing but the integral of the next one and by these jumps: nothing that is
+limited is infinite between two pieces. Nothing is said about the rounding of who evaluates q.
 
 If `check` answers Refuted of a "trackably broken joint trajectory", which has "broken" instead of nothing, then each of
 its entries is true: {"joint", "order": r, "piece": i, "since": s, "violation": v > 0} says that q^(r) is outside of its
-limits by v at least at t_i + s, on piece i; {"joint", "order": r, "jump": i, "violation"} that q^(r), r < R, jumps by
-more than d_r, namely by v at least, at t_i.
+limits by v at least at t_i + s, on piece i; {"joint", "order": r, "jump": i, "violation"} that q^(r), of a joint with
+limits of an order above r, jumps by more than d_r, namely by v at least, at t_i.
 
 Proof. On a piece of width h, q^(r) is Σ_k a_k x^k with a_k = c_(k+r) (k + r)!/k! h^k and 0 ≤ x ≤ 1, a polynomial with
 rational coefficients. It is shown to be nowhere negative beside its limits as the pieces of `piecewise` are; most of
@@ -59,6 +59,11 @@ class Joint:
 
     name: str
     limits: tuple[Limit, ...]
+
+    @property
+    def order(self) -> int:
+        """The highest order that is limited; 0 where none is."""
+        return max((r for r, limit in enumerate(self.limits) if limit), default=0)
 
 
 @dataclass(frozen=True)
@@ -146,16 +151,18 @@ OpenParts = Callable[[JointTrajectory], tuple[Open, Open]]
 
 def everything(trajectory: JointTrajectory) -> tuple[Open, Open]:
     """Return all limits on all pieces, and all jumps."""
-    joints, pieces = range(len(trajectory.joints)), range(trajectory.pieces)
-    limits = [(j, r, i) for j in joints for r, limit in enumerate(trajectory.joints[j].limits) if limit for i in pieces]
-    return limits, [(j, r, i) for j in joints for r in range(len(trajectory.jumps)) for i in trajectory.inner]
+    joints = list(enumerate(trajectory.joints))
+    limits = (
+        (j, r, i) for j, of in joints for r in range(of.order + 1) if of.limits[r] for i in range(trajectory.pieces)
+    )
+    return limits, ((j, r, i) for j, of in joints for r in range(of.order) for i in trajectory.inner)
 
 
 def check_joints(trajectory: JointTrajectory, undecided: OpenParts = everything) -> str | None:
     """Return the first limit that is not shown to be kept, or jump that is too large; None where all is well."""
-    limits, jumps = map(list, undecided(trajectory))
-    for done, (j, r, i) in enumerate(limits):
-        progress(done, len(limits))
+    limits, jumps = undecided(trajectory)
+    for j, r, i in limits:
+        progress(j, len(trajectory.joints))
         joint = trajectory.joints[j]
         limit = joint.limits[r]
         if limit and not _stays_inside(trajectory.polynomial(j, i, r), trajectory.width(i), limit):
@@ -181,7 +188,7 @@ def check_broken(found: BrokenTrajectory) -> str | None:
         if broken.joint >= len(trajectory.joints) or broken.order > orders:
             return f"{where}: there is no such joint, or no such order"
         if broken.jump >= 0:
-            if broken.jump not in trajectory.inner or broken.order == orders:
+            if broken.jump not in trajectory.inner or broken.order >= trajectory.joints[broken.joint].order:
                 return f"{where}: no jump counts there"
             size = abs(trajectory.jump(broken.joint, broken.order, broken.jump))
             if not size >= by > Fraction(trajectory.jumps[broken.order]):

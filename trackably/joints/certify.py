@@ -38,7 +38,7 @@ class NotAcceptedError(ValueError):
 class CertifiedTrajectory:
     """A `trajectory` that keeps all limits of `joints` between its points, as the checker has accepted.
 
-    Derivatives below the highest limited one jump by `tolerance` at most from piece to piece, each in its unit.
+    Derivatives below a joint's highest limited one jump by `tolerance` at most from piece to piece, each in its unit.
     `moved` says how far a repair moved each joint, `factor` by how much it was slowed down.
 
     NotAcceptedError (a ValueError): the checker does not accept it.
@@ -149,8 +149,8 @@ def certify_joints(
     joints
         The joints with their limits.
     tolerance
-        By how much the derivatives below the highest limited one may jump from piece to piece, each in its unit. A
-        jump beyond it breaks the next limit: the acceleration is infinite where a velocity jumps.
+        By how much a joint's derivatives below its highest limited one may jump from piece to piece, each in its unit.
+        A jump beyond it breaks the next limit: the acceleration is infinite where a velocity jumps.
 
     Returns
     -------

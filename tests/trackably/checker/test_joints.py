@@ -108,6 +108,10 @@ VERDICTS: dict[str, tuple[Callable[[dict[str, Any]], object], type]] = {
         lambda c: (trajectory(**TWO)(c), limits(None, [0, 2])(c), c.update(jumps=[2e-9])),
         Proved,
     ),
+    "a jump of what has no further limits": (
+        lambda c: (trajectory(**TWO)(c), limits([0, 3], None)(c)),
+        Proved,
+    ),
     "no jump is negative": (lambda c: c.update(jumps=[-1.0]), NotACertificate),
     "limits in the wrong order": (limits([1.0, 0.0], None), NotACertificate),
     "three ends": (limits([0.0, 1.0, 2.0], None), NotACertificate),
@@ -132,6 +136,10 @@ VERDICTS: dict[str, tuple[Callable[[dict[str, Any]], object], type]] = {
     "broken without a limit": (broken(order=0), Failed),
     "a jump where there is none": (broken(piece=None, since=None, jump=1, order=0), Failed),
     "a jump": (lambda c: (jump(9e-10)(c), trajectory(**TWO)(c)), Refuted),
+    "a jump that does not count": (
+        lambda c: (jump(9e-10)(c), trajectory(**TWO)(c), limits([0, 3], None)(c)),
+        Failed,
+    ),
     "a jump by more": (lambda c: (jump(2e-9)(c), trajectory(**TWO)(c)), Failed),
     "a violation of zero": (broken(violation=0.0), NotACertificate),
 }  # fmt: skip

@@ -121,6 +121,16 @@ def test_limits_of_a_derivative_are_broken_where_the_one_below_jumps() -> None:
     assert isinstance(stretch_joints(linear, Joints(acceleration=1e9, names=linear.names)), BrokenLimits)
 
 
+def test_a_joint_may_jump_in_what_it_has_no_limits_of() -> None:
+    positions = np.column_stack([np.sin(T), 0.1 * T])
+    given = JointTrajectory.through(T, positions, names=["gripper", "arm"], rests=False)
+    limits = {"velocity": {"gripper": 2.0}, "acceleration": {"arm": 1.0}}
+    assert isinstance(certify_joints(given, Joints(**limits)), CertifiedTrajectory)
+    found = certify_joints(given, Joints(**{**limits, "jerk": {"gripper": 1.0}}))
+    assert isinstance(found, BrokenLimits)
+    assert [(each.joint, each.order) for each in found.broken] == [("gripper", "velocity")]
+
+
 def test_the_end_counts_where_it_rests() -> None:
     spline = CubicSpline(T, np.sin(T)[:, None])
     joints = Joints(acceleration=2.0, names=["q1"])

@@ -65,7 +65,9 @@ def _open_jumps(trajectory: JointTrajectory, r: int, a: Array, b: Array, off: Ar
     after = np.concatenate([a[:, 1:], rest], axis=1)[:, :count]
     jump = np.abs(after - b[:, :count, -1]) * (1 + _PART) + off[:, :count, -1] * 2 + _PART * np.abs(after)
     return [
-        (j, r, i + 1) for j, i in np.argwhere(~(jump <= trajectory.jumps[r])).tolist() if not _is_end(trajectory, r, i)
+        (j, r, i + 1)
+        for j, i in np.argwhere(~(jump <= trajectory.jumps[r])).tolist()
+        if r < trajectory.joints[j].order and not _is_end(trajectory, r, i)
     ]
 
 
