@@ -1,11 +1,8 @@
 """What the command line reads: a system with its sets, as params.yaml writes them, and a table of rows."""
 
-import csv
+from collections.abc import Sequence
 from dataclasses import dataclass
-from io import StringIO
-from math import isfinite
 from pathlib import Path
-from reprlib import repr as short
 from typing import Any
 
 import numpy as np
@@ -16,6 +13,8 @@ from trackably.errors import InputError
 from trackably.files import from_json, from_yaml, read_bytes
 from trackably.given.table import Table
 from trackably.gp.samples import Samples
+from trackably.recordings.csv_file import CsvLayout, read_cells
+from trackably.recordings.decimals import POINT, parse, scale_once
 from trackably.systems.constrained import ConstrainedSystem, System
 from trackably.systems.library import model_of
 from trackably.systems.linear import LinearSystem
@@ -123,6 +122,7 @@ def _require(what: str, given: dict[str, Any], *fields: str) -> None:
 
 
 _STEPS, _TIMES = ("k", "step"), ("t", "time")
+_LAYOUT = CsvLayout(missing=("",))
 _OFF = 1e-6  # of a sampling time: times in a table of steps may be off by so much
 
 
@@ -130,12 +130,12 @@ _OFF = 1e-6  # of a sampling time: times in a table of steps may be off by so mu
 class Columns:
     """The columns of a file by the names of their heads, without units in brackets; NaN where a cell is empty.
 
-    `lines` are the numbers of the rows' lines.
+    `places` name the rows, as "line 2".
     """
 
     path: Path
     values: dict[str, Array]
-    lines: tuple[int, ...]
+    places: Sequence[str]
 
     def times(self, sampling_time: float) -> Array:
         """Return the times of the rows [s]. InputError: there is no column of steps or times."""
@@ -160,7 +160,7 @@ class Columns:
             i = wrong[0]
             before = f" after {steps[i - 1]:.9g}" if i else ""
             raise InputError(
-                f"{self.path}: line {self.lines[i]}: rows must be successive steps, k or t = k T with "
+                f"{self.path}: {self.places[i]}: rows must be successive steps, k or t = k T with "
                 f"T = {plant.sampling_time:g} s, got the step {steps[i]:.9g}{before}"
             )
         states, inputs = (
@@ -203,40 +203,22 @@ def _shown(plant: ConstrainedSystem, name: str) -> int | None:
 
 def read_columns(path: Path) -> Columns:
     """Read a CSV file with a header: commas, semicolons or tabs between cells. InputError says what is wrong in it."""
-    try:
-        text = read_bytes(path).decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: cannot be read ({error})") from error
-    lines = _lines(path, text)
-    if len(lines) < 3:
-        raise InputError(f"{path}: expected a header and two rows at least, got {len(lines)} lines that are not empty")
-    heads = [head.partition("[")[0].strip() for head in lines[0][1]]
+    cells = read_cells(path, _LAYOUT)
+    rows = zip(*cells.columns.values(), strict=True)
+    cells = cells.part([i for i, row in enumerate(rows) if not all(map(_LAYOUT.is_missing, row))])
+    if (count := len(cells.places)) < 2:
+        raise InputError(f"{path}: expected a header and two rows at least, got {count} rows that are not empty")
+    heads = [head.partition("[")[0].strip() for head in cells.columns]
     if twice := [head for i, head in enumerate(heads) if head in heads[:i]]:
         raise InputError(f"{path}: expected a header of different names, but {twice[0]!r} is there twice")
-    values = [_numbers(path, line, row, len(heads)) for line, row in lines[1:]]
-    return Columns(path, dict(zip(heads, np.array(values).T, strict=True)), tuple(line for line, _ in lines[1:]))
+    values = [
+        [_number(path, *of) for of in zip(cells.places, cells.columns[name], strict=True)] for name in cells.columns
+    ]
+    return Columns(path, dict(zip(heads, map(np.array, values), strict=True)), cells.places)
 
 
-def _lines(path: Path, text: str) -> list[tuple[int, list[str]]]:
-    """Return the cells of the lines that are not empty, each with the number at which it ends."""
-    header = text.lstrip().partition("\n")[0]
-    reader = csv.reader(StringIO(text, newline=""), delimiter=max(",;\t", key=header.count))
+def _number(path: Path, place: str, cell: str) -> float:
     try:
-        return [(reader.line_num, row) for row in reader if any(map(str.strip, row))]
-    except csv.Error as error:
-        raise InputError(f"{path}: line {reader.line_num}: is not CSV: {error}") from error
-
-
-def _numbers(path: Path, line: int, row: list[str], count: int) -> list[float]:
-    if len(row) != count:
-        raise InputError(f"{path}: line {line}: expected {count} cells, got {len(row)}")
-    found = []
-    for cell in row:
-        try:
-            number = float(cell) if cell.strip() else float("nan")
-        except ValueError:
-            raise InputError(f"{path}: line {line}: expected a number, got {short(cell)}") from None
-        if cell.strip() and not isfinite(number):
-            raise InputError(f"{path}: line {line}: expected a finite number, got {short(cell)}")
-        found.append(number)
-    return found
+        return float("nan") if _LAYOUT.is_missing(cell) else scale_once(parse(cell, POINT), 1.0)
+    except ValueError as error:
+        raise InputError(f"{path}, {place}: {error}") from None

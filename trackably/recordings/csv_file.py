@@ -155,8 +155,8 @@ KITTI = CsvLayout(" ", columns=("r11", "r12", "r13", "x", "r21", "r22", "r23", "
 """Poses of the KITTI odometry benchmark: the rows of [R t], one pose a frame; neither header nor stamps."""
 
 
-def read_cells(path: Path, layout: CsvLayout, names: Collection[str]) -> Cells:
-    """Read columns. InputError: unreadable or ragged, or a column of `names` is missing or appears twice."""
+def read_cells(path: Path, layout: CsvLayout, names: Collection[str] | None = None) -> Cells:
+    """Read columns, all without `names`. InputError: unreadable or ragged, or one is missing or appears twice."""
     text = read_text(path, layout.encoding)
     separator, header = _header(path, text, layout, names)
     lines, rows = [], []
@@ -173,7 +173,7 @@ def read_cells(path: Path, layout: CsvLayout, names: Collection[str]) -> Cells:
         raise InputError(f"{path}, {error}") from error
     if not rows:
         raise InputError(f"{path}: there are no rows{'' if layout.columns else ' below the header'}")
-    at = {name: header.index(name) for name in names}
+    at = {name: header.index(name) for name in (header if names is None else names)}
     return Cells({name: [row[i] for row in rows] for name, i in at.items()}, [f"line {line}" for line in lines])
 
 
@@ -206,9 +206,9 @@ def csv_reading(
     return TableReading.of(path_given(path), form, time, time_unit, signals, repairs, origin, between)
 
 
-def _header(path: Path, text: str, layout: CsvLayout, names: Collection[str]) -> tuple[str, list[str]]:
-    """Return the separator and the names in the header: with this separator most of `names` are found."""
-    found = {}
+def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | None) -> tuple[str, list[str]]:
+    """Return the separator and the names in the header: with this separator most of those that are wanted are found."""
+    names, found = wanted or (), {}
     refused = []
     for separator in SEPARATORS if layout.separator is None else (layout.separator,):
         try:
@@ -223,7 +223,7 @@ def _header(path: Path, text: str, layout: CsvLayout, names: Collection[str]) ->
     separator, header = max(found.items(), key=lambda item: (sum(name in item[1] for name in names), len(item[1])))
     if layout.columns:  # no header tells the separator: the first row has as many cells
         separator = max(found, key=lambda separator: len(next(_records(text, layout, separator))[1]))
-    for name in names:
+    for name in header if wanted is None else wanted:
         if name not in header:
             listed = ", ".join(map(repr, header))
             hint = "" if layout.columns else _header_below(text, layout, names)
