@@ -72,11 +72,15 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 @dataclass(frozen=True)
 class Observed:
-    """What is known of a state: the `samples` that it is learned from, those `held_out`, and the true signal."""
+    """What is known of a state: the `samples` that it is learned from, those `held_out`, and the true signal.
+
+    The latter lies within the `band` of lower and upper values, each NaN where nothing is known.
+    """
 
     samples: Samples | None = None
     held_out: Samples | None = None
     truth: Array | None = None
+    band: tuple[Array, Array] | None = None
 
 
 @styled
@@ -114,6 +118,8 @@ def tracking(
 def _draw_observed(axes: Axes, observed: Observed, times: Array) -> None:
     if observed.truth is not None:
         axes.plot(times, observed.truth, color=INK, linewidth=0.8, zorder=2.9, label="true signal")
+    if observed.band is not None:
+        axes.fill_between(times, *observed.band, color=PALE, linewidth=0, alpha=0.7, zorder=2.6, label="true signal")
     if observed.samples is not None:
         style = SAMPLE | {"markersize": 3} | ({"label": "centres"} if observed.samples.scatters else {})
         axes.plot(observed.samples.times, observed.samples.values, **style)

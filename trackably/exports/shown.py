@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from trackably.arrays import Array
+from trackably.checker.certificate import TrueSignal
 from trackably.exports.proved import Proved, Reached, ends, margins_found, proved_times, shown_times
 from trackably.extras import optional
 
@@ -115,5 +117,16 @@ def figure(proved: Proved, start: float | None = None, end: float | None = None)
     with optional("plot"):
         from trackably.exports.figures import Observed, tracking  # noqa: PLC0415  tables need no matplotlib
     times = proved_times(proved, shown_times(proved, _COUNT, start, end))
-    observed = {name: Observed(samples) for name, samples in proved.sampled.items()}
+    bands = {truth.state: _band(proved, truth, times) for truth in proved.certificate.truth}
+    names = {**proved.sampled, **bands}
+    observed = {name: Observed(proved.sampled.get(name), band=bands.get(name)) for name in names}
     return tracking({"reference": proved.reference}, observed, times)
+
+
+def _band(proved: Proved, truth: TrueSignal, times: Array) -> tuple[Array, Array]:
+    """Return what is within the proved error of the reference: every true signal that explains the samples is."""
+    cell = np.searchsorted(truth.ends, times, side="right") - 1
+    inside = (times >= truth.ends[0]) & (times <= truth.ends[-1])
+    errors = np.where(inside, np.array([*truth.errors, truth.errors[-1]])[np.maximum(cell, 0)], np.nan)
+    x = proved.reference.state_at(times)[:, proved.reference.plant.system.states.index(truth.state)]
+    return x - errors, x + errors

@@ -1,0 +1,270 @@
+"""Attack what is said of true signals and of wrong models: `python -m tests.attack.signals`; exit code 1: it was false.
+
+Signals are drawn with bang-bang second derivatives, and sampled with noise at its bounds; adversarial ones are found by
+a linear program. Plants switch between vertices of their hull such that it hurts. Certificates are changed at random,
+and what the checker still accepts is compared with what signals and plants do.
+"""
+
+import argparse
+import copy
+import sys
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+
+from tests.trackably.test_model_error import PLANT, SYSTEM, A, B, W, gain
+from tests.trackably.test_truth import NOISE, BangBang, measured
+from trackably import (
+    ConstrainedSystem,
+    LinearSystem,
+    Plan,
+    Polytope,
+    Samples,
+    SquaredExponential,
+    TrackableReference,
+    Truth,
+    TubeController,
+    Zonotope,
+    learn_reference,
+    worst_plant,
+)
+from trackably.certificates.form import encode_certificate
+from trackably.checker import Contradicted, Proved, check
+from trackably.checker.certificate import Measured, SignalClass
+from trackably.truth import _Program, no_signal
+
+WIDE = ConstrainedSystem(SYSTEM, Polytope.box([-5.0, -5.0], [5.0, 5.0]), Polytope.box([-40.0], [40.0]))
+LIMIT = 0.5
+
+
+def learn_signal(seed: int, plant: ConstrainedSystem = WIDE, **more: object) -> tuple[TrackableReference, BangBang]:
+    draw, f = np.random.default_rng([seed, 7]), BangBang(seed, 0.97 * LIMIT)
+    t = np.sort(draw.choice(np.arange(0.0, 2.0, 0.02), 25, replace=False))
+    values = f(t) + NOISE * draw.choice([-1.0, 1.0], len(t))
+    kernel = SquaredExponential(signal_std=0.2, lengthscale=0.4)
+    window = float(t[0]), float(t[-1])
+    truth = Truth(NOISE * (1 + 1e-9), second_derivative=LIMIT)  # a little more than it takes: programs find signals
+    found = learn_reference(
+        Samples(t, values), plant, kernel, window, noise_std=NOISE, mean=0.0, truth=truth, progress=False, **more
+    )
+    return found, f
+
+
+def attack_signals(count: int, seed: int) -> dict[str, object]:
+    false, drawn, adversarial = 0, [], []
+    for i in range(count):
+        found, f = learn_signal(seed + i)
+        (truth,) = found.certificate.truth
+        t = np.linspace(truth.ends[0], truth.ends[-1], 2001)
+        x = found.reference.state_at(t)[:, 0]
+        apart, cell = np.abs(x - f(t)), np.clip(np.searchsorted(truth.ends, t, side="right") - 1, 0, None)
+        errors = np.array([*truth.errors, truth.errors[-1]])
+        false += bool(np.any(apart > errors[cell] + 1e-12))
+        drawn.append(float(np.max(apart)) / truth.error)
+        k = int(np.argmax(truth.errors))
+        reached = 0.0
+        for at in (truth.ends[k], truth.ends[k + 1]):
+            ends = _Program.of(truth.of, (at,), cells=6).ends_at(at)
+            if ends:
+                there = float(found.reference.state_at(np.array([at]))[0, 0])
+                reached = max(reached, abs(ends[0] - there), abs(ends[1] - there))
+        false += reached > truth.error * (1 + 1e-6)
+        adversarial.append(reached / truth.error)
+    return {
+        "signals": count,
+        "false": false,
+        "largest of drawn / ε": max(drawn),
+        "adversarial / ε: least, median, largest": [*np.percentile(adversarial, [0, 50, 100]).round(4).tolist()],
+        "adversarial within 10 %": int(np.sum(np.array(adversarial) > 0.9)),
+    }
+
+
+def attack_contradictions(count: int, seed: int) -> dict[str, object]:
+    found, wrong, sizes, false = 0, 0, Counter[int](), 0
+    for i in range(count):
+        draw, f = np.random.default_rng([seed, i]), BangBang(seed + i)
+        of = measured(f, draw, 20)
+        kinds = [replace(of, slope=None), replace(of, slope=None, rates=None), of]
+        of = [*kinds, replace(of, second_derivative=None, rates=None)][i % 4]
+        wrong += no_signal("position", of) is not None
+        values = list(of.samples.values)
+        k = int(draw.integers(1, len(values) - 1))
+        values[k] += float(draw.choice([-1.0, 1.0])) * (0.5 if of.second_derivative is None else 0.3) * 4
+        answer = no_signal("position", replace(of, samples=replace(of.samples, values=tuple(values))))
+        found += answer is not None
+        if answer:
+            sizes[len(answer.among)] += 1
+            false += not isinstance(check(answer.contradiction), Contradicted)
+    return {"planted": count, "found": found, "found in others": wrong, "refused": false, "sizes": dict(sizes)}
+
+
+def attack_models(steps: int, seed: int) -> dict[str, object]:
+    t = np.arange(0.0, 4.0, 0.1)
+    samples = Samples(t, 0.05 * np.sin(1.8 * t) * np.exp(-0.3 * t))
+    broken, taken, least = 0, 0, np.inf
+    for plant_error, more in ((gain(0.2), {"disturbance": W}), (gain(0.3), {}), (_both(), {"disturbance": W})):
+        found = learn_reference(
+            samples, PLANT, SquaredExponential(), "all_times", mean=0.0, noise_std=0.001, progress=False,
+            model_error=plant_error, **more,
+        )  # fmt: skip
+        assert found.tightening is not None
+        assert found.tightening.invariant is not None
+        K = found.tightening.invariant.feedback
+        policies, count = 42 + len(plant_error.vertices) + 1, 0
+        while count < steps / 3:
+            length = int(min(8000, steps / 3 / policies + 1))
+            worst = worst_plant(found, PLANT, plant_error, K, length, **more)
+            broken += worst.breaks
+            least, count = min(least, -worst.violation), count + length * policies
+        taken += count
+    return {"steps": taken, "broken": broken, "least that is left": least}
+
+
+def _both() -> object:
+    system = LinearSystem(A, B, states=SYSTEM.states, inputs=SYSTEM.inputs, sampling_time=0.02)
+    entries = {("velocity", "velocity"): (0.998, 1.002), ("velocity", "acceleration"): (0.018, 0.022)}
+    return type(gain(0.1)).intervals(system, entries)
+
+
+def attack_end_to_end(runs: int, seed: int) -> dict[str, object]:
+    """Feed back noisy states of plants at vertices, and every twentieth run by the tube controller."""
+    noise = np.array([2e-4, 5e-4])
+    further, without_plan, largest, bounds = 0, 0, 0.0, []
+    K = [[-60.0, -16.0]]
+    every = 20
+    for i in range(0, runs, every):
+        plant = ConstrainedSystem(SYSTEM, Polytope.box([-5.0, -5.0], [5.0, 5.0]), Polytope.box([-4.0], [4.0]))
+        found, f = learn_signal(
+            seed + i, plant, model_error=gain(0.2), disturbance=W, feedback=K,
+            measurement_noise=Zonotope.box(-noise, noise),
+        )  # fmt: skip
+        (truth,), draw = found.certificate.truth, np.random.default_rng([seed, i])
+        assert truth.plant is not None
+        assert found.tightening is not None
+        bounds.append(truth.plant)
+        first = int(np.ceil(truth.ends[0] / 0.02 - 1e-9))
+        last = int(np.floor(truth.ends[-1] / 0.02 + 1e-9))
+        window = found.window(first, last - first)
+        times = 0.02 * np.arange(first, last + 1)
+        tube = TubeController(found.tightening, 6)
+        for run in range(every):
+            x, kind = window.states[0], run % 4
+            for k in range(last - first):
+                side = np.sign(x - window.states[k]) + (x == window.states[k])
+                v = -noise * side if kind == 0 else noise * draw.choice([-1.0, 1.0], 2)
+                seen = x + v
+                if run == 0 and k < last - first - 7:
+                    plan = tube.step(first + k, seen, found)
+                    if not isinstance(plan, Plan):
+                        without_plan += 1
+                        break
+                    u = plan.input
+                else:
+                    u = window.inputs[k] + np.array(K) @ (seen - window.states[k])
+                factor = [0.8, 1.2][int(u[0] * side[0] > 0)] if kind < 2 else draw.choice([0.8, 1.2])
+                w = np.array([0.0, 5e-4 * (side[1] if kind < 2 else draw.choice([-1.0, 1.0]))])
+                x = np.array(A) @ x + factor * B @ u + w
+                apart = abs(x[0] - f(times[k + 1 : k + 2])[0])
+                largest = max(largest, apart / truth.plant)
+                further += apart > truth.plant
+    return {
+        "runs": runs, "further than said": further, "without a plan": without_plan,
+        "largest distance / δ": largest, "δ from, to": [min(bounds), max(bounds)],
+    }  # fmt: skip
+
+
+def attack_tamperings(count: int, seed: int) -> dict[str, object]:
+    """Change numbers of truths and of models; what is accepted has to be true."""
+    found, _ = learn_signal(seed)
+    whole = encode_certificate(found.certificate)
+    t = np.arange(0.0, 2.0, 0.1)
+    robust = learn_reference(
+        Samples(t, 0.08 * np.sin(1.8 * t)), PLANT, SquaredExponential(), (0.0, 1.9), noise_std=0.001, progress=False,
+        model_error=gain(0.2), disturbance=W, truth=Truth(0.001, second_derivative=0.5),
+    )  # fmt: skip
+    other = encode_certificate(robust.certificate)
+    counts, false = Counter[str](), []
+    for i in range(count):
+        draw = np.random.default_rng([seed, 3, i])
+        content = copy.deepcopy(whole if i % 2 else other)
+        place = content["truth"][0] if i % 2 else content["disturbance"]["model"]
+        if not i % 2 and i % 3 == 0:
+            content["truth"][0]["plant"] *= float(draw.uniform(0.5, 1.5))
+        _change(place, draw)
+        verdict = check(content)
+        counts[f"{'truth' if i % 2 else 'model'}: {type(verdict).__name__}"] += 1
+        if isinstance(verdict, Proved):
+            is_false = _truth_is_false(content, found) if i % 2 else _model_is_false(content, robust)
+            if is_false:
+                false.append(i)
+    return {"tamperings": count, **counts, "false": false}
+
+
+def _change(value: object, draw: np.random.Generator) -> None:
+    """Change one number, somewhere inside."""
+    while isinstance(value, dict | list):
+        keys = [k for k in (value if isinstance(value, dict) else range(len(value))) if k != "state"]
+        key = keys[int(draw.integers(len(keys)))]
+        inner = value[key]
+        if isinstance(inner, dict | list):
+            value = inner
+        elif isinstance(inner, int):
+            value[key] = int(inner + draw.integers(-2, 3))
+            return
+        else:
+            by = 10.0 ** draw.uniform(-12, 1) * draw.choice([-1.0, 1.0])
+            value[key] = inner + by * (abs(inner) + 1e-3)
+            return
+
+
+def _truth_is_false(content: dict, found: TrackableReference) -> bool:
+    truth = content["truth"][0]
+    of = truth["of"]
+    (Measured(**{k: tuple(v) if isinstance(v, list) else v for k, v in of["rates"].items()}) if "rates" in of else None)
+    samples = Measured(tuple(of["samples"]["times"]), tuple(of["samples"]["values"]), of["samples"]["noise"])
+    signals = SignalClass(samples, None, of.get("slope"), of.get("second_derivative"))
+    for k in np.argsort(truth["errors"])[-2:]:
+        at = (truth["ends"][k] + truth["ends"][k + 1]) / 2
+        ends = _Program.of(signals, (at,)).ends_at(at)
+        there = float(found.reference.state_at(np.array([at]))[0, 0])
+        if ends and max(abs(ends[0] - there), abs(ends[1] - there)) > truth["errors"][k] * (1 + 1e-6):
+            return True
+    return False
+
+
+def _model_is_false(content: dict, robust: TrackableReference) -> bool:
+    vertices = [(v["A"], v["B"], v["c"]) for v in content["disturbance"]["model"]]
+    hull = type(gain(0.1)).of(vertices)
+    K = content["disturbance"]["feedback"]
+    return worst_plant(robust, PLANT, hull, K, 94, disturbance=W).violation > 1e-12
+
+
+_FALSE = ("false", "broken", "found in others", "refused", "further than said", "without a plan")
+
+
+def main(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(prog="python -m tests.attack.signals")
+    for name, default in (("signals", 500), ("planted", 200), ("steps", 10**6), ("runs", 1000), ("tamperings", 2000)):
+        parser.add_argument(f"--{name}", type=int, default=default)
+    parser.add_argument("--seed", type=int, default=0)
+    given = parser.parse_args(arguments)
+    wrong = 0
+    for name, attack, count in (
+        ("models", attack_models, given.steps),
+        ("contradictions", attack_contradictions, given.planted),
+        ("tamperings", attack_tamperings, given.tamperings),
+        ("end to end", attack_end_to_end, given.runs),
+        ("signals", attack_signals, given.signals),
+    ):
+        if count:
+            said = attack(count, given.seed)
+            print(f"{name}: {said}", flush=True)
+            wrong += any(
+                said.get(key) for key in ("false", "broken", "found in others", "refused", "further than said")
+            )
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
