@@ -108,6 +108,10 @@ VERDICTS: dict[str, tuple[Callable[[dict[str, Any]], object], type]] = {
         lambda c: (trajectory(**TWO)(c), limits(None, [0, 2])(c), c.update(jumps=[2e-9])),
         Proved,
     ),
+    "a jump that is a little too large": (
+        lambda c: (trajectory(**TWO)(c), limits(None, [0, 2])(c), c.update(jumps=[9.9e-10])),
+        Failed,
+    ),
     "a jump of what has no further limits": (
         lambda c: (trajectory(**TWO)(c), limits([0, 3], None)(c)),
         Proved,
