@@ -25,7 +25,7 @@ from trackably.checker.tail import check_tail
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.periodic import Periodic
 from trackably.systems.reference import Reference
-from trackably.systems.trajectories import shifted
+from trackably.systems.trajectories import shifted_outputs
 
 TERMS = 16
 LATEST = 1e60
@@ -168,7 +168,9 @@ def _errors_of_formulas(reference: Reference, needs: FlatNeeds, flat: list[Quant
     form = reference.plant.flat_form
     assert form is not None, "there are formulas"
     signals = [signal.summed for signal in reference.kernel_sums]
-    every = {name: z(signals, times).tolist() for name, z in shifted(form, reference.plant.sampling_time).items()}
+    every = {
+        name: z(signals, times).tolist() for name, z in shifted_outputs(form, reference.plant.sampling_time).items()
+    }
     largest = dict.fromkeys((q.name for q in flat), 0.0)
     for i in range(len(times)):
         values = FlatValues(needs, 1)

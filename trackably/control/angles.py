@@ -7,7 +7,7 @@ from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Window
 
 
-def turned_near(plant: ConstrainedSystem, window: Window, state: Array) -> Window:
+def unwrap_near(plant: ConstrainedSystem, window: Window, state: Array) -> Window:
     """Return a window of a reference with whole turns added to its angles, so that they begin near those of `state`
     (n,) and do not jump. Without angles it is the same window."""
     angles = angles_of(plant)

@@ -139,7 +139,7 @@ class Slack:
         e(`first_bounded`) on."""
         return cls(inequalities.states.slack(window.states[first_bounded:]), inequalities.inputs.slack(window.inputs))
 
-    def widened(self, by: float) -> "Slack":
+    def widen(self, by: float) -> "Slack":
         """Move every bound outwards, `by` a part of its width."""
         return Slack(self.states + by, self.inputs + by)
 

@@ -11,7 +11,7 @@ import scipy
 
 from trackably.arguments import array, instance, whole
 from trackably.arrays import Array, ArrayLike
-from trackably.control.angles import turned_near
+from trackably.control.angles import unwrap_near
 from trackably.control.bounds import weight_in_widths
 from trackably.control.problem import TOLERANCE, Formulation, StepProblem
 from trackably.control.references import TrackedReference
@@ -54,9 +54,9 @@ class Controller:
             "controller: plant", self.plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)"
         )
         n, m = len(self.plant.system.states), len(self.plant.system.inputs)
-        Q, R = _given_or_scaled(self.Q, self.plant.state_set), _given_or_scaled(self.R, self.plant.input_set)
-        object.__setattr__(self, "Q", _checked_weight("Q", Q, n, -_ZERO, "semidefinite and not zero"))
-        object.__setattr__(self, "R", _checked_weight("R", R, m, _ZERO, "definite"))
+        Q, R = _default_weight(self.Q, self.plant.state_set), _default_weight(self.R, self.plant.input_set)
+        object.__setattr__(self, "Q", _require_weight("Q", Q, n, -_ZERO, "semidefinite and not zero"))
+        object.__setattr__(self, "R", _require_weight("R", R, m, _ZERO, "definite"))
         object.__setattr__(self, "horizon", whole("controller: horizon", self.horizon))
         if self.horizon < (fewest := shortest_horizon(self.plant)):
             raise ValueError(
@@ -81,13 +81,13 @@ class Controller:
         - ValueError: the state is not n finite numbers, the reference is one of another system, or what
           `reference.window` raises outside of its steps.
         """
-        return answer_step(self, self._solved, self.formulation.admissible, (k, state, reference, initial_guess))
+        return answer_step(self, self._solve, self.formulation.admissible, (k, state, reference, initial_guess))
 
-    def _solved(self, k: int, state: Array, window: Window, initial_guess: Array | None) -> Plan | Infeasible:
+    def _solve(self, k: int, state: Array, window: Window, initial_guess: Array | None) -> Plan | Infeasible:
         if self.formulation.is_linear:
             problem = StepProblem.of(self.formulation, k, state, window)
             return problem.optimum or problem.infeasible
-        return solve_by_linearisation(self.formulation, k, state, turned_near(self.plant, window, state), initial_guess)
+        return solve_by_linearisation(self.formulation, k, state, unwrap_near(self.plant, window, state), initial_guess)
 
     @cached_property
     def formulation(self) -> Formulation:
@@ -95,11 +95,11 @@ class Controller:
         return Formulation(self.plant, self.horizon, self.Q, self.R)
 
 
-def _given_or_scaled(weight: ArrayLike | None, bounded: Polytope) -> ArrayLike:
+def _default_weight(weight: ArrayLike | None, bounded: Polytope) -> ArrayLike:
     return weight_in_widths(bounded) if weight is None else weight
 
 
-def _checked_weight(name: str, given: ArrayLike, size: int, least: float, kind: str) -> Array:
+def _require_weight(name: str, given: ArrayLike, size: int, least: float, kind: str) -> Array:
     """Return a weight (size, size) of the cost. ValueError: it is not symmetric, or not positive `kind`.
 
     Its smallest eigenvalue is at least `least` times the largest, where the coordinates are scaled to a diagonal of

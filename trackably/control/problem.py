@@ -144,7 +144,7 @@ class StepProblem:
     @cached_property
     def optimum(self) -> Plan | None:
         """The optimal plan; None where there is no plan."""
-        return self.without_bounds() or self.solved() or self.widened()
+        return self.without_bounds() or self.with_bounds() or self.within_tolerance()
 
     @cached_property
     def off(self) -> Array:
@@ -171,15 +171,15 @@ class StepProblem:
         plan = self.plan(v, Status.NO_ACTIVE_BOUND, start)
         return plan if plan.slack >= -ROUNDING else None
 
-    def solved(self) -> Plan | None:
+    def with_bounds(self) -> Plan | None:
         """Return the optimum with bounds, if the solver finds it."""
         return self._optimum(self.slack, Status.SOLVED)
 
-    def widened(self) -> Plan | None:
+    def within_tolerance(self) -> Plan | None:
         """Return the optimum with all sets widened by the tolerance; None where that is not enough."""
         if -self.widest.slack > TOLERANCE:
             return None
-        return self._optimum(self.slack.widened(TOLERANCE), Status.WIDENED) or self.widest
+        return self._optimum(self.slack.widen(TOLERANCE), Status.WIDENED) or self.widest
 
     @cached_property
     def widest(self) -> Plan:
@@ -187,7 +187,7 @@ class StepProblem:
 
         This program always has a solution. Raises ArithmeticError where the solver does not find it.
         """
-        plan = self._solved(self.model.programs.widening, self.slack, 0.0)
+        plan = self._solve(self.model.programs.widening, self.slack, 0.0)
         if plan is None or not self.ends_on_reference(plan):
             raise ArithmeticError("the numbers are beyond the solver")
         return plan
@@ -196,7 +196,7 @@ class StepProblem:
     def infeasible(self) -> Infeasible:
         """Why there is no plan: how much widening one needs, and how close one comes to the reference without it."""
         f, closest, widest, tracking = self.formulation, self.closest, self.widest, self.model.programs.tracking
-        fallback = closest or self._solved(tracking, self.slack.widened(TOLERANCE - widest.slack), 0.0) or widest
+        fallback = closest or self._solve(tracking, self.slack.widen(TOLERANCE - widest.slack), 0.0) or widest
         errors, v = widest.states - self.window.states, widest.inputs - self.window.inputs
         quantity, steps_ahead = self.slack.remaining(f.inequalities, errors, v).tightest
         constraint = f.plant.given_constraints[quantity]
@@ -220,12 +220,12 @@ class StepProblem:
         reference on the way.
         """
         programs = self.model.programs
-        nearest = self._solved(programs.terminal_error, self.slack.widened(TOLERANCE), None)
+        nearest = self._solve(programs.terminal_error, self.slack.widen(TOLERANCE), None)
         if nearest is None:
             return None
         # Where no other plan ends there, the first tolerance leaves the second program without an interior.
         end = nearest.states[-1] - self.window.states[-1]
-        return self._solved(programs.tracking, self.slack.widened(2 * TOLERANCE), end) or nearest
+        return self._solve(programs.tracking, self.slack.widen(2 * TOLERANCE), end) or nearest
 
     def is_feasible(self, plan: Plan) -> bool:
         """Whether a plan ends on the reference and keeps the sets, up to twice the tolerance."""
@@ -257,10 +257,10 @@ class StepProblem:
         )
 
     def _optimum(self, slack: Slack, status: Status) -> Plan | None:
-        plan = self._solved(self.model.programs.tracking, slack, 0.0, status)
+        plan = self._solve(self.model.programs.tracking, slack, 0.0, status)
         return plan if plan is not None and self.is_feasible(plan) else None
 
-    def _solved(
+    def _solve(
         self, program: Program, slack: Slack, end: Array | float | None, status: Status = Status.WIDENED
     ) -> Plan | None:
         """Return the plan that a program finds, if any, with e(N) = `end` (n,): None where it is free."""

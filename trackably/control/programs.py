@@ -179,14 +179,14 @@ class StepPrograms:
             _ELASTIC_TOLERANCES,
             ("Solved", "AlmostSolved"),
         )
-        return None if x is None or not np.all(np.isfinite(x)) else self._changed(at, x[:count])
+        return None if x is None or not np.all(np.isfinite(x)) else self._apply(at, x[:count])
 
     def least_change(self, at: Deviation) -> Deviation:
         """Return the least change, in the Euclidean norm, after which no dynamics are missed, to first order; bounds
         are not kept. Raises LinAlgError where there is none."""
-        return self._changed(at, np.linalg.lstsq(self._dynamics[:, self._moves], -at.defects.ravel())[0])
+        return self._apply(at, np.linalg.lstsq(self._dynamics[:, self._moves], -at.defects.ravel())[0])
 
-    def _changed(self, at: Deviation, moved: npt.NDArray[np.floating]) -> Deviation:
+    def _apply(self, at: Deviation, moved: npt.NDArray[np.floating]) -> Deviation:
         change = np.zeros(len(self._moves))
         change[self._moves] = moved
         return Deviation(*self._split(change), at.defects + (self._dynamics @ change).reshape(at.defects.shape))

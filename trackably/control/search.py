@@ -92,7 +92,7 @@ class Trajectories:
         """
         near, programs = self._deviation(at), self._programs(at)
         if after is not None:
-            curved = self._deviation(self.moved(at, after)).defects - after.defects
+            curved = self._deviation(self.move(at, after)).defects - after.defects
             near = near._replace(defects=near.defects + curved)
         if not all(np.all(np.isfinite(values)) for values in (*near, programs.model.A, programs.model.B)):
             return None
@@ -104,10 +104,10 @@ class Trajectories:
         It is found by steps of Newton's method. Raises LinAlgError where there is none.
         """
         for _ in range(_NEWTON_STEPS):
-            at = self.moved(at, self._programs(at).least_change(self._deviation(at)))
+            at = self.move(at, self._programs(at).least_change(self._deviation(at)))
         return at
 
-    def moved(self, at: Window, change: Deviation) -> Window:
+    def move(self, at: Window, change: Deviation) -> Window:
         """Return a trajectory with changes, given in scales, added to its states and inputs."""
         s = self.formulation.scales
         return Window(at.states + change.e * s.states, at.inputs + change.v * s.inputs)
@@ -156,13 +156,13 @@ def minimise(trajectories: Trajectories, start: Window, weight: float) -> Window
         weight, change = _steer_weight(trajectories, at, weight, radius)
         if change is None:
             break
-        trial, merit = trajectories.moved(at, change), _merit(trajectories, at, weight)
+        trial, merit = trajectories.move(at, change), _merit(trajectories, at, weight)
         promised = merit - (weight * trajectories.cost(trial) if weight else 0.0) - change.missed
         if promised <= _STATIONARY * (weight * trajectories.cost(at) if weight else merit):
             break
         decrease = merit - _merit(trajectories, trial, weight)
         if weight and decrease < _POOR * promised and (better := trajectories.change(at, weight, radius, change)):
-            curved = trajectories.moved(at, better)
+            curved = trajectories.move(at, better)
             if merit - _merit(trajectories, curved, weight) > decrease:
                 trial, decrease = curved, merit - _merit(trajectories, curved, weight)
         radius = _next_radius(radius, decrease / promised, change.size)
@@ -250,13 +250,13 @@ def _problem_at_guess(reference: StepProblem, guess: Array) -> tuple[StepProblem
 
 
 def _by_full_steps(problem: StepProblem) -> Plan | Infeasible | None:
-    """Return the result of the last of a sequence of problems, each linearised along the plan of the one before; None
-    where they do not converge."""
+    """Linearise along the last plan, and plan again, until the system follows the plan. Return that plan, or why there
+    is none; None where this does not converge."""
     try:
         for _ in range(MAX_LINEARISATIONS):
             plan = problem.optimum or problem.widest
             nominal = Window(plan.states, plan.inputs)
-            if _is_followed(problem.formulation, nominal):
+            if _is_reached(problem.formulation, nominal):
                 return problem.optimum or problem.infeasible
             problem = problem.along(nominal)
     except (ArithmeticError, np.linalg.LinAlgError):
@@ -335,7 +335,7 @@ def _explain(problem: StepProblem, closest: Window, missed: float) -> Infeasible
     )
 
 
-def _is_followed(formulation: Formulation, plan: Window) -> bool:
+def _is_reached(formulation: Formulation, plan: Window) -> bool:
     """Whether the system reaches the states of a plan, up to `_CONVERGED`."""
     scales = formulation.scales.states
     defect = np.max(np.abs(reference_defects(formulation.plant.system, plan)) / scales)

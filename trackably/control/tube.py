@@ -162,10 +162,10 @@ class TubeProblem(StepProblem):
             plan = self.without_bounds()
         except np.linalg.LinAlgError:  # beyond its numbers
             plan = None
-        plan = plan or self.solved() or (None if guess is None else self.kept(guess))
-        return plan or self.widened() or self.infeasible
+        plan = plan or self.with_bounds() or (None if guess is None else self.keep(guess))
+        return plan or self.within_tolerance() or self.infeasible
 
-    def kept(self, inputs: Array) -> Plan | None:
+    def keep(self, inputs: Array) -> Plan | None:
         """Return the plan with these nominal inputs (N, m); None where it is none.
 
         Its nominal start is one from which they end on the reference (`_starts`). Where several are tried, the plan may
@@ -265,9 +265,9 @@ class TubeController:
         is one, and its start is found again. In directions that Aᴺ forgets in float64 it is another start, with which
         the plan may cost more. Raises ValueError as `Controller.step`.
         """
-        return answer_step(self, self._solved, self.formulation.admissible, (k, state, reference, initial_guess))
+        return answer_step(self, self._solve, self.formulation.admissible, (k, state, reference, initial_guess))
 
-    def _solved(self, k: int, state: Array, window: Window, guess: Array | None) -> Plan | Infeasible:
+    def _solve(self, k: int, state: Array, window: Window, guess: Array | None) -> Plan | Infeasible:
         return TubeProblem.of(self.formulation, k, state, window).answer(guess)
 
     @cached_property

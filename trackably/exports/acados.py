@@ -7,7 +7,7 @@ import numpy as np
 
 from trackably.arguments import whole
 from trackably.arrays import Array
-from trackably.control.angles import turned_near
+from trackably.control.angles import unwrap_near
 from trackably.exports.proved import Proved, proved_steps
 
 
@@ -43,7 +43,7 @@ class SlidingReferences:
         k = whole("to_acados: k", k)
         proved_steps(self.proved, k, self.horizon + 1)
         window = self.proved.reference.window(k, self.horizon)
-        states, inputs = window if state is None else turned_near(self.proved.reference.plant, window, state)
+        states, inputs = window if state is None else unwrap_near(self.proved.reference.plant, window, state)
         return StageReferences(np.concatenate([states[:-1], inputs], axis=-1), states[-1])
 
     def set_in(self, solver: Solver, k: int, state: Array | None = None) -> None:

@@ -151,7 +151,7 @@ class Allocation:
         return Laws(np.array(gains), np.array(shifts))
 
     def _circuits(self) -> Iterator[tuple[list[int], Rationals]]:
-        """Yield the circuits: rows of the input set, and their factors."""
+        """Yield each circuit λ (see the head of this module): rows of the input set, and their factors λ_i."""
         pushes = exact(self.input_set.rows) @ self.kernel
         for size in range(1, self.kernel.shape[1] + 2):
             for support in map(list, combinations(range(len(pushes)), size)):

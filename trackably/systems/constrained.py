@@ -12,11 +12,11 @@ import numpy as np
 from trackably.arguments import instance
 from trackably.systems.allocation import Allocation
 from trackably.systems.flat_forms import FlatForm
-from trackably.systems.formulas import shortened, text, weighted_sum_text
+from trackably.systems.formulas import shorten, text, weighted_sum_text
 from trackably.systems.linear import Flatness, LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.polytopes import Interval, Polytope
-from trackably.systems.trajectories import Coordinate, Quantity, combined
+from trackably.systems.trajectories import Coordinate, Quantity, weighted_sum
 
 System = LinearSystem | NonlinearSystem
 
@@ -125,7 +125,7 @@ class ConstrainedSystem:
     def quantities(self) -> tuple[Quantity, ...]:
         """All bounded quantities: a reference is trackable if each is in its bounds at t = k T_s for all k ≥ 0."""
         return tuple(
-            Quantity(name, combined(row, self.coordinates[side]), bounds)
+            Quantity(name, weighted_sum(row, self.coordinates[side]), bounds)
             for name, side, row, bounds in self.constraints
         )
 
@@ -135,7 +135,7 @@ class ConstrainedSystem:
         counts = Counter[str]()
         named = []
         for constraint in chain(*sides):
-            name = shortened(weighted_sum_text(constraint.row, names[constraint.side]))
+            name = shorten(weighted_sum_text(constraint.row, names[constraint.side]))
             counts[name] += 1
             named.append(constraint._replace(name=name if counts[name] == 1 else f"{name} ({counts[name]})"))
         return tuple(named)
@@ -146,7 +146,7 @@ def _rows(side: Side, bounded: Polytope) -> list[LinearConstraint]:
 
 
 def _bounds_of_states(plant: ConstrainedSystem) -> dict[str, Interval]:
-    """Return what bounds single states, by name."""
+    """Return, by name, the bounds of each state that a row of the state set bounds alone."""
     found = {}
     for row, bounds in plant.state_set.intervals:
         if np.count_nonzero(row) == 1 and row.sum() == 1.0:

@@ -252,7 +252,7 @@ DisturbanceSet = Zonotope | ConvexHull
 _ROUNDING = 1e-9
 
 
-def checked(given: object, states: int) -> DisturbanceSet:
+def require_disturbance(given: object, states: int) -> DisturbanceSet:
     """Return a disturbance set of a system with so many states.
 
     TypeError: it is none. ValueError: its dimension is another, or it does not hold 0, so that the system without
@@ -313,7 +313,7 @@ class Measured:
         return Fraction(self.noise.whole_support(whole_row), d * self.noise.denominator)
 
 
-def measured(disturbance: DisturbanceSet | None, noise: DisturbanceSet, states: int) -> Measured:
+def with_noise_set(disturbance: DisturbanceSet | None, noise: DisturbanceSet, states: int) -> Measured:
     """Return both sets of a system with so many states; left out, nothing but noise disturbs it.
 
     TypeError: one is no Zonotope. ValueError: the dimension of one is another, or it does not hold 0.
@@ -322,10 +322,10 @@ def measured(disturbance: DisturbanceSet | None, noise: DisturbanceSet, states: 
     for name, of in (("disturbance, with measurement_noise", W), ("measurement_noise", noise)):
         instance(name, of, Zonotope, "a Zonotope, as of Zonotope.box(lower, upper)")
     try:
-        checked(noise, states)
+        require_disturbance(noise, states)
     except ValueError as error:
         raise ValueError(f"measurement_noise: {str(error).removeprefix('disturbance: ')}") from None
-    checked(W, states)
+    require_disturbance(W, states)
     assert isinstance(W, Zonotope), "instance has refused anything else"
     assert isinstance(noise, Zonotope), "instance has refused anything else"
     return Measured(W, noise)

@@ -146,7 +146,7 @@ def why_not_flat(f: Sequence[Formula], form: FlatForm, states: Sequence[str], in
 
 
 def _not_zero(error: Formula, positive: Sequence[Formula]) -> str | None:
-    """Return where a formula is clearly not zero in float64; None where that is not seen."""
+    """Return, as text, drawn values at which a formula is clearly not zero in float64; None where none are drawn."""
     unknown = sorted({name for formula in (error, *positive) for name in names(formula)})
     rng = np.random.default_rng(0)
     for spread in np.repeat(_SPREADS, _TRIALS):
@@ -192,7 +192,7 @@ def _form_of_choice(
         ready = [i for i in open_equations if states[i] in known]
         i = next((i for i in ready if len(_unknown(f[i], every, known)) == 1), None)
         if i is None:
-            block = _solved_together(f, states, ready, every, known)
+            block = _solve_together(f, states, ready, every, known)
             if block is None:
                 return None
             rows, solved = block
@@ -200,7 +200,7 @@ def _form_of_choice(
             known |= solved
             continue
         (name,) = _unknown(f[i], every, known)
-        found = _solved_alone(f[i], states[i], name, known)
+        found = _solve_alone(f[i], states[i], name, known)
         if found is None:
             return None
         open_equations.remove(i)
@@ -217,13 +217,13 @@ def _unknown(formula: Formula, every: set[str], known: dict[str, Formula]) -> se
     return {name for name in names(formula) if name in every and name not in known}
 
 
-def _solved_alone(
+def _solve_alone(
     formula: Formula, state: str, name: str, known: dict[str, Formula]
 ) -> tuple[Formula, Formula | None] | None:
     """Return the unknown of an equation, and the positive root of which it is the square; None if it is no such one."""
     if _is_far_ahead(known[state]):
         return None
-    formula = _with_root_named(formula, name)
+    formula = _name_root(formula, name)
     under_root = _ROOT in names(formula)
     if under_root and name in names(formula):
         return None
@@ -237,7 +237,7 @@ def _solved_alone(
     return (Power(found, 2.0), found) if under_root else (found, None)
 
 
-def _solved_together(
+def _solve_together(
     f: Sequence[Formula], states: Sequence[str], ready: Sequence[int], every: set[str], known: dict[str, Formula]
 ) -> tuple[tuple[int, ...], Mapping[str, Formula]] | None:
     """Return equations, as few as possible, that determine as many unknowns, and these; None if there are none."""
@@ -261,8 +261,8 @@ def _is_far_ahead(formula: Formula) -> bool:
     return max(subject.indices(z)[1] for z in names(formula)) >= MOST_SHIFTS - 1
 
 
-def _with_root_named(formula: Formula, name: str) -> Formula:
-    """Return the formula with a variable in the place of √name."""
+def _name_root(formula: Formula, name: str) -> Formula:
+    """Return the formula with the variable `_ROOT` in the place of every root of the variable of this name."""
     done: dict[Formula, Formula] = {}
     for node in parts(formula):
         match node:
@@ -281,7 +281,7 @@ def _with_root_named(formula: Formula, name: str) -> Formula:
 _NOTHING, _QUARTER_TURN = Number(0.0), pi / 2
 _PARTS = 16  # of tan(φ/2): a heading jumps within 1/16 rad of where it should
 _MOST_QUARTERS = 16
-"""Cosines and sines of more quarter turns than these have no normal form (`formulas.normal`)."""
+"""Cosines and sines of more quarter turns than these have no normal form (`checker.identities`)."""
 
 
 def without_jumps(form: FlatForm) -> FlatForm:
@@ -311,10 +311,10 @@ def with_heading_in(form: FlatForm, state: int, bounds: Interval) -> FlatForm:
     n = round(middle / _QUARTER_TURN)
     if abs(n) > _MOST_QUARTERS or bounds.width >= 2 * pi:
         return form
-    turned: Formula = _turned_back(heading, n)
+    turned: Formula = _turn_back(heading, n)
     more = middle - n * _QUARTER_TURN
     if (parts := round(_PARTS * tan(more / 2))) and abs(more) + bounds.width / 2 >= pi:
-        turned = _turned_by(_turned_back(heading, n), parts)
+        turned = _turn_by(_turn_back(heading, n), parts)
     elif n == 0:
         return form
     if n:
@@ -322,13 +322,13 @@ def with_heading_in(form: FlatForm, state: int, bounds: Interval) -> FlatForm:
     return replace(form, states=(*form.states[:state], turned, *form.states[state + 1 :]))
 
 
-def _turned_back(heading: Angle, quarters: int) -> Angle:
+def _turn_back(heading: Angle, quarters: int) -> Angle:
     y, x = heading.y, heading.x
     return (heading, Angle(_negative(x), y), Angle(_negative(y), _negative(x)), Angle(x, _negative(y)))[quarters % 4]
 
 
-def _turned_by(heading: Angle, parts: int) -> Formula:
-    """Return φ + the heading turned back by φ with tan(φ/2) = parts/16, whose cosine and sine are rational."""
+def _turn_by(heading: Angle, parts: int) -> Formula:
+    """Return a heading as φ + (the heading turned back by φ): tan(φ/2) = parts/16 makes cos φ and sin φ rational."""
     a, b = Number(float(_PARTS**2 - parts**2)), Number(float(2 * _PARTS * parts))
     y, x = heading.y, heading.x
     back = Angle(

@@ -83,8 +83,8 @@ def weighted_sum_text(row: Sequence[Fraction], names: Sequence[str], digits: int
     return "".join(signed).removeprefix("+")
 
 
-def shortened(name: str) -> str:
-    """Return a name, cut off so that it fits into a line."""
+def shorten(name: str) -> str:
+    """Cut off a name so that it fits into a line."""
     return name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}…"
 
 

@@ -18,8 +18,8 @@ from trackably.systems.flat_forms import FlatForm, alike, found_form, why_not_fl
 from trackably.systems.formulas import Term, derivative, evaluate_floats, size_and_depth, text
 from trackably.systems.linear import Flatness, require_names
 from trackably.systems.polytopes import Interval
-from trackably.systems.tracing import Dynamics, require_same_values, traced
-from trackably.systems.trajectories import Coordinate, Functional, Trajectory, one_of, shifted
+from trackably.systems.tracing import Dynamics, require_same_values, trace
+from trackably.systems.trajectories import Coordinate, Functional, Trajectory, one_of, shifted_outputs
 
 MAX_SIZE = 1000
 """How many operations, names and numbers one formula may have when it is written out."""
@@ -49,7 +49,7 @@ class NonlinearSystem:
         if self.flat is None and len(self.inputs) != n:
             object.__setattr__(self, "flat", found_form(self.f, self.states, self.inputs))
         if self.flat is not None:
-            object.__setattr__(self, "flat", self._verified(self.flat))
+            object.__setattr__(self, "flat", self._verify(self.flat))
             return
         if len(self.inputs) != n:
             raise ValueError(
@@ -76,7 +76,7 @@ class NonlinearSystem:
     def __hash__(self) -> int:
         return hash((self.states, self.inputs, self.sampling_time))
 
-    def _verified(self, form: FlatForm) -> FlatForm:
+    def _verify(self, form: FlatForm) -> FlatForm:
         """Return the flat form, where it can be without jumps of its headings. ValueError: it is not one of f."""
         smooth = without_jumps(form) if form.angles else form
         if smooth is not form and why_not_flat(self.f, smooth, self.states, self.inputs) is None:
@@ -137,7 +137,7 @@ class NonlinearSystem:
         if not callable(f):
             raise TypeError(f"system: f: expected a function of x and u, got {f!r}")
         x, u = names("system: states", states), names("system: inputs", inputs)
-        system = cls(traced(f, x, u), x, u, sampling_time, flat)
+        system = cls(trace(f, x, u), x, u, sampling_time, flat)
         require_same_values(f, system.f, x, u)
         return system
 
@@ -167,13 +167,13 @@ class NonlinearSystem:
     def successor(self, x: Array, u: Array) -> Array:
         """Return f(x, u) for x (…, n) and u (…, m): shape (…, n), NaN or infinite where f is not defined."""
         values, shape = self._values(x, u)
-        return _stacked([evaluate_floats(formula, values) for formula in self.f], shape)
+        return _stack([evaluate_floats(formula, values) for formula in self.f], shape)
 
     def _values(self, x: Array, u: Array) -> tuple[Mapping[str, Array], tuple[int, ...]]:
         """Return the values of states and inputs by name, and the shape that they have together."""
         x, u = np.asarray(x, dtype=float), np.asarray(u, dtype=float)
         shape = np.broadcast_shapes(x.shape[:-1], u.shape[:-1])
-        return {**_named(self.states, x), **_named(self.inputs, u)}, shape
+        return {**_by_name(self.states, x), **_by_name(self.inputs, u)}, shape
 
     def affine(self, x: Array) -> tuple[Array, Array]:
         """Return f0(x) and G(x) for x of shape (…, n): shapes (…, n) and (…, n, m). ValueError: f is not affine."""
@@ -184,7 +184,7 @@ class NonlinearSystem:
     def slopes(self, x: Array, u: Array) -> tuple[Array, Array]:
         """Return ∂f/∂x and ∂f/∂u at x (…, n) and u (…, m): shapes (…, n, n) and (…, n, m)."""
         values, shape = self._values(x, u)
-        rows = [_stacked([evaluate_floats(of, values) if of else np.zeros(shape) for of in row], shape)
+        rows = [_stack([evaluate_floats(of, values) if of else np.zeros(shape) for of in row], shape)
                 for row in self._slopes]  # fmt: skip
         of_states, of_inputs = np.split(np.stack(rows, axis=-2), [len(self.states)], axis=-1)
         return of_states, of_inputs
@@ -217,7 +217,7 @@ class NonlinearSystem:
 
 
 def _flatness_of(form: FlatForm, sampling_time: float) -> Flatness:
-    functionals = shifted(form, sampling_time)
+    functionals = shifted_outputs(form, sampling_time)
 
     def coordinate(formula: Formula) -> Coordinate:
         found = Trajectory.of_formula(formula, functionals)
@@ -226,9 +226,9 @@ def _flatness_of(form: FlatForm, sampling_time: float) -> Flatness:
     return Flatness(tuple(map(coordinate, form.states)), tuple(map(coordinate, form.inputs)), form.orders)
 
 
-def _named(names: tuple[str, ...], values: Array) -> Mapping[str, Array]:
+def _by_name(names: tuple[str, ...], values: Array) -> Mapping[str, Array]:
     return {name: values[..., i] for i, name in enumerate(names)}
 
 
-def _stacked(columns: list[Array], shape: tuple[int, ...]) -> Array:
+def _stack(columns: list[Array], shape: tuple[int, ...]) -> Array:
     return np.stack([np.broadcast_to(column, shape) for column in columns], axis=-1)

@@ -88,7 +88,7 @@ def moved_back(time: Sequence[Array], period: float) -> Array:
 
 
 def _halves(a: Array) -> tuple[Array, Array]:
-    """Return two numbers of 26 bits at most, the sum of which is a."""
+    """Split a float64 into its high and its low half: two numbers of 26 bits at most with the sum a."""
     scaled = _SPLITTER * a
     high = scaled - (scaled - a)
     return high, a - high

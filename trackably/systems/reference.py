@@ -14,7 +14,7 @@ from trackably.gp.joint import common_period
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem, Side
 from trackably.systems.pieces import DoubleDouble, PolynomialPieces, Signal, moved_back, two_product
-from trackably.systems.trajectories import Coordinate, Functional, Quantity, combined
+from trackably.systems.trajectories import Coordinate, Functional, Quantity, weighted_sum
 
 # Functionals of polynomial pieces in twice the precision: differences of large numbers lose no digits.
 
@@ -161,7 +161,7 @@ class Reference:
         if allocation is None:
             return inputs
         slopes = allocation.slopes(self._values("input", [np.asarray(t)]))
-        return tuple(combined([Fraction(s) for s in row], inputs) for row in slopes.tolist())
+        return tuple(weighted_sum([Fraction(s) for s in row], inputs) for row in slopes.tolist())
 
     def instants(self, steps: Array | int) -> Array:
         """Return the times k T_s [s] of steps k."""

@@ -23,7 +23,7 @@ def stencils_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> dict[str
     """Return, in the order of the flat outputs, the one sampled name for each and its stencil.
 
     Names are those of states, of flat outputs (z1, z2, …), or of their rates (`RATE_OF`). ValueError: as
-    `kinds_by_name`, and where two names show the same flat output.
+    `kinds_by_name`, and where samples of two names depend on the same flat output.
     """
     found: dict[str, Stencil] = {}
     for kinds in kinds_by_name(plant, names):
@@ -35,7 +35,7 @@ def stencils_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> dict[str
 
 
 def kinds_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> tuple[dict[str, Stencil], ...]:
-    """Return, for each flat output, the names that show it with their stencils; a name that shows its level is first.
+    """Return, for each flat output, the names whose samples depend on it, with stencils, one with its level first.
 
     ValueError: an unknown name, a state that is no weighted sum of one flat output and its shifts, or a flat output
     whose level is not sampled.
@@ -75,7 +75,7 @@ def sampled_signals(
     """
     by_signal = kinds_by_name(plant, given)
     names = tuple(next(iter(kinds)) for kinds in by_signal)
-    return names, tuple(_joined({name: (given[name], kinds[name]) for name in kinds}) for kinds in by_signal)
+    return names, tuple(_join({name: (given[name], kinds[name]) for name in kinds}) for kinds in by_signal)
 
 
 def relative_to_first(
@@ -93,7 +93,7 @@ def relative_to_first(
     return found
 
 
-def _joined(kinds: Mapping[str, tuple[Samples, Stencil]]) -> Samples:
+def _join(kinds: Mapping[str, tuple[Samples, Stencil]]) -> Samples:
     """Return the samples of all kinds, sorted by time."""
     parts = [samples for samples, _ in kinds.values()]
     stencils = tuple(stencil for _, stencil in kinds.values())
@@ -126,7 +126,8 @@ def default_sample(plant: ConstrainedSystem) -> str:
 
 
 def _seen(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil, bool]:
-    """Return the flat output that a name shows, by which stencil, and whether it shows its level."""
+    """Return the flat output that samples of a name depend on, the weights of its shifts in them (a stencil), and
+    whether they depend on its level, not only on its changes."""
     flat = [f"z{signal + 1}" for signal in range(plant.signal_count)]
     states = plant.system.states
     if name in states:

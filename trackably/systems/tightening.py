@@ -12,7 +12,7 @@ import scipy
 from trackably.arguments import array, instance, real
 from trackably.arrays import Array, ArrayLike
 from trackably.systems.constrained import ConstrainedSystem, LinearConstraint
-from trackably.systems.disturbances import DisturbanceSet, Measured, Zonotope, checked, measured
+from trackably.systems.disturbances import DisturbanceSet, Measured, Zonotope, require_disturbance, with_noise_set
 from trackably.systems.linear import LinearSystem
 from trackably.systems.model_error import ModelError
 from trackably.systems.polytopes import Polytope, deepest, squares_in_widths, unit_scales
@@ -433,10 +433,10 @@ def tightening(
             raise ValueError("feedback: is only of use with a disturbance set")
         return Tightening(plant, margin, None)
     system = plant.linear
-    with_noise = None if noise is None else measured(disturbance, noise, len(system.A))
+    with_noise = None if noise is None else with_noise_set(disturbance, noise, len(system.A))
     n = len(system.A)
     undisturbed = Zonotope([Fraction(0)] * n) if disturbance is None else disturbance
-    W = with_noise.of_measured_state(system.A) if with_noise else checked(undisturbed, n)
+    W = with_noise.of_measured_state(system.A) if with_noise else require_disturbance(undisturbed, n)
     sets, wrong = (plant.state_set, plant.input_set), None
     if model_error is not None:
         instance("model_error", model_error, ModelError, "a ModelError, as of ModelError.intervals(system, entries)")

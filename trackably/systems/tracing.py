@@ -63,7 +63,7 @@ def _operand(value: object) -> Formula:
     return found
 
 
-def _refused(what: str) -> Callable[..., Any]:
+def _refusal(what: str) -> Callable[..., Any]:
     return lambda *_: refuse(f"be one formula for all states and inputs, but {what}; use {SUPPORTED}")
 
 
@@ -85,10 +85,10 @@ class Symbol(NDArrayOperatorsMixin):
             return lambda *others: getattr(np, name)(self, *others)
         raise AttributeError(f"a symbol has no {name}")
 
-    __hash__ = _refused("it looks a value up")
-    __bool__ = _refused("it branches on a value")
-    __round__ = __trunc__ = __floor__ = __ceil__ = _refused("it rounds a value, which has jumps")
-    __float__ = __int__ = __index__ = __complex__ = _refused(
+    __hash__ = _refusal("it looks a value up")
+    __bool__ = _refusal("it branches on a value")
+    __round__ = __trunc__ = __floor__ = __ceil__ = _refusal("it rounds a value, which has jumps")
+    __float__ = __int__ = __index__ = __complex__ = _refusal(
         "it makes a plain number of a value, as float() and Python's math do (np.sin is for math.sin, and so on)"
     )
 
@@ -98,7 +98,7 @@ class Symbol(NDArrayOperatorsMixin):
             if any(isinstance(value, np.ndarray) and value.shape for value in given):
                 return ufunc(*(_as_objects(value) for value in given))
             if name in _REFUSED:
-                _refused(_REFUSED[name])()
+                _refusal(_REFUSED[name])()
             if name in _WRITTEN:
                 return Symbol(_WRITTEN[name](*map(_operand, given)))
         refuse(f"be written in {SUPPORTED}; it uses np.{name}")
@@ -205,7 +205,7 @@ class NoFormulaError(ValueError):
     """A computation that cannot be written as a formula; the message says why."""
 
 
-def traced(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[Formula, ...]:
+def trace(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[Formula, ...]:
     """Return the formulas that f computes, one for each state. NoFormulaError: it computes none; says why."""
     one, other = (_formulas(f, states, inputs) for _ in range(2))
     shapes = Shapes()
@@ -289,7 +289,10 @@ class _Intervals:
 
 
 def formulas_of(call: Callable[[], Any], what: str) -> tuple[tuple[Formula, ...], tuple[Formula, ...]]:
-    """Return the formulas of two lists that a call returns. NoFormulaError: it returns something else; says what."""
+    """Call a function that returns a list of states and one of inputs, and return their formulas.
+
+    NoFormulaError: it returns something else; says what.
+    """
 
     def both() -> tuple[tuple[Formula, ...], tuple[Formula, ...]]:
         values = call()
@@ -298,7 +301,7 @@ def formulas_of(call: Callable[[], Any], what: str) -> tuple[tuple[Formula, ...]
         states, inputs = (tuple(_formula_of(value, what) for value in part) for part in values)
         return states, inputs
 
-    return _called(both, what)
+    return _call(both, what)
 
 
 def _formulas(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[Formula, ...]:
@@ -309,10 +312,10 @@ def _formulas(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> 
             raise NoFormulaError(f"system: f must return a list of {len(states)} successors, got {given}")
         return tuple(_formula_of(value, "system: f") for value in values)
 
-    return _called(formulas, "system: f")
+    return _call(formulas, "system: f")
 
 
-def _called(call: Callable[[], T], what: str) -> T:
+def _call(call: Callable[[], T], what: str) -> T:
     """Return what a call with symbols returns. NoFormulaError: it raises, or does what symbols refuse."""
     refused: list[str] = []
     token = REFUSALS.set(refused)

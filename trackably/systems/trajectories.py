@@ -30,7 +30,7 @@ class Functional:
     """q(t) = offset + Σ_c Σ_j w_cj z_c(t + j T_s), with `weights[c][j]` = w_cj and T_s = `sampling_time` [s].
 
     Weights are exact rationals. A functional is affine in the signals: its derivatives, in time and with respect to
-    hyperparameters, are those of the signals, combined_functional with the same weights.
+    hyperparameters, are those of the signals, summed with the same weights.
     """
 
     weights: tuple[tuple[Fraction, ...], ...]
@@ -82,7 +82,7 @@ class Functional:
         return signal, Stencil(tuple(weights.tolist()), self.sampling_time, float(self.offset))
 
 
-def combined_functional(row: Sequence[Fraction], functionals: Sequence[Functional]) -> Functional:
+def weighted_sum_of_functionals(row: Sequence[Fraction], functionals: Sequence[Functional]) -> Functional:
     """Return Σ_i row_i q_i."""
     first = functionals[0]
     return Functional(
@@ -215,7 +215,7 @@ Coordinate = Functional | Trajectory
 """A state or an input as a function of time; for a linear system always a functional."""
 
 
-def combined(row: Sequence[Fraction], coordinates: Sequence[Coordinate]) -> Trajectory:
+def weighted_sum(row: Sequence[Fraction], coordinates: Sequence[Coordinate]) -> Trajectory:
     """Return Σ_i row_i q_i; of functionals, it is again a functional, exactly.
 
     Functionals beside formulas must be single shifted signals, as those of a flat form are.
@@ -224,7 +224,7 @@ def combined(row: Sequence[Fraction], coordinates: Sequence[Coordinate]) -> Traj
     used = [(r, q) for r, q in every if r] or every
     functionals = [q for _, q in used if isinstance(q, Functional)]
     if len(functionals) == len(used):
-        return Trajectory.of(combined_functional([r for r, _ in used], functionals))
+        return Trajectory.of(weighted_sum_of_functionals([r for r, _ in used], functionals))
     total, arguments = None, dict[str, Functional]()
     for r, q in used:
         part = single_signal(q) if isinstance(q, Functional) else q
@@ -237,7 +237,7 @@ def combined(row: Sequence[Fraction], coordinates: Sequence[Coordinate]) -> Traj
 # Single flat outputs at shifted times, as functionals.
 
 
-def shifted(form: FlatForm, sampling_time: float) -> dict[str, Functional]:
+def shifted_outputs(form: FlatForm, sampling_time: float) -> dict[str, Functional]:
     """Return all z_c(t + j T_s) by name, one step further than states and inputs need them."""
     longest = 2 + max(form.orders)
     return {
@@ -290,7 +290,7 @@ Indices = npt.NDArray[np.intp]
 
 @dataclass(frozen=True, eq=False)
 class Quantities:
-    """Bounded `quantities` along the same `signals`."""
+    """Bounded `quantities` along the same `signals`, all evaluated with one sum of kernels."""
 
     quantities: tuple[Quantity, ...]
     signals: Signals

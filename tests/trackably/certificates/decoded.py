@@ -10,7 +10,7 @@ from trackably.certificates.cover import Cover
 from trackably.certificates.robust import Robust
 from trackably.codec.converter import decode
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope, measured
+from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope, with_noise_set
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
@@ -40,7 +40,7 @@ def _robust(data: dict | None, system: LinearSystem) -> Robust | None:
         return None
     given = ConstrainedSystem(system, *(decode(Polytope, data[name]) for name in ("state_set", "input_set")))
     K, W, box = np.array(data["feedback"]), _set(data["set"]), np.array(data["box"])
-    with_noise = measured(W, _set(data["noise"]), len(box)) if "noise" in data else None
+    with_noise = with_noise_set(W, _set(data["noise"]), len(box)) if "noise" in data else None
     of_errors = with_noise.of_measured_state(system.A) if with_noise else W
     Z = InvariantSet(system, K, of_errors, data["head"], data["terms"], data["contraction"], box)
     return Robust(given, Z, with_noise)

@@ -5,7 +5,7 @@ import pytest
 
 from tests.trackably.control import naive
 from tests.trackably.systems.forms.instances import T_S, robot
-from trackably.control.angles import turned_near
+from trackably.control.angles import unwrap_near
 from trackably.control.controller import Controller
 from trackably.control.references import TabulatedReference
 from trackably.control.simulation import simulate
@@ -66,5 +66,5 @@ def test_the_optimum_is_that_of_a_general_method():
     controller = Controller(ROBOT, 10, CONTROLLER.Q, CONTROLLER.R)
     result = controller.step(0, state, reference)
     assert isinstance(result, Plan)
-    window = turned_near(ROBOT, reference.window(0, 10), state)
+    window = unwrap_near(ROBOT, reference.window(0, 10), state)
     assert result.cost == pytest.approx(naive.cost_by_single_shooting(controller, state, window), rel=1e-5)

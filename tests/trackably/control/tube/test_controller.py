@@ -152,7 +152,7 @@ def test_the_last_plan_is_kept_by_a_system_that_forgets_its_start(horizon):
     for k in range(1, 9):
         state = FAST.system.successor(state, plan.input) + loop.disturbance.draw(rng)
         problem = TubeProblem.of(loop.controller.formulation, k, state, loop.reference.window(k, horizon))
-        plan = problem.kept(shifted_inputs(plan, loop.reference))
+        plan = problem.keep(shifted_inputs(plan, loop.reference))
         assert plan.status is Status.KEPT
         assert loop.controller.errors.contains((1 - 1e-6) * (state - plan.states[0]))
         assert plan.terminal_residual < 1e-6

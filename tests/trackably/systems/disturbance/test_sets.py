@@ -8,7 +8,7 @@ import scipy
 
 from tests.trackably.systems.disturbance.instances import ALL
 from tests.trackably.systems.disturbance.naive import exact_support, support_by_program
-from trackably.systems.disturbances import ConvexHull, Zonotope, checked
+from trackably.systems.disturbances import ConvexHull, Zonotope, require_disturbance
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -60,4 +60,4 @@ def test_halfspaces_have_the_support_of_their_linear_program(seed):
 )
 def test_sets_without_zero_or_of_another_dimension_are_refused(given, words):
     with pytest.raises(ValueError, match=words):
-        checked(given, 1 if given.dimension == 1 else 2)
+        require_disturbance(given, 1 if given.dimension == 1 else 2)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackably.systems.trajectories import Functional, combined_functional
+from trackably.systems.trajectories import Functional, weighted_sum_of_functionals
 
 TIMES = np.linspace(-0.2, 2.0, 45)
 THIRD = Fraction(1, 3)
@@ -48,7 +48,7 @@ def test_any_functional_against_a_loop(functionals, t):
 
 @given(same_shaped(3), st.lists(st.fractions(-3, 3, max_denominator=50), min_size=3, max_size=3))
 def test_a_combination_has_the_combined_values(functionals, row):
-    both = combined_functional(row, functionals)
+    both = weighted_sum_of_functionals(row, functionals)
     expected = sum(float(r) * q(SIGNALS[:2], TIMES) for r, q in zip(row, functionals, strict=True))
     np.testing.assert_allclose(both(SIGNALS[:2], TIMES), np.broadcast_to(expected, TIMES.shape), atol=1e-11)
     assert both.offset == sum(r * q.offset for r, q in zip(row, functionals, strict=True))

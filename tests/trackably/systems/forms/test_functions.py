@@ -17,7 +17,7 @@ from trackably.checker.models import Models as CheckerModels
 from trackably.checker.rounding import Tracked, TrackedFormulas
 from trackably.checker.tail import Sloped, SlopedFormulas
 from trackably.systems.formulas import derivative, evaluate_floats, to_lists
-from trackably.systems.tracing import traced
+from trackably.systems.tracing import trace
 
 FORMULAS = {
     "atan2": np.arctan2,
@@ -32,7 +32,7 @@ AT = [(0.7, 0.4), (-0.7, 0.4), (0.9, -0.2), (-0.05, 1.3), (1.7, 0.02), (-1.2, -0
 
 
 def formula(name):
-    return traced(lambda x, u: [FORMULAS[name](x[0], u[0])], ("a",), ("b",))[0]
+    return trace(lambda x, u: [FORMULAS[name](x[0], u[0])], ("a",), ("b",))[0]
 
 
 def truth(name, a, b):

@@ -12,7 +12,7 @@ from tests.trackably.systems.formulas.random_expressions import expressions
 from trackably.checker.formulas import evaluate
 from trackably.systems.formulas import text
 from trackably.systems.nonlinear import NonlinearSystem
-from trackably.systems.tracing import require_same_values, traced
+from trackably.systems.tracing import require_same_values, trace
 
 A = np.array([[1.0, 0.5], [0.0, 2.0]])
 WRITTEN = {
@@ -31,7 +31,7 @@ WRITTEN = {
 @pytest.mark.parametrize("name", WRITTEN)
 def test_what_is_written_is_what_is_kept(name):
     f, texts = WRITTEN[name]
-    assert [text(e) for e in traced(f, ("a", "b"), ("p", "q"))] == texts
+    assert [text(e) for e in trace(f, ("a", "b"), ("p", "q"))] == texts
 
 
 ONE_FORMULA = "f must be one formula for all states and inputs, but it "
@@ -74,7 +74,7 @@ REFUSED = {
 def test_what_is_no_formula_is_refused_with_the_reason(name):
     f, reason = REFUSED[name]
     with pytest.raises(ValueError, match=reason):
-        traced(f, ("a",), ("p",))
+        trace(f, ("a",), ("p",))
 
 
 def clamped(u):
@@ -155,7 +155,7 @@ HONEST = {
 @pytest.mark.parametrize("name", HONEST)
 def test_rounding_and_what_is_not_defined_are_no_other_values(name):
     f, names = HONEST[name], (tuple("abcd"), tuple("pqrs") if name != "an arm" else ("p", "q"))
-    require_same_values(f, traced(f, *names), *names)
+    require_same_values(f, trace(f, *names), *names)
 
 
 class Numbers:
@@ -176,7 +176,7 @@ def test_no_formula_differs_from_itself(formula):
             return [evaluate(formula, {"x": x[0], "y": u[0]}, Numbers)]
 
     try:
-        formulas = traced(f, ("x",), ("y",))
+        formulas = trace(f, ("x",), ("y",))
     except (ValueError, OverflowError):
         reject()  # constants that are not finite
     require_same_values(f, formulas, ("x",), ("y",))
