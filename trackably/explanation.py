@@ -10,6 +10,7 @@ from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.prior import NOISE, Prior
 from trackably.gp.samples import Samples
+from trackably.learning.problem import LEAST_GAP
 from trackably.systems.tightening import Tightening
 
 _DEAREST = 3
@@ -132,6 +133,8 @@ def costs(fit: Fit) -> str:
         said.append(", ".join(dearest))
     if fit.duality_gap > 0:
         said.append(f"for these hyperparameters, no function costs less by more than {fit.duality_gap:.2g}")
+    if fit.spread > LEAST_GAP:
+        said.append(f"functions from several starts differed by {fit.spread:.2g}, and the search went on from the best")
     return "; ".join(said)
 
 

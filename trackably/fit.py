@@ -164,7 +164,7 @@ class Fit:
     `active_bounds` are those that hold the function back, with multipliers and prices. At some times the values of
     states or inputs are `pinned`. Of samples that stand for more of them, `condensed` says what that costs. The length
     scales in `limited` were sought only up to where float64 can evaluate the reference. The search was
-    ended by a `budget` [s], or not (None).
+    ended by a `budget` [s], or not (None). `spread` is by how much J differed between functions from several starts.
     """
 
     reference: Reference
@@ -178,6 +178,7 @@ class Fit:
     condensed: tuple[Condensation, ...] = field(default=(), metadata={LEFT_OUT: True})
     limited: tuple[str, ...] = field(default=(), metadata={LEFT_OUT: True})
     budget: float | None = field(default=None, metadata={LEFT_OUT: True})
+    spread: float = field(default=0.0, metadata={LEFT_OUT: True})
 
     @classmethod
     def of(
@@ -205,6 +206,7 @@ class Fit:
             condensed,
             limited,
             budget,
+            solution.spread,
         )
 
     @property

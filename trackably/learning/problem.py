@@ -122,7 +122,8 @@ class Solution:
     ln θ of other local minima, the best first. `method` says what was learned. `unconstrained` is the posterior at the
     likelihood's minimum, where the learner has computed it on the way. Bounds are broken by `missed` at most, a part of
     their width, where more places than a program can have would be needed: a larger back-off mends it. `alone` is the
-    least J of hyperparameters alone that was found on the way to a function, infinite where none was.
+    least J of hyperparameters alone that was found on the way to a function, infinite where none was. `spread` is by
+    how much J differed between functions under formulas to which several starts led for the same hyperparameters.
     """
 
     posterior: JointPosterior
@@ -137,6 +138,7 @@ class Solution:
     unconstrained: JointPosterior | None = None
     missed: float = 0.0
     alone: float = np.inf
+    spread: float = 0.0
 
     @property
     def price(self) -> float:

@@ -187,12 +187,13 @@ def minimise(
     curvature: Array | None = None,
     precision: float = PRECISION,
     give_up: GiveUp = never,
+    most_iterations: int = _MAX_ITERATIONS,
 ) -> Minimum | None:
     """Return a local minimum from `start`; None if f has no value at `start`, or where the search is given up.
 
     `evaluate` returns None where f has no value. The first step is no longer than `radius`: with a small radius the
     iteration stays in the basin of a good start. It starts with the `curvature` of a similar problem if there is one,
-    and ends where a step promises to gain less than `precision` (relative to 1 + |f|).
+    and ends where a step promises to gain less than `precision` (relative to 1 + |f|), or after `most_iterations`.
     """
     x = np.clip(start, lower, upper)
     if (here := evaluate(x)) is None:
@@ -201,7 +202,7 @@ def minimise(
     penalty, reductions, gained, may_end = _FIRST_PENALTY, 0, np.inf, False
     if not len(x):
         return Minimum(x, here, True, curvature)
-    for _ in range(_MAX_ITERATIONS):
+    for _ in range(most_iterations):
         box = np.maximum(lower - x, -radius), np.minimum(upper - x, radius)
         program = QuadraticProgram.of(curvature, here.gradient, here.jacobian, *box)
         d, multipliers, steered, broken = _steered_step(program, here, penalty)

@@ -2,15 +2,14 @@
 
     g* = argmin ‖y − S g‖²_{Σ⁻¹} + ‖g − m‖²_H   subject to the rows   =   m⁺ + Σ_a λ_a κ⁺(·, L_a),
 
-a convex program whose minimum is that of the posterior mean plus D(θ) = min ‖g − m⁺‖²_{H⁺}. Formulas are linearised at
-the last function, until the function does not change any more.
+a convex program whose minimum is that of the posterior mean plus D(θ) = min ‖g − m⁺‖²_{H⁺}. Formulas are linearised
+where sequential convex programs end.
 
 A working set holds those places that hold the function back for some θ on the way. A search meets hundreds of places;
 few are active at once. The covariance of the rows in the working set is much smaller
 than that of all rows, and the function that they give is that of all places once it breaks no bound at the others.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,14 +22,15 @@ from trackably.gp.row_posterior import RowPosterior
 from trackably.gp.signal import KernelSum
 from trackably.learning.joint.dual import solve_dual, solve_symmetric
 from trackably.learning.joint.places import Demands, Places, demands, flags
+from trackably.learning.joint.sequential import FormulaProgram
 from trackably.learning.problem import ActiveBound, ConstrainedProblem
 from trackably.progress.work import done
+from trackably.systems.trajectories import Signals
 
-_LINEARISATIONS = 40
 _CORRECTIONS = 5
-_SAME = 1e-9  # as a part of the bounds' widths
-_MET = 1e-10  # likewise: what is missed by less is less than any back-off, and little more than rounding
+_MET = 1e-10  # of a width: what is missed by less is less than any back-off, and little more than rounding
 _NEGLIGIBLE = 1e-6
+_NEAR = 0.02  # of a width: the linear program hardly moves what its formulas were linearised at
 
 
 @dataclass(frozen=True)
@@ -98,27 +98,25 @@ def constrained_mean(
     problem: ConstrainedProblem,
     posterior: JointPosterior,
     places: Places,
-    near: Sequence[KernelSum] | None = None,
+    near: Signals | None = None,
     active: Places | None = None,
 ) -> ConstrainedMean | None:
     """Return the function that meets its bounds at the places; None where formulas lead nowhere.
 
-    `near` are the signals at which formulas are linearised first, by default those of the posterior. Places that are
-    likely to be `active` save work. Raises IllConditioned.
+    Where there are formulas, it is the nearest one in the neighbourhood of the signals `near`, by default those of the
+    posterior. Places that are likely to be `active` save work. Raises IllConditioned.
     """
-    at = tuple(near) if near is not None else posterior.signals
     likely = None if active is None else np.append(flags(places, active), np.zeros(len(problem.pins), dtype=bool))
-    for _ in range(1 if is_linear(problem) else _LINEARISATIONS):
-        demanded = demands(problem, places, at)
-        if not (np.all(np.isfinite(demanded.limits)) and np.all(np.isfinite(demanded.rows.offsets))):
-            return None
-        found = mean_meeting(posterior, demanded, likely)
-        if found is None or found.contradicts or is_linear(problem):
-            return found
-        if _is_linearised_at(problem, places, found):
-            return found
-        at, likely = found.signals, found.multipliers > 0
-    return None
+    at = posterior.signals if near is None else near
+    if is_linear(problem):
+        return mean_meeting(posterior, demands(problem, places, at), likely)
+    found = FormulaProgram.of(problem, posterior, places).minimiser_near(at)
+    if found is None:
+        return None
+    demanded = demands(problem, places, found)
+    is_near = demanded.rows.values(found) < demanded.limits + _NEAR * demanded.widths
+    rows = np.flatnonzero(is_near | demanded.is_equation)
+    return mean_meeting(posterior, demanded.among(rows), None if likely is None else likely[rows])
 
 
 def is_linear(problem: ConstrainedProblem) -> bool:
@@ -139,12 +137,23 @@ def mean_meeting(posterior: JointPosterior, demanded: Demands, likely: Flags | N
     return ConstrainedMean(given, demanded, dual.multipliers, dual.value, dual.contradicts)
 
 
-def _is_linearised_at(problem: ConstrainedProblem, places: Places, found: ConstrainedMean) -> bool:
-    """Whether the rows, linearised at the function found, have the values that they had before."""
-    again = demands(problem, places, found.signals)
-    before, after = found.demanded.rows.values(found.signals), again.rows.values(found.signals)
-    with np.errstate(invalid="ignore"):
-        return bool(np.all(np.abs(after - before) <= _SAME * found.demanded.widths))
+@dataclass
+class LastFunction:
+    """Functions under formulas for one θ after the other: each search begins with the last one found, at first `near`.
+
+    All meet their bounds at the same `places`.
+    """
+
+    problem: ConstrainedProblem
+    places: Places
+    near: Signals
+
+    def mean_for(self, posterior: JointPosterior) -> ConstrainedMean | None:
+        """Return the function that meets all demands. Raises IllConditioned."""
+        found = constrained_mean(self.problem, posterior, self.places, self.near)
+        if found is not None and not found.contradicts:
+            self.near = found.given.signals(found.multipliers)
+        return found
 
 
 _MISSED = 1e-9  # of a bound's width

@@ -11,8 +11,10 @@ from trackably.gp.rows import row_kernel
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Bounded, Constraint
 from trackably.learning.joint.constrained_mean import ConstrainedMean, constrained_mean, is_linear
-from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Minima, Places, chosen, demands, flags
+from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Minima, Places, demands, flags, places_of
+from trackably.learning.joint.sequential import regular_places
 from trackably.learning.problem import ConstrainedProblem
+from trackably.systems.trajectories import Signals
 
 _MAX_ROUNDS = 40
 # Rough functions touch a bound at ever more times. Where there are many, those that are only near stay out; where there
@@ -51,7 +53,7 @@ def exchange_bounds(
     problem: ConstrainedProblem,
     posterior: JointPosterior,
     places: Places,
-    near: tuple[KernelSum, ...] | None = None,
+    near: Signals | None = None,
     tolerance: float = 0.0,
     ceiling: float = np.inf,
 ) -> ExchangeResult | None:
@@ -64,7 +66,9 @@ def exchange_bounds(
     best: ExchangeResult | None = None
     kept: Places | None = None
     apart: tuple[float, ...] = ()
-    price, same = -np.inf, same_time(posterior.signals)
+    price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
+    if not is_convex and not any(map(len, places)):
+        places = regular_places(problem, posterior)
     for count in range(1, _MAX_ROUNDS + 1):
         bent = constrained_mean(problem, posterior, places, near, kept)
         if bent is None:
@@ -74,13 +78,13 @@ def exchange_bounds(
         if min((np.min(margins, initial=np.inf) for _, margins in minima), default=np.inf) >= 0:
             minima = seen.with_overlooked(minima)
         margin, constraint, time = _worst(minima)
-        kept = chosen(places, bent.multipliers > 0)
+        kept = places_of(bent.active_bounds, [constraint.quantity.name for constraint in problem.constraints])
         crowded = sum(np.count_nonzero(margins < 0) for _, margins in minima) > _CROWDED
-        if is_linear(problem) and crowded and (tolerance or _count(kept) > CROWD):
+        if is_convex and crowded and (tolerance or _count(kept) > CROWD):
             apart = apart or spacings(problem, posterior)
             kept_free = min(constraint.backoff for constraint in problem.constraints)
             minima = seen.thinned(minima, places, apart, max(tolerance / 2, _MATTERS - kept_free, 0.0))
-        met = merged(kept, at_steps(problem, seen.places(minima), places), same)
+        met = merged(kept if is_convex else places, at_steps(problem, seen.places(minima), places), same)
         if _count(met) > _MANY_PLACES:
             met = merged(kept, at_steps(problem, seen.places(_broken(minima)), places), same)
         best = ExchangeResult(bent, met, kept, margin, constraint, time, count)

@@ -18,7 +18,7 @@ from trackably.gp.signal import KernelSum, Remembered
 from trackably.learning.constraint import PARTS, Bounded, Constraint, local_minima
 from trackably.learning.index_set import Indices
 from trackably.learning.problem import ActiveBound, ConstrainedProblem, Side
-from trackably.systems.trajectories import Functional, Quantities, Trajectory
+from trackably.systems.trajectories import Functional, Quantities, Signals, Trajectory
 
 LOWER, UPPER = 1.0, -1.0
 _MANY, _MOST = 500, 1200  # active places: steps in θ are taken with no more
@@ -93,7 +93,7 @@ def flags(places: Places, among: Places) -> Flags:
     return np.array([tuple(place) in those for some, those in pairs for place in some.tolist()], dtype=bool)
 
 
-def demands(problem: ConstrainedProblem, places: Places, near: Sequence[KernelSum]) -> Demands:
+def demands(problem: ConstrainedProblem, places: Places, near: Signals) -> Demands:
     """Return all places as rows; formulas are linearised at the signals `near`."""
     terms: list[list[Terms]] = [[] for _ in problem.prior.parts]
     offsets, limits, widths, labels = [np.empty(0)], [np.empty(0)], [np.empty(0)], list[Label]()
@@ -117,7 +117,7 @@ def demands(problem: ConstrainedProblem, places: Places, near: Sequence[KernelSu
 
 
 def _add_terms(
-    terms: list[list[Terms]], first: int, trajectory: Trajectory, times: Array, sides: Array, near: Sequence[KernelSum]
+    terms: list[list[Terms]], first: int, trajectory: Trajectory, times: Array, sides: Array, near: Signals
 ) -> Array:
     """Add the terms of a trajectory at these times and sides, as rows from `first` on, to those of each process.
 
@@ -132,9 +132,7 @@ def _add_terms(
     return sides * offsets
 
 
-def _linearised(
-    trajectory: Trajectory, times: Array, near: Sequence[KernelSum]
-) -> tuple[Array, list[tuple[Functional, Array]]]:
+def _linearised(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Array, list[tuple[Functional, Array]]]:
     """Return o and s_i of q ≈ o + Σ_i s_i (q_i − offset of q_i) at each time, for signals like those of `near`.
 
     It is q ≈ q(v) + Σ_i ∂q/∂q_i (q_i − v_i), with v_i the arguments at these signals. A functional is linear whatever
@@ -153,6 +151,7 @@ def _linearised(
 
 _PARTS = (np.arange(1, PARTS) / PARTS)[:, None]
 _CLOSE = 0.05  # of a bound's width: closer local minima are places too, for the steps of θ that follow
+_IN_REACH = 0.5  # of a bound's width: so near are places that matter for steps of θ where formulas bend
 _NEW = 0.1  # of the distance of regular times: closer ones are places already
 
 Minima = list[tuple[Array, Array]]
@@ -216,6 +215,16 @@ class MarginScan:
         values = self._all.values_of(which, places[:, 0])
         places[:, 1] = np.where(values - lower[which] < upper[which] - values, LOWER, UPPER)
         return tuple(_parted(places, times))
+
+    def near(self, places: Places) -> Places:
+        """Return those of the places whose bound a small change of the function may reach."""
+        kept = []
+        for constraint, at in zip(self._known, places, strict=True):
+            bounds = constraint.quantity.bounds
+            values = constraint.quantity(self.signals, at[:, 0])
+            room = np.where(at[:, 1] == LOWER, values - bounds.lower, bounds.upper - values)
+            kept.append(at[room < _IN_REACH * bounds.width])
+        return tuple(kept)
 
     @property
     def _minima(self) -> Minima:

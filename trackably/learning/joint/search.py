@@ -14,12 +14,14 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import IllConditioned
-from trackably.gp.signal import KernelSum
 from trackably.learning import sqp
-from trackably.learning.joint.constrained_mean import ConstrainedMean, WorkingSet, constrained_mean, is_linear
+from trackably.learning.joint.constrained_mean import ConstrainedMean, LastFunction, WorkingSet, is_linear
 from trackably.learning.joint.exchange import CROWD, ExchangeResult, exchange_bounds, merged, no_places, same_time
-from trackably.learning.joint.places import Places, chosen, demands, fewer, flags
+from trackably.learning.joint.places import MarginScan, Places, chosen, demands, fewer, flags
+from trackably.learning.joint.sequential import starts_for, with_backoff
 from trackably.learning.problem import (
+    LEAST_GAP,
+    RELATIVE_GAP,
     ConstrainedProblem,
     NoFunction,
     NoSolution,
@@ -29,8 +31,9 @@ from trackably.learning.problem import (
 )
 from trackably.learning.search import best_solution, better_solution
 from trackably.learning.search import continued as continued_alone
+from trackably.systems.trajectories import Signals
 
-_MAX_ROUNDS = 30
+_MAX_ROUNDS, _ROUNDS_OF_FORMULAS = 30, 3
 _SAME_VALUE = 1e-9
 _PRECISION = 1e-11  # of J: the covariances of rows are not more precise
 _NEARBY = 0.1
@@ -39,7 +42,9 @@ _FIRST, _SHORTER, _SHORTEST = 2.0, 4.0, 1e-3  # steps in ln θ
 # evaluation is rounded: a larger back-off will mend it, and no other start.
 _ALMOST = 3e-3
 _ROUGH = 1e-6  # of a width: a function that breaks bounds by more needs too many places for steps in θ
+_MOST_STEPS, _MOST_OF_FORMULAS = 1000, 12  # in θ, until places are sought again
 _MANY_BENDS = 500  # active places
+_DRAWN_IN = 0.1, 0.03, 0.01, 0.0  # of a width, one after the other
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9  # of 1 + |J|
 _EXACT = 1e-2  # of a gain: to which a relaxation is minimised
 
@@ -50,7 +55,7 @@ class JointProgram:
 
     problem: ConstrainedProblem
     places: Places
-    near: tuple[KernelSum, ...]
+    near: Signals
 
     def minimise(
         self, start: Array, curvature: Array | None, reach: float, active: Places, precision: float = _PRECISION
@@ -62,17 +67,19 @@ class JointProgram:
         """
         space = self.problem.space
         lower, upper = np.maximum(space.log_lower, start - reach), np.minimum(space.log_upper, start + reach)
-        working = self._working_set(active)
+        working = self._working_set(active) if is_linear(self.problem) else None
+        mean_for = working.mean_for if working else LastFunction(self.problem, self.places, self.near).mean_for
 
         def evaluate(log_theta: Array) -> sqp.Evaluation | None:
-            return self._evaluated(log_theta, working.mean_for if working else self._mean_for)
+            return self._evaluated(log_theta, mean_for)
 
-        found = sqp.minimise(evaluate, start, lower, upper, _NEARBY, curvature, precision)
+        most = _MOST_STEPS if is_linear(self.problem) else _MOST_OF_FORMULAS
+        found = sqp.minimise(evaluate, start, lower, upper, _NEARBY, curvature, precision, most_iterations=most)
         return None if found is None else (found, chosen(self.places, working.chosen) if working else self.places)
 
     def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
         """Return J with its gradient, which the envelope theorem gives; None where J has no value."""
-        return self._evaluated(log_theta, self._mean_for)
+        return self._evaluated(log_theta, LastFunction(self.problem, self.places, self.near).mean_for)
 
     def _evaluated(
         self, log_theta: Array, mean_for: Callable[[JointPosterior], ConstrainedMean | None]
@@ -88,13 +95,8 @@ class JointProgram:
         by_theta = gradient + bent.price_gradient()
         return sqp.Evaluation(value + bent.price, by_theta, np.empty(0), np.empty((0, len(log_theta))))
 
-    def _mean_for(self, posterior: JointPosterior) -> ConstrainedMean | None:
-        return constrained_mean(self.problem, posterior, self.places, self.near)
-
-    def _working_set(self, active: Places) -> WorkingSet | None:
-        """Return a set that begins with active places and the pins; None where rows depend on the function."""
-        if not is_linear(self.problem):
-            return None
+    def _working_set(self, active: Places) -> WorkingSet:
+        """Return a set that begins with active places and the pins; rows must not depend on the function."""
         demanded = demands(self.problem, self.places, self.near)
         begun = demanded.is_equation.copy()
         begun[: sum(map(len, self.places))] = flags(self.places, active)
@@ -113,6 +115,11 @@ class Point:
     def objective(self) -> float:
         """J = l + D."""
         return self.nlml + self.function.mean.price
+
+    @property
+    def allowed_gap(self) -> float:
+        """By how much J may exceed the least one."""
+        return max(LEAST_GAP, RELATIVE_GAP * self.function.mean.price)
 
     @property
     def is_solution(self) -> bool:
@@ -147,34 +154,65 @@ class _Descent:
 class JointSearch:
     """Follow starts to local minima of J: `best` is the best point, `closest` the one that breaks bounds least.
 
-    `fits` counts the programs in θ.
+    `fits` counts the programs in θ. `spread` is by how much the functions with which it could begin
+    differ in J.
     """
 
     problem: ConstrainedProblem
     best: Point | None = None
     closest: Point | None = None
     fits: int = 0
+    spread: float = 0.0
 
-    def follow(self, start: Array, places: Places | None = None, near: tuple[KernelSum, ...] | None = None) -> None:
+    def follow(self, start: Array, places: Places | None = None, near: Signals | None = None) -> None:
         """Minimise J from a start: first with functions that almost keep their bounds, then with solutions."""
+        if near is None and not is_linear(self.problem):
+            if (begun := self.best or self.begin(start)) is None:
+                return
+            places, near = begun.function.places, begun.function.mean.signals
         point = self._at(start, no_places(self.problem) if places is None else places, near, _ALMOST)
         if point is None:
             return
-        path = self._descend(_Descent(point, point.function.places), _ALMOST, _COARSE_GAIN)
+        gain = _COARSE_GAIN if is_linear(self.problem) else point.allowed_gap / (1 + abs(point.objective))
+        path = self._descend(_Descent(point, point.function.places), _ALMOST, gain)
         coarse = path.point
         if not coarse.is_solution or self._is_no_better(coarse.objective):
             return
         crowded = sum(map(len, coarse.function.active)) > CROWD
-        tolerance = _ALMOST / 10 if crowded else 0.0
+        tolerance = _ALMOST / 10 if crowded or not is_linear(self.problem) else 0.0
         fine = self._at(coarse.log_theta, coarse.function.places, coarse.function.mean.signals, tolerance)
-        if fine is not None and fine.function.margin > -_ROUGH and not crowded:
+        if fine is not None and fine.function.margin > -_ROUGH and not crowded and is_linear(self.problem):
             again = replace(path, point=fine, reach=max(path.reach, _NEARBY))
             fine = self._descend(again, 0.0, _FINE_GAIN).point
         found = fine if fine is not None and fine.is_solution else coarse
         if not self._is_no_better(found.objective):
             self.best = found
 
-    def settle(self, log_theta: Array, places: Places | None, near: tuple[KernelSum, ...] | None) -> None:
+    def begin(self, log_theta: Array) -> Point | None:
+        """Return the best function for these hyperparameters from several starts, where formulas bend; None if none is.
+
+        Bounds are drawn in at first, and let out: a path between them leads to where it can be bent further. Where that
+        leads nowhere, as beside a speed of zero, the search goes on with the last bounds that are kept.
+        """
+        found = list[tuple[Point, ConstrainedProblem]]()
+        for start in starts_for(self.problem, self.problem.posterior(log_theta)):
+            places, near = no_places(self.problem), start
+            last: tuple[Point, ConstrainedProblem] | None = None
+            for drawn_in in _DRAWN_IN:
+                search = JointSearch(with_backoff(self.problem, drawn_in), closest=self.closest)
+                if (point := search._at(log_theta, places, near, _ALMOST)) is not None:
+                    places, near = point.function.places, point.function.mean.signals
+                    last = (point, search.problem) if point.is_solution else last
+                self.closest = search.closest
+            found += [last] if last else []
+        if not found:
+            return None
+        ends = [point.objective for point, _ in found]
+        self.spread = max(ends) - min(ends)
+        point, self.problem = found[int(np.argmin(ends))]
+        return point
+
+    def settle(self, log_theta: Array, places: Places | None, near: Signals | None) -> None:
         """Find the function for these hyperparameters alone: there are no steps in θ to prepare."""
         begun = no_places(self.problem) if places is None else places
         point = self._at(log_theta, begun, near, 0.0)
@@ -189,12 +227,15 @@ class JointSearch:
         From a contradiction one step goes to the minimiser of the relaxation. If it is met there too, more places do
         not resolve it, and the search is given up; so it is where no function is found.
         """
-        for _ in range(_MAX_ROUNDS):
+        for _ in range(_MAX_ROUNDS if is_linear(self.problem) else _ROUNDS_OF_FORMULAS):
             point = path.point
             if not (point.is_solution or point.function.mean.contradicts):
                 break
             signals = point.function.mean.signals
-            program = JointProgram(self.problem, fewer(path.met(point), point.function.active), signals)
+            met = path.met(point)
+            if not is_linear(self.problem):
+                met = MarginScan(self.problem.constraints, signals).near(met)
+            program = JointProgram(self.problem, fewer(met, point.function.active), signals)
             precision = max(least_gain * _EXACT, _PRECISION)
             minimised = program.minimise(point.log_theta, path.curvature, path.reach, point.function.active, precision)
             self.fits += 1
@@ -233,7 +274,7 @@ class JointSearch:
         self,
         log_theta: Array,
         places: Places,
-        near: tuple[KernelSum, ...] | None,
+        near: Signals | None,
         tolerance: float,
         ceiling: float = np.inf,
     ) -> Point | None:
@@ -275,7 +316,7 @@ def learn_jointly(problem: ConstrainedProblem, also: Sequence[Array] = ()) -> So
     alone = _alone(replace(problem, pins=()), free, search.best)
     if isinstance(alone, Solution):
         search.follow(alone.posterior.prior.log_hyperparameters)
-    for other in (*also, *free.others[:_OTHER_MINIMA]):
+    for other in (*also, *(free.others[:_OTHER_MINIMA] if is_linear(problem) else ())):
         if search.best is None or _nlml(problem, other) < search.best.objective:
             search.follow(other)
     fits = search.fits + sum(found.fits for found in (free, alone) if isinstance(found, Solution))
@@ -284,7 +325,7 @@ def learn_jointly(problem: ConstrainedProblem, also: Sequence[Array] = ()) -> So
         return replace(alone, fits=fits, unconstrained=free.posterior, alone=alone.objective)
     if search.best is not None:
         known = alone.objective if isinstance(alone, Solution) else np.inf
-        return replace(_solution(search.best, fits, free.posterior), alone=known)
+        return replace(_solution(search.best, search, free.posterior), alone=known, fits=fits)
     if search.closest is not None:
         return _no_solution(problem, search.closest)
     return NoFunction(problem.pins) if problem.pins or alone is None else alone
@@ -300,7 +341,7 @@ def learn_from(starts: Sequence[Array], problem: ConstrainedProblem) -> Solution
     for log_theta in starts:
         search.follow(log_theta)
     if search.best is not None:
-        return _solution(search.best, search.fits, None)
+        return _solution(search.best, search, None)
     return _no_solution(problem, search.closest) if search.closest is not None else NoFunction(problem.pins)
 
 
@@ -315,25 +356,29 @@ def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
     if solution.missed or solution.is_rough:  # hyperparameters hardly move where J does not
         search.settle(solution.posterior.prior.log_hyperparameters, places, solution.signals)
         if search.best and search.best.objective - solution.objective <= 2 * solution.allowed_gap:
-            return replace(_solution(search.best, search.fits, solution.unconstrained), alone=solution.alone)
+            return replace(
+                _solution(search.best, search, solution.unconstrained), alone=solution.alone, spread=solution.spread
+            )
     search.follow(solution.posterior.prior.log_hyperparameters, places, solution.signals)
     if search.best:
-        return replace(_solution(search.best, search.fits, solution.unconstrained), alone=solution.alone)
+        return replace(
+            _solution(search.best, search, solution.unconstrained), alone=solution.alone, spread=solution.spread
+        )
     if solution.method == "hyperparameters" and not problem.pins:
         alone = continued_alone(solution, problem)
         if not isinstance(alone, Solution):
             return alone
-        return replace(alone, unconstrained=solution.unconstrained, alone=solution.alone)
+        return replace(alone, unconstrained=solution.unconstrained, alone=solution.alone, spread=solution.spread)
     return learn_jointly(problem)
 
 
 def _alone(problem: ConstrainedProblem, free: Solution, best: Point | None) -> Solution | NoSolution | None:
-    """Return the minimum over θ alone; of many samples only where it is better than the `best` function.
+    """Return the minimum over θ alone; of many samples or formulas only where it is better than the `best` function.
 
     Each of its programs has a Gram matrix of all samples at each step, and many of them: a search that cannot end below
     a function that is known is given up as soon as that is seen.
     """
-    if best is None or sum(map(len, problem.samples)) < _MANY_SAMPLES:
+    if best is None or (is_linear(problem) and sum(map(len, problem.samples)) < _MANY_SAMPLES):
         return best_solution(problem, free=free)
     return better_solution(problem, free, best.objective)
 
@@ -348,9 +393,12 @@ def learn_function(problem: ConstrainedProblem, near: Solution | None = None) ->
         raise ValueError(f"function: hyperparameters have to be known, but {', '.join(problem.prior.learned)}")
     search = JointSearch(problem)
     known, places = problem.prior.log_hyperparameters, near.active if near and near.active_bounds else None
-    search.settle(known, places, near.signals if near else None)
+    signals: Signals | None = near.signals if near else None
+    if near is None and not is_linear(problem) and (begun := search.begin(known)) is not None:
+        places, signals = begun.function.places, begun.function.mean.signals
+    search.settle(known, places, signals)
     if search.best is not None:
-        return _solution(search.best, search.fits, None)
+        return _solution(search.best, search, None)
     return NoFunction(problem.pins) if search.closest is None else _no_solution(problem, search.closest)
 
 
@@ -361,18 +409,19 @@ def _nlml(problem: ConstrainedProblem, log_theta: Array) -> float:
         return np.inf
 
 
-def _solution(point: Point, fits: int, unconstrained: JointPosterior | None) -> Solution:
+def _solution(point: Point, search: JointSearch, unconstrained: JointPosterior | None) -> Solution:
     bent = point.function.mean
     return Solution(
         bent.posterior,
         bent.signals,
         point.objective,
         point.function.places,
-        fits,
+        search.fits,
         active_bounds=bent.active_bounds,
         method="joint",
         unconstrained=unconstrained,
         missed=max(0.0, -point.function.margin),
+        spread=search.spread,
     )
 
 

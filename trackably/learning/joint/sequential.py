@@ -1,0 +1,213 @@
+"""The function where quantities are formulas: sequential convex programs with a trust region, from several starts.
+
+At given places all formulas depend on the values v of the signals at finitely many instants. With v = L m⁺ + W ξ and
+L κ⁺ Lᵀ = W Wᵀ, the function with these values that is nearest to the posterior mean costs |ξ|², so that it solves
+
+    min |ξ|²  subject to  q_a(L m⁺ + W ξ) ≥ b_a,
+
+whose steps are convex programs: see `sqp`. Where it ends, it also solves the program with linearised formulas.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import accumulate
+from typing import Self
+
+import numpy as np
+import scipy
+
+from trackably.arrays import Array
+from trackably.gp.joint import JointPosterior, common_period
+from trackably.gp.row_posterior import RowPosterior
+from trackably.gp.rows import Rows, Terms
+from trackably.learning import sqp
+from trackably.learning.constraint import Bounded, Constraint, Sums
+from trackably.learning.index_set import Window
+from trackably.learning.joint.places import LOWER, UPPER, Places
+from trackably.learning.problem import ConstrainedProblem
+from trackably.progress.work import done
+from trackably.systems.polytopes import Interval
+from trackably.systems.trajectories import Functional, Quantity, Signals
+
+_WEAK = 1e-11  # of the largest eigenvalue: what is smaller is rounding
+_PRECISION = 1e-7  # of 1 + the price
+_RADIUS = 2.0  # of the first step: prior standard deviations
+_MOST_STEPS, _BROKEN = 60, 1e-3  # an end that breaks bounds by more, a part of their width, is none
+
+
+@dataclass(frozen=True)
+class KnownValues:
+    """A signal that is known at its sorted `times` [s] only. At others it has any value: no row gives them a weight."""
+
+    times: Array
+    values: Array
+
+    def __call__(self, t: Array) -> Array:
+        return np.asarray(self.values[np.minimum(np.searchsorted(self.times, t), len(self.times) - 1)])
+
+
+@dataclass(frozen=True)
+class _Bound:
+    """The places of one quantity, or a given value twice: q · `sides` has to be at least `limits`, shapes (n,)."""
+
+    quantity: Constraint
+    times: Array
+    sides: Array
+    limits: Array
+
+    @classmethod
+    def all_of(cls, problem: ConstrainedProblem, places: Places) -> list[Self]:
+        found = []
+        for constraint, (times, sides) in zip(problem.constraints, (at.T for at in places), strict=True):
+            assert isinstance(constraint, Constraint), "functions are learned with constraints that have an index set"
+            bounds = constraint.quantity.bounds.shrunk(constraint.backoff * constraint.quantity.bounds.width)
+            found.append(cls(constraint, times, sides, np.where(sides == LOWER, bounds.lower, -bounds.upper)))
+        both = np.array([LOWER, UPPER])
+        for pin in problem.pins:
+            around = Interval(pin.value - pin.tolerance, pin.value + pin.tolerance)
+            held = Constraint(Quantity(pin.name, pin.trajectory, around), Window(pin.time, pin.time))
+            found.append(cls(held, np.full(2, pin.time), both, both * pin.value))
+        return found
+
+    @property
+    def arguments(self) -> list[tuple[Functional, Array]]:
+        return self.quantity.arguments_at(self.times)
+
+    def slacks(self, arguments: Array) -> Array:
+        """Return what is left to the bound, a part of its width, and its slopes, from the arguments': (1 + k, n)."""
+        found = self.sides * self.quantity.of_arguments(arguments)
+        found[0] -= self.limits
+        return np.asarray(found / self.quantity.quantity.bounds.width)
+
+
+@dataclass(frozen=True)
+class FormulaProgram:
+    """The program in ξ (k,) for `bounds`.
+
+    `times` are the instants of each process [s], `mean` is L m⁺ at those of all processes (P,), `root` is W (P, k). The
+    arguments of all formulas are `arguments` (1 + k, N): those of the posterior mean, and how they change with ξ.
+    """
+
+    bounds: list[_Bound]
+    times: tuple[Array, ...]
+    mean: Array
+    root: Array
+    arguments: Array
+
+    @classmethod
+    def of(cls, problem: ConstrainedProblem, posterior: JointPosterior, places: Places) -> Self:
+        """Factor the covariance of the values. Raises IllConditioned."""
+        bounds = _Bound.all_of(problem, places)
+        sums = Sums.of([argument for bound in bounds for argument in bound.arguments])
+        times = tuple(np.unique(sums.times.get(c, np.empty(0))) for c in range(len(posterior.parts)))
+        first = list(accumulate(map(len, times), initial=0))
+        terms = tuple(Terms(t, np.ones(len(t)), i + np.arange(len(t))) for t, i in zip(times, first, strict=False))
+        given = RowPosterior(posterior, Rows(np.zeros(first[-1]), terms))
+        powers, directions = np.linalg.eigh(given.covariance)
+        kept = powers > _WEAK * np.max(powers, initial=0.0)
+        root = directions[:, kept] * np.sqrt(powers[kept])
+        at = np.concatenate([first[c] + np.searchsorted(times[c], t) for c, t in sums.times.items()])
+        one = np.eye(1 + root.shape[1])[:1].T
+        values = np.concatenate([one, np.vstack([given.mean, root.T])[:, at]], axis=1)
+        arguments = np.asarray((values[:, sums.at] * sums.weights).sum(axis=1))
+        return cls(bounds, times, given.mean, root, arguments)
+
+    def minimiser_near(self, near: Signals) -> list[KnownValues] | None:
+        """Return the values of a local minimum from signals `near`; None where formulas have no value, or too far."""
+        start = np.concatenate([signal(t) for signal, t in zip(near, self.times, strict=True)]) - self.mean
+        xi = (self.root / np.sum(self.root**2, axis=0)).T @ start  # columns of W are orthogonal
+        free = np.full(len(xi), np.inf)
+        found = sqp.minimise(
+            self._evaluate, xi, -free, free, _RADIUS, precision=_PRECISION, most_iterations=_MOST_STEPS
+        )
+        if found is None or not (found.converged or found.at.violation <= _BROKEN):
+            return None
+        parts = np.split(self.mean + self.root @ found.x, list(accumulate(map(len, self.times)))[:-1])
+        return [KnownValues(times, values) for times, values in zip(self.times, parts, strict=True)]
+
+    def _evaluate(self, xi: Array) -> sqp.Evaluation | None:
+        """Return |ξ|² and the slacks, parts of the bounds' widths; None where a formula has no value."""
+        done("evaluation")
+        arguments = self.arguments.copy()
+        arguments[0] += xi @ arguments[1:]
+        ends = accumulate(len(bound.arguments) * len(bound.times) for bound in self.bounds)
+        parts = np.split(arguments, list(ends)[:-1], axis=1)
+        slacks = np.concatenate([bound.slacks(own) for bound, own in zip(self.bounds, parts, strict=True)], axis=1)
+        if not np.isfinite(slacks).all():
+            return None
+        return sqp.Evaluation(float(xi @ xi), 2 * xi, slacks[0], slacks[1:].T, 2 * np.eye(len(xi)))
+
+
+_KNOTS, _FINE = 4, 2000  # knots in each correlation time, points of a path
+_CLOSE, _MOST_REGULAR = 8, 100  # regular places in each correlation time, and of each side of a bound
+_PACES, _SLOWER = (0.5, 1.0), 0.5
+
+
+def starts_for(problem: ConstrainedProblem, posterior: JointPosterior) -> list[Signals]:
+    """Return signals from which to search: the posterior means, these at a more even and at an even pace, and slower.
+
+    The path of the means is driven at a pace between their own and an even one: it stops nowhere, and is nowhere fast.
+    A slower motion is nearer to the prior means.
+    """
+    means = posterior.signals
+    ends, period = _ends(problem.constraints), common_period([signal.kernel for signal in means])
+    first, last = ends if period is None else (0.0, period)
+    fine = np.linspace(first, last, _FINE)
+    path = np.array([signal(fine) for signal in means])
+    length = np.append(0.0, np.cumsum(np.sqrt(np.sum(np.diff(path, axis=1) ** 2, axis=0))))
+    if not length[-1] > 0:
+        return [means]
+    own, even = length / length[-1], (fine - first) / (last - first)
+    count = _KNOTS * (last - first) / min(signal.kernel.correlation_time for signal in means)
+    knots = np.linspace(first, last, int(np.clip(count, 8, _FINE / 4)))
+    paced = []
+    for part in _PACES:
+        at = np.interp(np.interp(knots, fine, (1 - part) * own + part * even), own, fine)
+        splines = [scipy.interpolate.CubicSpline(knots, signal(at)) for signal in means]
+        paced.append([_along(spline, first, last, period is not None) for spline in splines])
+    return [means, *paced, [_towards(signal.mean, signal) for signal in means]]
+
+
+def _along(spline: Callable[[Array], Array], first: float, last: float, is_periodic: bool) -> Callable[[Array], Array]:
+    if is_periodic:
+        return lambda t: np.asarray(spline(first + np.mod(t - first, last - first)))
+    return lambda t: np.asarray(spline(np.clip(t, first, last)))
+
+
+def _towards(level: float, signal: Callable[[Array], Array]) -> Callable[[Array], Array]:
+    return lambda t: level + _SLOWER * (signal(t) - level)
+
+
+def regular_places(problem: ConstrainedProblem, posterior: JointPosterior) -> Places:
+    """Return places at regular times: between few places, a function could turn to where formulas have other minima."""
+    ends, period = _ends(problem.constraints), common_period([signal.kernel for signal in posterior.signals])
+    first, last = ends if period is None else (0.0, period)
+    shortest = min(signal.kernel.correlation_time for signal in posterior.signals)
+    times = np.linspace(first, last, int(np.clip(_CLOSE * (last - first) / shortest, 2, _MOST_REGULAR)))
+    return tuple(_regular(constraint, times) for constraint in problem.constraints)
+
+
+def _regular(constraint: Bounded, times: Array) -> Array:
+    if not isinstance(constraint, Constraint):
+        return np.empty((0, 2))
+    first, last = constraint.index_set.ends
+    times, bounds = np.clip(constraint.index_set.nearest(times), first, last), constraint.quantity.bounds
+    sides = [side for side, bound in ((LOWER, bounds.lower), (UPPER, bounds.upper)) if np.isfinite(bound)]
+    return np.array([(time, side) for time in np.unique(times).tolist() for side in sides]).reshape(-1, 2)
+
+
+def _ends(constraints: Sequence[Bounded]) -> tuple[float, float]:
+    """Return the first and the last time [s] that bounds depend on."""
+    timed = [constraint for constraint in constraints if isinstance(constraint, Constraint)]
+    ends = [constraint.index_set.ends for constraint in timed]
+    weights = [(q.sampling_time, w) for c in timed for _, q in c.quantity.trajectory.arguments for w in q.weights]
+    return min(one for one, _ in ends), max(one for _, one in ends) + max(step * len(w) for step, w in weights)
+
+
+def with_backoff(problem: ConstrainedProblem, least: float) -> ConstrainedProblem:
+    """Return the same problem with bounds drawn in by this part of their width, at least."""
+    constraints = tuple(
+        replace(each, backoff=max(each.backoff, least)) if isinstance(each, Constraint) else each
+        for each in problem.constraints
+    )
+    return replace(problem, constraints=constraints)
