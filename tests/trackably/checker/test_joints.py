@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.trackably.joints.trajectories import ORDERS, extreme, random_content, with_limit
+from tests.trackably.joints.trajectories import ORDERS, extreme, mirrored, random_content, with_limit
 from trackably.checker import Failed, NotACertificate, Proved, Refuted, check
 from trackably.checker.floats.joints import undecided
 from trackably.checker.joints import BROKEN, check_joints, everything, read_joints
@@ -26,6 +26,7 @@ def test_a_limit_is_proved_up_to_the_extreme_and_not_beyond(seed: int, order: in
         limited = with_limit(content, order, float(most) + part * float(abs(most)))
         for exact in (False, True):
             assert isinstance(check(limited, exact=exact), wanted)
+            assert isinstance(check(mirrored(limited), exact=exact), wanted)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -42,6 +42,13 @@ def with_limit(content: dict[str, Any], order: int, upper: float) -> dict[str, A
     return {**content, "joints": [{**first, "limits": limits}, *others]}
 
 
+def mirrored(content: dict[str, Any]) -> dict[str, Any]:
+    """Return the motions to the other side, with their limits there."""
+    joints = [{**of, "limits": [[-high, -low] for low, high in of["limits"]]} for of in content["joints"]]
+    rows = (-np.array(content["trajectory"]["coefficients"])).tolist()
+    return {**content, "joints": joints, "trajectory": {**content["trajectory"], "coefficients": rows}}
+
+
 def extreme(content: dict[str, Any], joint: int, order: int) -> Any:
     """Return the largest value of a derivative on all pieces, by the roots of the next one in 50 digits."""
     ends, rows = content["trajectory"]["breakpoints"], content["trajectory"]["coefficients"][joint]
