@@ -11,7 +11,7 @@ import numpy as np
 from trackably.arguments import real
 from trackably.arrays import Array, ArrayLike
 from trackably.control.angles import angles_of
-from trackably.exports.proved import Proved, continuous, places, proved_times
+from trackably.exports.proved import Proved, continuous, places, proved_times, require_known
 
 Parameters = Mapping[str, str | Sequence[str]]
 """For each time-varying parameter of a model, the state or input that it holds, or several of them."""
@@ -95,7 +95,6 @@ def _columns(proved: Proved, declared: Sequence[str], parameters: Parameters | N
         if parameter not in declared:
             raise ValueError(f"to_do_mpc: the model has no parameter {parameter}, only {', '.join(declared) or 'none'}")
         names = [of] if isinstance(of, str) else list(of)
-        if unknown := [name for name in names if name not in place]:
-            raise ValueError(f"to_do_mpc: {unknown[0]} is neither a state nor an input ({', '.join(place)})")
+        require_known("to_do_mpc", dict.fromkeys(names), proved)
         columns[parameter] = np.array([place[name] for name in names])
     return columns

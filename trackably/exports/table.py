@@ -50,7 +50,10 @@ def write_parquet(proved: Proved, path: Path | str, first: int | None, count: in
         from pyarrow import parquet  # noqa: PLC0415
     table, of_column = columns(proved, first, count, units), {f"{_TIME} [s]": "s"}
     of_column |= {_head(name, units or {}): unit for name, unit in (units or {}).items()}
-    statement = {"trackably": proved.certificate.explanation, "sampling_time": repr(_sampling_time(proved))}
+    statement = {
+        "trackably": proved.certificate.explanation,
+        "sampling_time": repr(float(proved.reference.plant.sampling_time)),
+    }
     fields = [
         pa.field(head, pa.float64(), nullable=False, metadata={"unit": of_column[head]} if head in of_column else None)
         for head in table
@@ -73,7 +76,3 @@ def _checked(units: Units, proved: Proved) -> Units:
         if not text(f"units: {name}", unit).strip() or set(unit) & set('[]"\r\n'):
             raise ValueError(f"units: expected a unit such as m/s for {name}, got {unit!r}")
     return units
-
-
-def _sampling_time(proved: Proved) -> float:
-    return float(proved.reference.plant.sampling_time)
