@@ -6,7 +6,7 @@ measurements give; see `trackably.checker.truth` for the formulas and their proo
 f if and, up to the pairs that are looked at, only if U − ε ≤ x_r ≤ D + ε.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
@@ -23,10 +23,10 @@ from trackably.certificates.form import as_written, encode_subject
 from trackably.certificates.judge import found_or_raise, judged_contradiction
 from trackably.certificates.outcome import NoSignal
 from trackably.certificates.robust import Robust
-from trackably.checker.certificate import Measured, SignalClass, TrueSignal
+from trackably.checker.certificate import Derived, Measured, SignalClass, TrueSignal
 from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.form import subject_of
-from trackably.checker.truth import CONTRADICTION, VERSION, ContradictedSamples, contradiction_of, gaps
+from trackably.checker.truth import CONTRADICTION, VERSION, ContradictedSamples, Place, contradiction_of, gaps, places
 from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
@@ -116,6 +116,33 @@ def _measured(samples: Samples, noise: float) -> Measured:
 
 
 @dataclass(frozen=True, eq=False)
+class Points:
+    """Rising `times` [s] at which signals are within `noise` of `values`, and the numbers `ids` of these in sides."""
+
+    times: Array
+    values: Array
+    noise: Array
+    ids: Any
+
+    @classmethod
+    def of(cls, of: SignalClass, derived: Sequence[Derived] = ()) -> Self:
+        """Return the samples, and what is derived at other times: the samples of a time stay where both are known."""
+        every = sorted((float(t), float(y), float(noise), i) for i, (t, y, noise) in _places(of, derived).items())
+        times, values, noise, ids = (np.array(column) for column in zip(*every, strict=True))
+        return cls(times, values, noise, ids.astype(int))
+
+
+def _places(of: SignalClass, derived: Sequence[Derived]) -> dict[int, Place]:
+    """Return places by number; at one time the one with the least noise."""
+    found = places(TrueSignal("", of, (), (), 0, (), (), (), None, tuple(derived)))
+    best: dict[Fraction, int] = {}
+    for i, (t, _, noise) in found.items():
+        if t not in best or noise < found[best[t]][2]:
+            best[t] = i
+    return {i: found[i] for i in best.values()}
+
+
+@dataclass(frozen=True, eq=False)
 class Sides:
     """Pairs of measurements i, j with the sides that they give at times: `upper` and `lower` have shape (pairs, T)."""
 
@@ -125,29 +152,28 @@ class Sides:
     lower: Array
 
     @classmethod
-    def near(cls, of: SignalClass, times: Array) -> Self:
-        """Return the sides at times (T,) between which there is no measurement."""
+    def near(cls, of: SignalClass, times: Array, known: Points) -> Self:
+        """Return the sides at times (T,) between which nothing is measured or known."""
         middle, n = float(np.mean(times)), len(of.samples.times)
-        at, values = np.array(of.samples.times), np.array(of.samples.values)
-        some = _around(at, middle)
-        parts, noise = [], of.samples.noise
-        since = np.abs(times - at[some][:, None])
+        some = _around(known.times, middle)
+        at, values, noise, ids = (of_each[some] for of_each in (known.times, known.values, known.noise, known.ids))
+        parts, since = [], np.abs(times - at[:, None])
         if of.slope is not None:
-            parts.append((some, some, values[some][:, None] + 0 * times, noise + of.slope * since))
+            parts.append((ids, ids, values[:, None] + 0 * times, noise[:, None] + of.slope * since))
         if of.second_derivative is not None:
             a, b = np.triu_indices(len(some), 1)
-            part = (times - at[some][a][:, None]) / (at[some][b] - at[some][a])[:, None]
-            value = values[some][a][:, None] * (1 - part) + values[some][b][:, None] * part
-            slack = noise * (np.abs(part) + np.abs(1 - part)) + of.second_derivative / 2 * since[a] * since[b]
-            parts.append((some[a], some[b], value, slack))
+            part = (times - at[a][:, None]) / (at[b] - at[a])[:, None]
+            value = values[a][:, None] * (1 - part) + values[b][:, None] * part
+            slack = noise[b][:, None] * np.abs(part) + noise[a][:, None] * np.abs(1 - part)
+            parts.append((ids[a], ids[b], value, slack + of.second_derivative / 2 * since[a] * since[b]))
         if of.second_derivative is not None and of.rates:
             moments = np.array(of.rates.times)
             rates = _around(moments, middle)
             a, b = (each.ravel() for each in np.meshgrid(np.arange(len(some)), np.arange(len(rates))))
-            start, s, v = at[some][a][:, None], moments[rates][b][:, None], np.array(of.rates.values)[rates][b][:, None]
+            start, s, v = at[a][:, None], moments[rates][b][:, None], np.array(of.rates.values)[rates][b][:, None]
             way = np.abs((times - s) * np.abs(times - s) - (start - s) * np.abs(start - s)) / 2
-            slack = noise + of.rates.noise * since[a] + of.second_derivative * way
-            parts.append((some[a], n + rates[b], values[some][a][:, None] + v * (times - start), slack))
+            slack = noise[a][:, None] + of.rates.noise * since[a] + of.second_derivative * way
+            parts.append((ids[a], n + rates[b], values[a][:, None] + v * (times - start), slack))
         i, j, value, slack = (np.concatenate([part[k] for part in parts]) for k in range(4))
         return cls(i, j, value + slack, value - slack)
 
@@ -163,9 +189,10 @@ def _around(times: Array, middle: float) -> Any:
     return np.arange(max(0, place - _NEAR), min(len(times), place + _NEAR))
 
 
-def sides_at(of: SignalClass, times: Array) -> tuple[Array, Array]:
+def sides_at(of: SignalClass, times: Array, derived: Sequence[Derived] = ()) -> tuple[Array, Array]:
     """Return U and D at times [s], each of shape (T,)."""
-    found = [Sides.near(of, np.array([t])) for t in times.tolist()]
+    known = Points.of(of, derived)
+    found = [Sides.near(of, np.array([t]), known) for t in times.tolist()]
     return np.array([s.upper.min() for s in found]), np.array([s.lower.max() for s in found])
 
 
@@ -188,13 +215,10 @@ def true_signal(
     if not start < end:
         raise ValueError(f"truth: two samples of {name} at least must lie within what is proved")
     edges, state = _edges(of, start, end), reference.plant.system.states.index(name)
-    pairs = []
-    for a, b in pairwise(edges):
-        times = np.linspace(a, b, 5)
-        pairs.append(Sides.near(of, times).best(reference.state_at(times)[:, state]))
-    upper, lower = zip(*pairs, strict=True)
+    course = [(times := np.linspace(a, b, 5), reference.state_at(times)[:, state]) for a, b in pairwise(edges)]
+    upper, lower, derived = _chosen(of, edges, course)
     halves, count = np.diff(edges) / 2, len(edges) - 1
-    best = TrueSignal(name, of, tuple(edges), (), _TERMS, upper, lower, (np.inf,) * count)
+    best = TrueSignal(name, of, tuple(edges), (), _TERMS, upper, lower, (np.inf,) * count, None, derived)
     subject = subject_of(encode_subject(reference))
     errors, radii = np.full(count, np.inf), np.ones(count)
     for ratio in _RATIOS:
@@ -208,6 +232,90 @@ def true_signal(
     errors = np.maximum(errors, 0.0) + smallest
     proved = replace(best, radii=tuple(radii.tolist()), errors=tuple(errors.tolist()))
     return replace(proved, plant=None if robust is None else _of_plant(proved, robust, state))
+
+
+Chosen = tuple[tuple[tuple[int, int], ...], tuple[tuple[int, int], ...], tuple[Derived, ...]]
+
+
+def _chosen(of: SignalClass, edges: list[float], course: list[tuple[Array, Array]]) -> Chosen:
+    """Return both sides of each cell, and what is derived for those in which the reference is furthest from one.
+
+    More measurements than two say more of a signal: at the ends of these cells, all near ones are asked.
+    """
+    derived: list[Derived] = []
+    asked: set[float] = set()
+    known, apart = Points.of(of), np.zeros(len(course))
+    found: list[Any] = [None] * len(course)
+    changed = set(range(len(course)))
+    while changed:
+        for k in changed:
+            times, x = course[k]
+            sides = Sides.near(of, times, known)
+            found[k] = sides.best(x)
+            apart[k] = max(float(np.min(np.max(s, axis=1))) for s in (sides.upper - x, x - sides.lower))
+        worst = [
+            k for k in np.flatnonzero(apart >= _WORST * np.max(apart)).tolist() if not {*edges[k : k + 2]} <= asked
+        ]
+        if of.second_derivative is None or len(derived) >= _DERIVED or not worst:
+            break
+        for t in sorted({t for k in worst[:_AT_ONCE] for t in edges[k : k + 2]} - asked):
+            asked.add(t)
+            derived += filter(None, [_derive(of, t)])
+        known = Points.of(of, derived)
+        changed = {j for k in worst[:_AT_ONCE] for j in range(max(0, k - 2), min(len(course), k + 3))}
+    upper, lower = zip(*found, strict=True)
+    return upper, lower, tuple(derived)
+
+
+_WORST, _AT_ONCE, _DERIVED, _BESIDE = 0.95, 10, 120, 12
+"""Of the largest error, cells that are looked at together; all derived times; measurements that are asked on a side."""
+
+
+def _derive(of: SignalClass, t: float) -> Derived | None:
+    """Return what near measurements together say of a signal at a time, by the multipliers of linear programs."""
+    n = len(of.samples.times)
+    sides = [(np.array(of.samples.times), 0), *([(np.array(of.rates.times), n)] if of.rates else [])]
+    which: list[int] = []
+    for times, first in sides:
+        place = int(np.searchsorted(times, t))
+        which += range(first + max(0, place - _BESIDE), first + min(len(times), place + _BESIDE))
+    some = replace(_only(of, which), slope=None)
+    program = _Program.of(some, (t,), cells=4)
+    cost = np.zeros(program.seen.shape[1])
+    cost[int(np.searchsorted(program.knots, t))] = 1.0
+    found = []
+    for sign in (-1.0, 1.0):  # the largest value, then the least one
+        solved = program.solve(sign * cost)
+        if solved.x is None:
+            return None
+        prices = solved.ineqlin.marginals
+        half = len(prices) // 2
+        multipliers = _sum_to(some, sign * (prices[:half] - prices[half:]), t)
+        if multipliers is None:
+            return None
+        found.append(tuple((which[i], m) for i, m in enumerate(multipliers) if m))
+    return Derived(t, *found)
+
+
+def _sum_to(of: SignalClass, multipliers: Array, t: float) -> list[Fraction] | None:
+    """Return rational multipliers near these which give the value at t of each straight line."""
+    times = [Fraction(s) for s in of.samples.times]
+    exact = [
+        Fraction(round(m * 2**30), 2**30) if abs(m) > _NO_MULTIPLIER else Fraction(0) for m in multipliers.tolist()
+    ]
+    used = [i for i in range(len(times)) if exact[i]]
+    first, last = (used[0], used[-1]) if len(used) > 1 else (0, len(times) - 1)
+    if first == last:
+        return None
+    exact[first] = exact[last] = Fraction(0)
+    left = 1 - sum(exact[: len(times)])
+    moment = Fraction(t) - sum(m * s for m, s in zip(exact, times, strict=False)) - sum(exact[len(times) :])
+    exact[last] = (moment - left * times[first]) / (times[last] - times[first])
+    exact[first] = left - exact[last]
+    return exact
+
+
+_NO_MULTIPLIER = 1e-9
 
 
 def _edges(of: SignalClass, start: float, end: float) -> list[float]:
@@ -436,7 +544,7 @@ class Accuracy:
 def accuracy(reference: Reference, truth: TrueSignal) -> Accuracy:
     """Return how far a reference is from the true signal, beside what could be reached."""
     times = np.unique(np.concatenate([np.linspace(a, b, 3) for a, b in pairwise(truth.ends)]))
-    upper, lower = sides_at(truth.of, times)
+    upper, lower = sides_at(truth.of, times, truth.derived)
     widest = float(times[int(np.argmax(upper - lower))])
     ends = _Program.of(truth.of, (widest,)).ends_at(widest)
     radius = 0.0 if ends is None else max(0.0, (ends[1] - ends[0]) / 2)
@@ -448,7 +556,7 @@ def _least_error(plant: ConstrainedSystem, truth: TrueSignal) -> float:
     system, T = plant.linear, plant.sampling_time
     first, count = truth.ends[0], min(_STEPS, int((truth.ends[-1] - truth.ends[0]) / plant.sampling_time) + 1)
     n, m = system.B.shape
-    upper, lower = sides_at(truth.of, np.asarray(first + T * np.arange(float(count))))
+    upper, lower = sides_at(truth.of, np.asarray(first + T * np.arange(float(count))), truth.derived)
     unit = max(float(np.max(upper - lower)), 1e-12)
     eye = _scipy.sparse.eye_array(count)
     later, now = _scipy.sparse.eye_array(count - 1, count, k=1), _scipy.sparse.eye_array(count - 1, count)

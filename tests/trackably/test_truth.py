@@ -2,6 +2,7 @@
 
 import copy
 from dataclasses import replace
+from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
@@ -22,9 +23,9 @@ from trackably import (
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Contradicted, Failed, NotACertificate, Proved, check
 from trackably.checker.boxes import Box
-from trackably.checker.certificate import Measured, SignalClass
-from trackably.checker.truth import side
-from trackably.truth import _Program, no_signal, sides_at
+from trackably.checker.certificate import Measured, SignalClass, TrueSignal
+from trackably.checker.truth import extreme, places, side
+from trackably.truth import _derive, _Program, no_signal, sides_at
 
 T, NOISE, LIMIT = 0.02, 0.002, 0.5
 SYSTEM = LinearSystem.discretised(
@@ -72,21 +73,31 @@ def measured(of: BangBang, draw: np.random.Generator, count: int = 12) -> Signal
 
 @pytest.mark.parametrize("seed", range(12))
 def test_every_side_bounds_every_signal_that_explains_the_samples(seed: int) -> None:
-    draw, f = np.random.default_rng(seed), BangBang(seed)
+    draw, f = np.random.default_rng(seed), BangBang(seed, 0.9 * LIMIT)
     of = measured(f, draw)
     n, x = len(of.samples.times), np.linspace(-1.0, 1.0, 21)
-    ends = np.unique([*of.samples.times, *(of.rates.times if of.rates else ()), 0.0, 4.5])
-    kinds = set()
+    derived = [_derive(of, t) for t in (0.5, 1.3, 2.9, 3.0)]
+    claim = TrueSignal("", of, (), (), 0, (), (), (), None, tuple(d for d in derived if d))
+    assert len(claim.derived) == 4
+    ends = np.unique([*of.samples.times, *(of.rates.times if of.rates else ()), 0.0, 0.5, 1.3, 2.9, 3.0, 4.5])
+    kinds, every = set(), places(claim)
     for a, b in pairwise(ends):
         for _ in range(60):
-            pair = int(draw.integers(n)), int(draw.integers(n + 4))
+            pair = int(draw.integers(n)), int(draw.integers(n + 8))
             for sign in (1, -1):
-                found = side(of, pair, sign, Box(a, b, 1.0))
+                found = side(of, pair, sign, Box(a, b, 1.0), every)
                 assert found is not None
                 there = float(found[0]) + float(found[1]) * x + float(found[2]) * x**2
                 assert np.all(sign * (there - f((a + b) / 2 + (b - a) / 2 * x)) >= -1e-12)
-                kinds.add("slope" if pair[0] == pair[1] else "rate" if pair[1] >= n else "line")
-    assert kinds == {"slope", "rate", "line"}
+                kinds.add(
+                    "slope" if pair[0] == pair[1] else "line" if pair[1] < n else "rate" if pair[1] < n + 4 else "more"
+                )
+    assert kinds == {"slope", "rate", "line", "more"}
+    for known in claim.derived:
+        low, high = (extreme(of, known, sign) for sign in (-1, 1))
+        assert low is not None
+        assert high is not None
+        assert low - Fraction(1, 10**12) <= Fraction(float(f(np.array(known.time)))) <= high + Fraction(1, 10**12)
 
 
 def test_sides_of_all_pairs_leave_hardly_more_than_what_signals_reach() -> None:
@@ -120,7 +131,7 @@ def test_the_error_is_proved_stated_and_nearly_the_largest(learned: TrackableRef
     assert isinstance(verdict, Proved)
     assert f"|x_r(t) - f(t)| ≤ {truth.error!r}" in verdict.statement
     times = np.linspace(0.0, 2.9, 3001)
-    upper, lower = sides_at(truth.of, times)
+    upper, lower = sides_at(truth.of, times, truth.derived)
     x = learned.reference.state_at(times)[:, 0]
     largest = float(np.max(np.maximum(upper - x, x - lower)))
     assert largest <= truth.error <= 1.02 * largest
@@ -156,6 +167,10 @@ CHANGES = [
     ("cells", lambda truth: truth["ends"].reverse()),
     ("count", lambda truth: truth["errors"].pop()),
     ("times", lambda truth: truth["of"]["samples"]["times"].reverse()),
+    ("multiplier", lambda truth: truth["derived"][0]["upper"][0].__setitem__(1, "1/3")),
+    ("measurement", lambda truth: truth["derived"][0]["lower"][0].__setitem__(0, 10**6)),
+    ("time", lambda truth: truth["derived"][0].update(time=truth["derived"][0]["time"] + 1e-9)),
+    ("underivable", lambda truth: truth.update(derived=truth["derived"][1:])),
     ("unknown", lambda truth: truth.update(more=1.0)),
 ]
 

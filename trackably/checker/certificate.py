@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 
 from trackably.checker.disturbances import Robust
 from trackably.checker.subject import Subject
@@ -96,11 +97,23 @@ class SignalClass:
 
 
 @dataclass(frozen=True)
+class Derived:
+    """What measurements together say of a signal at a `time` [s]: multipliers of some, for what is above and below it.
+
+    Rates count after the samples.
+    """
+
+    time: float
+    upper: tuple[tuple[int, Fraction], ...]
+    lower: tuple[tuple[int, Fraction], ...]
+
+
+@dataclass(frozen=True)
 class TrueSignal:
     """The claim that a `state` of the reference is within `errors`[k] of every signal of `of`, in each cell of `ends`.
 
-    `upper` and `lower` name two measurements for each cell, where rates count after the samples. `radii` [s] are of the
-    discs in Cauchy's estimate, and Taylor models have so many `terms`. `plant` is δ, if the system is disturbed.
+    `upper` and `lower` name two measurements of each cell: samples, then rates, then what is `derived`. `radii` [s] are
+    of the discs in Cauchy's estimate; Taylor models have so many `terms`. `plant` is δ, if the system is disturbed.
     """
 
     state: str
@@ -112,6 +125,7 @@ class TrueSignal:
     lower: tuple[Pair, ...]
     errors: tuple[float, ...]
     plant: float | None = None
+    derived: tuple[Derived, ...] = ()
 
     @property
     def error(self) -> float:

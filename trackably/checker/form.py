@@ -24,6 +24,7 @@ from trackably.checker.certificate import (
     Certificate,
     Claim,
     Cover,
+    Derived,
     Instants,
     Measured,
     SignalClass,
@@ -554,9 +555,18 @@ def _pair(value: object, where: str) -> tuple[int, int]:
 
 
 _pairs = many(_pair, BOXES)
+
+
+def _multiplier(value: object, where: str) -> tuple[int, Fraction]:
+    if not isinstance(value, list) or len(value) != 2:
+        raise UnreadableError(f"{where} must be a measurement and its multiplier")
+    return whole_number(2 * CENTRES, 0)(value[0], where), rational_number(value[1], where)
+
+
+_derived = record(Derived, time=real_number, upper=many(_multiplier, CENTRES), lower=many(_multiplier, CENTRES))
 _truth = record(
     TrueSignal,
-    {"plant": real_number},
+    {"plant": real_number, "derived": many(_derived, BOXES, empty=True)},
     state=an_identifier,
     of=signal_class,
     ends=many(real_number, BOXES + 1),

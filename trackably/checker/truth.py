@@ -24,17 +24,21 @@ with κ(s) = Σ μ_i max(t_i − s, 0) + Σ_(s_j > s) ν_j, by Taylor's formula 
 give zero. So Σ μ_i y_i + Σ ν_j v_j − Σ |μ_i| ē − Σ |ν_j| ē′ ≤ M ∫ |κ|, of which the opposite is verified in rational
 arithmetic. Where only Σ μ_i = 0 and no ν_j is given, it is ≤ L ∫ |Σ_(t_i > s) μ_i| ds.
 
+Derived. A certificate may also list times τ with multipliers Σ μ_i = 1, Σ μ_i t_i + Σ ν_j = τ. In the same way, f(τ) is
+at most Σ μ_i y_i + Σ ν_j v_j + Σ |μ_i| ē + Σ |ν_j| ē′ + M ∫ |κ|, with κ that of f(τ) − Σ μ_i f(t_i) − Σ ν_j f′(s_j);
+likewise below. Sides may take the middle of both for a sample, and half of their distance for its noise.
+
 Plant. Where the certificate speaks of disturbances, it may also say δ: in their theorem, |x(k) − f(t₀ + k T)| ≤ δ
 for all t₀ + k T in the cells, as ε_k + h_Z(±r) + h_V(∓r) ≤ δ for all cells and the row r of the state.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
 from trackably.checker.boxes import Box, Enclosures, FirstPass, is_below
-from trackably.checker.certificate import Measured, Pair, SignalClass, TrueSignal
+from trackably.checker.certificate import Derived, Measured, Pair, SignalClass, TrueSignal
 from trackably.checker.disturbances import Robust, keeps_near
 from trackably.checker.flat import FlatNeeds
 from trackably.checker.form import file_of, many, rational_number, record, signal_class
@@ -122,12 +126,13 @@ def gaps(subject: Subject, truth: TrueSignal, first_pass: FirstPass) -> Iterator
     # bounds that nothing keeps: the first pass hands on its models of the signals
     q = Quantity(truth.state, Name(ITSELF), {ITSELF: state}, [(Fraction(1), Name(ITSELF))], ONE, -ONE)
     held = {Box(*ends, radius): [q] for ends, radius in zip(pairwise(truth.ends), truth.radii, strict=True)}
-    for k, (box, _, known) in enumerate(first_pass.boxes(FlatNeeds({}, {}, 0), subject, truth.terms, held)):
+    every, known_boxes = places(truth), first_pass.boxes(FlatNeeds({}, {}, 0), subject, truth.terms, held)
+    for (box, _, known), above, below in zip(known_boxes, truth.upper, truth.lower, strict=True):
         model = Enclosures(subject, truth.terms, box, dict(known)).arguments(q)[ITSELF]
         kept, cut = model.coefficients[: _DEGREE + 1], model.coefficients[_DEGREE + 1 :]
         kept = [*kept, *[ZERO] * (_DEGREE + 1 - len(kept))]
         missed = model.missed + total(abs(c) for c in cut)
-        upper, lower = side(truth.of, truth.upper[k], 1, box), side(truth.of, truth.lower[k], -1, box)
+        upper, lower = side(truth.of, above, 1, box, every), side(truth.of, below, -1, box, every)
         yield _over(upper, 1, kept, missed), _over(lower, -1, kept, missed)
 
 
@@ -138,10 +143,43 @@ def _over(side: list[Fraction] | None, sign: int, kept: list[Real], missed: Real
     return Model([sign * (ratio(s) - c) for s, c in zip([*side, Fraction(0)], kept, strict=True)], missed)
 
 
-def side(of: SignalClass, pair: Pair, sign: int, box: Box) -> list[Fraction] | None:
+Place = tuple[Fraction, Fraction, Fraction]
+"""A time, a value, and how far any signal of the class is from it there."""
+
+
+def places(truth: TrueSignal) -> dict[int, Place]:
+    """Return where signals are known, by the number that sides have for it: samples, and what is derived."""
+    samples, found = truth.of.samples, dict[int, Place]()
+    for i, (t, y) in enumerate(zip(samples.times, samples.values, strict=True)):
+        found[i] = Fraction(t), Fraction(y), Fraction(samples.noise)
+    first = len(samples.times) + (len(truth.of.rates.times) if truth.of.rates else 0)
+    for k, derived in enumerate(truth.derived):
+        ends = [extreme(truth.of, derived, sign) for sign in (1, -1)]
+        if ends[0] is not None and ends[1] is not None:
+            found[first + k] = Fraction(derived.time), (ends[0] + ends[1]) / 2, (ends[0] - ends[1]) / 2
+    return found
+
+
+def extreme(of: SignalClass, derived: Derived, sign: int) -> Fraction | None:
+    """Return what is above all signals of a class at a time, below them for `sign` −1; None where nothing is shown."""
+    n, rates = len(of.samples.times), of.rates or Measured((), (), 0.0)
+    points, jumps, found = [(Fraction(1), Fraction(derived.time))], list[tuple[Fraction, Fraction]](), Fraction(0)
+    for i, m in derived.upper if sign > 0 else derived.lower:
+        if not 0 <= i < n + len(rates.times):
+            return None
+        at, k, to = (of.samples, i, points) if i < n else (rates, i - n, jumps)
+        to.append((-m, Fraction(at.times[k])))
+        found += m * Fraction(at.values[k]) + sign * abs(m) * Fraction(at.noise)
+    left = sum(m for m, _ in points), sum(m * t for m, t in points) + sum(m for m, _ in jumps)
+    if of.second_derivative is None or any(left):
+        return None
+    return found + sign * Fraction(of.second_derivative) * _integral(points, jumps)
+
+
+def side(of: SignalClass, pair: Pair, sign: int, box: Box, every: Mapping[int, Place]) -> list[Fraction] | None:
     """Return the coefficients in x ∈ [−1, 1] of what is above all signals of a class in a box; below for `sign` −1.
 
-    None where the pair is none of the class, or signs change in the box.
+    None where the pair is none of the class, or signs change in the box. `every` are all places.
     """
     tick()
     (i, j), n = pair, len(of.samples.times)
@@ -151,21 +189,20 @@ def side(of: SignalClass, pair: Pair, sign: int, box: Box) -> list[Fraction] | N
     def side_of(t: Fraction) -> int:  # the sign of all times of the box less t
         return 1 if t <= start else -1 if t >= end else 0
 
-    if not 0 <= i < n:
+    if i not in every:
         return None
-    t_i, y_i, noise = (Fraction(v) for v in (of.samples.times[i], of.samples.values[i], of.samples.noise))
+    t_i, y_i, noise = every[i]
     since, s_i = [middle - t_i, half, Fraction(0)], side_of(t_i)
     constant = [Fraction(1), Fraction(0), Fraction(0)]
     if i == j and of.slope is not None and s_i:
         slack, value = _sum((noise, constant), (s_i * Fraction(of.slope), since)), _sum((y_i, constant))
-    elif i != j and 0 <= j < n and of.second_derivative is not None:
-        t_j, y_j, M = Fraction(of.samples.times[j]), Fraction(of.samples.values[j]), Fraction(of.second_derivative)
-        d, s_j, square = t_j - t_i, side_of(t_j), _product(since, [middle - t_j, half, Fraction(0)])
+    elif j in every and every[j][0] != t_i and of.second_derivative is not None:
+        t_j, y_j, other = every[j]
+        M, d, s_j = Fraction(of.second_derivative), t_j - t_i, side_of(t_j)
+        square, rising = _product(since, [middle - t_j, half, Fraction(0)]), 1 if d > 0 else -1
+        first, second = -s_j * rising * noise, s_i * rising * other  # with the signs of λ_i and λ_j
         value = _sum((y_i, constant), ((y_j - y_i) / d, since))
-        inside = s_i * s_j < 0  # λ_i and λ_j are both positive; else they differ by 1 in size
-        outer = s_i * (1 if d > 0 else -1)  # the sign of λ_j
-        both = _sum((noise, constant)) if inside else _sum((-outer * noise, constant), (2 * outer * noise / d, since))
-        slack = _sum((Fraction(1), both), (s_i * s_j * M / 2, square))
+        slack = _sum((first, constant), ((second - first) / d, since), (s_i * s_j * M / 2, square))
         if not s_i * s_j:
             return None
     elif n <= j and of.rates and j < n + len(of.rates.times) and of.second_derivative is not None:
