@@ -7,12 +7,16 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from reprlib import repr as short
-from typing import Any, BinaryIO, NoReturn
+from typing import Any, BinaryIO
 
+from trackably.checker import form
 from trackably.errors import InputError
 
 YAML_DEPTH, YAML_VALUES = 100, 1_000_000
 """Sequences and mappings inside of each other in YAML; and numbers, texts, sequences and mappings."""
+
+from_json = form.from_json
+"""What the JSON in some bytes says, read as strictly as certificates are."""
 
 LEFT_OUT = "left out by default"
 """Metadata of a dataclass's field that files do not have where it has its default value."""
@@ -126,19 +130,6 @@ def to_json(value: object) -> bytes:
     return text.encode(errors="backslashreplace")  # a lone surrogate, of a file's name, is \udcff in JSON too
 
 
-def from_json(data: bytes) -> object:
-    """Return what the JSON in `data` says. ValueError: it is no UTF-8, no JSON, says NaN, or names a key twice."""
-    try:
-        value: object = _DECODER.decode(data.decode())
-    except UnicodeDecodeError as error:
-        raise ValueError("expected JSON, got bytes that are no text in UTF-8") from error
-    except json.JSONDecodeError as error:
-        raise ValueError(f"expected JSON, {_instead(error)}") from error
-    except RecursionError as error:
-        raise ValueError("JSON nested too deeply") from error
-    return value
-
-
 def from_yaml(data: bytes) -> object:
     """Return what the YAML in `data` says. ValueError: it is none, or is nested, or repeats itself, beyond any use.
 
@@ -182,26 +173,3 @@ def _require_small(events: Iterable[Any]) -> None:
             raise ValueError(f"it is nested more than {YAML_DEPTH} deep")
         if count > YAML_VALUES:
             raise ValueError(f"it has more than {YAML_VALUES} values, each counted as often as aliases repeat it")
-
-
-def _instead(error: json.JSONDecodeError) -> str:
-    """Say what came where JSON was expected."""
-    found = error.doc[error.pos :].strip()
-    return f"got {short(found) if found else 'the end of the file'} in line {error.lineno}, column {error.colno}"
-
-
-def _refuse_constant(name: str) -> NoReturn:
-    raise ValueError(f"{name} is no JSON number")
-
-
-def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
-    found: dict[str, object] = {}
-    for key, value in pairs:
-        if key in found:
-            raise ValueError(f"key {short(key)} appears twice in one object")
-        found[key] = value
-    return found
-
-
-# Built once: logs hold a small object in each of their messages.
-_DECODER = json.JSONDecoder(parse_constant=_refuse_constant, object_pairs_hook=_unique)

@@ -6,7 +6,6 @@ Exit codes: 0 FILE is proved, and what it proves is printed; 1 a step of the pro
 is a valid contradiction: no reference keeps its bounds and values; 130 interrupted.
 """
 
-import json
 import sys
 from io import TextIOWrapper
 from math import isfinite
@@ -14,6 +13,7 @@ from pathlib import Path
 from reprlib import repr as short
 
 from trackably.checker import Contradicted, Failed, NotACertificate, Proved, Refuted, Undecided, Verdict, check
+from trackably.checker.form import from_json
 from trackably.checker.limits import BYTES
 from trackably.checker.watch import ProgressLine
 
@@ -88,30 +88,7 @@ def _content(path: Path) -> object:
         data = file.read(BYTES + 1)
     if len(data) > BYTES:
         raise ValueError(f"it has more than {BYTES} bytes")
-    try:
-        content: object = json.loads(data.decode(), parse_constant=_refuse_constant, object_pairs_hook=_unique)
-    except UnicodeDecodeError as error:
-        raise ValueError("expected JSON, got bytes that are no text in UTF-8") from error
-    except json.JSONDecodeError as error:
-        found = error.doc[error.pos :].strip()
-        got = short(found) if found else "the end of the file"
-        raise ValueError(f"expected JSON, got {got} in line {error.lineno}, column {error.colno}") from error
-    except RecursionError as error:
-        raise ValueError("JSON nested too deeply") from error
-    return content
-
-
-def _refuse_constant(name: str) -> object:
-    raise ValueError(f"{name} is no JSON number")
-
-
-def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
-    found: dict[str, object] = {}
-    for key, value in pairs:
-        if key in found:
-            raise ValueError(f"key {short(key)} appears twice in one object")
-        found[key] = value
-    return found
+    return from_json(data)
 
 
 def run() -> None:

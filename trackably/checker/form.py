@@ -5,6 +5,7 @@ fields. No name can be taken for a part of a sentence: what is printed means wha
 """
 
 import hashlib
+import json
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields
@@ -107,6 +108,38 @@ def format_of(data: object) -> str | None:
     if not isinstance(found, str):
         return None
     return f"trackably {rest}" if (rest := found.removeprefix(f"{FORMER_NAME} ")) != found else found
+
+
+def from_json(data: bytes) -> object:
+    """Return what the JSON in `data` says. ValueError: it is no UTF-8, no JSON, says NaN, or names a key twice."""
+    try:
+        content: object = _DECODER.decode(data.decode())
+    except UnicodeDecodeError as error:
+        raise ValueError("expected JSON, got bytes that are no text in UTF-8") from error
+    except json.JSONDecodeError as error:
+        found = error.doc[error.pos :].strip()
+        got = short(found) if found else "the end of the file"
+        raise ValueError(f"expected JSON, got {got} in line {error.lineno}, column {error.colno}") from error
+    except RecursionError as error:
+        raise ValueError("JSON nested too deeply") from error
+    return content
+
+
+def _refuse_constant(name: str) -> object:
+    raise ValueError(f"{name} is no JSON number")
+
+
+def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    found: dict[str, object] = {}
+    for key, value in pairs:
+        if key in found:
+            raise ValueError(f"key {short(key)} appears twice in one object")
+        found[key] = value
+    return found
+
+
+# Built once: logs hold a small object in each of their messages.
+_DECODER = json.JSONDecoder(parse_constant=_refuse_constant, object_pairs_hook=_unique)
 
 
 def require_short_texts(data: object) -> None:
