@@ -120,8 +120,10 @@ def _many_weights() -> Data:
 
 
 def _large_system() -> Data:
+    """All weights count: those that are zero cost nothing."""
     data = _linear(100, 100, signals=10, shifts=10)
     _system(data)["A"] = [[0.5] * 100] * 100
+    data["trajectories"]["states"] = [{"offset": "0", "weights": [[f"1/{s + 3}"] * 10 for s in range(10)]}] * 100
     return data
 
 

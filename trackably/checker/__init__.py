@@ -22,7 +22,7 @@ and D of step 3, first in arrays of float64 intervals, and in mpmath where these
   2. In each box each bounded quantity, a weighted sum of shifted signals (`quantities`), is enclosed by a polynomial
      and a bound of what it misses (`kernels` has the estimate). They lie inside the bound, drawn in by the errors of
      step 5: a polynomial lies in the convex hull of its Bernstein coefficients, on the whole box or on each part.
-  3. Let e = z − m, and let t₀ be `tail_start`, or the first instant after those checked one by one (`instants`). Let
+  3. Let e = z − m, and let t₀ be `tail_start`, or the first instant after those checked one by one (`boxes`). Let
      K_i and D_i bound |κ(r)| and |κ̇(r)| at all distances r = t − t_i with t ≥ t₀. Then, for all t ≥ t₀, |e(t)| ≤ R =
      Σ |c_i| K_i and |ė(t)| ≤ D = Σ |c_i| D_i. So |Σ_j w_j e(t + j T)| is at most Σ_j |w_j| R. As the sum equals Σ_j
      w_j e(t) + Σ_j w_j (e(t + j T) − e(t)), it is also at most |Σ_j w_j| R + T Σ_j j |w_j| D (`tail`).

@@ -9,7 +9,7 @@ from trackably.checker.boxes import NO_FIRST_PASS, FirstPass, check_boxes, check
 from trackably.checker.certificate import Certificate
 from trackably.checker.counterexample import Counterexample, check_violation
 from trackably.checker.disturbances import check_robust
-from trackably.checker.instants import check_instants, value_at
+from trackably.checker.instants import value_at
 from trackably.checker.intervals import Real, ratio
 from trackably.checker.inverse import UnsolvableError
 from trackably.checker.piecewise import check_pieces, check_signals, value_of_pieces
@@ -130,7 +130,7 @@ def proved(certificate: Certificate, first_pass: FirstPass) -> Proved | Failed:
         return Failed(bounded)
     for check_step in (check_sizes, check_rounding):
         reason = reason or check_step(certificate, bounded)
-    for check_times in (check_boxes, check_instants, check_tail):
+    for check_times in (check_boxes, check_tail):
         reason = reason or check_times(certificate, bounded, first_pass)
     return _answer(certificate, reason, first_pass)
 

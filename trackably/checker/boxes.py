@@ -1,4 +1,7 @@
-"""Steps 1, 2 and 4 of the proof: boxes of time cover what is claimed, and in each box quantities keep their bounds."""
+"""Steps 1, 2 and 4 of the proof: boxes of time cover what is claimed, and in each box quantities keep their bounds.
+
+Where only instants are claimed, each of the first ones is in a narrow box.
+"""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,7 +17,7 @@ from trackably.checker.models import Model, Models
 from trackably.checker.polynomials import is_nowhere_negative, moved
 from trackably.checker.quantities import LinearCombination, Quantity
 from trackably.checker.subject import Functional, Signal, Subject, is_far
-from trackably.checker.watch import progress, tick
+from trackably.checker.watch import UndecidedError, progress, tick
 
 
 class Box(NamedTuple):
@@ -114,25 +117,45 @@ def check_boxes(
 ) -> str | None:
     """Return the first box in which a quantity is not shown to stay inside its bounds; None where there is none.
 
-    What the `first_pass` leaves is enclosed in mpmath.
+    What the `first_pass` leaves is enclosed in mpmath. Where only instants are claimed, each has a narrow box.
     """
-    claim = certificate.claim
+    subject, needs = certificate.subject, FlatNeeds.of(certificate, quantities)
+    for held, terms, first in _boxes(certificate, quantities):
+        for i, (box, rest, _) in enumerate(first_pass.boxes(needs, subject, terms, held)):
+            progress(i, len(held))
+            for q, undefined in refusals(needs, Enclosures(subject, terms, box), rest):
+                where = f"at step {first + i}" if first is not None else f"from {box.start!r} s to {box.end!r} s"
+                what = f"be defined {where}: {undefined}" if undefined else f"stay inside its bounds {where}"
+                return f"{'box' if first is None else 'instants'}: the {q.name} is not shown to {what}"
+    return None
+
+
+_TERMS, _AT_ONCE = 4, 4096
+
+
+def _boxes(certificate: Certificate, quantities: list[Quantity]) -> Iterator[tuple[Held, int, int | None]]:
+    """Yield boxes with the quantities in them, and the number of terms; of instants, also the first step."""
+    claim, step = certificate.claim, certificate.subject.system.sampling_time
     if isinstance(claim, Instants):
-        return None
-    held: dict[Box, list[Quantity]] = {}
+        for first in range(0, claim.last_step + 1, _AT_ONCE):
+            steps = range(first, min(first + _AT_ONCE, claim.last_step + 1))
+            yield dict.fromkeys((around_instant(k, step) for k in steps), quantities), _TERMS, first
+        return
+    found: dict[Box, list[Quantity]] = {}
     for q in quantities:
         boxes = claim.cover.boxes[q.name]
         for (start, end), radius in zip(pairwise(boxes.ends), boxes.radii, strict=True):
-            held.setdefault(Box(start, end, radius), []).append(q)
-    needs = FlatNeeds.of(certificate, quantities)
-    subject, terms = certificate.subject, claim.cover.terms
-    for i, (box, rest, _) in enumerate(first_pass.boxes(needs, subject, terms, held)):
-        progress(i, len(held))
-        for q, undefined in refusals(needs, Enclosures(subject, terms, box), rest):
-            what = f"be defined from {box.start!r} s to {box.end!r} s: {undefined}"
-            inside = f"stay inside its bounds from {box.start!r} s to {box.end!r} s"
-            return f"box: the {q.name} is not shown to {what if undefined else inside}"
-    return None
+            found.setdefault(Box(start, end, radius), []).append(q)
+    yield found, claim.cover.terms, None
+
+
+def around_instant(k: int, step: float) -> Box:
+    """Return a narrow box that holds k T. Raise UndecidedError where rounding makes it one that does not."""
+    half = step * 2.0**-40 + k * step * 2.0**-50
+    box = Box(k * step - half, k * step + half, half * 2.0**20)
+    if not Fraction(box.start) <= k * Fraction(step) <= Fraction(box.end):
+        raise UndecidedError(f"not decided at step {k}, which no narrow box holds")
+    return box
 
 
 def refusals(needs: FlatNeeds, enclosures: Enclosures, quantities: list[Quantity]) -> Iterator[tuple[Quantity, str]]:

@@ -15,9 +15,9 @@ from tests.trackably.exports.c_programs import CC
 from trackably import checker
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Failed, Proved, check
+from trackably.checker.boxes import around_instant
 from trackably.checker.floats import boxes
 from trackably.checker.floats.polynomials import are_positive
-from trackably.checker.instants import _around
 from trackably.checker.intervals import INFINITE, ZERO
 from trackably.checker.kernels import Decay
 
@@ -92,7 +92,7 @@ def test_a_first_pass_that_believes_every_box_makes_another_verdict(monkeypatch)
 @pytest.mark.parametrize("step", [0.1, 1 / 3, 1e-7])
 def test_an_instant_is_in_its_box(step):
     for k in (0, 1, 3, 1000, 499_999):
-        box = _around(k, step)
+        box = around_instant(k, step)
         assert Fraction(box.start) < k * Fraction(step) < Fraction(box.end)
         assert box.end - box.start < 1e-8 * step + 1e-14 * k * step
 
