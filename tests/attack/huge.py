@@ -242,7 +242,7 @@ def _fine_counterexample() -> Data:
         "version": 1,
         "quantity": name,
         "at": {"time": 0.5},
-        "violation": 1.0,
+        "violation": 1e9,
     }
 
 

@@ -44,9 +44,9 @@ def boxes_left(
 ) -> Iterator[tuple[Box, list[Quantity], dict[Shifted, Model]]]:
     """Yield each box with the quantities that are not proved here, and models of the signals in those with formulas."""
     unshifted = {s: many_centres(subject, (s, 0)) for s in range(len(subject.signals))}
-    needed = _needed([q for h in held.values() for q in h])
-    signals = {(s, j): replace(unshifted[s], shift=_shift(subject, j)) for s, j in needed}
     every = {q.name: q for h in held.values() for q in h}.values()
+    needed = _needed(list(every))
+    signals = {(s, j): replace(unshifted[s], shift=_shift(subject, j)) for s, j in needed}
     formulas = {formula for q in every for formula in (q.formula, *(need.formula for need in q.needs))}
     count = len(needed) + sum(len(parts(formula)) for formula in formulas)
     boxes, at_once = list(held), max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * max(1, count))))
