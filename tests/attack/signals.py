@@ -10,6 +10,7 @@ import copy
 import sys
 from collections import Counter
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 
@@ -211,6 +212,9 @@ def _change(value: object, draw: np.random.Generator) -> None:
             value = inner
         elif isinstance(inner, int):
             value[key] = int(inner + draw.integers(-2, 3))
+            return
+        elif isinstance(inner, str):  # a rational number
+            value[key] = str(Fraction(inner) + Fraction(10.0 ** draw.uniform(-12, 0) * draw.choice([-1.0, 1.0])))
             return
         else:
             by = 10.0 ** draw.uniform(-12, 1) * draw.choice([-1.0, 1.0])
