@@ -10,7 +10,7 @@
 # make view     the logs of the experiment NAME (example1) in a viewer in the browser, until Ctrl-C; needs npm
 # make docs     write report/site/index.html: documentation and results as pages that need neither a server nor a network
 # make report   the same
-# make paper    write paper/paper.md with the numbers of the results, and paper.pdf where pandoc is there
+# make paper    write paper/paper.md with the numbers of the results, and paper.pdf (pandoc, pdflatex, rsvg-convert)
 # make bench    measure against other software, in an environment of its own (minutes; on a machine that is idle)
 # make rivals   side by side with everything else that hands out trajectories, in an environment of its own (minutes)
 # make study    10,000 drawn problems for all rivals, into .study; goes on where it was stopped (up to an hour)
@@ -77,8 +77,9 @@ docs report: .venv/installed
 
 paper: .venv/installed
 	python -m pipeline paper
-	@command -v pandoc > /dev/null || echo "without pandoc there is no PDF"
-	@! command -v pandoc > /dev/null || (cd paper && pandoc paper.md --citeproc --output paper.pdf)
+	@if command -v pandoc && command -v pdflatex && command -v rsvg-convert; \
+	then cd paper && pandoc paper.md --citeproc --output paper.pdf; \
+	else echo "paper.pdf needs pandoc, pdflatex and rsvg-convert"; fi
 
 bench: .venv-bench/installed
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv-bench/bin/python -m benchmarks
