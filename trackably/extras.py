@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from trackably.errors import InputError
 
 EXTRA_OF = {
-    "cvxpy": "control",
+    "cvxpy": "repair",
     "matplotlib": "plots",
     "google": "recordings",  # of protobuf
     "lz4": "recordings",
