@@ -5,6 +5,9 @@ form: the process and its derivatives at all points are the unknowns, and each s
 prediction, in the unit of the process noise. For squared exponentials it is the low-rank form: the process at all
 points by the eigenvectors of its covariance that are not negligible, whose coefficients are standard normal. CLARABEL
 solves it through cvxpy, whose own time is left out.
+
+Plants whose formulas bend have no such program: their seconds are beside ten, and the misfit of a robot that has to
+move is beside that of one which may stand.
 """
 
 from collections.abc import Callable, Iterator
@@ -21,6 +24,7 @@ from benchmarks.learned import Task, misfit
 from benchmarks.machine import ROOT
 from benchmarks.recordings.bounded import breathing
 from benchmarks.recordings.cycle import drive_cycle
+from trackably import Periodic, learn_reference
 from trackably.arrays import Array
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
@@ -30,6 +34,7 @@ from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.learner import FUNCTION, JOINT, Learner
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.library import kinematic_bicycle, mobile_robot, tank
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 
@@ -87,6 +92,75 @@ def rows() -> Iterator[Row]:
     """Yield times beside those of the program, with θ learned and for this θ, and the misfit beside its misfit."""
     for problem in problems():
         yield from measured(problem)
+    yield from bending_rows()
+
+
+_SECONDS = 10.0
+_NOT_SLOWER = 1.1  # times the misfit of a robot that may stand
+
+
+def bending() -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield arguments of `learn_reference`: robots that stop, an eight, a bicycle, a tank."""
+    draw = np.random.default_rng(0)
+    any_heading, t = float("inf"), np.arange(0.0, 8.01, 0.2)
+
+    def noisy(times: Array, noise: float, **paths: Array) -> dict[str, Samples]:
+        return {name: Samples(times, path + noise * draw.standard_normal(len(times))) for name, path in paths.items()}
+
+    def planar(system: Any, low: list[float], high: list[float], inputs: Polytope) -> ConstrainedSystem:
+        return ConstrainedSystem(system, Polytope.box([*low, -any_heading], [*high, any_heading]), inputs)
+
+    x = 4 * _eased((t - 0.5) / 7)
+    corridor, driven = noisy(t, 0.02, x=x, y=0.5 * np.sin(1.5 * np.pi * x / 4)), mobile_robot(0.1)
+    known = {"kernel": SquaredExponential(), "noise_std": 0.02, "claim": (0.0, 8.0)}
+    for slowest in (0.0, 0.05):
+        plant = planar(driven, [-1.0, -0.4], [5.0, 0.4], Polytope.box([slowest, -1.5], [0.9, 1.5]))
+        yield f"robot that stops, v ≥ {slowest:g}", {"samples": corridor, "plant": plant, **known}
+    at = np.arange(48) / 4
+    eight = noisy(at, 0.03, x=2 * np.sin(np.pi * at / 6), y=1.2 * np.sin(np.pi * at / 3))
+    plant = planar(driven, [-1.9, -1.1], [1.9, 1.1], Polytope.box([0.3, -1.6], [1.5, 1.6]))
+    of_eight = {"kernel": Periodic(period=12.0), "noise_std": 0.03, "claim": "all_phases", "mean": 0.0}
+    yield "eight of 2 × 48 samples", {"samples": eight, "plant": plant, **of_eight}
+    swerve = noisy(t, 0.02, x=t, y=1.5 * _eased((t - 1) / 5))
+    plant = planar(kinematic_bicycle(0.1, 0.5), [-1.0, -0.1], [10.0, 1.6], Polytope.box([0.5, -0.2], [1.15, 0.2]))
+    yield "bicycle", {"samples": swerve, "plant": plant, **known}
+    filled = np.linspace(0.0, 16.0, 40)
+    plant = ConstrainedSystem(tank(0.1, 1.0, 0.1), Polytope.box([0.5], [1.35]), Polytope.box([0.0], [0.25]))
+    yield (
+        "tank",
+        {
+            "samples": noisy(filled, 0.02, level=1.2 + 0.25 * np.sin(filled)),
+            "plant": plant,
+            **{**known, "claim": (0.0, 16.0), "mean": 1.0},
+        },
+    )
+
+
+def bending_rows() -> Iterator[Row]:
+    """Yield the seconds of each beside ten, and how far a robot that has to move is off beside one that may stand."""
+    misfits = dict[str, float]()
+    for name, given in bending():
+        before = process_time()
+        try:
+            found = learn_reference(**given, starts=4, progress=False)
+        except FAILURES as why:
+            yield Row.failed(_TOPIC, name, f"{_SECONDS:g} s", why)
+            continue
+        taken = process_time() - before
+        misfits[name] = float(np.hypot.reduce(list(found.misfit.values())))
+        told = f"J = {found.objective:.6g}, gap {found.duality_gap:.2g}, starts differ by {found.fit.spread:.2g}"
+        ratio = taken / _SECONDS
+        yield Row(_TOPIC, name, f"{_SECONDS:g} s", taken, _SECONDS, *(ratio,) * 3, 1.0, note=told, at_most=True)
+    of_robots = [misfit for name, misfit in misfits.items() if name.startswith("robot")]
+    if len(of_robots) == 2:
+        ratio, name = of_robots[1] / of_robots[0], "robot that stops: misfit, v ≥ 0.05"
+        yield Row(_TOPIC, name, "v ≥ 0", np.nan, np.nan, *(ratio,) * 3, _NOT_SLOWER, at_most=True)
+
+
+def _eased(part: Array) -> Array:
+    """Return a motion from 0 to 1 with the least jerk."""
+    part = np.clip(part, 0.0, 1.0)
+    return np.asarray(10 * part**3 - 15 * part**4 + 6 * part**5)
 
 
 def measured(problem: Problem) -> Iterator[Row]:

@@ -33,7 +33,7 @@ from trackably.learning.search import best_solution, better_solution
 from trackably.learning.search import continued as continued_alone
 from trackably.systems.trajectories import Signals
 
-_MAX_ROUNDS, _ROUNDS_OF_FORMULAS = 30, 3
+_MAX_ROUNDS, _ROUNDS_OF_FORMULAS = 30, 4
 _SAME_VALUE = 1e-9
 _PRECISION = 1e-11  # of J: the covariances of rows are not more precise
 _NEARBY = 0.1
@@ -46,6 +46,7 @@ _MOST_STEPS, _MOST_OF_FORMULAS = 1000, 12  # in θ, until places are sought agai
 _MANY_BENDS = 500  # active places
 _DRAWN_IN = 0.1, 0.03, 0.01, 0.0  # of a width, one after the other
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9  # of 1 + |J|
+_OF_GAP = 0.1  # where formulas bend: less than this part of the gap that is allowed is no gain
 _EXACT = 1e-2  # of a gain: to which a relaxation is minimised
 
 
@@ -173,7 +174,7 @@ class JointSearch:
         point = self._at(start, no_places(self.problem) if places is None else places, near, _ALMOST)
         if point is None:
             return
-        gain = _COARSE_GAIN if is_linear(self.problem) else point.allowed_gap / (1 + abs(point.objective))
+        gain = _COARSE_GAIN if is_linear(self.problem) else _OF_GAP * point.allowed_gap / (1 + abs(point.objective))
         path = self._descend(_Descent(point, point.function.places), _ALMOST, gain)
         coarse = path.point
         if not coarse.is_solution or self._is_no_better(coarse.objective):
@@ -181,9 +182,9 @@ class JointSearch:
         crowded = sum(map(len, coarse.function.active)) > CROWD
         tolerance = _ALMOST / 10 if crowded or not is_linear(self.problem) else 0.0
         fine = self._at(coarse.log_theta, coarse.function.places, coarse.function.mean.signals, tolerance)
-        if fine is not None and fine.function.margin > -_ROUGH and not crowded and is_linear(self.problem):
+        if fine is not None and fine.function.margin >= -max(tolerance, _ROUGH) and not crowded:
             again = replace(path, point=fine, reach=max(path.reach, _NEARBY))
-            fine = self._descend(again, 0.0, _FINE_GAIN).point
+            fine = self._descend(again, tolerance, _FINE_GAIN if is_linear(self.problem) else gain).point
         found = fine if fine is not None and fine.is_solution else coarse
         if not self._is_no_better(found.objective):
             self.best = found
@@ -316,7 +317,7 @@ def learn_jointly(problem: ConstrainedProblem, also: Sequence[Array] = ()) -> So
     alone = _alone(replace(problem, pins=()), free, search.best)
     if isinstance(alone, Solution):
         search.follow(alone.posterior.prior.log_hyperparameters)
-    for other in (*also, *(free.others[:_OTHER_MINIMA] if is_linear(problem) else ())):
+    for other in (*also, *free.others[:_OTHER_MINIMA]):
         if search.best is None or _nlml(problem, other) < search.best.objective:
             search.follow(other)
     fits = search.fits + sum(found.fits for found in (free, alone) if isinstance(found, Solution))
@@ -373,12 +374,12 @@ def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
 
 
 def _alone(problem: ConstrainedProblem, free: Solution, best: Point | None) -> Solution | NoSolution | None:
-    """Return the minimum over θ alone; of many samples or formulas only where it is better than the `best` function.
+    """Return the minimum over θ alone; of many samples only where it is better than the `best` function.
 
     Each of its programs has a Gram matrix of all samples at each step, and many of them: a search that cannot end below
     a function that is known is given up as soon as that is seen.
     """
-    if best is None or (is_linear(problem) and sum(map(len, problem.samples)) < _MANY_SAMPLES):
+    if best is None or sum(map(len, problem.samples)) < _MANY_SAMPLES:
         return best_solution(problem, free=free)
     return better_solution(problem, free, best.objective)
 
