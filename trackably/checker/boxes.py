@@ -120,33 +120,40 @@ def check_boxes(
     What the `first_pass` leaves is enclosed in mpmath. Where only instants are claimed, each has a narrow box.
     """
     subject, needs = certificate.subject, FlatNeeds.of(certificate, quantities)
-    for held, terms, first in _boxes(certificate, quantities):
-        for i, (box, rest, _) in enumerate(first_pass.boxes(needs, subject, terms, held)):
-            progress(i, len(held))
+    at_instants = isinstance(certificate.claim, Instants)
+    for held, terms, first, count in _boxes(certificate, quantities):
+        for i, (box, rest, _) in enumerate(first_pass.boxes(needs, subject, terms, held), first):
+            progress(i, count)
             for q, undefined in refusals(needs, Enclosures(subject, terms, box), rest):
-                where = f"at step {first + i}" if first is not None else f"from {box.start!r} s to {box.end!r} s"
+                where = f"at step {i}" if at_instants else f"from {box.start!r} s to {box.end!r} s"
                 what = f"be defined {where}: {undefined}" if undefined else f"stay inside its bounds {where}"
-                return f"{'box' if first is None else 'instants'}: the {q.name} is not shown to {what}"
+                return f"{'instants' if at_instants else 'box'}: the {q.name} is not shown to {what}"
     return None
 
 
 _TERMS, _AT_ONCE = 4, 4096
 
 
-def _boxes(certificate: Certificate, quantities: list[Quantity]) -> Iterator[tuple[Held, int, int | None]]:
-    """Yield boxes with the quantities in them, and the number of terms; of instants, also the first step."""
+def _boxes(certificate: Certificate, quantities: list[Quantity]) -> Iterator[tuple[Held, int, int, int]]:
+    """Yield boxes with the quantities in them, the number of terms, the first of their numbers, and how many there are
+    in all. Those of instants are numbered as steps are."""
     claim, step = certificate.claim, certificate.subject.system.sampling_time
     if isinstance(claim, Instants):
         for first in range(0, claim.last_step + 1, _AT_ONCE):
             steps = range(first, min(first + _AT_ONCE, claim.last_step + 1))
-            yield dict.fromkeys((around_instant(k, step) for k in steps), quantities), _TERMS, first
+            yield (
+                dict.fromkeys((around_instant(k, step) for k in steps), quantities),
+                _TERMS,
+                first,
+                claim.last_step + 1,
+            )
         return
     found: dict[Box, list[Quantity]] = {}
     for q in quantities:
         boxes = claim.cover.boxes[q.name]
         for (start, end), radius in zip(pairwise(boxes.ends), boxes.radii, strict=True):
             found.setdefault(Box(start, end, radius), []).append(q)
-    yield found, claim.cover.terms, None
+    yield found, claim.cover.terms, 0, len(found)
 
 
 def around_instant(k: int, step: float) -> Box:

@@ -36,8 +36,10 @@ class WorstPlant:
         return self.violation > 0
 
     def __str__(self) -> str:
-        what = f"breaks the bound of {self.name} by" if self.breaks else f"leaves to the bound of {self.name}"
-        return f"at step {self.step} the plant {what} {abs(self.violation):.4g}"
+        size = f"{abs(self.violation):.4g}"
+        if self.breaks:
+            return f"at step {self.step} the plant breaks the bound of {self.name} by {size}"
+        return f"the plant is nearest to a bound at step {self.step}, {size} away from that of {self.name}"
 
 
 def worst_plant(

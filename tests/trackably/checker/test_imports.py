@@ -24,7 +24,6 @@ def test_only_the_command_line_and_the_bundle_know_files(file: str) -> None:
     assert {name.split(".")[0] for name in IMPORTS[file]} & {
         "importlib",
         "io",
-        "json",
         "os",
         "pathlib",
         "zipfile",

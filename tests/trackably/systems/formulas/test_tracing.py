@@ -169,7 +169,7 @@ class Numbers:
 
 
 @given(expressions)
-@settings(max_examples=200)
+@settings(max_examples=50)
 def test_no_formula_differs_from_itself(formula):
     def f(x, u):
         with np.errstate(all="ignore"):
