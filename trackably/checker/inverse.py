@@ -26,8 +26,9 @@ from trackably.checker.watch import tick
 _MOST_COUPLED = 3
 _MOST_PARTS = 10_000
 """Of the formula of an input, as parts that differ."""
-_Maybe = Formula | None
-_Parts = tuple[_Maybe, dict[str, _Maybe]]
+Term = Formula | None
+"""A formula, or None for zero: terms and products that vanish are not written down."""
+_Parts = tuple[Term, dict[str, Term]]
 """The drift, and the gains of the inputs by their names."""
 
 
@@ -38,8 +39,8 @@ class UnsolvableError(ValueError):
 def inputs_of(f: Sequence[Formula], successors: Sequence[str], inputs: Sequence[str]) -> dict[str, Formula]:
     """Return u in terms of states and successors. Raise UnsolvableError where there is no such formula."""
     split = [_split(formula, set(inputs)) for formula in f]
-    rests = [_minus(Name(successor), drift) for successor, (drift, _) in zip(successors, split, strict=True)]
-    rows = [{name: gain for name, gain in gains.items() if not _is_number(gain, 0.0)} for _, gains in split]
+    rests = [minus(Name(successor), drift) for successor, (drift, _) in zip(successors, split, strict=True)]
+    rows = [{name: gain for name, gain in gains.items() if not is_number(gain, 0.0)} for _, gains in split]
     found: dict[str, Formula] = {}
     left = list(range(len(f)))
     while alone := [i for i in left if len(rows[i]) == 1]:
@@ -47,7 +48,7 @@ def inputs_of(f: Sequence[Formula], successors: Sequence[str], inputs: Sequence[
         [(name, gain)] = rows[alone[0]].items()
         found[name] = Operation("/", _known(rests[alone[0]]), _known(gain))
         for i in left:
-            rests[i] = _minus(rests[i], _times(rows[i].pop(name, None), found[name]))
+            rests[i] = minus(rests[i], times(rows[i].pop(name, None), found[name]))
     if left:
         found |= _cramer([rows[i] for i in left], [rests[i] for i in left], [u for u in inputs if u not in found])
     if set(found) != set(inputs):
@@ -67,26 +68,26 @@ def _split(formula: Formula, inputs: set[str]) -> _Parts:
         return formula, {}
     match formula:
         case Operation("+"):
-            return _merged(split[0], split[1], _plus)
+            return _merged(split[0], split[1], plus)
         case Operation("-"):
-            return _merged(split[0], split[1], _minus)
+            return _merged(split[0], split[1], minus)
         case Operation("*", left, right) if not all(contain):
             factor, of = (left, split[1]) if contain[1] else (right, split[0])
-            return _each(of, lambda part: _times(factor, part) if contain[1] else _times(part, factor))
+            return _each(of, lambda part: times(factor, part) if contain[1] else times(part, factor))
         case Operation("/", _, denominator) if not contain[1]:
             return _each(split[0], lambda part: None if part is None else Operation("/", part, denominator))
     raise UnsolvableError(f"f is not affine in {', '.join(sorted(inputs))}")
 
 
-def _merged(a: _Parts, b: _Parts, combine: Callable[[_Maybe, _Maybe], _Maybe]) -> _Parts:
+def _merged(a: _Parts, b: _Parts, combine: Callable[[Term, Term], Term]) -> _Parts:
     return combine(a[0], b[0]), {name: combine(a[1].get(name), b[1].get(name)) for name in {**a[1], **b[1]}}
 
 
-def _each(parts: _Parts, change: Callable[[_Maybe], _Maybe]) -> _Parts:
+def _each(parts: _Parts, change: Callable[[Term], Term]) -> _Parts:
     return change(parts[0]), {name: change(gain) for name, gain in parts[1].items()}
 
 
-def _cramer(rows: list[dict[str, _Maybe]], rests: list[_Maybe], inputs: list[str]) -> dict[str, Formula]:
+def _cramer(rows: list[dict[str, Term]], rests: list[Term], inputs: list[str]) -> dict[str, Formula]:
     """Solve by Cramer's rule the equations that are left when none of them has a single unknown."""
     if len(inputs) != len(rows) or len(rows) > _MOST_COUPLED:
         raise UnsolvableError(f"f cannot be solved for {', '.join(inputs)}, or couples more than {_MOST_COUPLED}")
@@ -94,43 +95,47 @@ def _cramer(rows: list[dict[str, _Maybe]], rests: list[_Maybe], inputs: list[str
     determinant = _known(_determinant(matrix))
     found: dict[str, Formula] = {}
     for j, name in enumerate(inputs):
-        total: _Maybe = None
+        total: Term = None
         for i, rest in enumerate(rests):
             minor = _determinant([row[:j] + row[j + 1 :] for k, row in enumerate(matrix) if k != i])
-            total = (_minus if (i + j) % 2 else _plus)(total, _times(minor, rest))
+            total = (minus if (i + j) % 2 else plus)(total, times(minor, rest))
         found[name] = Operation("/", _known(total), determinant)
     return found
 
 
-def _determinant(matrix: list[list[_Maybe]]) -> _Maybe:
+def _determinant(matrix: list[list[Term]]) -> Term:
     if not matrix:
         return Number(1.0)
-    total: _Maybe = None
+    total: Term = None
     for j, entry in enumerate(matrix[0]):
         minor = _determinant([row[:j] + row[j + 1 :] for row in matrix[1:]])
-        total = (_minus if j % 2 else _plus)(total, _times(entry, minor))
+        total = (minus if j % 2 else plus)(total, times(entry, minor))
     return total
 
 
-def _known(part: _Maybe) -> Formula:
+def _known(part: Term) -> Formula:
     if part is None:
         raise UnsolvableError("f cannot be solved for its inputs, whatever the states are")
     return part
 
 
-def _is_number(part: _Maybe, value: float) -> bool:
+def is_number(part: Term, value: float) -> bool:
+    """Whether a formula is this constant."""
     return isinstance(part, Number) and part.value == value
 
 
-def _plus(a: _Maybe, b: _Maybe) -> _Maybe:
+def plus(a: Term, b: Term) -> Term:
+    """Return a + b."""
     return b if a is None else a if b is None else Operation("+", a, b)
 
 
-def _minus(a: _Maybe, b: _Maybe) -> _Maybe:
+def minus(a: Term, b: Term) -> Term:
+    """Return a − b."""
     return a if b is None else Operation("*", Number(-1.0), b) if a is None else Operation("-", a, b)
 
 
-def _times(a: _Maybe, b: _Maybe) -> _Maybe:
+def times(a: Term, b: Term) -> Term:
+    """Return a · b."""
     if a is None or b is None:
         return None
-    return b if _is_number(a, 1.0) else a if _is_number(b, 1.0) else Operation("*", a, b)
+    return b if is_number(a, 1.0) else a if is_number(b, 1.0) else Operation("*", a, b)

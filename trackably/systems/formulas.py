@@ -14,6 +14,7 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power, operands, parts
+from trackably.checker.inverse import Term, minus, plus, times
 
 ONE = Number(1.0)
 
@@ -23,11 +24,6 @@ def is_float64(value: object) -> bool:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
     return abs(value) <= sys.float_info.max and float(value) == value
-
-
-def is_number(formula: Formula, value: float) -> bool:
-    """Whether a formula is this constant."""
-    return isinstance(formula, Number) and formula.value == value
 
 
 def size_and_depth(formula: Formula) -> tuple[int, int]:
@@ -101,29 +97,6 @@ def to_lists(formula: Formula) -> object:
         case Operation(symbol) | Function(symbol):
             return [symbol, *inner]
     return ["atan2", *inner]
-
-
-# Sums, products and derivatives of formulas, without trivial terms and factors.
-
-Term = Formula | None
-"""A formula, or None for zero: terms and products that vanish are not written down."""
-
-
-def plus(a: Term, b: Term) -> Term:
-    """Return a + b."""
-    return b if a is None else a if b is None else Operation("+", a, b)
-
-
-def minus(a: Term, b: Term) -> Term:
-    """Return a − b."""
-    return a if b is None else Operation("*", Number(-1.0), b) if a is None else Operation("-", a, b)
-
-
-def times(a: Term, b: Term) -> Term:
-    """Return a · b."""
-    if a is None or b is None:
-        return None
-    return b if is_number(a, 1.0) else a if is_number(b, 1.0) else Operation("*", a, b)
 
 
 def derivative(formula: Formula, name: str) -> Term:

@@ -18,7 +18,8 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 from trackably.arrays import Array
 from trackably.checker.flatness import Shapes
 from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power, evaluate
-from trackably.systems.formulas import evaluate_floats, is_float64, is_number, text, times
+from trackably.checker.inverse import is_number, times
+from trackably.systems.formulas import evaluate_floats, is_float64, text
 
 # Symbols: numbers that are not known yet; arithmetic with them records the formula.
 

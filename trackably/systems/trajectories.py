@@ -13,10 +13,11 @@ from trackably.arrays import Array
 from trackably.cached import cached
 from trackably.checker.flatness import replaced
 from trackably.checker.formulas import Formula, Name, Number, Operation, names
+from trackably.checker.inverse import Term, plus, times
 from trackably.checker.subject import shifted_name
 from trackably.gp.stencil import Stencil
 from trackably.systems.flat_forms import FlatForm
-from trackably.systems.formulas import Term, derivative, evaluate_floats, plus, times
+from trackably.systems.formulas import derivative, evaluate_floats
 from trackably.systems.polytopes import Interval
 
 # Functionals: exact weighted sums of the learned signals at shifted times, plus a constant.
