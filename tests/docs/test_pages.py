@@ -3,6 +3,7 @@
 import doctest
 import re
 import shutil
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -51,6 +52,12 @@ def test_examples_say_what_they_print(page: Path) -> None:
     found = doctest.DocTestRunner(optionflags=flags, verbose=False).run(test, out=said.append)
     assert found.attempted
     assert not found.failed, "".join(said)
+
+
+def test_start_names_the_extras_that_can_be_installed() -> None:
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    start = (DOCS / "start.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"^\| `(\w+)` \| ", start, re.MULTILINE)) == set(extras) - {"pipeline"}
 
 
 def test_every_public_name_is_described_once_with_an_example() -> None:
