@@ -51,11 +51,11 @@ from trackably.truth import TruthLike, signal_classes, with_truth
 from trackably.waypoints import Waypoints, waypoints
 
 Found = tuple[Certified, tuple[Condensation, ...], tuple[str, ...]]
-"""What is learned, what it costs that it has fewer centres than samples, and the length scales that left the search."""
+"""The certified reference, the cost of having fewer centres than samples, and length scales that left their search."""
 
-_SAME_VALUE = 1e-6  # of 1 + |J|: more than searches from different starts differ by at one minimum
+_SAME_VALUE = 1e-6  # relative to 1 + |J|: searches that end at one minimum differ by less
 _FIRST = 200  # samples: likely hyperparameters are found from them in a second
-_CALLER = 3  # frames up: the decorator of `learn_reference` is one of them
+_CALLER = 3  # stack frames up to the user's line, counting the decorator of `learn_reference`
 _LEARNERS: dict[str, Learner] = {"joint": JOINT, "hyperparameters": HYPERPARAMETERS}
 
 
@@ -266,7 +266,7 @@ def learn_reference(
 
 
 def _learner(method: object, at: object, learn_from: object, near: object) -> Learner:
-    """Return what learns. ValueError: there is no such method, or it does not go with the other options."""
+    """Return the learner for a method. ValueError: the method is unknown, or does not go with the other options."""
     if not isinstance(method, str) or method not in _LEARNERS:
         raise ValueError(f"method: expected {' or '.join(map(repr, _LEARNERS))}, got {method!r}")
     if at and method != "joint":
@@ -281,9 +281,9 @@ def _learner(method: object, at: object, learn_from: object, near: object) -> Le
 
 
 def _of_neighbour(near: TrackableReference, first: EmpiricalPrior) -> tuple[EmpiricalPrior, Learner]:
-    """Return what learns the function for the hyperparameters and means of a neighbour, beginning with its function.
+    """Return prior and learner for the function with the hyperparameters and means of `near`, starting at its function.
 
-    ValueError: it is of other names or kernels, or of other hyperparameters than those that are known here.
+    ValueError: `near` has other names or kernels, or its hyperparameters differ from those that are given as known.
     """
     own, theirs = first.prior, near.prior
     kinds = [[type(part.kernel) for part in prior.parts] for prior in (own, theirs)]
@@ -294,13 +294,16 @@ def _of_neighbour(near: TrackableReference, first: EmpiricalPrior) -> tuple[Empi
 
 
 def _also_from(near: TrackableReference, first: EmpiricalPrior, learner: Learner) -> Learner:
-    """Return a learner whose search starts at the neighbour's hyperparameters too."""
+    """Return a learner whose search also starts at the hyperparameters of `near`."""
     theta = np.log([near.prior.hyperparameters[name] for name in first.prior.learned])
     return replace(learner, solve=partial(learn_jointly, also=(theta,)))
 
 
 def _end_of(budget: object) -> float:
-    """Return when a budget ends, by `monotonic`. TypeError or ValueError: it is no positive number of seconds."""
+    """Return the time at which a budget ends, on the clock of `monotonic`.
+
+    TypeError or ValueError: not a positive number.
+    """
     if budget is None:
         return float("inf")
     if not (seconds := real("budget", budget)) > 0:
@@ -310,7 +313,7 @@ def _end_of(budget: object) -> float:
 
 @contextmanager
 def _in_time(budget: float | None, end: float) -> Iterator[None]:
-    """Raise NotTrackableError where the time is over before this context is left."""
+    """Raise NotTrackableError if the `budget` ends while this context is open."""
     try:
         with until(end):
             yield
@@ -319,9 +322,9 @@ def _in_time(budget: float | None, end: float) -> Iterator[None]:
 
 
 def _best_of(stages: Iterable[Callable[[], Found]]) -> tuple[Found, bool]:
-    """Return what has the least J of all stages that a budget leaves time for, and whether these are all of them.
+    """Return the result with the least J of the stages that the budget has time for, and whether all stages ran.
 
-    A later one is taken where both are the same. BudgetEnded or NotTrackableError: there is nothing.
+    Of equal results, the later one is returned. BudgetEnded or NotTrackableError: no stage had a result.
     """
     best: Found | None = None
     why: NotTrackableError | None = None
@@ -351,10 +354,12 @@ def _is_no_worse(one: Found, other: Found) -> bool:
 def _quick(
     first: EmpiricalPrior, measured: Measurements, starts: int, learner: Learner, learn: Callable[..., Found]
 ) -> Iterator[Callable[[], Found]]:
-    """Yield what proves a reference sooner than the whole search, from hyperparameters that are likely without bounds.
+    """Yield stages that prove a reference sooner than the whole search does, from hyperparameters
+    that are likely a priori.
 
-    Where they were not learned `first`, they are found from the first samples of each name, unless a kernel has a
-    period: these may show none. Their l of all samples then stands for the least one in what is said of J.
+    If these were not learned `first`, they are learned from the first samples of each name. With a periodic kernel, all
+    samples are used, because a few may not cover a period. The value of l at these hyperparameters then stands for the
+    least one wherever J is explained.
     """
     likely = first.likely
     if likely.learned:
@@ -373,7 +378,7 @@ def _quick(
 
 
 def _without_bounds(prior: JointPrior, measured: Measurements, starts: int) -> ConstrainedProblem:
-    """Return the problem of the first samples of each name."""
+    """Return the problem without bounds for the first samples of each name."""
     end = None if any(part.kernel.period is not None for part in prior.parts) else _FIRST
     few = {
         name: replace(of, times=of.times[:end], values=of.values[:end], relative_noise=of.relative_noise[:end])
@@ -384,7 +389,10 @@ def _without_bounds(prior: JointPrior, measured: Measurements, starts: int) -> C
 
 
 def _beside(likeliest: JointPosterior | None, certified: Certified) -> Certified:
-    """Return the same with the solution of the problem without bounds: the `likeliest`, or that of the same search."""
+    """Return `certified` together with the solution of the same problem without bounds.
+
+    That is `likeliest` if given, otherwise the one that the search found, otherwise one that is computed here.
+    """
     solution = certified.solution
     least = likeliest or solution.unconstrained
     if least is None:

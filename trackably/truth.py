@@ -1,9 +1,10 @@
-"""How far a reference is from the true signal: bounds that hold for every signal which explains the samples.
+"""Bound the distance between a reference and the true signal, for every signal that can explain the samples.
 
-Known beforehand are a bound ē of the sensor's error, and bounds of the signal's slope or second derivative. What these
-leave of a signal f at a time t lies between a lower side D(t) and an upper side U(t), each the best that two
-measurements give; see `trackably.checker.truth` for the formulas and their proof. |x_r − f| ≤ ε holds for every such
-f if and, up to the pairs that are looked at, only if U − ε ≤ x_r ≤ D + ε.
+Two things are known before any sample is taken: a bound ē of the sensor's error, and a bound of the signal's slope or
+of its second derivative. With the samples, they confine a signal f at a time t to a lower side D(t) and an upper side
+U(t), each the tightest bound that any pair of measurements gives; `trackably.checker.truth` has the formulas and their
+proof. If U − ε ≤ x_r ≤ D + ε, then |x_r − f| ≤ ε for every such f. The converse holds up to the pairs of measurements
+that are not examined.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,7 +37,7 @@ from trackably.systems.reference import Reference
 _scipy: Any = scipy  # its modules are loaded when they are first used
 
 _NEAR = 30
-"""Measurements on each side of a time of which all pairs are looked at; those further away bound little."""
+"""Number of measurements on each side of a time whose pairs are all examined; more distant ones bound little."""
 
 _CELLS, _TERMS = 300, 12
 _RATIOS = (3.0, 6.0, 12.0, 24.0)  # of a disc's radius to a cell's half width
@@ -47,12 +48,12 @@ _KNOTS = 4000  # of linear programs for signals
 
 @dataclass(frozen=True)
 class Truth:
-    """What is known of a sampled state's true signal f, whatever the samples say.
+    """Bounds of a sampled state's true signal f and of its sensor, known independently of the samples.
 
     Each sample is within `noise` of f, in the state's unit. |f(s) − f(t)| ≤ `slope` |s − t| [unit/s], and |f′(s) −
-    f′(t)| ≤ `second_derivative` |s − t| [unit/s²]: one of them at least is given. The samples with the name `rate` are
-    those of f′, within `rate_noise`. Times of samples are taken as they are: an error of a time counts as noise, as
-    many times as large as the slope. ValueError: a bound is missing, or not positive.
+    f′(t)| ≤ `second_derivative` |s − t| [unit/s²]; give at least one of these two. `rate` names the samples that
+    measure f′, each within `rate_noise` [unit/s]. Sample times are taken as exact: count a timing error as noise, the
+    error times the slope. ValueError: a bound is missing, or not positive.
     """
 
     noise: float
@@ -82,9 +83,10 @@ TruthLike = Truth | Mapping[str, Truth]
 def signal_classes(
     truth: TruthLike | None, samples: Mapping[str, Samples], plant: ConstrainedSystem
 ) -> dict[str, SignalClass]:
-    """Return the class of signals of each state for which `truth` is given.
+    """Return, by name, the class of possible true signals of each state that `truth` describes.
 
-    TypeError or ValueError: it fits none. NotTrackableError: no signal of a class explains the samples.
+    TypeError or ValueError: `truth` does not fit the samples or the plant. NotTrackableError: no signal of a class
+    explains its samples.
     """
     if truth is None:
         return {}
@@ -117,7 +119,10 @@ def _measured(samples: Samples, noise: float) -> Measured:
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Rising `times` [s] at which signals are within `noise` of `values`, and the numbers `ids` of these in sides."""
+    """Increasing `times` [s] at which every signal of a class is within `noise` of `values`.
+
+    `ids` are the points' numbers.
+    """
 
     times: Array
     values: Array
@@ -126,14 +131,17 @@ class Points:
 
     @classmethod
     def of(cls, of: SignalClass, derived: Sequence[Derived] = ()) -> Self:
-        """Return the samples, and what is derived at other times: the samples of a time stay where both are known."""
+        """Return the samples, and derived points at times of their own.
+
+        At a common time the one with less noise is kept.
+        """
         every = sorted((float(t), float(y), float(noise), i) for i, (t, y, noise) in _places(of, derived).items())
         times, values, noise, ids = (np.array(column) for column in zip(*every, strict=True))
         return cls(times, values, noise, ids.astype(int))
 
 
 def _places(of: SignalClass, derived: Sequence[Derived]) -> dict[int, Place]:
-    """Return places by number; at one time the one with the least noise."""
+    """Return the known points by number; of several at one time, only the one with the least noise."""
     found = places(TrueSignal("", of, (), (), 0, (), (), (), None, tuple(derived)))
     best: dict[Fraction, int] = {}
     for i, (t, _, noise) in found.items():
@@ -144,7 +152,9 @@ def _places(of: SignalClass, derived: Sequence[Derived]) -> dict[int, Place]:
 
 @dataclass(frozen=True, eq=False)
 class Sides:
-    """Pairs of measurements i, j with the sides that they give at times: `upper` and `lower` have shape (pairs, T)."""
+    """Upper and lower bounds of the signal from pairs (i, j) of measurements: `upper` and
+    `lower` have shape (pairs, T).
+    """
 
     i: Any
     j: Any
@@ -153,7 +163,10 @@ class Sides:
 
     @classmethod
     def near(cls, of: SignalClass, times: Array, known: Points) -> Self:
-        """Return the sides at times (T,) between which nothing is measured or known."""
+        """Return the bounds at times (T,) [s] from pairs of nearby measurements.
+
+        No measurement lies between these times.
+        """
         middle, n = float(np.mean(times)), len(of.samples.times)
         some = _around(known.times, middle)
         at, values, noise, ids = (of_each[some] for of_each in (known.times, known.values, known.noise, known.ids))
@@ -178,7 +191,10 @@ class Sides:
         return cls(i, j, value + slack, value - slack)
 
     def best(self, x: Array) -> tuple[tuple[int, int], tuple[int, int]]:
-        """Return the pairs whose upper and lower sides are nearest to x (T,) where they are farthest from it."""
+        """Return the pair (i, j) with the tightest upper bound on x (T,), and that with the tightest lower bound.
+
+        A pair is judged by its largest distance from x at the T times.
+        """
         found = (np.argmin(np.max(side, axis=1)) for side in (self.upper - x, x - self.lower))
         upper, lower = ((int(self.i[k]), int(self.j[k])) for k in found)
         return upper, lower
@@ -190,7 +206,7 @@ def _around(times: Array, middle: float) -> Any:
 
 
 def sides_at(of: SignalClass, times: Array, derived: Sequence[Derived] = ()) -> tuple[Array, Array]:
-    """Return U and D at times [s], each of shape (T,)."""
+    """Return the upper side U and the lower side D at times [s], each of shape (T,)."""
     known = Points.of(of, derived)
     found = [Sides.near(of, np.array([t]), known) for t in times.tolist()]
     return np.array([s.upper.min() for s in found]), np.array([s.lower.max() for s in found])
@@ -202,10 +218,11 @@ def sides_at(of: SignalClass, times: Array, derived: Sequence[Derived] = ()) -> 
 def true_signal(
     reference: Reference, claim: Claim, name: str, of: SignalClass, robust: Robust | None = None
 ) -> TrueSignal:
-    """Return how far a state of a reference is from the signals of a class, from the first sample to the last.
+    """Bound how far a state of the reference is from every signal of a class, from the first sample to the last.
 
-    Within a window that is claimed. Where the plant is disturbed, it is also how far the plant is at steps. ValueError:
-    the reference is one of pieces, or no samples lie in the window.
+    For a claim of a window, only times in the window count. If the plant is disturbed, the state of the plant at
+    sampling instants is bounded too. ValueError: the reference is piecewise polynomial, or fewer than two samples lie
+    in the window.
     """
     if reference.pieces:
         raise ValueError("truth: needs a reference of kernels, as learn_reference returns, not one of pieces")
@@ -238,9 +255,11 @@ Chosen = tuple[tuple[tuple[int, int], ...], tuple[tuple[int, int], ...], tuple[D
 
 
 def _chosen(of: SignalClass, edges: list[float], course: list[tuple[Array, Array]]) -> Chosen:
-    """Return both sides of each cell, and what is derived for those in which the reference is furthest from one.
+    """Return the pair of measurements for each side of each cell, and derived points for the cells
+    with the largest errors.
 
-    More measurements than two say more of a signal: at the ends of these cells, all near ones are asked.
+    More than two measurements together bound a signal more tightly: at the ends of the cells with the largest errors, a
+    linear program combines all nearby ones.
     """
     derived: list[Derived] = []
     asked: set[float] = set()
@@ -268,11 +287,11 @@ def _chosen(of: SignalClass, edges: list[float], course: list[tuple[Array, Array
 
 
 _WORST, _AT_ONCE, _DERIVED, _BESIDE = 0.95, 10, 120, 12
-"""Of the largest error, cells that are looked at together; all derived times; measurements that are asked on a side."""
+"""Part of the largest error that is among the worst; cells a round; most derived points; neighbours on each side."""
 
 
 def _derive(of: SignalClass, t: float) -> Derived | None:
-    """Return what near measurements together say of a signal at a time, by the multipliers of linear programs."""
+    """Bound the signal at time t [s] by all nearby measurements together, with multipliers of linear programs."""
     n = len(of.samples.times)
     sides = [(np.array(of.samples.times), 0), *([(np.array(of.rates.times), n)] if of.rates else [])]
     which: list[int] = []
@@ -298,7 +317,7 @@ def _derive(of: SignalClass, t: float) -> Derived | None:
 
 
 def _sum_to(of: SignalClass, multipliers: Array, t: float) -> list[Fraction] | None:
-    """Return rational multipliers near these which give the value at t of each straight line."""
+    """Return rational multipliers near the given ones whose weighted sum is exact at t [s] for every straight line."""
     times = [Fraction(s) for s in of.samples.times]
     exact = [
         Fraction(round(m * 2**30), 2**30) if abs(m) > _NO_MULTIPLIER else Fraction(0) for m in multipliers.tolist()
@@ -319,7 +338,9 @@ _NO_MULTIPLIER = 1e-9
 
 
 def _edges(of: SignalClass, start: float, end: float) -> list[float]:
-    """Return ends of cells [s]: all measurements between start and end, and times between them."""
+    """Return the ends of the cells [s]: all measurement times between start and end, and times
+    in between if these are few.
+    """
     times = {*of.samples.times, *(of.rates.times if of.rates else ())}
     ends = [start, *sorted(t for t in times if start < t < end), end]
     parts, widest = len(ends) - 1, (end - start) / _CELLS
@@ -329,7 +350,7 @@ def _edges(of: SignalClass, start: float, end: float) -> list[float]:
 
 
 def _bound(models: tuple[Any, Any]) -> float:
-    """Over-estimate what is between a reference and both sides, by Bernstein's coefficients."""
+    """Over-estimate the distance between a reference and both sides, by Bernstein coefficients."""
     found = 0.0
     for model in models:
         if model is None:
@@ -341,11 +362,11 @@ def _bound(models: tuple[Any, Any]) -> float:
 
 
 _BERNSTEIN = np.array([[1.0, -1.0, 1.0, -1.0], [1.0, -1 / 3, -1 / 3, 1.0], [1.0, 1 / 3, -1 / 3, -1.0], [1.0] * 4])
-"""Coefficients of 1, x, x² and x³ on [−1, 1], in degree 3."""
+"""Bernstein coefficients of degree 3 of 1, x, x² and x³ on [−1, 1]."""
 
 
 def _of_plant(proved: TrueSignal, robust: Robust, state: int) -> float:
-    """Return ε, and how far the state of the disturbed plant may be from that of the reference."""
+    """Return ε plus the largest deviation of the disturbed plant's state from that of the reference, rounded up."""
     up = [Fraction(int(i == state)) for i in range(len(robust.given.system.states))]
     down, Z, noise = [-r for r in up], robust.invariant, robust.measured
     sides = [Z.support(row) + (noise.support(back) if noise else 0) for row, back in ((up, down), (down, up))]
@@ -357,7 +378,10 @@ def _of_plant(proved: TrueSignal, robust: Robust, state: int) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Program:
-    """Values and slopes at knots: rows `seen` @ x are the measurements, in units in which their noise is 1."""
+    """A linear program in values, slopes and accelerations at `knots`, in units in which the samples' noise is 1.
+
+    The measurements are the rows `seen` @ x; `equal` @ x = 0 joins the pieces.
+    """
 
     equal: Any
     seen: Any
@@ -397,7 +421,10 @@ class _Program:
         return cls(equal.tocsr(), seen.tocsr(), values, noise, bounds, knots, unit)
 
     def solve(self, cost: Array, growth: Array | None = None) -> Any:
-        """Minimise cost @ x; with `growth`, of the last variable, the noise may grow by as many times that."""
+        """Minimise cost @ x subject to the bounds.
+
+        With `growth`, the last variable widens the noise by its multiple of `growth`.
+        """
         seen, equal, bounds = self.seen, self.equal, self.bounds
         both = _scipy.sparse.vstack([seen, -seen])
         if growth is not None:
@@ -410,7 +437,10 @@ class _Program:
         )
 
     def ends_at(self, t: float) -> tuple[float, float] | None:
-        """Return the least and the largest value at a knot; None where there is none."""
+        """Return the least and the largest value of a signal at the knot t [s].
+
+        None if no signal explains the measurements.
+        """
         cost = np.zeros(self.seen.shape[1])
         cost[int(np.searchsorted(self.knots, t))] = 1.0
         low, high = self.solve(cost), self.solve(-cost)
@@ -418,9 +448,9 @@ class _Program:
 
 
 def no_signal(name: str, of: SignalClass) -> NoSignal | None:
-    """Return why no signal of a class explains its samples, as the checker accepts it; None where that is not found.
+    """Return a proof, accepted by the checker, that no signal of a class explains its samples; None if none is found.
 
-    Each of both bounds is looked at alone.
+    The bounds of the slope and of the second derivative are examined separately.
     """
     alone = []
     if of.second_derivative is not None:
@@ -463,7 +493,10 @@ def _contradiction(name: str, of: SignalClass) -> NoSignal | None:
 
 
 def _contradicting(of: SignalClass, cells: int) -> tuple[list[int], Array]:
-    """Return measurements that contradict each other, rates after samples, and a multiplier for each of the class."""
+    """Return the indices of measurements that contradict each other, and the multipliers of all.
+
+    Rates follow the samples.
+    """
     program = _Program.of(of, cells=cells)
     growth = np.where(program.noise > 0, program.noise, 1.0)
     cost = np.append(np.zeros(program.seen.shape[1]), 1.0)
@@ -482,7 +515,7 @@ _LEAST_GROWTH = 1e-6  # of the noise
 
 
 def _only(of: SignalClass, which: list[int]) -> SignalClass:
-    """Return the class of some of the measurements."""
+    """Return the class with only those measurements whose indices are in `which`; rates follow the samples."""
     n = len(of.samples.times)
 
     def some(measured: Measured, chosen: list[int]) -> Measured:
@@ -499,7 +532,10 @@ def _only(of: SignalClass, which: list[int]) -> SignalClass:
 
 
 def _exact(of: SignalClass, multipliers: Array) -> ContradictedSamples | None:
-    """Return rational multipliers near these that give zero for constants, and for straight lines where they must."""
+    """Return rational multipliers near the given ones that cancel constants exactly.
+
+    If the second derivative is bounded, they also cancel straight lines. None if there are too few measurements.
+    """
     n, times = len(of.samples.times), [Fraction(t) for t in of.samples.times]
     if n < 2:
         return None
@@ -521,11 +557,12 @@ def _exact(of: SignalClass, multipliers: Array) -> ContradictedSamples | None:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """How far a reference is from the true signal, and how near any other could be, in the state's unit.
+    """How far a reference is from the true signal, and how close any other could be, in the state's unit.
 
-    `error` is ε, proved; `plant` is how far the disturbed plant is at steps, if it is disturbed. `radius` is the least
-    error of any estimate, by two signals that explain the same samples: the radius of information, from below. `least`
-    is the least ε of any reference that the plant can follow at steps, with the same sides; a linear program.
+    `error` is the proved bound ε. `plant` is the proved bound for the disturbed plant at sampling instants, None if it
+    is not disturbed. `radius` is a lower bound of the worst-case error of any estimate: half the distance of two
+    signals that both explain the samples (radius of information). `least` is the smallest ε that a linear program finds
+    for a reference that the plant can follow at sampling instants, with the same sides.
     """
 
     error: float
@@ -542,7 +579,7 @@ class Accuracy:
 
 
 def accuracy(reference: Reference, truth: TrueSignal) -> Accuracy:
-    """Return how far a reference is from the true signal, beside what could be reached."""
+    """Return the proved error of a reference, beside lower limits of the error of any other."""
     times = np.unique(np.concatenate([np.linspace(a, b, 3) for a, b in pairwise(truth.ends)]))
     upper, lower = sides_at(truth.of, times, truth.derived)
     widest = float(times[int(np.argmax(upper - lower))])
@@ -552,7 +589,10 @@ def accuracy(reference: Reference, truth: TrueSignal) -> Accuracy:
 
 
 def _least_error(plant: ConstrainedSystem, truth: TrueSignal) -> float:
-    """Return the least ε of states x(t_0 + k T) that the plant can follow; nan where no program is solved."""
+    """Return the least ε of any state sequence x(t_0 + k T) that the plant can follow.
+
+    Nan if the program is not solved.
+    """
     system, T = plant.linear, plant.sampling_time
     first, count = truth.ends[0], min(_STEPS, int((truth.ends[-1] - truth.ends[0]) / plant.sampling_time) + 1)
     n, m = system.B.shape
@@ -597,7 +637,7 @@ def _least_error(plant: ConstrainedSystem, truth: TrueSignal) -> float:
 
 
 def with_truth(certificate: Certificate, classes: Mapping[str, SignalClass]) -> Certificate:
-    """Return a certificate that also says how far each state is from the signals of its class."""
+    """Return the certificate with proved distances between states and the signals of their `classes`."""
     of = certificate
     found = (true_signal(of.reference, of.claim, name, each, of.robust) for name, each in classes.items())
     return replace(certificate, truth=tuple(found))

@@ -2,15 +2,15 @@
 
 A. Pakman and L. Paninski: Exact Hamiltonian Monte Carlo for truncated multivariate Gaussians. Journal of Computational
 and Graphical Statistics 23 (2014), 518–542. A particle at w gets a random velocity v, moves along w cos t + v sin t for
-some time and is reflected by the bounds; where it is then is the next draw. All of this is in closed form: nothing is
-rejected, and the truncated distribution is left as it is, up to rounding. The time is random, between π/4 and 3π/4
-(there it is always π/2), as a particle that is reflected with just this period would return to where it was (R. M.
-Neal, MCMC using Hamiltonian dynamics, 2011, says so of all such methods).
+some time, and is reflected by the bounds; its position at the end is the next draw. All of this is in closed form:
+nothing is rejected, and the truncated distribution is invariant, up to rounding. In the paper the time is always π/2.
+Here it is random, between π/4 and 3π/4, because a reflected particle whose period is the fixed time would return to its
+start (R. M. Neal, MCMC using Hamiltonian dynamics, 2011, warns of this for all such methods).
 
-Chains start at the shortest vector between bounds, where a standard normal distribution is densest among the admissible
-ones. It solves the least distance program of C. L. Lawson and R. J. Hanson, Solving Least Squares Problems (1974),
-chapter 23: the non-negative u that brings Nᵀ u nearest to 0 and −gᵀ u nearest to 1 is positive for the rows that keep w
-from zero. A root of a covariance leads from independent standard normal numbers to values with this covariance.
+Chains start at the shortest vector between the bounds, the most likely admissible value of a standard normal
+distribution. It solves the least distance program of C. L. Lawson and R. J. Hanson, Solving Least Squares Problems
+(1974), chapter 23: the non-negative u that brings Nᵀ u nearest to 0 and −gᵀ u nearest to 1 is positive for the active
+rows. A root of a covariance maps independent standard normal numbers to values with this covariance.
 """
 
 from dataclasses import dataclass
@@ -23,14 +23,14 @@ import scipy
 
 from trackably.arrays import Array
 
-_MOST_STEPS = 30  # for each unknown: one step makes it positive or zero, and some do so again
+_MOST_STEPS = 30  # for each unknown: a step makes one positive or zero, and some need several steps
 
 
 def nonnegative_least_squares(matrix: Array, aim: Array) -> Array:
     """Return argmin ‖A x − b‖ over x ≥ 0, shape (n,), for `matrix` A (m, n) and `aim` b (m,).
 
-    By the active-set method of C. L. Lawson and R. J. Hanson, Solving Least Squares Problems (1974), chapter 23. Raises
-    LinAlgError where it does not end: rounding then makes it go round in circles.
+    Uses the active-set method of C. L. Lawson and R. J. Hanson, Solving Least Squares Problems (1974), chapter 23.
+    Raises LinAlgError if the method does not end, because rounding makes it cycle.
     """
     steps = _MOST_STEPS * matrix.shape[1]
     try:
@@ -40,14 +40,14 @@ def nonnegative_least_squares(matrix: Array, aim: Array) -> Array:
     return np.asarray(found)
 
 
-_HELD = 1e-9  # the distances of the program's own walls that count as zero
+_HELD = 1e-9  # a wall closer than this counts as touched
 
 
 def least_norm(normals: Array, offsets: Array) -> Array | None:
     """Return the w of least norm with N w + g ≥ 0, for `normals` N (W, r) of length one and `offsets` g (W,).
 
-    The result keeps all rows up to 1e-9. None: there is no such w. Only rows that would be broken enter the program.
-    Raises LinAlgError where w is not found in float64.
+    The result satisfies all rows up to 1e-9. None if there is no such w. Only violated rows are added to the program.
+    Raises LinAlgError if w is not found in float64.
     """
     w, walls = np.zeros(normals.shape[1]), list[int]()
     while (height := normals @ w + offsets).min(initial=0.0) < -_HELD:
@@ -92,7 +92,9 @@ class Walls:
 
 @dataclass(frozen=True)
 class Particles:
-    """P particles: positions `w` and velocities `v` (P, r), and both along the normals, `height` and `rate` (P, W)."""
+    """P particles: positions `w` and velocities `v` (P, r), and their projections on the
+    normals, `height` and `rate` (P, W).
+    """
 
     w: Array
     v: Array
@@ -104,26 +106,28 @@ class Particles:
         return cls(w, v, w @ walls.normals.T, v @ walls.normals.T)
 
     def those(self, chosen: npt.NDArray[np.bool_]) -> Self:
-        """Return the chosen ones only."""
+        """Return the chosen particles."""
         return type(self)(self.w[chosen], self.v[chosen], self.height[chosen], self.rate[chosen])
 
     def after(self, t: Array) -> Self:
-        """Return all of them after times t (P,), as if there were no walls."""
+        """Return the particles after times t (P,), as if there were no walls."""
         c, s = np.cos(t)[:, None], np.sin(t)[:, None]
         w, v = c * self.w + s * self.v, c * self.v - s * self.w
         return type(self)(w, v, c * self.height + s * self.rate, c * self.rate - s * self.height)
 
     def reflected(self, wall: npt.NDArray[np.intp], walls: Walls) -> Self:
-        """Return them with velocities reflected, each at the `wall` of that index (P,)."""
+        """Return the particles with reflected velocities; particle i is reflected at wall number `wall`[i]."""
         twice = 2 * self.rate[np.arange(len(wall)), wall][:, None]
         v, rate = self.v - twice * walls.normals[wall], self.rate - twice * walls.gram[wall]
         return type(self)(self.w, v, self.height, rate)
 
     def next_wall(self, walls: Walls) -> tuple[Array, npt.NDArray[np.intp]]:
-        """Return when each particle leaves the region, and through which wall: (P,) both; infinity if it never does.
+        """Return the time at which each particle leaves the region, infinity if never, and the wall
+        that it crosses: (P,) both.
 
-        h cos t + ḣ sin t = R cos(t − φ) falls below −g at t = φ + arccos(−g/R). A particle that falls towards a wall
-        reaches it in less than π: if it seems to take longer, rounding has put it there, or just beyond.
+        h cos t + ḣ sin t = R cos(t − φ) falls below −g at t = φ + arccos(−g/R). A particle that moves towards a wall
+        reaches it in less than π. If the computed time is longer, rounding has put the particle on the wall or just
+        beyond, and it leaves now.
         """
         times = np.full((len(self.w), len(walls.offsets) + 1), np.inf)
         radius = np.hypot(self.height, self.rate)
@@ -137,26 +141,26 @@ class Particles:
 
 
 _CHAINS = 50
-_BURN_IN = 25  # moves of each chain that are thrown away: without bounds, one would do
+_BURN_IN = 25  # first moves of each chain, which are discarded; without bounds, one would suffice
 _INSIDE = 1e-6  # standard deviations from each bound to the start
 _MOST_REFLECTIONS = 5_000  # of one particle in one move
 
 
 class NoRoom(ArithmeticError):
-    """Nothing lies between the bounds, or too little to draw from."""
+    """The region between the bounds is empty, or too small to draw from."""
 
 
 @dataclass(frozen=True)
 class BoundedNormal:
-    """w ~ N(0, I) of dimension r on the side of all `walls` where N w + g ≥ 0."""
+    """w ~ N(0, I) of dimension r, truncated to N w + g ≥ 0 for all `walls`."""
 
     walls: Walls
 
     @classmethod
     def between(cls, rows: Array, lower: Array, upper: Array) -> Self:
-        """Return w ~ N(0, I), given `lower` ≤ D w ≤ `upper` with `rows` D (M, r) and bounds (M,), infinite or not.
+        """Return w ~ N(0, I), given `lower` ≤ D w ≤ `upper` for `rows` D (M, r) and bounds (M,), which may be infinite.
 
-        Raises NoRoom where a row is zero and its bounds exclude zero.
+        Raises NoRoom if a row is zero and its bounds exclude zero.
         """
         lengths = np.linalg.norm(rows, axis=1)
         if np.any((lengths == 0) & ((lower > 0) | (upper < 0))):
@@ -168,7 +172,10 @@ class BoundedNormal:
 
     @cached_property
     def start(self) -> Array:
-        """The most likely w that is 1e-6 inside all bounds, (r,). Raises NoRoom: there is none, or it is not found."""
+        """The most likely w that is 1e-6 inside all bounds, shape (r,).
+
+        Raises NoRoom if there is none, or if it is not found.
+        """
         try:
             found = least_norm(self.walls.normals, self.walls.offsets - _INSIDE)
         except np.linalg.LinAlgError as error:
@@ -178,10 +185,12 @@ class BoundedNormal:
         return found
 
     def draws(self, count: int, seed: int) -> Array:
-        """Return `count` draws, shape (count, r): the same for the same seed, and the first of any larger count.
+        """Return `count` draws, shape (count, r).
 
-        They are of 50 independent chains in turn, after 25 moves of each: two draws depend on each other only if their
-        indices differ by a multiple of 50. Raises NoRoom.
+        A seed gives the same draws every time, and a larger count only adds to them.
+
+        They come from 50 independent chains in turn, after 25 moves of each: two draws depend on each other only if
+        their indices differ by a multiple of 50. Raises NoRoom.
         """
         rng = np.random.default_rng(seed)
         w = np.tile(self.start, (_CHAINS, 1))
@@ -193,7 +202,9 @@ class BoundedNormal:
         return np.concatenate(kept)[:count]
 
     def _moved(self, w: Array, v: Array, left: Array) -> Array:
-        """Return where particles from w with velocities v, both (P, r), are when the times `left` (P,) have passed."""
+        """Return the positions of particles that start at w with velocities v, both (P, r),
+        after the times `left` (P,).
+        """
         moving, arrived_at = Particles.at(w, v, self.walls), np.empty_like(w)
         which = np.arange(len(w))
         for _ in range(_MOST_REFLECTIONS):

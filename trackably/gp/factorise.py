@@ -1,14 +1,14 @@
 """Factorise K + V in the fastest way that is exact up to rounding.
 
-Five are tried, in the order of what they are expected to cost:
+Five ways are tried, in the order of their estimated cost:
 
 - `Fourier`: few cosines and sines make a kernel whose spectral density decays fast, such as the squared exponential;
 - `Markov`: differences of samples of a Matérn process are nearly independent, which takes linear time;
 - `Band`: a kernel that decays within a small part of the samples' span leaves a band matrix;
-- `LowRank`: few Chebyshev points resolve a smooth kernel that has no such density, such as a periodic one;
-- `Dense`: nothing is presumed, up to `LARGEST_DENSE` samples.
+- `LowRank`: few Chebyshev points resolve a smooth kernel without such a density, for example a periodic one;
+- `Dense`: the whole matrix, without any assumption, for up to `LARGEST_DENSE` samples.
 
-Each but the last is offered only where it agrees with the dense one up to rounding. Their costs were measured once.
+Each but the last is used only if it agrees with the dense one up to rounding. The costs were measured once.
 """
 
 import math
@@ -35,8 +35,8 @@ _LARGEST_BLOCK = LARGEST_DENSE // 2
 _FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for structure
 _FEWEST_OF_WAVES = 50  # samples: for fewer, the dense matrix is always faster
 _MOST_WAVES = 0.65  # for each sample: with more, the dense matrix is faster
-_COST_OF_LOOKING = 5e5  # nanoseconds: looking for other structure takes half of it, the least of their costs as well
-_NEGLIGIBLE = 2.0**-53  # of the variance: a smaller addition to a diagonal entry is lost in rounding
+_COST_OF_LOOKING = 5e5  # nanoseconds: one half for the search for other structure, one for the fastest other way
+_NEGLIGIBLE = 2.0**-53  # relative to the variance: a smaller addition to a diagonal entry is lost in rounding
 _AGREEMENT = 3e-9  # relative, with the dense factorisation: less than the promised 1e-8, as errors are only estimated
 _PRECISE = 1e-10  # the largest estimated error of band matrices: that of gradients may be a hundred times as large
 _LOOSENED = 1e3  # the factor by which the agreement is loosened where a dense matrix would be too large
@@ -49,7 +49,10 @@ def noise_variance(prior: Prior, samples: Samples) -> Array:
 
 
 def factorise_kinds(prior: Prior, samples: Samples, stencils: Stencils) -> Factorisation | None:
-    """Factorise K + V of samples of several kinds; None as `factorise`. ValueError: too many for a dense matrix."""
+    """Factorise K + V of samples of several kinds; None as in `factorise`.
+
+    ValueError: too many samples for a dense matrix.
+    """
     if len(samples) > LARGEST_DENSE:
         raise ValueError(
             f"samples: {len(samples)} of {' and '.join(stencils.names)} are too many to learn from together; thin them "
@@ -77,7 +80,7 @@ def factorise(prior: Prior, samples: Samples, covariance: Covariance) -> Factori
 
 
 def unstructured(prior: Prior, samples: Samples, covariance: Covariance) -> Dense | None:
-    """Factorise K + V without looking for structure; None as `factorise`."""
+    """Factorise K + V as a dense matrix; None as in `factorise`."""
     return Dense.of(lambda part: covariance(samples.apart[part]), noise_variance(prior, samples))
 
 
@@ -93,9 +96,9 @@ def candidates(prior: Prior, samples: Samples, covariance: Covariance) -> list[C
 
 
 def waves(prior: Prior, samples: Samples, covariance: Covariance) -> Candidate | None:
-    """Return the factorisation in cosines and sines; None where these are not well below the samples in number.
+    """Return the factorisation in cosines and sines; None if it would need too many of them, compared with the samples.
 
-    None, too, where rounding of K would show: what is promised is agreement with the dense factorisation.
+    None also if rounding errors in K would make it disagree with the dense factorisation.
     """
     n, stencil, noise = len(samples), samples.stencil, prior.noise_std**2
     assert isinstance(stencil, Stencil), "covariances of several kinds of samples have no such structure"
@@ -111,10 +114,10 @@ def waves(prior: Prior, samples: Samples, covariance: Covariance) -> Candidate |
 
 
 class _Rounding(NamedTuple):
-    """What rounding may change, and how much of it is `allowed`.
+    """Estimated rounding errors of the covariances, and the `allowed` error.
 
-    Errors η in the entries of K change weights, mean and gradients by about √n η/σ_n² (relative): η ≤ `tolerance`.
-    Entries of K are up to `largest`, and change by up to `slope` in a second.
+    Errors η in the entries of K change weights, mean and gradients by about √n η/σ_n² (relative); they have to stay
+    below `tolerance`. Entries of K are at most `largest`, and change by at most `slope` per second.
     """
 
     largest: float
@@ -133,16 +136,19 @@ class _Rounding(NamedTuple):
 
     @property
     def entries(self) -> float:
-        """Rounding of the values of κ."""
+        """The rounding error of the values of κ."""
         return _EPS * self.largest
 
     def lengths(self, span: float) -> float:
-        """Rounding of distances in time up to `span` [s]."""
+        """Return the error of κ by rounding of time differences up to `span` [s]."""
         return _EPS * self.slope * span
 
 
 def _points(prior: Prior, samples: Samples, covariance: Covariance) -> int | None:
-    """Return how many Chebyshev points resolve the covariance; None where n/2 do not, or rounding would show."""
+    """Return the number of Chebyshev points that resolve the covariance.
+
+    None if n/2 are too few, or rounding is too large.
+    """
     rounding, n, times = _Rounding.of(prior, samples), len(samples), samples.times
     # Chebyshev points are computed for times from 0 on; shifting them to the first sample rounds them.
     moved = float(np.spacing(np.max(np.abs(times)))) if times[0] else 0.0
@@ -153,13 +159,16 @@ def _points(prior: Prior, samples: Samples, covariance: Covariance) -> int | Non
 
 
 def _basis(prior: Prior, samples: Samples, covariance: Covariance) -> Basis | None:
-    """Return the basis of few points where there are many samples, so that their sums of kernels are short."""
+    """Return the basis of few points if there are many samples, so that sums of kernels have few terms.
+
+    Otherwise None.
+    """
     count = _points(prior, samples, covariance) if len(samples) >= _FEWEST else None
     return samples.bases.of(count) if count else None
 
 
 def _structured(prior: Prior, samples: Samples, covariance: Covariance) -> Iterator[Candidate]:
-    """Yield the factorisations that use structure of K, where rounding allows them."""
+    """Yield the factorisations that use structure of K, if their rounding errors are allowed."""
     variances, rounding = noise_variance(prior, samples), _Rounding.of(prior, samples)
     assert isinstance(samples.stencil, Stencil), "covariances of several kinds of samples have no such structure"
     n, times, kernel, lags = len(samples), samples.times, prior.kernel, samples.stencil.lags

@@ -36,7 +36,10 @@ class Search(NamedTuple):
 
 
 class Learned(float):
-    """The present value of a hyperparameter learned in `interval`; if None, the interval is chosen from the samples."""
+    """The current value of a hyperparameter learned in `interval`.
+
+    If this is None, the interval is chosen from the samples.
+    """
 
     __slots__ = ("interval",)
     interval: Interval | None
@@ -48,7 +51,7 @@ class Learned(float):
 
     @classmethod
     def between(cls, lower: float, upper: float) -> Self:
-        """Return a hyperparameter learned between two numbers; its present value is their geometric mean."""
+        """Return a hyperparameter learned between two numbers; its current value is their geometric mean."""
         return cls(math.sqrt(lower * upper), (lower, upper))
 
 
@@ -82,7 +85,7 @@ class Hyperparameter:
 
 
 def hyperparameter(given: Any) -> float:
-    """Return a hyperparameter as it is stored. ValueError, which says what is expected, if it is not valid."""
+    """Return a hyperparameter in its stored form. ValueError, which says what is expected, if it is not valid."""
     if type(given) in (Learned, float) and 0 < given < math.inf:  # what optimisers ask for, thousands of times
         return given  # type: ignore[no-any-return]
     match given:
@@ -96,12 +99,12 @@ def hyperparameter(given: Any) -> float:
 
 
 def learned(value: float) -> Learned:
-    """Return a learned hyperparameter with this present value; if it is learned already, it keeps its interval."""
+    """Return a learned hyperparameter with this current value; one that is learned already keeps its interval."""
     return value if isinstance(value, Learned) else Learned(value)
 
 
 def shown(value: float) -> str:
-    """Return a hyperparameter for people: its value, and whether it is learned and in which interval."""
+    """Return a hyperparameter as text: its value, and whether it is learned and in which interval."""
     if not isinstance(value, Learned):
         return repr(value)
     within = "" if value.interval is None else f" in [{value.interval[0]:.4g}, {value.interval[1]:.4g}]"
@@ -109,12 +112,12 @@ def shown(value: float) -> str:
 
 
 def with_value(stored: float, value: float) -> float:
-    """Return `stored` with another value: learned in the same interval, or known."""
+    """Return a hyperparameter with another value; it stays known, or learned in the same interval."""
     return Learned(value, stored.interval) if isinstance(stored, Learned) else float(value)
 
 
 def with_next(stored: float, values: Iterator[float]) -> float:
-    """Return `stored` with the next of the values, unchecked, if it is learned, and as it is if it is known."""
+    """Return a learned hyperparameter with the next of the values, unchecked; return a known one as it is."""
     return Learned(next(values), stored.interval) if isinstance(stored, Learned) else stored
 
 
@@ -141,8 +144,8 @@ def fraction_of_period(_: Scales) -> Search:
 def repetition(scales: Scales) -> Search:
     """Search for a time [s] after which the signal repeats.
 
-    The samples cover at least one period, and each period has at least three of them: with two it may be an alias. The
-    likelihood has local minima in the whole interval, so searches start in all of it.
+    The samples cover at least one period, and each period has at least three of them, as with two it may be an alias.
+    The likelihood has local minima in the whole interval, so searches start in all of it.
     """
     whole = scales.span * min(0.5, 3 / max(scales.count - 1, 1)), scales.span
     return Search(whole, whole)

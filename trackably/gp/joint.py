@@ -18,10 +18,10 @@ from trackably.gp.signal import KernelSum
 
 @dataclass(frozen=True)
 class JointPrior:
-    """Independent processes with `names`, one prior each; hyperparameters named in `shared` are the same for all.
+    """Independent processes with `names`, each with its prior; hyperparameters named in `shared` are the same for all.
 
-    A hyperparameter is called `<process>.<name>`, but plainly `<name>` if it is shared or there is one process only.
-    Raises ValueError if names repeat, if a shared hyperparameter is unknown, or if it is not the same in all priors.
+    A hyperparameter is called `<process>.<name>`, or just `<name>` if it is shared or if there is only one process.
+    ValueError: names repeat, a shared hyperparameter is unknown, or it is not the same in all priors.
     """
 
     parts: tuple[Prior, ...]
@@ -45,7 +45,7 @@ class JointPrior:
 
     @property
     def hyperparameters(self) -> dict[str, float]:
-        """All of them, in natural units, process by process."""
+        """All hyperparameters by name, in natural units, process by process."""
         return {
             self.called(process, name): value
             for process, part in zip(self.names, self.parts, strict=True)
@@ -60,13 +60,13 @@ class JointPrior:
 
     @property
     def log_hyperparameters(self) -> Array:
-        """ln θ of the learned ones, shape (p,)."""
+        """ln θ of the learned hyperparameters, shape (p,)."""
         return np.log([self.hyperparameters[name] for name in self.learned])
 
     def search(self, name: str, scales: Sequence[Scales]) -> Search:
         """Return the search interval of a learned hyperparameter, from the scales of its process's samples.
 
-        For a shared one, the samples of the first process count.
+        For a shared hyperparameter, the samples of the first process are used.
         """
         place = self.learned.index(name)
         process = next(i for i, places in enumerate(self.places) if place in places)
@@ -85,7 +85,10 @@ class JointPrior:
         return self.with_parts(tuple(parts))
 
     def with_parts(self, parts: tuple[Prior, ...]) -> Self:
-        """Return the same with other priors of the processes, in which the same hyperparameters are learned."""
+        """Return the joint prior with other priors of the processes.
+
+        The same hyperparameters must be learned in them.
+        """
         moved = object.__new__(type(self))
         # Names do not depend on values: keep them, so that an optimiser does not check and compute them at every step.
         vars(moved).update(parts=parts, names=self.names, shared=self.shared)
@@ -93,7 +96,7 @@ class JointPrior:
         return moved
 
     def as_known(self) -> Self:
-        """Return the same with every hyperparameter known, as it is now."""
+        """Return the joint prior with every hyperparameter known at its current value."""
         return type(self)(tuple(part.as_known() for part in self.parts), self.names, self.shared)
 
     @cached
@@ -115,7 +118,10 @@ class JointPrior:
 
 @dataclass(frozen=True)
 class JointPosterior:
-    """Posteriors of all processes. Raises IllConditioned, on first use, if K + σ_n² I of one cannot be factored."""
+    """Posteriors of all processes.
+
+    Raises IllConditioned, on first use, if K + σ_n² I of a process cannot be factored.
+    """
 
     prior: JointPrior
     samples: tuple[Samples, ...]
@@ -151,7 +157,7 @@ class JointPosterior:
         return total
 
     def with_likeliest_means(self, between: Sequence[tuple[float, float] | None]) -> "JointPosterior":
-        """Return the same with each prior mean as likely as it can be in its interval; None: it stays as it is."""
+        """Return the posterior with each prior mean at its most likely value in its interval; None keeps a mean."""
         pairs = zip(self.parts, between, strict=True)
         parts = tuple(part if ends is None else part.with_likeliest_mean(*ends) for part, ends in pairs)
         prior = self.prior.with_parts(tuple(part.prior for part in parts))
@@ -169,7 +175,9 @@ class JointPosterior:
         return found[0], found[1:]
 
     def jets(self, process: int, t: Array, order: int) -> Array:
-        """Return the same in one array, the jet first: shape (1 + p, order + 1, *t.shape)."""
+        """Return the jet and the gradient of `jet_and_gradient` in one array, jet first: shape
+        (1 + p, order + 1, *t.shape).
+        """
         own = self.parts[process].jets(t, order)
         if len(self.parts) == 1:
             return own
@@ -183,13 +191,13 @@ class JointPosterior:
 
 
 def common_period(kernels: Sequence[Kernel]) -> float | None:
-    """Return the period [s] that all kernels have, as the same float64; None where there is none."""
+    """Return the period [s] that all kernels have, as the same float64; None if there is none."""
     periods = {kernel.period for kernel in kernels}
     return periods.pop() if len(periods) == 1 else None
 
 
 def period_of(kernels: Sequence[Kernel]) -> float:
-    """Return the period [s] that all kernels have. Raises TypeError where there is none.
+    """Return the period [s] that all kernels have. Raises TypeError if there is none.
 
     Without a common period, constraints on a finite window say nothing about other times.
     """

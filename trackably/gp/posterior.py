@@ -29,8 +29,8 @@ class IllConditioned(ArithmeticError):
 class Posterior:
     """A Gaussian process given samples.
 
-    Weights, variance, likelihood with its gradient, and the gradient of the mean all use one factorisation of
-    K + σ_n² I. Raises IllConditioned, on first use, where there is none.
+    Weights, variance, likelihood with its gradient, and the gradient of the mean all use one factorisation of K + σ_n²
+    I. Raises IllConditioned, on first use, if it does not exist.
     """
 
     prior: Prior
@@ -83,7 +83,8 @@ class Posterior:
         """Return l(θ) = ln|A| + (y − m)ᵀ A⁻¹ (y − m) + n ln 2π with A = K + σ_n² I, and ∂l/∂ln θ of shape (p,).
 
         This is twice the usual negative logarithm, as in the paper, so that printed values can be compared. The
-        gradient is tr((A⁻¹ − c cᵀ) ∂A). Where the samples stand for more of them, l is that of all.
+        gradient is tr((A⁻¹ − c cᵀ) ∂A). If the samples are centres that represent more samples, l is that of all
+        samples.
         """
         value, by_log_noise = self._value
         if not self.prior.learned:
@@ -94,15 +95,16 @@ class Posterior:
 
     @property
     def negative_log_likelihood(self) -> float:
-        """l(θ) without its gradient, which takes most of the time and of the memory."""
+        """l(θ) without its gradient, which would take most of the time and memory."""
         return self._value[0]
 
     @property
     def information(self) -> Array:
         """Return (∂_i A c)ᵀ A⁻¹ (∂_j A c), shape (p, p): the mean of the observed and the expected Hessian of l.
 
-        It is that where A is linear in the hyperparameters, and resembles the Hessian elsewhere. It is positive
-        semi-definite, and costs no more than ∂c/∂ln θ (the average information of Gilmour, Thompson and Cullis).
+        The equality is exact if A is linear in the hyperparameters; otherwise the matrix resembles the Hessian. It is
+        positive semi-definite, and costs no more than ∂c/∂ln θ (the average information of Gilmour, Thompson and
+        Cullis).
         """
         moved, by_theta = self._moved_weights
         return np.asarray(by_theta @ moved)
@@ -118,7 +120,7 @@ class Posterior:
     def weights_beside(self, multipliers: Array, across: Array) -> Array:
         """Return c − A⁻¹ (L κ(·, S))ᵀ ν: the weights of the samples in m⁺ + Σ_a ν_a κ⁺(·, L_a), shape (n,).
 
-        `across` is the covariance of the rows and the samples.
+        `across` is the covariance of the rows and the samples, and ν are the rows' `multipliers`.
         """
         return self.weights - self.solve(multipliers @ across)
 
@@ -130,42 +132,46 @@ class Posterior:
 
     @cached
     def misfit_gradient(self) -> Array:
-        """−∂/∂ln θ of (y − m)ᵀ A⁻¹ (y − m), which is ∂/∂ln θ of cᵀ A c at held weights c: shape (p,)."""
+        """−∂/∂ln θ of (y − m)ᵀ A⁻¹ (y − m), which is ∂/∂ln θ of cᵀ A c for fixed weights c: shape (p,)."""
         return self._form_gradient(self.weights)
 
     def energy_gradient(self, rows: RowKernel, multipliers: Array, weights: Array) -> Array:
-        """Return ∂/∂ln θ of wᵀ A w + 2 νᵀ (L κ(·, S)) w + νᵀ (L L κ) ν at held `multipliers` ν and `weights` w: (p,).
+        """Return ∂/∂ln θ of wᵀ A w + 2 νᵀ (L κ(·, S)) w + νᵀ (L L κ) ν for fixed `multipliers` ν and `weights` w: (p,).
 
-        With the weights w (n,) of the samples that belong to ν, it is what a function costs by norm and misfit.
+        If w (n,) are the samples' weights that belong to ν, this is the cost of a function, its norm plus its misfit.
         """
         by_kernel = 2 * rows.across_gradient(multipliers, self.samples.centres, self.samples.stencil.spread(weights))
         by_kernel += rows.among_gradient(multipliers)
         return np.asarray(self._form_gradient(weights) + np.append(by_kernel, 0.0)[self.prior.places])
 
     def _form_gradient(self, weights: Array) -> Array:
-        """Return ∂/∂ln θ of wᵀ A w at held weights w: shape (p,)."""
+        """Return ∂/∂ln θ of wᵀ A w for fixed weights w: shape (p,)."""
         by_kernel = self._factored.gradient_times(weights) @ weights
         by_noise = 2 * noise_variance(self.prior, self.samples) @ weights**2
         return np.array([*by_kernel.tolist(), by_noise])[self.prior.places]
 
     @property
     def information_about_mean(self) -> float:
-        """dᵀA⁻¹d, half the second derivative of l by the mean, where samples of a process at rest at m are o + d m."""
+        """dᵀA⁻¹d, half the second derivative of l by the mean; o + d m are the samples of a process that rests at m."""
         weighted, d = self._of_level
         return float(weighted @ d)
 
     @property
     def _of_level(self) -> tuple[Array, Array]:
-        """A⁻¹ d and d, each of shape (n,). IllConditioned: A cannot be factored."""
+        """A⁻¹ d and d, each of shape (n,), where o + d m are the samples of a process that rests at m.
+
+        Raises IllConditioned.
+        """
         stencil = self.samples.stencil
         d = np.broadcast_to(np.asarray(stencil.at_rest(1.0)) - stencil.at_rest(0.0), self.samples.values.shape)
         return self._factored.solve(np.ascontiguousarray(d)), d
 
     def with_likeliest_mean(self, lower: float, upper: float) -> Self:
-        """Return the same with the prior mean of least l between two values, for the same hyperparameters.
+        """Return the posterior with the prior mean between two values that has the least l, for the
+        same hyperparameters.
 
-        l is quadratic in the mean: without ends it is dᵀA⁻¹(y − o) / dᵀA⁻¹d, where samples of a process at rest at
-        level m are o + d m. It stays as it is where samples do not depend on the level, or A cannot be factored.
+        l is quadratic in the mean: without limits the minimum is dᵀA⁻¹(y − o) / dᵀA⁻¹d, where o + d m are the samples
+        of a process that rests at m. If samples do not depend on this level, or A cannot be factored, the mean is kept.
         """
         try:
             weighted, d = self._of_level
@@ -181,7 +187,7 @@ class Posterior:
 
     @property
     def _value(self) -> tuple[float, float]:
-        """l(θ), and ∂/∂ln σ_n of what the scatter of the samples adds to it."""
+        """l(θ), and ∂/∂ln σ_n of the part of l that comes from the samples' `scatter`."""
         value = self._factored.log_determinant + float(self.weights.dot(self._residual))
         beside, by_log_noise = self.samples.scatter.negative_log_likelihood(self.prior.noise_std)
         return value + len(self.samples) * _LOG_TAU + beside, by_log_noise
@@ -220,7 +226,7 @@ class Posterior:
 
     @cached
     def _factored(self) -> Factorisation:
-        """A = K + σ_n² I."""
+        """The factorisation of A = K + σ_n² I."""
         stencil = self.samples.stencil
         if isinstance(stencil, Stencils):
             found = factorise_kinds(self.prior, self.samples, stencil)

@@ -21,8 +21,8 @@ NOISE = "noise_std"
 class Prior:
     """A constant `mean` m, a `kernel` κ, and the standard deviation `noise_std` σ_n of independent noise on samples.
 
-    Each of the kernel's hyperparameters and σ_n is known or learned, as it is given (see `gp.hyperparameter`). Raises
-    ValueError for a mean that is not finite, TypeError for one that is no number.
+    Each hyperparameter of the kernel, and σ_n, is known or learned (see `gp.hyperparameter`). ValueError: the mean is
+    not finite. TypeError: it is no number.
     """
 
     kernel: Kernel
@@ -34,7 +34,7 @@ class Prior:
 
     @property
     def hyperparameters(self) -> dict[str, float]:
-        """All of them, known ones and the noise (last) included, in natural units."""
+        """All hyperparameters by name, in natural units, known ones included; the noise is the last."""
         return {**self.kernel.hyperparameters, NOISE: self.noise_std}
 
     @cached_property
@@ -49,40 +49,42 @@ class Prior:
 
     @cached_property
     def places_of_kernel(self) -> npt.NDArray[np.intp]:
-        """The indices of the learned hyperparameters of the kernel, which come before the noise."""
+        """The indices of the kernel's learned hyperparameters among all; the noise is not included."""
         return self.places[self.places < len(self.kernel.hyperparameters)]
 
     @property
     def log_hyperparameters(self) -> Array:
-        """ln θ of the learned ones, shape (p,)."""
+        """ln θ of the learned hyperparameters, shape (p,)."""
         return np.log([self.hyperparameters[name] for name in self.learned])
 
     def search(self, name: str, scales: Scales) -> Search:
-        """Return the search interval of a hyperparameter: its own, or one chosen from the `scales` of the samples."""
+        """Return the search interval of a hyperparameter: the given one, or one chosen from the
+        `scales` of the samples.
+        """
         value = self.hyperparameters[name]
         if isinstance(value, Learned) and value.interval:
             return Search(value.interval)
         return noise(scales) if name == NOISE else self.kernel.search(name, scales)
 
     def as_learned(self, names: Collection[str] | None = None) -> Self:
-        """Return the same prior with all hyperparameters learned, or only those in `names`; values do not change."""
+        """Return the prior with all hyperparameters learned, or only those in `names`; values do not change."""
         noise_std = learned(self.noise_std) if names is None or NOISE in names else self.noise_std
         return type(self)(self.kernel.as_learned(names), noise_std, self.mean)
 
     def as_known(self) -> Self:
-        """Return the same prior with every hyperparameter known, as it is now."""
+        """Return the prior with every hyperparameter known at its current value."""
         return type(self)(self.kernel.as_known(), float(self.noise_std), self.mean)
 
     def with_hyperparameters(self, values: Mapping[str, float]) -> Self:
-        """Return the same prior with these values; learned hyperparameters stay learned."""
+        """Return the prior with these values; learned hyperparameters stay learned."""
         own = {name: v for name, v in values.items() if name != NOISE}
         kernel = self.kernel.with_hyperparameters(own) if own else self.kernel
         return type(self)(kernel, with_value(self.noise_std, values.get(NOISE, self.noise_std)), self.mean)
 
     def with_learned(self, values: Sequence[float]) -> Self:
-        """Return the same prior with these values of the learned hyperparameters, in the order of every gradient.
+        """Return the prior with these values of the learned hyperparameters, in the order of every gradient.
 
-        ValueError: not one positive number for each of them.
+        ValueError: the number of values is wrong, or one is not positive.
         """
         if len(values) != len(self.learned):
             raise ValueError(f"prior: expected {len(self.learned)} hyperparameters, got {len(values)}")

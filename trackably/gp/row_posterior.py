@@ -1,4 +1,4 @@
-"""What samples say of rows: their posterior mean and covariance, and the function that multipliers of them make."""
+"""The posterior of rows given samples: mean, covariance, and the function for given multipliers of the rows."""
 
 from dataclasses import dataclass
 
@@ -14,14 +14,17 @@ from trackably.gp.signal import KernelSum
 
 @dataclass(frozen=True)
 class RowPosterior:
-    """The n `rows` of processes given samples. Raises IllConditioned as the `posterior` does."""
+    """The posterior of n `rows` (linear functionals of the processes).
+
+    Raises IllConditioned as the `posterior` does.
+    """
 
     posterior: JointPosterior
     rows: Rows
 
     @cached
     def mean(self) -> Array:
-        """L m⁺ with the offsets, shape (n,)."""
+        """L m⁺ plus the offsets, shape (n,)."""
         return self.rows.values(self.posterior.signals)
 
     @cached
@@ -32,7 +35,7 @@ class RowPosterior:
         return np.asarray(sum(parts, np.zeros((len(self.rows), len(self.rows)))))
 
     def signals(self, multipliers: Array) -> tuple[KernelSum, ...]:
-        """Return m⁺ + Σ_a ν_a κ⁺(·, L_a) of each process: again sums of kernels, for multipliers ν of shape (n,)."""
+        """Return m⁺ + Σ_a ν_a κ⁺(·, L_a) of each process as a sum of kernels, for multipliers ν of shape (n,)."""
         return tuple(
             part.with_kernels(
                 part.weights_beside(multipliers, across), kernel.centres.times, kernel.centres.spread(multipliers)
@@ -41,10 +44,11 @@ class RowPosterior:
         )
 
     def price_gradient(self, multipliers: Array) -> Array:
-        """Return ∂/∂ln θ of 2 νᵀ(b − L m⁺) − νᵀ K⁺ ν at held multipliers ν and bounds b: shape (p,).
+        """Return ∂/∂ln θ of 2 νᵀ(b − L m⁺) − νᵀ K⁺ ν for fixed multipliers ν and bounds b: shape (p,).
 
-        With w the weights of m⁺ + Σ_a ν_a κ⁺(·, L_a) on samples and rows, and G the Gram matrix of these, it is the
-        difference of −wᵀ ∂G w with and without the rows: neither L m⁺ nor K⁺ has to be differentiated.
+        Let w be the weights of m⁺ + Σ_a ν_a κ⁺(·, L_a) on samples and rows, and G the Gram matrix of these. The
+        gradient is the difference of −wᵀ ∂G w with and without the rows, so neither L m⁺ nor K⁺ has to be
+        differentiated.
         """
         gradient = np.zeros(len(self.posterior.prior.learned))
         for part, kernel, across, places in zip(

@@ -20,9 +20,9 @@ from trackably.gp.kernels.matern import Matern
 
 @dataclass(frozen=True)
 class Terms:
-    """The terms of some rows that concern one process g: row `of_row[p]` has the term `weights[p]` g(`times[p]`).
+    """The terms of some rows in one process g: row `of_row[p]` has the term `weights[p]` g(`times[p]`).
 
-    All arrays have the shape (P,). Rows count from zero, times are in seconds.
+    All arrays have the shape (P,). Rows are numbered from zero, times are in seconds.
     """
 
     times: Array
@@ -31,7 +31,10 @@ class Terms:
 
     @classmethod
     def joined(cls, parts: Sequence["Terms"], starts: Sequence[int] | None = None) -> Self:
-        """Return the terms of all parts; the rows of part i count from `starts[i]` on, or all from zero."""
+        """Return the terms of all parts.
+
+        The rows of part i are numbered from `starts[i]`, or from zero if there is none.
+        """
         shifts = [0] * len(parts) if starts is None else starts
         rows = [part.of_row + start for part, start in zip(parts, shifts, strict=True)]
         return cls(
@@ -41,7 +44,7 @@ class Terms:
         )
 
     def renumbered(self, places: npt.NDArray[np.intp]) -> Self:
-        """Return the terms of rows a with `places`[a] ≥ 0, as those of rows `places`[a]."""
+        """Return the terms with row a renumbered as `places`[a]; rows with a negative place are dropped."""
         kept = places[self.of_row] >= 0
         return type(self)(self.times[kept], self.weights[kept], places[self.of_row[kept]])
 
@@ -62,7 +65,10 @@ class Terms:
 
     @cached
     def _turns(self) -> tuple[npt.NDArray[np.intp], ...]:
-        """The indices of the first term of each row, of the second, and so on: rows have few, and there are many."""
+        """The indices of the first term of each row, then of the second, and so on.
+
+        Rows are many and have few terms each.
+        """
         order = np.argsort(self.of_row, kind="stable")
         rows = self.of_row[order]
         turn = np.arange(len(rows)) - np.searchsorted(rows, rows)
@@ -88,7 +94,7 @@ class Rows:
 
     @classmethod
     def joined(cls, parts: Sequence["Rows"], processes: int) -> Self:
-        """Return the rows of all parts, below each other; every part has terms for each of the `processes`."""
+        """Return the rows of all parts, stacked; every part has terms for each of the `processes`."""
         starts = np.cumsum([0, *map(len, parts)]).tolist()[:-1]
         return cls(
             np.concatenate([np.empty(0), *(part.offsets for part in parts)]),
@@ -99,13 +105,13 @@ class Rows:
         return len(self.offsets)
 
     def among(self, chosen: npt.NDArray[np.intp]) -> Self:
-        """Return the chosen rows, by their increasing indices (m,), counted anew from zero."""
+        """Return the rows with the increasing indices `chosen` (m,), renumbered from zero."""
         places = np.full(len(self), -1)
         places[chosen] = np.arange(len(chosen))
         return type(self)(self.offsets[chosen], tuple(terms.renumbered(places) for terms in self.terms))
 
     def values(self, signals: Sequence[Callable[[Array], Array]]) -> Array:
-        """Return all q_a of some signals, shape (n,)."""
+        """Return q (n,) for given signals, one for each process."""
         parts = (terms.summed(g(terms.times), len(self)) for g, terms in zip(signals, self.terms, strict=True))
         return np.asarray(sum(parts, self.offsets))
 
@@ -115,21 +121,24 @@ class Rows:
 Places = npt.NDArray[np.intp]
 
 _SHORT = 2**18  # entries: for fewer, one call is as fast as several
-_PARTS = 4  # a reach is long if the times span less than that many of it
+_PARTS = 4  # a reach is long if the times span less than four times the reach
 
 
 class Nearby(NamedTuple):
-    """Places of a first array of times that are close to each other, and those of a second one within reach of them."""
+    """The indices of some times of a first array that are close together, and of those in a
+    second array within their reach.
+    """
 
     first: Places
     second: Places
 
 
 def nearby(first: Array, second: Array, reach: float) -> list[Nearby] | None:
-    """Return all pairs of places, group by group, whose times [s] are within `reach` [s]: shapes (m,) and (n,).
+    """Return groups of indices that contain all pairs of times [s] within `reach` [s], for times
+    of shapes (m,) and (n,).
 
-    The groups also hold some pairs that lie further apart. None where it would save nothing: for short arrays, and for
-    a long reach.
+    Groups also contain some pairs that are further apart. None if groups would save nothing: arrays are short, or the
+    reach is long.
     """
     if len(first) * len(second) < _SHORT or not _PARTS * reach < np.ptp(first):
         return None
@@ -137,7 +146,7 @@ def nearby(first: Array, second: Array, reach: float) -> list[Nearby] | None:
 
 
 def assembled(groups: list[Nearby], shape: tuple[int, int], entries: Callable[[Places, Places], Array]) -> Array:
-    """Return the matrix with these `entries` in all groups, and zeros elsewhere."""
+    """Return the matrix with these `entries` in all groups and zeros elsewhere."""
     found = np.zeros(shape)
     for of_first, of_second in groups:
         found[np.ix_(of_first, of_second)] = entries(of_first, of_second)
@@ -145,7 +154,9 @@ def assembled(groups: list[Nearby], shape: tuple[int, int], entries: Callable[[P
 
 
 def _groups(first: Array, second: Array, reach: float) -> Iterator[Nearby]:
-    """Divide the first times into groups half as long as the reach."""
+    """Divide the first times into groups that span at most half the reach, and yield each with
+    the second times in reach.
+    """
     in_order, other_order = np.argsort(first, kind="stable"), np.argsort(second, kind="stable")
     times, others = first[in_order], second[other_order]
     group = np.floor((times - times[0]) / (reach / 2))
@@ -164,7 +175,7 @@ def _groups(first: Array, second: Array, reach: float) -> Iterator[Nearby]:
 # has no such differences: L L' κ = Σ_n Σ_m μ_n μ'_m (−1)ᵐ κ⁽ⁿ⁺ᵐ⁾(t_0 − t'_0).
 
 _EPS = float(np.finfo(float).eps)
-_LARGEST_ERROR = 1e-12  # of sums over terms, as a part of a row's variance
+_LARGEST_ERROR = 1e-12  # rounding error of sums over terms, relative to a row's variance
 # Of a row's standard deviation: smaller terms end the series. Covariances stay those of one set of functionals, hence
 # positive semidefinite. Sums over terms, taken where the series is too long, would give references enormous weights.
 _NEGLIGIBLE = 1e-11
@@ -176,12 +187,12 @@ _NODES, _APART = 9, 0.1  # correlation times: the sums of kernels that stand for
 
 
 class RowKernel(ABC):
-    """Covariances of `count` rows of one process with each other, and with values at other times."""
+    """Covariances of `count` rows of one process with each other, and with the process at other times."""
 
     @property
     @abstractmethod
     def centres(self) -> Terms:
-        """The times and weights by which κ(·, L_a) is a sum of kernels, up to a small part of it."""
+        """The times and weights of a sum of kernels that approximates κ(·, L_a) closely."""
 
     @abstractmethod
     def among(self) -> Array:
@@ -193,15 +204,17 @@ class RowKernel(ABC):
 
     @abstractmethod
     def among_gradient(self, multipliers: Array) -> Array:
-        """Return ∂/∂ln θ of νᵀ (L L κ) ν, for multipliers ν (count,): one entry a hyperparameter of the kernel."""
+        """Return ∂/∂ln θ of νᵀ (L L κ) ν for multipliers ν (count,): one entry for each
+        hyperparameter of the kernel.
+        """
 
     @abstractmethod
     def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
-        """Return ∂/∂ln θ of νᵀ (L κ(·, t)) w, for weights w at t, both (n,)."""
+        """Return ∂/∂ln θ of νᵀ (L κ(·, t)) w for weights w at times t [s], both of shape (n,)."""
 
 
 def row_kernel(kernel: Kernel, terms: Terms, count: int) -> RowKernel:
-    """Return the sums over terms, or Taylor's series where rounding errors of the sums are too large."""
+    """Return the sums over terms, or Taylor series if the rounding errors of these sums are too large."""
     direct = Direct(kernel, terms, count)
     if not (kernel.is_analytic and len(terms.times)):
         return direct
@@ -222,13 +235,13 @@ def row_kernel(kernel: Kernel, terms: Terms, count: int) -> RowKernel:
 
 @lru_cache(maxsize=8)
 def _standard_deviations(kernel: Kernel) -> Array:
-    """Return those of g⁽ⁿ⁾ for n < _LONGEST."""
+    """Return the standard deviations of the derivatives g⁽ⁿ⁾ for n < _LONGEST."""
     return np.sqrt(np.abs(kernel.jet(np.zeros(()), 2 * _LONGEST - 2)[::2]))
 
 
 @lru_cache(maxsize=8)
 def _nodes(kernel: Kernel) -> tuple[Array, Array, Array]:
-    """Return nodes k H [s], scales by which moments are multiplied, and the matrix from weights to scaled moments."""
+    """Return nodes k H [s], factors that scale moments, and the matrix that maps weights to scaled moments."""
     powers = np.arange(_NODES)
     nodes = np.asarray((powers - _NODES // 2) * (_APART * kernel.correlation_time), dtype=float)
     scale = nodes[-1] ** -powers
@@ -237,7 +250,7 @@ def _nodes(kernel: Kernel) -> tuple[Array, Array, Array]:
 
 @dataclass(frozen=True)
 class Direct(RowKernel):
-    """Sums over terms."""
+    """Covariances of rows as sums over their terms."""
 
     kernel: Kernel
     terms: Terms
@@ -267,7 +280,7 @@ class Direct(RowKernel):
         return self.terms.summed(self.kernel(self.terms.times[:, None] - t), self.count)
 
     def _those(self, rows: Places) -> "Direct":
-        """Return some of the rows, in this order."""
+        """Return the rows with these indices, in this order."""
         places = np.full(self.count, -1)
         places[rows] = np.arange(len(rows))
         return Direct(self.kernel, self.terms.renumbered(places), len(rows))
@@ -285,7 +298,7 @@ class Direct(RowKernel):
         return self._form_gradient(times, u, t, weights)
 
     def _form_gradient(self, times: Array, u: Array, t: Array, weights: Array) -> Array:
-        """Return ∂/∂ln θ of uᵀ κ(times − t) w; long ones from moments, for Matérn kernels."""
+        """Return ∂/∂ln θ of uᵀ κ(times − t) w; for Matérn kernels, long sums are evaluated from moments."""
         if len(times) * len(t) > _MANY and isinstance(self.kernel, Matern):
             sums = [summed_by_moments(decays, t, weights, times, 0)[0] for decays in self.kernel.gradient_decays]
             return np.asarray(sums) @ u
@@ -293,7 +306,7 @@ class Direct(RowKernel):
         return np.asarray(by_theta @ weights @ u)
 
     def _weighted(self, multipliers: Array) -> tuple[Array, Array]:
-        """Return the times [s] that have a weight, and the weights."""
+        """Return the times [s] with a nonzero weight, and these weights."""
         u = self.terms.spread(multipliers)
         return self.terms.times[u != 0], u[u != 0]
 
@@ -303,14 +316,17 @@ class Direct(RowKernel):
 
     @cached
     def _reach(self) -> float:
-        """The distance [s] of a row's first time beyond which nothing is correlated with any of its terms."""
+        """The distance [s] from a row's first time beyond which nothing is correlated with any of its terms."""
         widest = np.max(self.terms.times - self._first[self.terms.of_row], initial=0.0)
         return float(self.kernel.negligible_distance + 2 * widest)
 
 
 @dataclass(frozen=True)
 class Taylor(RowKernel):
-    """Taylor's series about the first time of each row, shape (count,), with `moments` μ_n of shape (count, N)."""
+    """Covariances of rows by a Taylor series about the first time of each, shape (count,).
+
+    `moments` are the coefficients μ_n, shape (count, N).
+    """
 
     kernel: Kernel
     first: Array
@@ -318,9 +334,9 @@ class Taylor(RowKernel):
 
     @cached
     def centres(self) -> Terms:
-        """Terms with the same first moments at times that lie far apart: their weights are smaller by far.
+        """Terms with the same first moments at times that lie far apart, which keeps their weights small.
 
-        With h = 0.01 s the weights 1/h² of a second difference would dominate all rounding errors of the reference.
+        With h = 0.01 s, the weights 1/h² of a second difference would dominate all rounding errors of the reference.
         """
         nodes, weights = self._stencil
         times = self.first[:, None] + nodes
@@ -366,7 +382,7 @@ class Taylor(RowKernel):
         return gradient(first, moments, t, weights)
 
     def _weighted(self, multipliers: Array) -> tuple[Array, Array]:
-        """Return the first times [s] of the rows that have a multiplier, and their moments multiplied by it."""
+        """Return the first times [s] of the rows with a nonzero multiplier, and their moments times the multiplier."""
         active = multipliers != 0
         return self.first[active], multipliers[active, None] * self.moments[active]
 

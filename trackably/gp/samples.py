@@ -16,17 +16,17 @@ from trackably.gp.factors.low_rank import Bases
 from trackably.gp.stencil import POINT, Stencil, Stencils
 
 _UNIFORM = np.empty(0)
-_WIDE = 10.0  # times the median of the times between samples
-_FEWEST = 10  # samples: among fewer, no spacing is the usual one
+_WIDE = 10.0  # times the median spacing of samples: a longer one is a gap
+_FEWEST = 10  # samples: with fewer, there is no usual spacing
 
 
 @dataclass(frozen=True)
 class Scatter:
-    """`count` residuals that do not depend on the signal, each normal with standard deviation σ_n.
+    """Residuals that carry information about the noise only: `count` of them, each normal with standard deviation σ_n.
 
-    These are what many samples say of their noise alone, beside the fewer ones that stand for them. `squares` is the
-    sum of their squares, in the unit of the samples squared. `log_scale` is what relative noise adds to −2 ln p: the
-    logarithms of the variances that changed with the samples. ValueError: no such numbers.
+    They remain when many samples are replaced by fewer. `squares` is the sum of their squares, in the squared unit of
+    the samples. `log_scale` is a constant in −2 ln p: the logarithms of the relative variances that the replacement
+    changed. ValueError: a number is negative or not finite.
     """
 
     count: int = 0
@@ -56,13 +56,13 @@ class Scatter:
 class Samples:
     """`values` y_i observed at strictly increasing `times` t_i [s], both of shape (n,).
 
-    Sample i has noise of standard deviation σ_n · `relative_noise`_i; by default it is σ_n. With σ_n = 1 the relative
-    noise is the standard deviation itself. `stencil` says how samples depend on the process that is learned;
-    with `Stencils`, samples of different kinds may share a time. Where samples stand for more of them, `scatters` is
-    what these say of the noise alone, one for each kind.
+    Sample i has noise of standard deviation σ_n · `relative_noise`_i, where `relative_noise` is 1 by default. With σ_n
+    = 1 the relative noise is the standard deviation itself. `stencil` describes how samples depend on the learned
+    process; with `Stencils`, samples of different kinds may share a time. If the samples are centres that represent
+    more samples, `scatters` has the remaining information about the noise, for each kind.
 
-    Raises ValueError, which names the first wrong entry: not finite, times not increasing, or arrays of unequal length;
-    TypeError where they are no real numbers, as dates are not.
+    ValueError, which names the first wrong entry: values are not finite, times do not increase, or arrays differ in
+    length. TypeError: entries are no real numbers (dates are none).
     """
 
     times: Array
@@ -116,13 +116,13 @@ class Samples:
             )
 
     def _refuse_disorder_of_parts(self, stencils: Stencils) -> None:
-        """Raise ValueError where times fall, or where one kind of sample repeats a time."""
+        """Raise ValueError if times decrease, or if a time is repeated within one kind of sample."""
         if len(stencils.of) != len(self.times) or np.any(np.diff(self.times) < 0):
             raise ValueError("samples: of several kinds must be sorted by time, and each needs its stencil")
         self.by_name("")
 
     def by_name(self, name: str) -> dict[str, Samples]:
-        """Return these samples by their `name`; of several kinds, each kind by the name that it has."""
+        """Return these samples by their `name`; if they are of several kinds, each kind by its own name."""
         if not isinstance(self.stencil, Stencils):
             return {name: self}
         found = {}
@@ -133,9 +133,10 @@ class Samples:
 
     @property
     def gaps(self) -> list[tuple[float, float]]:
-        """The times (start, end) [s] without a sample between them, more than 10 times as long as is usual, in order.
+        """The intervals (start, end) [s] without samples that are over 10 times longer than the
+        median spacing, in order.
 
-        Usual is the median. There is none among fewer than 10 samples.
+        There are no gaps among fewer than 10 samples.
         """
         if len(self) < _FEWEST:
             return []
@@ -145,29 +146,37 @@ class Samples:
 
     @property
     def of_level(self) -> Samples:
-        """The samples of the first kind that shows where the process is; all of them where there is one kind."""
+        """The samples of the first kind that measures the level of the process.
+
+        All samples if there is only one kind.
+        """
         kinds = self.by_name("").values()
         return next((of for of in kinds if isinstance(of.stencil, Stencil) and of.stencil.measures_levels), self)
 
     @cached_property
     def bases(self) -> Bases:
-        """Bases for interpolation to the sample times; kept here, as they do not depend on hyperparameters."""
+        """Bases for interpolation to the sample times; cached, as they do not depend on hyperparameters."""
         return Bases(self.times - self.times[0], self.relative_noise, float(self.times[-1] - self.times[0]))
 
     @cached_property
     def ladder(self) -> Ladder:
-        """Cosines and sines at the sample times; kept here, as `bases` are."""
+        """Cosines and sines at the sample times; cached, as they do not depend on hyperparameters."""
         return Ladder(self.times, self.relative_noise)
 
     @cached_property
     def scatter(self) -> Scatter:
-        """What more samples, for which these stand, say of the noise alone; nothing where these are all."""
+        """The remaining information about the noise from the samples that these represent.
+
+        Empty if these are all samples.
+        """
         return sum(self.scatters, Scatter())
 
     def mean_square(self, off: Array) -> float:
-        """Return the mean of squares of `off` (n,), samples minus a signal: of all samples where these stand for more.
+        """Return the mean square of the residuals `off` (n,), samples minus a signal.
 
-        Each of all counts with the inverse of its relative variance then.
+        Of all samples if these represent more.
+
+        In the latter case each sample has the inverse of its relative variance as weight.
         """
         if not self.scatters:
             return float(np.mean(off**2))
@@ -176,17 +185,17 @@ class Samples:
 
     @cached_property
     def relative_variance(self) -> Array:
-        """ϱ_i², shape (n,): the variance of the noise of sample i is σ_n² times as large."""
+        """ϱ_i², shape (n,): the variance of the noise of sample i is σ_n² ϱ_i²."""
         return np.asarray(self.relative_noise**2)
 
     @cached_property
     def centres(self) -> Array:
-        """The instants [s] of the process on which the samples depend; kept here, as `apart` is."""
+        """The instants [s] of the process on which the samples depend; cached."""
         return self.stencil.centres(self.times)
 
     @cached_property
     def apart(self) -> Array:
-        """t_i − t_j [s] for the stored entries of a matrix; kept here, as they do not depend on hyperparameters."""
+        """t_i − t_j [s] for the stored entries of a matrix; cached, as they do not depend on hyperparameters."""
         return differences(self.times)
 
     def __len__(self) -> int:

@@ -12,9 +12,9 @@ from trackably.gp.factors.factorisation import in_blocks
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.kernels.base import Kernel, summed_by_moments
 
-_ROUNDING = 2  # spacings of float64: the time of a sample plus a step, beside the time of the next sample
+_ROUNDING = 2  # spacings of float64: centres that differ by no more count as equal
 _LONG = 200  # centres
-_FEW = 2**16  # terms of a sum that is not long: summed directly, without a look for something better
+_FEW = 2**16  # terms: a sum with no more is summed directly
 _MANY = 2**22  # terms: for fewer, direct summation is faster than looking for a regular grid
 _MANY_OF_MOMENTS = 2**18  # terms: for fewer, moments of all centres take longer than the sum
 _NEARBY = 2**14  # terms that are summed at once, so that their times are neighbours
@@ -24,9 +24,9 @@ _NEARBY = 2**14  # terms that are summed at once, so that their times are neighb
 class KernelSum:
     """m⁺(t) = m + Σ_i c_i κ(t − t_i) with `mean` m, `centres` t_i [s] and `weights` c_i (shape (n,) both).
 
-    This is all that a reference is made of: how the weights were found does not matter to any later claim about it.
-    Nor does it matter which hyperparameters were learned: all are plain numbers here. The arrays are copied, and cannot
-    be written to: no reference changes once it is proved.
+    This is all that a reference is made of: how the weights were found does not matter to any later claim about it. Nor
+    does it matter which hyperparameters were learned: all are plain numbers here. The arrays are copies and read-only,
+    so that no reference changes after it is proved.
     """
 
     kernel: Kernel
@@ -44,9 +44,9 @@ class KernelSum:
 
     @classmethod
     def of_terms(cls, kernel: Kernel, mean: float, centres: Array, weights: Array) -> Self:
-        """Return m + Σ_i c_i κ(t − t_i) of any terms: those whose centres are the same up to rounding become one.
+        """Return m + Σ_i c_i κ(t − t_i); terms whose centres agree up to rounding are merged.
 
-        So it is where samples are regular, and depend on the process at several times each.
+        Such terms occur if samples have regular times, and each depends on the process at several times.
         """
         order = np.argsort(centres, kind="stable")
         in_order = centres[order]
@@ -57,7 +57,7 @@ class KernelSum:
     def jet(self, t: Array, order: int) -> Array:
         """Return m⁺ and its time derivatives up to `order` at t [s]: shape (order + 1, *t.shape).
 
-        Sums of kernels that are polynomials times e^(−λ|r|) are evaluated from moments where that is faster.
+        If the kernel is a sum of polynomials times e^(−λ|r|), it is evaluated from moments when that is faster.
         """
         t = np.asarray(t, dtype=float)
         if t.size * len(self.centres) * (order + 1) <= _FEW and len(self.centres) < _LONG:
@@ -71,13 +71,13 @@ class KernelSum:
         return np.asarray(self.jet(t, 0)[0])
 
     def nearly(self, t: Array) -> Array:
-        """Return m⁺(t), a few roundings beside it where that is faster: for searches, not for what is proved."""
+        """Return m⁺(t) with a few rounding errors more, if that is faster: for searches, not for proofs."""
         if t.size * len(self.centres) > _FEW or len(self.centres) >= _LONG:
             return np.asarray(self.jet(t, 0)[0])
         return np.asarray(self.kernel.value(t[..., None] - self.centres) @ self.weights + self.mean)
 
     def summed(self, t: Array) -> Array:
-        """Return m⁺ at t [s] by sums of products, however long t is: certificates bound the rounding of these."""
+        """Return m⁺ at t [s] as plain sums of products. Certificates bound the rounding errors of this evaluation."""
         return np.asarray(self._blocks(np.asarray(t, dtype=float), 0)[0] + self.mean)
 
     def derivative(self, t: Array) -> Array:
@@ -85,7 +85,7 @@ class KernelSum:
 
     @property
     def curvature(self) -> float:
-        """A bound of |m̈⁺(t)| for all t (unit per s²): |κ̈| is nowhere larger than at 0, as for every covariance."""
+        """A bound of |m̈⁺(t)| for all t (unit per s²). It uses that |κ̈| of a covariance is largest at 0."""
         return float(np.sum(np.abs(self.weights)) * np.abs(self.kernel.jet(np.zeros(()), 2)[2]))
 
     def _sums(self, t: Array, order: int) -> Array:
@@ -110,7 +110,7 @@ class KernelSum:
         return (self.kernel.jet(t[..., None] - centres, order) @ weights,)
 
     def _relevant(self, t: Array, reach: float) -> tuple[Array, Array]:
-        """Return the centres that are within reach [s] of some of the times, and their weights."""
+        """Return the centres within reach [s] of any of the times, and their weights."""
         if not (len(self.centres) >= _LONG and np.isfinite(reach) and t.size):
             return self.centres, self.weights
         centres, weights = self._in_order
@@ -119,7 +119,7 @@ class KernelSum:
 
     @cached_property
     def _most_relevant(self) -> int:
-        """The number of centres whose kernels matter at one time, at most."""
+        """The largest number of centres whose kernels are not negligible at one time."""
         reach = self.kernel.negligible_distance
         if not (len(self.centres) >= _LONG and np.isfinite(reach)):
             return len(self.centres)
@@ -129,7 +129,7 @@ class KernelSum:
 
     @cached_property
     def _in_order(self) -> tuple[Array, Array]:
-        """Centres from the first to the last, and their weights; samples of several lags come lag by lag."""
+        """Centres in increasing order, and their weights."""
         order = np.argsort(self.centres, kind="stable")
         return self.centres[order], self.weights[order]
 
@@ -141,7 +141,7 @@ _LONG_ROW = 32  # shorter rows of times are those of single minima, which no oth
 
 @dataclass(frozen=True)
 class RememberedSum(KernelSum):
-    """A sum of kernels that evaluates each long row of times once, `nearly`. Nothing is forgotten."""
+    """A sum of kernels that evaluates each long row of times only once, by `nearly`, and caches it for ever."""
 
     known: dict[bytes, Array] = field(default_factory=dict)
 
@@ -161,7 +161,7 @@ class RememberedSum(KernelSum):
 
 @dataclass(frozen=True)
 class Remembered:
-    """What has these `signals`."""
+    """The `signals` of a posterior or function, with cached values."""
 
     signals: tuple[RememberedSum, ...]
 

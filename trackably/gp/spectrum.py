@@ -13,16 +13,17 @@ from trackably.gp.stencil import Stencil
 
 _FEWEST = 100  # samples: for fewer, computing all eigenvalues of many matrices at once is faster
 _MOST = 0.75  # cosines and sines for each sample: with more, computing all eigenvalues is faster
-_POINTS, _CHECKED = 64, 7 / 8  # points of a period to begin with; and of its lines: all beyond must be lost in rounding
+_POINTS, _CHECKED = 64, 7 / 8  # first number of points; lines beyond this part of the spectrum have to be negligible
 _EPS = float(np.finfo(float).eps)
 
 
 class Spectrum(NamedTuple):
     """C = ϱ U diag(λ) Uᵀ ϱ with relative noise ϱ and k orthonormal columns U, and samples y with prior mean m.
 
-    `power` is λ (k,), `along` is s = Uᵀ ϱ⁻¹ (y − m) (k,), and `rest` is |ϱ⁻¹ (y − m)|² − |s|². Weights ϱ⁻¹ U b of
-    the samples give the sum of kernels centred at `instants` [s] (m,) with weights `lift` b, `lift` being (m, k).
-    Those of several kernels may be stacked: `power`, `along` and `lift` have their places as first axis then.
+    `power` is λ (k,), `along` is s = Uᵀ ϱ⁻¹ (y − m) (k,), and `rest` is |ϱ⁻¹ (y − m)|² − |s|². Weights ϱ⁻¹ U b of the
+    samples give the sum of kernels centred at `instants` [s] (m,) with weights `lift` b, where `lift` is (m, k).
+    Spectra of several kernels may be stacked: `power`, `along` and `lift` then have a first axis that counts the
+    kernels.
     """
 
     power: Array
@@ -33,7 +34,7 @@ class Spectrum(NamedTuple):
 
     @classmethod
     def of(cls, samples: Samples, kernel: Kernel, residual: Array) -> "Spectrum":
-        """Decompose for n samples and a kernel: k = n, or fewer where the kernel is a sum of few cosines."""
+        """Decompose C for n samples and a kernel: k = n, or less if the kernel is a sum of few cosines."""
         scaled, stencil = residual / samples.relative_noise, samples.stencil
         few = None if can_be_stacked(samples) else _lines(kernel, samples)
         if few is None or kernel.period is None or not isinstance(stencil, Stencil):
@@ -54,7 +55,7 @@ class Spectrum(NamedTuple):
 
     @classmethod
     def stacked(cls, samples: Samples, kernel: Callable[[Array], Array], residual: Array) -> "Spectrum":
-        """Decompose for b kernels at once, each at r[i] of an array r (b, …), and samples that `can_be_stacked`."""
+        """Decompose C for b kernels at once, given as one function of r (b, …), for samples that `can_be_stacked`."""
         assert isinstance(samples.stencil, Stencil), "covariances of several kinds of samples are not stacked"
         whole = samples.stencil.value(kernel, (samples.times[:, None] - samples.times)[None])
         return cls._of_whole(samples, whole, residual / samples.relative_noise)
@@ -67,15 +68,15 @@ class Spectrum(NamedTuple):
 
 
 def can_be_stacked(samples: Samples) -> bool:
-    """Whether all eigenvalues are computed whatever the kernel, for samples of one kind."""
+    """Whether the samples are few and of one kind, so that full decompositions of many kernels can be stacked."""
     return len(samples) < _FEWEST and isinstance(samples.stencil, Stencil)
 
 
 def _lines(kernel: Kernel, samples: Samples) -> Array | None:
     """Return s_k with κ(r) = Σ_k s_k cos(2πkr/period) up to rounding, shape (K,).
 
-    None where the cosines and sines are not well below the samples in number, or these do not cover a period: small
-    eigenvalues would lose their digits then.
+    None if cosines and sines are not much fewer than the samples, or if the samples do not cover a period, as small
+    eigenvalues would then lose their digits.
     """
     period, points = kernel.period, _POINTS
     if period is None or period > samples.bases.span:
@@ -85,7 +86,7 @@ def _lines(kernel: Kernel, samples: Samples) -> Array | None:
         power = np.asarray(np.fft.rfft(values).real * (2 / points))
         power[0] /= 2
         last = int(np.flatnonzero(np.abs(power) > _EPS * values[0])[-1])
-        # Lines beyond the last one are folded back onto the last ones: those must not be taken for resolved.
+        # Lines beyond the last one are aliased onto the last ones, so these do not count as resolved.
         if last < _CHECKED * len(power):
             return np.maximum(power[: last + 1], 0) if 2 * last + 1 < _MOST * len(samples) else None
         points *= 2

@@ -11,14 +11,14 @@ from trackably.arrays import Array
 from trackably.gp.factors.factorisation import Covariance, Entries, places, whole
 from trackably.gp.kernels.base import Kernel, SpectralDensity
 
-_CANCELLED = 1e-9  # of the largest weight: the sum of a difference's weights is smaller, zero up to rounding
+_CANCELLED = 1e-9  # relative to the largest weight: a smaller sum of weights is zero up to rounding (a difference)
 
 
 @dataclass(frozen=True)
 class Stencil:
     """The measured signal y(t) = offset + Σ_j w_j g(t + j `step`) of a process g, with `weights` w and step in seconds.
 
-    Raises ValueError without a weight different from zero.
+    ValueError: all weights are zero.
     """
 
     weights: tuple[float, ...]
@@ -58,12 +58,12 @@ class Stencil:
         return np.asarray(sum(w * part for w, part in zip(self.weights, parts, strict=True)))
 
     def only(self, _: object) -> "Stencil":
-        """Return the stencil of some samples: this one."""
+        """Return the stencil of some of the samples, which is this one."""
         return self
 
     @property
     def measures_levels(self) -> bool:
-        """Whether the samples show where a process at rest is, by more than rounding."""
+        """Whether the samples of a process at rest depend on its level, by more than rounding."""
         return abs(sum(self.weights)) > _CANCELLED * max(map(abs, self.weights))
 
     def between(self, kernel: Kernel, t: Array) -> Array:
@@ -79,7 +79,7 @@ class Stencil:
 
     @cached_property
     def largest_gain(self) -> float:
-        """Σ_d |ρ_d|: no covariance of samples is more times as large as one of the process."""
+        """Σ_d |ρ_d|: an upper bound of the ratio of the samples' covariance to the process's largest one."""
         return sum(abs(rho) for rho, _ in self.lags)
 
     def covariance(self, kernel: Kernel) -> Covariance:
@@ -92,7 +92,7 @@ class Stencil:
         return np.asarray(np.abs(phases @ self.weights) ** 2)
 
     def spectral_density(self, kernel: Kernel) -> SpectralDensity | None:
-        """Return the spectral density of samples, |Σ_j w_j e^(iωj step)|² S(ω), where the kernel states its own."""
+        """Return the spectral density of samples, |Σ_j w_j e^(iωj step)|² S(ω); None if the kernel has none."""
         density = kernel.spectral_density
         if density is None or self.weights == POINT.weights:
             return density
@@ -117,9 +117,9 @@ POINT = Stencil((1.0,))
 
 @dataclass(frozen=True)
 class Stencils:
-    """Sample i is measured by `parts`[`of`[i]], which is called `names`[`of`[i]]: all of one process g.
+    """Samples of several kinds of one process g: sample i is measured by `parts`[`of`[i]], called `names`[`of`[i]].
 
-    Raises ValueError where parts have different steps, or where none of them measures something.
+    ValueError: parts have different steps, or one of them measures no sample.
     """
 
     parts: tuple[Stencil, ...]
@@ -134,12 +134,12 @@ class Stencils:
 
     @cached_property
     def step(self) -> float:
-        """The time [s] between the weights."""
+        """The time [s] between the instants of a sample."""
         return max(part.step for part in self.parts)
 
     @cached_property
     def places(self) -> npt.NDArray[np.intp]:
-        """The part of each sample, shape (n,)."""
+        """The index of the part that measures each sample, shape (n,)."""
         return np.array(self.of)
 
     @cached_property
@@ -196,7 +196,7 @@ class Stencils:
         return whole(len(t), self.entries(kernel, t)(slice(None))[0])
 
     def only(self, chosen: npt.NDArray[np.intp]) -> "Stencil | Stencils":
-        """Return the stencils of some samples; the stencil alone where it is one."""
+        """Return the stencils of some samples; a single stencil if these are of one kind."""
         of: list[int] = self.places[chosen].tolist()
         kept = sorted(set(of))
         if len(kept) == 1:

@@ -1,6 +1,6 @@
 """Constraints of the learning problem: a quantity, its bounds, and the places (times) at which they have to hold.
 
-Functionals at their places are weighted sums of signals at some times: all are evaluated together, with gradients.
+Linear functionals are weighted sums of signals at some times, so all of them are evaluated together, with gradients.
 """
 
 from abc import ABC, abstractmethod
@@ -25,10 +25,10 @@ Indices = npt.NDArray[np.intp]
 
 
 class Sums(NamedTuple):
-    """N sums Σ_k w_k u_k, where u are 1 and the signals at the `times` [s] of each signal, one signal after the other.
+    """N sums Σ_k w_k u_k. The entries of u are 1 and the signals at their `times` [s], one signal after the other.
 
-    `at` are the indices k of the terms of each sum, and `weights` are theirs: shapes (terms, N). The first term is the
-    constant one, with u = 1. Sums with fewer terms than others have weights of zero.
+    Column n of `at` has the indices k of the terms of sum n, and column n of `weights` their weights: shapes (terms,
+    N). The first term is the constant, u = 1. Shorter sums are filled up with weights of zero.
     """
 
     times: dict[int, Array]
@@ -70,20 +70,20 @@ class Sums(NamedTuple):
 
 # Bounds are drawn in by this part of their width: the optimiser's rounding errors are smaller.
 ROUNDING_BACKOFF = 1e-9
-PARTS = 8  # into which the time between two places is divided
+PARTS = 8  # the time between two places is divided into so many parts
 
 
 class Signalled(Protocol):
-    """What has signals: a posterior, or a function learned under bounds."""
+    """Anything with `signals`: a posterior, or a function that was learned under bounds."""
 
     @property
     def signals(self) -> tuple[KernelSum, ...]: ...
 
 
 class Bounded(ABC):
-    """A quantity that has to stay inside its bounds, which are drawn in by `backoff` (a part of their width).
+    """A quantity with bounds, which are tightened by `backoff`, a part of their width.
 
-    Each row of an array of places is one place: a time, or several times in subclasses that need them.
+    Each row of an array of places is one place: one time, or several times in subclasses that need them.
     """
 
     quantity: Quantity
@@ -102,22 +102,25 @@ class Bounded(ABC):
         """
 
     def overlooked(self, posterior: Signalled) -> tuple[Array, Array]:
-        """Return places where a bound is violated that the coarse grid of `closest` missed, and relative margins."""
+        """Return places of violations that the coarse grid of `closest` missed, and the relative margins there."""
         return self.none, np.empty(0)
 
     def between(self, posterior: Signalled, places: Array) -> tuple[Array, Array]:
-        """Return places between neighbouring `places` where a bound is violated, and relative margins."""
+        """Return places between neighbouring `places` where a bound is violated, and the relative margins there."""
         return self.none, np.empty(0)
 
     @abstractmethod
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
-        """Return the quantity at n places and its ∂/∂ln θ: shapes (n,), (p, n); NaN or infinite where not defined."""
+        """Return the quantity at n places and its ∂/∂ln θ: shapes (n,) and (p, n).
+
+        Undefined values are NaN or infinite.
+        """
 
     def slacks(self, found: Array) -> Array:
-        """Return what is left to both bounds, less the back-off, as parts of the width: first to the lower one.
+        """Return the slacks to the lower bound, then those to the upper one, as parts of the width: shape (1 + p, 2 n).
 
-        In `found` are the quantity at n places and its derivatives, shape (1 + p, n), or a constant and weights whose
-        sum is the quantity; the slacks have the same form: shape (1 + p, 2 n).
+        `found` has the quantity at n places and its p derivatives, shape (1 + p, n), or the constant and the weights of
+        a sum that is the quantity; the slacks have the same form. The back-off is subtracted.
         """
         bounds = self.quantity.bounds
         both = np.concatenate([found, -found], axis=1)
@@ -150,15 +153,16 @@ class Constraint(Bounded):
         return np.concatenate([times, rough]), np.concatenate([margins, broken])
 
     def unseen(self, posterior: Signalled) -> tuple[Array, Array]:
-        """Return the times and relative margins of violations between the times that `closest` has seen."""
+        """Return the times and relative margins of violations between the grid times of `closest`."""
         margin, curvature = partial(self.relative_margin, posterior), partial(self._curvature, posterior)
         times = self.index_set.overlooked(margin, [signal.kernel for signal in posterior.signals], curvature)
         return times, margin(times) if len(times) else np.empty(0)
 
     def examined(self, posterior: Signalled) -> Array:
-        """Return the times [s] between which `closest` may miss something, as the quantity may turn there.
+        """Return the times [s] of centres between which `closest` may miss a violation, because a
+        kernel has kinks there.
 
-        There are none where all kernels are analytic: a signal then turns as slowly at its centres as anywhere.
+        Empty if all kernels are analytic: such a signal varies as slowly near a centre as anywhere.
         """
         if all(signal.kernel.is_analytic for signal in posterior.signals):
             return self.none
@@ -174,9 +178,10 @@ class Constraint(Bounded):
         return at[margin < 0], margin[margin < 0]
 
     def _turns(self, posterior: Signalled) -> Array:
-        """Return the times at which the quantity may turn: q(t) = Σ_j w_j g(t + j T_s) has each kink of g J + 1 times.
+        """Return the times at which q(t) = Σ_j w_j g(t + j T_s) may have kinks: each kink of g appears once for each j.
 
-        Kinks are at centres. Signals without kinks turn near centres, more slowly than in a few T_s.
+        Kinks of g are at its centres. The centres of smooth signals are included unshifted: these change little within
+        T_s.
         """
         found = [signal.centres for signal in posterior.signals]
         for _, functional in self.quantity.trajectory.arguments:
@@ -191,7 +196,7 @@ class Constraint(Bounded):
         return self.quantity.margin(posterior.signals, t) / self.quantity.bounds.width
 
     def _curvature(self, posterior: Signalled) -> float:
-        """Return a bound of |d²/dt²| of the relative margin [1/s²], an over-estimate; infinite for formulas."""
+        """Return an upper bound of |d²/dt²| of the relative margin [1/s²]; infinite for formulas."""
         if (functional := self.quantity.functional) is None:
             return np.inf
         moved = (float(np.sum(np.abs(w))) * posterior.signals[c].curvature for c, w in functional.rounded)
@@ -207,7 +212,7 @@ class Constraint(Bounded):
         return self.quantity.functional is not None
 
     def arguments_at(self, places: Array) -> list[tuple[Functional, Array]]:
-        """Return the arguments of the trajectory, with the places of each."""
+        """Return the arguments of the trajectory, each with its places."""
         return [(functional, places) for _, functional in self.quantity.trajectory.arguments]
 
     def of_arguments(self, found: Array) -> Array:
@@ -229,7 +234,10 @@ def local_minima(
     kernels: Sequence[Kernel],
     together: Callable[[Sequence[Constraint]], Quantities],
 ) -> list[TimesAndMargins]:
-    """Return the local minima of each relative margin; those of one index set are sought `together`."""
+    """Return the local minima of each relative margin.
+
+    Constraints with a common index set are evaluated by `together`.
+    """
     found = dict[int, TimesAndMargins]()
     for index_set in dict.fromkeys(constraint.index_set for constraint in constraints):
         members = [i for i, constraint in enumerate(constraints) if constraint.index_set == index_set]
@@ -241,7 +249,10 @@ def local_minima(
 
 
 def closest(constraints: Sequence[Bounded], posterior: Signalled) -> list[TimesAndMargins]:
-    """Return what is `closest` for each constraint; those with index sets are evaluated together."""
+    """Return the places and margins of `Bounded.closest` for each constraint.
+
+    Those with index sets are evaluated together.
+    """
     timed = [constraint for constraint in constraints if isinstance(constraint, Constraint)]
 
     def together(some: Sequence[Constraint]) -> Quantities:

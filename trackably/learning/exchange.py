@@ -1,9 +1,9 @@
 """Exchange method: solve a problem with a continuum of constraints by programs with constraints at few places.
 
 Solve with constraints at few places, find the places at which the result violates a bound, add them, repeat. Every
-program on the way is a relaxation of the whole problem: the first minimiser that keeps all bounds solves the whole
-problem, and a minimiser that is no better than a known solution can be given up. So programs are solved roughly first,
-and precisely only where the rough minimiser violates no bound at a new place.
+program on the way is a relaxation of the whole problem. So the first minimiser that keeps all bounds solves the whole
+problem, and a minimiser that is no better than a known solution can be given up. Programs are solved roughly first, and
+precisely only if the rough minimiser violates no bound at a new place.
 
 A candidate is a point of the search with the values of objective and constraints there.
 """
@@ -42,7 +42,7 @@ class Candidate:
 
     @classmethod
     def at(cls, problem: ConstrainedProblem, log_theta: Array) -> "Candidate":
-        """Evaluate the problem. Raises IllConditioned."""
+        """Evaluate the problem at ln θ. Raises IllConditioned."""
         posterior = problem.posterior(log_theta)
         objective, _ = posterior.negative_log_marginal_likelihood()
         minima = tuple(closest(problem.constraints, Remembered.of(posterior.signals)))
@@ -59,7 +59,7 @@ class Candidate:
 
     @cached_property
     def worst(self) -> tuple[float, int, float]:
-        """The smallest relative margin, the index of the constraint that has it, and the time [s]."""
+        """The smallest relative margin, the index of its constraint, and its time [s]."""
         found = [
             (margin, i, time)
             for i, (places, margins) in enumerate(self.minima)
@@ -73,7 +73,7 @@ class Candidate:
 
     @property
     def closest_places(self) -> Places:
-        """The places where margins are smallest and defined."""
+        """The places of the local minima at which the margin is finite."""
         return tuple(places[np.isfinite(margins)] for places, margins in self.minima)
 
     def violated(self, known: Places) -> Places | None:
@@ -86,7 +86,7 @@ class Candidate:
         return found if any(len(m) > len(k) for m, k in zip(merged(known, found), known, strict=True)) else None
 
     def infeasible(self, problem: ConstrainedProblem) -> NothingFeasible:
-        """Explain which bound is violated most; call it for the candidate with the smallest violation."""
+        """Explain which bound is violated most; call it on the candidate with the smallest violation."""
         margin, index, time = self.worst
         quantity = problem.constraints[index].quantity
         return NothingFeasible(self.posterior, quantity, time, -margin * quantity.bounds.width, problem.broken_at_rest)
@@ -98,7 +98,7 @@ def merged(known: Places, new: Places) -> Places:
 
 
 def _united(places: Array, new: Array) -> Array:
-    """Sort by the first number of each place."""
+    """Return the union of places, sorted by the first number of each; places that are nearly known are not added."""
     fresh = [place for place in new if not len(places) or np.min(_distances(places, place)) > _SAME_TIME]
     joined = np.concatenate([places, np.array(fresh).reshape(-1, *places.shape[1:])])
     return joined[np.argsort(joined if joined.ndim == 1 else joined[:, 0], kind="stable")]
@@ -112,14 +112,14 @@ _MAX_ROUNDS = 60
 _MAX_HALVINGS = 60
 _SAME_POINT = 1e-3
 _SAME_BASIN = 1e-2
-_NEARBY = 0.1  # in each ln θ: so long are first steps from a promising start, to stay in its basin
-_ROUGH = 1e-8  # of 1 + |l|: a minimiser that violates a bound at a new place need not be more precise
-_MORE_STEPS = 60  # as good as the last one: where these do not lead below the best objective, a search is given up
+_NEARBY = 0.1  # length in each ln θ of the first step from a promising start, which has to stay in its basin
+_ROUGH = 1e-8  # relative to 1 + |l|: precision of a minimiser that violates a bound at a new place
+_MORE_STEPS = 60  # a search is given up if so many steps with the last gain would not reach the best objective
 
 
 @dataclass(frozen=True)
 class _Descent:
-    """The present end of a local search, and the rounds that led there."""
+    """The current end of a local search, and the rounds that led there."""
 
     end: Array
     rounds: tuple[Round, ...] = ()
@@ -127,7 +127,7 @@ class _Descent:
 
 @dataclass(frozen=True)
 class _LocalSearch:
-    """A search with `places` of its own, from a promising start; `is_second` if it is the second one from there."""
+    """A local search from a promising start, with `places` of its own; `is_second` if the start is searched again."""
 
     start: Array
     path: _Descent
@@ -139,7 +139,10 @@ class _LocalSearch:
         return bool(self.path.rounds)
 
     def again(self) -> Iterator[tuple[float, "_LocalSearch"]]:
-        """Yield the same from its start, with all places found, to be done at once; nothing where that was done."""
+        """Yield a second search from the same start with all places found, to run next.
+
+        Nothing if this is the second one.
+        """
         if self.is_going_on and not self.is_second:
             yield -np.inf, _LocalSearch(self.start, _Descent(self.start), self.places, is_second=True)
 
@@ -172,7 +175,7 @@ class Exchange:
 
     @property
     def outcome(self) -> Solution | NoSolution:
-        """The best solution, or why there is none."""
+        """The best solution, or the reason why there is none."""
         if self.best is not None:
             posterior, objective = self.best.posterior, self.best.objective
             others = self._other_minima(self.best.log_theta)
@@ -183,9 +186,9 @@ class Exchange:
     def follow(self, starts: Iterable[Array]) -> None:
         """Search from promising starts for the local minima of their basins, each search with places of its own.
 
-        The first program of each has the places where the start is closest to its bounds. The search with the smallest
-        objective goes on first: what it finds may end others. A search that finds no better solution is repeated once,
-        with all its places in the first program, as it may have left its basin.
+        The first program of each search has the places where the start is closest to its bounds. The search with the
+        smallest objective goes on first, as its result may end other searches. A search may leave its basin: if it
+        finds no better solution, it is repeated once, with all its places in the first program.
         """
         order, queue = count(), list[tuple[float, int, _LocalSearch]]()
         for start in starts:
@@ -211,7 +214,7 @@ class Exchange:
         self.active = places
 
     def restore(self, points: Iterable[Array]) -> None:
-        """Move all points to where bounds are violated least; ends that keep them are no minima of l."""
+        """Move all points to minima of the violation. Their ends do not count as minima of l."""
         known = len(self._ends)
         self.together(points, Program.minimise_violation)
         del self._ends[known:]
@@ -237,13 +240,15 @@ class Exchange:
 
     @property
     def _least(self) -> float:
-        """The objective that has to be undercut."""
+        """The objective that a new solution has to undercut."""
         return self.ceiling if self.best is None else self.best.objective
 
     def _advance_search(self, value: float, search: _LocalSearch) -> Iterator[tuple[float, _LocalSearch]]:
-        """Solve the next program of a search that has reached this objective; yield what is to be done next, and when.
+        """Solve the next program of a search whose objective is `value`.
 
-        Searches with a smaller objective go on earlier.
+        Yield the searches that follow, with their priorities.
+
+        Searches with a smaller objective go first.
         """
         best = self.best
         if search.is_going_on and value >= self._least:
@@ -258,16 +263,16 @@ class Exchange:
             yield paths[0].rounds[-1].objective, replace(search, path=paths[0], places=met)
 
     def _advanced(self, paths: Sequence[_Descent], places: Places, step: Step) -> tuple[list[_Descent], Places]:
-        """Solve the program with these places from the ends of the paths.
+        """Solve the program with these places from the end of each path.
 
-        Return the paths that violate bounds but may become the best, and all places.
+        Return the paths that violate bounds but may still become the best, and the union of all places.
         """
         program, met = Program(self.problem, places), places
         promising, ends, size = list[_Descent](), list[Array](), sum(map(len, places))
         minima = list[Array]()
 
         def give_up(x: Array, merit: float, gain: float) -> bool:
-            # Without constraints, worse minima are of use too: they are starts for other problems.
+            # Without constraints, worse minima are useful too: they are starts for other problems.
             is_hopeless = bool(self.problem.constraints) and merit - _MORE_STEPS * gain >= self._least
             return is_hopeless or _is_near(x, ends) or _is_near(x, minima)
 
@@ -299,7 +304,10 @@ class Exchange:
         return promising, met
 
     def _evaluated(self, point: Array) -> Candidate | None:
-        """Evaluate a point, on the whole index sets if it may be the best; None if K + σ_n² I cannot be factored."""
+        """Evaluate a point; None if K + σ_n² I cannot be factored.
+
+        If it may be the best, check the whole index sets.
+        """
         try:
             candidate = Candidate.at(self.problem, point)
         except IllConditioned:
@@ -316,14 +324,14 @@ class Exchange:
             self._visited += [done.log_theta for done in rounds]
 
     def _may_be_best(self, candidate: Candidate) -> bool:
-        """Whether the minimum near a rough minimiser may be better than the best."""
+        """Whether the minimum near a rough minimiser may be better than the best known one."""
         return candidate.objective - _MORE_STEPS * _ROUGH * (1 + abs(candidate.objective)) < self._least
 
     def _is_no_better(self, candidate: Candidate) -> bool:
         return candidate.objective >= self._least
 
     def _other_minima(self, best: Array) -> tuple[Array, ...]:
-        """Return the other ends of searches that keep all bounds, the best first."""
+        """Return the other feasible ends of searches, best first, without duplicates."""
         kept = [best]
         for _, end in sorted(self._ends, key=lambda found: found[0]):
             if not _is_near(end, kept):
@@ -332,5 +340,5 @@ class Exchange:
 
 
 def _is_near(point: Array, others: Iterable[Array]) -> bool:
-    """Whether a point lies so near to one of the others that searches from both end at the same minimum."""
+    """Whether a point is so close to one of the others that searches from both end at the same minimum."""
     return any(max(map(abs, (point - other).tolist()), default=0.0) < _SAME_BASIN for other in others)

@@ -19,8 +19,8 @@ _POINTS_PER_CORRELATION_TIME = 12
 _FEWEST_POINTS, _MOST_POINTS = 64, 50_000
 _REFINEMENTS, _NARROWER = 3, 0.1
 _BESIDE = np.array([[-1], [0], [1]])  # left of a centre, there, and right of it
-_FEW_STEPS = 4096  # up to so many, all steps are evaluated
-_PARTS = 16  # into which an interval of steps is divided: the margin is evaluated at the ends of each
+_FEW_STEPS = 4096  # if there are no more, all steps are evaluated
+_PARTS = 16  # an interval of steps is divided into so many parts, and the margin is evaluated at their ends
 
 Indices = npt.NDArray[np.intp]
 
@@ -32,7 +32,7 @@ TimesAndMargins = tuple[Array, Array]
 
 
 class Margins(Protocol):
-    """Some margins that are evaluated together."""
+    """Several margins that are evaluated together."""
 
     def __len__(self) -> int:
         """The number of margins."""
@@ -43,7 +43,7 @@ class Margins(Protocol):
         ...
 
     def margins_of(self, which: Indices, t: Array) -> Array:
-        """Return margin `which[i]` at t[..., i] [s]: the shape of t."""
+        """Return margin `which[i]` at t[..., i] [s]; the result has the shape of t."""
         ...
 
 
@@ -64,25 +64,25 @@ class IndexSet(ABC):
         return [(at, one(q)(at)) for q, at in enumerate(times)]
 
     def nearest(self, t: Array) -> Array:
-        """Return the times of the set that are nearest to t [s], which lies between times of the set."""
+        """Return the nearest times of the set to t [s]; t lies between the first and the last of them."""
         return t
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The first and the last time of the set [s]; by default it has none."""
+        """The first and the last time of the set [s]; infinite by default."""
         return -np.inf, np.inf
 
     def overlooked(self, margin: Margin, kernels: Sequence[Kernel], curvature: Callable[[], float]) -> Array:
-        """Return local minima below zero that `local_minima` may have missed; none for sets that are intervals.
+        """Return local minima below zero that `local_minima` may have missed; none for intervals.
 
-        The margin is the minimum of some functions, whose second derivatives are at most `curvature` [1/s²].
+        The margin is the minimum of functions whose second derivatives are at most `curvature` [1/s²].
         """
         return np.empty(0)
 
     def examined(self, centres: Array) -> Array:
-        """Return the sorted `centres` [s] of signals between which `local_minima` may miss something; none by default.
+        """Return the sorted `centres` [s] between which `local_minima` may miss a minimum; none by default.
 
-        A sum of kernels that are not smooth changes from centre to centre, however long the correlation time is.
+        A sum of kernels with kinks can change from centre to centre, however long its correlation time is.
         """
         return np.empty(0)
 
@@ -91,7 +91,7 @@ class IndexSet(ABC):
 class Steps(IndexSet):
     """The instants k T_s for k = first … last.
 
-    If there are many, local minima are found on a grid of some instants, and then on finer grids around each minimum.
+    If there are many, local minima are sought on a coarse grid of instants, then on finer grids around each minimum.
     """
 
     first: int
@@ -148,7 +148,7 @@ class Steps(IndexSet):
         return np.arange(self.first, self.last + 1, dtype=float)
 
     def _grid(self, kernels: Sequence[Kernel]) -> Array:
-        """Return the steps of the first grid: all steps, if there are few."""
+        """Return the steps of the first grid; all steps if there are few."""
         count = self.last - self.first + 1
         intervals = _grid_intervals((count - 1) * self.sampling_time, kernels)
         if count <= max(_FEW_STEPS, intervals + 1):
@@ -196,7 +196,7 @@ class AllPhases(IndexSet):
 
 @dataclass(frozen=True)
 class _Single:
-    """One margin alone."""
+    """A single margin in the form of `Margins`."""
 
     margin: Margin
 
@@ -211,7 +211,7 @@ class _Single:
 
 
 def _refined_minima(margins: Margins, start: float, end: float, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
-    """Return local minima of continuous margins: those on a grid, refined by parabolas through ever closer points."""
+    """Return the local minima of continuous margins: those on a grid, refined by parabolas."""
     times = np.linspace(start, end, _grid_intervals(end - start, kernels) + 1)
     values, reach = margins.margins(times), times[1] - times[0]
     which, grid = np.nonzero(_are_minima(values))
@@ -229,7 +229,12 @@ def _refined_minima(margins: Margins, start: float, end: float, kernels: Sequenc
 
 
 def _at_lowest(at: Array, centre: Array, reach: float, beside: Array) -> TimesAndMargins:
-    """Return where parabolas through values (3, n) are lowest in reach of each centre, or near `at`, and how low."""
+    """Fit parabolas to values (3, n) at centre − reach, centre and centre + reach.
+
+    Return the times and values of their minima.
+
+    A time is at most `reach` from its centre. Where a parabola has no minimum, it is the time `at`.
+    """
     left, middle, right = beside
     with np.errstate(invalid="ignore"):  # where a margin is infinite, the minimum on the grid stays
         slope, curvature = (right - left) / 2, left - 2 * middle + right
@@ -240,7 +245,7 @@ def _at_lowest(at: Array, centre: Array, reach: float, beside: Array) -> TimesAn
 
 
 def _in_order(times: Array, margins: Array) -> TimesAndMargins:
-    """Return each time once, in increasing order."""
+    """Return the times in increasing order without duplicates, with their margins."""
     if np.all(times[1:] > times[:-1]):
         return times, margins
     once, first = np.unique(times, return_index=True)
@@ -254,7 +259,7 @@ def _grid_intervals(length: float, kernels: Sequence[Kernel]) -> int:
 
 
 def _are_minima(values: Array) -> npt.NDArray[np.bool_]:
-    """Return which entries of sequences (…, n) are local minima, ends included; a plateau counts by its first entry."""
+    """Mark the local minima of sequences (…, n), ends included; of a plateau only its first entry counts."""
     are = values < np.inf
     are[..., 1:] &= values[..., 1:] < values[..., :-1]
     are[..., :-1] &= values[..., :-1] <= values[..., 1:]

@@ -1,4 +1,4 @@
-"""Learners: ways to solve a constrained problem, and to go on from a solution when the problem has changed."""
+"""Learners: how to solve a constrained problem, and how to continue from a solution when the problem has changed."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,11 +13,11 @@ Outcome = Solution | NoSolution
 
 @dataclass(frozen=True)
 class Learner:
-    """How constrained problems are solved.
+    """The functions that solve constrained problems.
 
     `solve` starts from nothing, `continued` from the solution of a problem with other bounds, `extended` from that of a
-    problem with fewer times. `first_backoff` is the part of a bound's width that is kept free at first. The
-    `fallback` is taken where no reference of this learner can be proved.
+    problem with fewer times. `first_backoff` is the part of a bound's width by which bounds are tightened at first. The
+    `fallback` is used if no reference of this learner can be proved.
     """
 
     solve: Callable[[ConstrainedProblem], Outcome]

@@ -16,7 +16,7 @@ from trackably.learning.problem import ConstrainedProblem
 
 @dataclass(frozen=True)
 class Program:
-    """The `problem` with each constraint at given `places` only: one array for each constraint."""
+    """The `problem` with each constraint only at its given `places`: one array for each constraint."""
 
     problem: ConstrainedProblem
     places: tuple[Array, ...]
@@ -29,7 +29,9 @@ class Program:
         give_up: sqp.GiveUp = sqp.never,
         radius: float = sqp.FIRST_RADIUS,
     ) -> sqp.Minimum | None:
-        """Return a local minimum from `start`; None where there is no value at `start`, or the search is given up.
+        """Return a local minimum found from `start`.
+
+        None if the objective is undefined there, or the search is given up.
 
         See `sqp.minimise` for the options.
         """
@@ -45,10 +47,10 @@ class Program:
         precision: float = sqp.PRECISION,
         give_up: sqp.GiveUp = sqp.never,
     ) -> sqp.Minimum | None:
-        """Return a local minimum of the largest relative violation; None where there is no value at `start`.
+        """Return a local minimum of the largest relative violation; None if it is undefined at `start`.
 
-        The options are those of `minimise`. Two of them are not used: the curvature of the objective says nothing of
-        the violation, and no objective ends the search.
+        The options are those of `minimise`. `curvature` and `give_up` are ignored, because they belong to the
+        objective.
         """
 
         def evaluate(log_theta: Array) -> sqp.Evaluation | None:
@@ -60,7 +62,7 @@ class Program:
         return sqp.minimise(evaluate, start, space.log_lower, space.log_upper, precision=precision)
 
     def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
-        """Return objective and slacks with their derivatives; None where one of them does not exist."""
+        """Return objective and slacks with their derivatives; None if one of them is not finite."""
         posterior = self.problem.posterior(log_theta)
         try:
             value, gradient = posterior.negative_log_marginal_likelihood()
@@ -74,7 +76,7 @@ class Program:
         return sqp.Evaluation(value, gradient, slacks[0], slacks[1:].T, information)
 
     def _of_formulas(self, posterior: JointPosterior, arguments: Array) -> Iterator[Array]:
-        """Yield the slacks of each constraint that is no functional, from the arguments of all."""
+        """Yield the slacks of each constraint that is a formula, from the `arguments` of all formulas."""
         for constraint, places in self._others:
             if isinstance(constraint, Constraint):
                 count = len(constraint.quantity.trajectory.arguments) * len(places)
@@ -86,7 +88,7 @@ class Program:
 
     @cached_property
     def _sums(self) -> Sums:
-        """The slacks of constraints that are functionals, and the arguments of the others after them."""
+        """The slacks of the constraints that are linear functionals, then the arguments of all formulas."""
         timed = [(each, at) for each, at in (*self._functionals, *self._others) if isinstance(each, Constraint)]
         sums = Sums.of([pair for constraint, places in timed for pair in constraint.arguments_at(places)])
         parts, end = list[tuple[Array, Array]](), 0
@@ -98,17 +100,17 @@ class Program:
 
     @cached_property
     def _slacks_of_functionals(self) -> int:
-        """How many there are."""
+        """The number of slacks of linear functionals, which come first in `_sums`."""
         return sum(2 * len(places) for _, places in self._functionals)
 
     @cached_property
     def _functionals(self) -> list[tuple[Constraint, Array]]:
-        """The constraints with places of which the quantities are functionals: so are their slacks."""
+        """The constraints that are linear functionals, with their places; those without places are left out."""
         return [(each, places) for each, places in self._asked if isinstance(each, Constraint) and each.is_functional]
 
     @cached_property
     def _others(self) -> list[tuple[Bounded, Array]]:
-        """The other constraints with places."""
+        """The constraints that are formulas, with their places; those without places are left out."""
         return [(of, at) for of, at in self._asked if not (isinstance(of, Constraint) and of.is_functional)]
 
     @cached_property

@@ -18,13 +18,13 @@ from trackably.progress.work import done
 from trackably.systems.trajectories import Quantity, Trajectory
 
 _ROUNDING = 1e-9  # of a width
-_MANY_CONTACTS = 100  # active bounds of a function that is rough
-LEAST_GAP, RELATIVE_GAP = 0.01, 1e-3  # in the unit of J, and of the price of the bounds: the larger one is allowed
+_MANY_CONTACTS = 100  # a function with kinks and more active bounds than this is rough
+LEAST_GAP, RELATIVE_GAP = 0.01, 1e-3  # allowed gap of J: an absolute one, and a part of the price; the larger counts
 
 
 @dataclass(frozen=True)
 class Pin:
-    """A quantity, by `name`, that has to be equal to `value` at `time` [s], up to `tolerance` (in its unit)."""
+    """A required value: the quantity `name` equals `value` at `time` [s], up to `tolerance` (in its unit)."""
 
     name: str
     trajectory: Trajectory
@@ -37,9 +37,10 @@ class Pin:
 class ConstrainedProblem:
     """minimise l(θ) over the `space` of the prior's learned hyperparameters, subject to `constraints` on m⁺(·|θ).
 
-    There is one set of samples for each process of the prior. Without constraints, prior means may be learned too: in
-    `means`, intervals or None (known), each is the most likely one for θ. Raises ValueError where samples, prior and
-    space do not fit together, and for fewer samples than learned hyperparameters.
+    There is one set of samples for each process of the prior. Without constraints, prior means may be learned too:
+    `means` has an interval for each learned mean and None for each known one, and each learned mean is the most likely
+    one for θ. ValueError: samples, prior and space do not fit together, or there are fewer samples than learned
+    hyperparameters.
     """
 
     samples: tuple[Samples, ...]
@@ -69,7 +70,7 @@ class ConstrainedProblem:
 
     @property
     def broken_at_rest(self) -> tuple[Quantity, ...]:
-        """The quantities that leave or touch their bounds if the prior mean is held for ever."""
+        """The quantities that leave or touch their bounds when all signals rest at the prior mean."""
         means = [part.mean for part in self.prior.parts]
         quantities = [constraint.quantity for constraint in self.constraints]
         return tuple(q for q in quantities if not q.bounds.strictly_contains(q.at_rest(means)))
@@ -99,10 +100,10 @@ Method = Literal["joint", "hyperparameters"]
 
 @dataclass(frozen=True)
 class ActiveBound:
-    """A bound that holds the function back at one `time` [s]: it costs `price` in the unit of l.
+    """A bound that is active at one `time` [s]; it costs `price`, in the unit of l.
 
-    `name` is that of the quantity, `side` is "lower" or "upper", or "equal" for a pin; `multiplier` λ is in the unit of
-    l per unit of the quantity, divided by 2. The prices of all active bounds sum up to D.
+    `name` is that of the quantity, and `side` is "lower", "upper", or "equal" for a pin. Twice the `multiplier` λ is
+    the change of l per unit of the quantity. The prices of all active bounds sum up to D.
     """
 
     name: str
@@ -116,14 +117,14 @@ class ActiveBound:
 class Solution:
     """Learned hyperparameters and signals that satisfy every constraint on its whole index set.
 
-    `objective` is J = l + D, where D = `price` is what `active_bounds` cost; without them the `signals` are the
-    posterior means, and J = l. `active` holds the places of each constraint in the last program. `fits` counts the
-    nonlinear programs that were solved. `rounds` are the rounds that led from a start to this solution. `others` are
-    ln θ of other local minima, the best first. `method` says what was learned. `unconstrained` is the posterior at the
-    likelihood's minimum, where the learner has computed it on the way. Bounds are broken by `missed` at most, a part of
-    their width, where more places than a program can have would be needed: a larger back-off mends it. `alone` is the
-    least J of hyperparameters alone that was found on the way to a function, infinite where none was. `spread` is by
-    how much J differed between functions under formulas to which several starts led for the same hyperparameters.
+    `objective` is J = l + D, where D = `price` is the cost of the `active_bounds`. Without these the `signals` are the
+    posterior means, and J = l. `active` holds the places of each constraint in the last program, `fits` counts the
+    nonlinear programs solved, and `rounds` are those from a start to this solution. `others` are the ln θ of other
+    local minima, best first. `method` says what was learned. `unconstrained` is the posterior at the minimum of the
+    likelihood, if the learner computed it. `missed` bounds the violation, as a part of a bound's width, that is left if
+    a program would need too many places; a larger back-off removes it. `alone` is the least J found with
+    hyperparameters alone, infinite if none was sought. `spread` is the range of J among functions found from several
+    starts for the same hyperparameters, which differ if bounds are formulas.
     """
 
     posterior: JointPosterior
@@ -142,7 +143,7 @@ class Solution:
 
     @property
     def price(self) -> float:
-        """D, what the bounds cost for the learned hyperparameters."""
+        """D, the cost of the bounds for the learned hyperparameters."""
         return sum(bound.price for bound in self.active_bounds)
 
     @property
@@ -152,19 +153,19 @@ class Solution:
 
     @property
     def is_rough(self) -> bool:
-        """Whether the function may touch its bounds at so many times that a proof needs room between them."""
+        """Whether a function with kinks has so many active bounds that a proof needs slack between them."""
         return len(self.active_bounds) > _MANY_CONTACTS and not all(
             signal.kernel.is_analytic for signal in self.signals
         )
 
     @property
     def allowed_gap(self) -> float:
-        """By how much J may exceed the least one for these hyperparameters."""
+        """The amount by which J may exceed the least J for these hyperparameters."""
         return max(LEAST_GAP, RELATIVE_GAP * self.price)
 
 
 class NoSolution(ABC):
-    """Why there is no solution."""
+    """The reason why there is no solution."""
 
     @property
     @abstractmethod
@@ -177,7 +178,7 @@ class NoSolution(ABC):
 
 @dataclass(frozen=True, repr=False)
 class NothingFactored(NoSolution):
-    """K + σ_n² I has no Cholesky factor in float64 at any point of the search: feasibility could not be examined."""
+    """K + σ_n² I has no Cholesky factor in float64 at any point of the search, so feasibility could not be examined."""
 
     prior: JointPrior
 
@@ -206,11 +207,11 @@ class OutOfTime(NoSolution):
 
 @dataclass(frozen=True, repr=False)
 class UnmetBounds(NoSolution):
-    """No function was found that keeps bounds and pins together: `among` are those with the largest multipliers.
+    """No function was found that meets all bounds and pins; `among` are those with the largest multipliers.
 
     The multipliers are a dual ray, in float64, of the program at the hyperparameters of `posterior`. That is no proof:
-    other hyperparameters may have such a function. What no function can have, `feasibility` finds and the checker
-    verifies.
+    for other hyperparameters there may be such a function. `feasibility` looks for contradictions that hold for every
+    function, and the checker verifies them.
     """
 
     posterior: JointPosterior
@@ -228,7 +229,7 @@ class UnmetBounds(NoSolution):
 
 @dataclass(frozen=True, repr=False)
 class NoFunction(NoSolution):
-    """From no start could a function with the given values be computed."""
+    """No function with the given values could be computed from any start."""
 
     pins: tuple[Pin, ...]
 
@@ -242,7 +243,7 @@ class NoFunction(NoSolution):
 
 
 def _depends_on_mean(quantity: Quantity, means: Sequence[float]) -> bool:
-    """Whether another prior mean gives another value at rest: a velocity is zero there, whatever the mean."""
+    """Whether the value at rest changes with the prior mean; that of a velocity is zero for any mean."""
     change = quantity.at_rest([mean + 1.0 for mean in means]) - quantity.at_rest(means)
     return not abs(change) <= _ROUNDING * quantity.bounds.width
 
@@ -251,9 +252,9 @@ def _depends_on_mean(quantity: Quantity, means: Sequence[float]) -> bool:
 class NothingFeasible(NoSolution):
     """No point of the search space was found that satisfies the constraints; `best` came closest.
 
-    It breaks the bounds of `quantity` at `time` [s] by `violation` (in the quantity's unit). `broken_at_rest` are the
-    quantities that leave or touch their bounds if the prior mean is held for ever. If there are none, signals of small
-    amplitude are feasible: then the search space is too small.
+    It violates the bounds of `quantity` at `time` [s] by `violation` (in the quantity's unit). `broken_at_rest` are the
+    quantities that leave or touch their bounds when all signals rest at the prior mean. If there are none, signals of
+    small amplitude are feasible, and the search space is too small.
     """
 
     best: JointPosterior

@@ -1,9 +1,9 @@
 """Find starting points: evaluate a grid of length scales and periods, each at its best amplitude.
 
-The objective of a periodic kernel has a local minimum at nearly every period that samples do not exclude: a few starts
-find only a few of them. But K = θ₁² C, and the eigenvalues of C serve all amplitudes θ₁: evaluating all amplitudes at
-one length scale and period costs less than one step of an optimiser. Bounds are evaluated last: the best objective
-without them is a lower bound of that with them, and tells which points are worth it.
+The objective of a periodic kernel has a local minimum at nearly every period that samples do not exclude, and a few
+starts find only a few of them. But K = θ₁² C, and the eigenvalues of C serve all amplitudes θ₁: evaluating all
+amplitudes at one length scale and period costs less than one step of an optimiser. Bounds are evaluated last, because
+the best objective without bounds is a lower bound of that with bounds, and shows which points are worth it.
 """
 
 import heapq
@@ -41,8 +41,8 @@ def can_screen(prior: JointPrior) -> bool:
 def screened(problem: ConstrainedProblem, keep: int) -> list[Array]:
     """Return ln θ of up to `keep` starts, the most promising first. Raises TypeError for other kernels than `Periodic`.
 
-    First come points that keep all bounds at a few phases, sorted by objective; then the others, sorted by violation.
-    Bounds are evaluated at phases of one period, whatever the index sets of the constraints are. For several signals,
+    Points that keep all bounds at a few phases come first, sorted by objective; then the others, sorted by violation.
+    Bounds are evaluated at phases of one period, whatever the index sets of the constraints are. With several signals
     bounds are not evaluated, as one bound may depend on all of them.
     """
     if not can_screen(problem.prior):
@@ -67,7 +67,7 @@ def screened(problem: ConstrainedProblem, keep: int) -> list[Array]:
 class _Signal:
     """One signal as a `problem` of its own, at `points` (b, own p) and with `amplitudes` to try at each.
 
-    `places` are those of its hyperparameters among all.
+    `places` are the indices of its hyperparameters among those of all signals.
     """
 
     problem: ConstrainedProblem
@@ -76,14 +76,14 @@ class _Signal:
     places: list[int]
 
     def least(self) -> Array:
-        """Return the objective at the best amplitude of each point, whatever the bounds: shape (b,)."""
+        """Return the least objective over all amplitudes at each point, without bounds: shape (b,)."""
         every = [self._known] if self._known else self._rays(self.points)
         return np.concatenate([np.min(rays.objective, axis=1) for rays in every])
 
     def best(self, chosen: list[int]) -> tuple[Array, Array, Array]:
         """Return violations, objectives and own ln θ at the best amplitudes: shapes (c,), (c,) and (c, own p).
 
-        The best amplitude is the likeliest of those that keep bounds.
+        The best amplitude is the likeliest of those that keep the bounds, or that with the least violation.
         """
         own, learned = self.points[chosen], self.problem.prior.learned
         some = [self._known.among(chosen)] if self._known else self._rays(own)
@@ -97,7 +97,7 @@ class _Signal:
 
     @cached_property
     def _known(self) -> "_Rays | None":
-        """What is found at all points, where there is room for it."""
+        """The decompositions at all points, if they fit into memory; otherwise None."""
         (samples,) = self.problem.samples
         fits = can_be_stacked(samples) and len(self.points) * len(samples) ** 2 <= _KEPT
         return _Rays.joined(list(self._rays(self.points))) if fits else None
@@ -122,9 +122,9 @@ def _signals(problem: ConstrainedProblem, points: Array) -> list[_Signal]:
 
 
 def _by_promise(signals: list[_Signal], points: Array, is_apart: Callable[[Array], bool]) -> Iterator[Array]:
-    """Yield points, each at its best amplitudes: those that keep all bounds by objective, the others by violation.
+    """Yield points at their best amplitudes: feasible ones sorted by objective, then the others sorted by violation.
 
-    Points that are not apart from what was kept meanwhile may be left out.
+    Points too close to one that was kept in the meantime may be left out.
     """
     least = sum((signal.least() for signal in signals), np.zeros(len(points))).tolist()
     order = sorted(range(len(points)), key=lambda i: (least[i], i))
@@ -158,9 +158,10 @@ def _evaluated(signals: list[_Signal], points: Array, chosen: list[int]) -> Iter
 
 @dataclass(frozen=True)
 class _Rays:
-    """A signal at b points: κ/θ₁² with these length scales and periods (b,), and noise σ_n² (b, 1).
+    """A signal at b points: κ/θ₁² with these length scales and periods (b,), and noise variances σ_n² (b, 1).
 
-    `spectrum` holds eigenvalues and vectors of C; `objective` is l (b, a) at each of the amplitudes θ₁ (a,).
+    `spectrum` holds eigenvalues and eigenvectors of C; `objective` is l at each of the amplitudes θ₁ (a,): shape (b,
+    a).
     """
 
     samples: Samples
@@ -174,7 +175,7 @@ class _Rays:
 
     @classmethod
     def at(cls, problem: ConstrainedProblem, amplitudes: Array, points: Array) -> "_Rays":
-        """Decompose the covariances at ln θ (b, p), whatever their amplitudes; those not to be stacked one by one."""
+        """Decompose the covariances at ln θ (b, p) for all amplitudes; one by one if samples cannot be stacked."""
         (prior,), (samples,), n = problem.prior.parts, problem.samples, len(problem.samples[0])
         known = {name: np.full(len(points), value) for name, value in prior.hyperparameters.items()}
         theta = known | dict(zip(prior.learned, np.exp(points.T), strict=True))
@@ -193,18 +194,18 @@ class _Rays:
 
     @classmethod
     def joined(cls, parts: list["_Rays"]) -> "_Rays":
-        """Return the same at all points together, for samples that `can_be_stacked`."""
+        """Join the results at several groups of points, for samples that `can_be_stacked`."""
         return parts[0]._with(
             [np.concatenate(arrays) for arrays in zip(*(part._of_points for part in parts), strict=True)]
         )
 
     def among(self, chosen: list[int]) -> "_Rays":
-        """Return the same at some of the points."""
+        """Return the results at the chosen points."""
         return self._with([array[chosen] for array in self._of_points])
 
     @property
     def _of_points(self) -> list[Array]:
-        """All arrays of which the first axis is that of the points."""
+        """All arrays whose first axis counts the points."""
         c = self.spectrum
         return [self.lengthscale, self.period, self.noise, self.objective, c.power, c.along, c.lift]
 
@@ -216,7 +217,7 @@ class _Rays:
         )
 
     def margin(self, constraints: tuple[Bounded, ...]) -> Array:
-        """Return the smallest relative margin (b, a) at some phases of a period, at most 0."""
+        """Return the smallest relative margin (b, a) at some phases of a period, but at most 0."""
         c, stencil, kernel = self.spectrum, self.samples.stencil, _kernel(self.lengthscale, self.period)
         # Coefficients (b, a, k) of the means along the k eigenvectors.
         damped = self.amplitudes[:, None] ** 2 * c.along[:, None] / _powers(c, self.amplitudes, self.noise)
@@ -241,7 +242,7 @@ def _powers(c: Spectrum, amplitudes: Array, noise: Array) -> Array:
 
 
 def _amplitudes(problem: ConstrainedProblem) -> Array:
-    """Return amplitudes around that of the samples, inside the search space; θ₁ alone where it is known."""
+    """Return amplitudes θ₁ around that of the samples, inside the search space; the known one if θ₁ is known."""
     (prior,), (samples,) = problem.prior.parts, problem.samples
     assert isinstance(prior.kernel, Periodic)
     if "signal_std" not in prior.learned:

@@ -14,13 +14,13 @@ _SPREAD_THINLY = 256
 def best_solution(
     problem: ConstrainedProblem, near: Solution | None = None, free: Solution | None = None
 ) -> Solution | NoSolution:
-    """Return the best local minimum that keeps every bound on its whole index set, or why there is none. Deterministic.
+    """Return the best local minimum that keeps every bound on its whole index set, or the reason why there is none.
 
-    The likelihood of periodic kernels has a basin for nearly every period: the most promising ones are searched one by
-    one. Other kernels are searched from the starts of the search space, with the same places in their programs. `near`
-    is the solution of a problem with fewer or slightly different constraints: it is a start too. `free` is that without
-    constraints, where it is known: its minima are those to which the starts lead at first. Raises ValueError for pins,
-    which a posterior mean does not meet.
+    Deterministic. The likelihood of periodic kernels has a basin for nearly every period: the most promising basins are
+    searched one by one. For other kernels, searches run from the starts of the search space with common places in their
+    programs. `near`, the solution of a problem with fewer or slightly different constraints, is one more start. `free`
+    is the solution without constraints, if it is known: it saves the first search for its minima. ValueError: the
+    problem has pins, which a posterior mean cannot meet.
     """
     if problem.pins:
         raise ValueError("pins: hyperparameters alone cannot move a reference to given values; learn it jointly")
@@ -33,9 +33,9 @@ def best_solution(
 
 
 def better_solution(problem: ConstrainedProblem, near: Solution, ceiling: float) -> Solution | None:
-    """Return a local minimum that keeps every bound and has l below a ceiling; None where none is found.
+    """Return a local minimum that keeps every bound and has l below the `ceiling`; None if none is found.
 
-    The search starts from the minima of `near`, a solution of a problem with fewer constraints, and ends where the
+    The search starts at the minima of `near`, the solution of a problem with fewer constraints, and ends when the
     relaxed programs reach the ceiling.
     """
     exchange = Exchange(problem, ceiling)
@@ -44,9 +44,9 @@ def better_solution(problem: ConstrainedProblem, near: Solution, ceiling: float)
 
 
 def tightened(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
-    """Solve a problem that only adds constraints to the one that `solution` solves.
+    """Solve a problem that has further constraints beside those of the problem that `solution` solves.
 
-    If the old minimiser keeps the new bounds too, it is the new minimiser.
+    If the old minimiser satisfies the new constraints, it is the new minimiser.
     """
     if Candidate.at(problem, *_point(solution)).with_overlooked(problem).is_feasible:
         return replace(solution, fits=0)
@@ -54,9 +54,9 @@ def tightened(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
 
 
 def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
-    """Solve a problem whose bounds differ a little from those of `solution`: search from its minimiser.
+    """Solve a problem whose bounds differ slightly from those of `solution`, starting at its minimiser.
 
-    If that finds no feasible point, search from all starts again.
+    If this finds no feasible point, search from all starts.
     """
     exchange = Exchange(problem, active=solution.active)
     exchange.together(_point(solution))
@@ -64,12 +64,12 @@ def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
 
 
 def _from_spread_starts(exchange: Exchange, near: Solution | None, free: Solution | None) -> None:
-    """Search from the starts of the search space, and find a feasible point if these searches do not.
+    """Search from the starts of the search space; if these searches find no feasible point, restore feasibility.
 
-    A few starts, as many as there are hyperparameters, are searched without places first: they find places. Programs
-    that have them lead to other minima, from the same starts too. If the prior mean is an equilibrium inside the
-    bounds, a feasible point is found by scaling the signal down towards it; it is kept and then improved. Otherwise the
-    violation is minimised first.
+    A few starts, as many as there are hyperparameters, are first searched without places, in order to find places. All
+    starts are then searched with these places, which may lead to other minima. If the prior mean is an equilibrium
+    inside the bounds, scaling the signal down towards it gives a feasible point, which is kept and improved. Otherwise
+    the violation is minimised first.
     """
     space = exchange.problem.space
     starts = list(space.start_points())

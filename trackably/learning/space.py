@@ -15,14 +15,14 @@ from trackably.gp.stencil import Stencil
 from trackably.systems.polytopes import Interval
 
 MOST_STARTS = 10_000
-"""More starts would take days, and the points for them more memory than there is."""
+"""Largest number of starts: more would take days, and more memory than there is."""
 
 
 @dataclass(frozen=True)
 class SearchSpace:
     """A box of learned hyperparameters (natural units, positive `bounds`), and the number of `starts` spread over it.
 
-    Starts lie in the interval in `sought`, if there is one, otherwise in the middle half of the bounds (of logarithms).
+    Starts lie in the interval `sought` of a hyperparameter if it has one, otherwise in the middle half of ln(bounds).
     """
 
     bounds: dict[str, Interval]
@@ -45,8 +45,8 @@ class SearchSpace:
     ) -> Self:
         """Return the search intervals of the prior's learned hyperparameters, as given or chosen from the samples.
 
-        Chosen ones follow from the scales of the samples: amplitudes from the root mean square of y − m, times from the
-        span and the smallest spacing.
+        Chosen intervals scale with the samples: amplitudes with the root mean square of y − m, times with the span and
+        the smallest spacing.
         """
         if not prior.learned:
             return cls({}, starts)
@@ -67,12 +67,12 @@ class SearchSpace:
         return np.log([interval.upper for interval in self.bounds.values()])
 
     def start_points(self) -> Array:
-        """Return ln θ of the starts, shape (starts, p): an additive recurrence in their intervals. One if p is 0."""
+        """Return ln θ of the starts, an additive recurrence in their intervals: shape (starts, p); (1, 0) if p = 0."""
         low, high = np.array([self._log_sought(name) for name in self.bounds]).reshape(-1, 2).T
         return np.asarray(low + (high - low) * self._spread(self.starts))
 
     def points(self, count: int) -> Array:
-        """Return ln θ of `count` points, shape (count, p): an additive recurrence in the whole box. One if p is 0."""
+        """Return ln θ of `count` points, an additive recurrence in the box: shape (count, p); (1, 0) if p = 0."""
         return np.asarray(self.log_lower + (self.log_upper - self.log_lower) * self._spread(count))
 
     def _spread(self, count: int) -> Array:
@@ -97,7 +97,7 @@ class SearchSpace:
 
 
 def amplitude(samples: Samples, prior: Prior) -> float:
-    """Return the root mean square of y − m in the unit of the process; σ_n where it is zero."""
+    """Return the root mean square of y − m in the unit of the process; σ_n if it is zero. ValueError: it overflows."""
     samples = samples.of_level
     stencil = samples.stencil
     with np.errstate(over="ignore"):

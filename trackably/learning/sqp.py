@@ -5,16 +5,16 @@ minimise f(x) subject to g(x) ≥ 0 inside a box, by Fletcher's exact-penalty tr
     min ½ dᵀ B d + ∇fᵀ d + ρ (s + s²/2)   subject to   g + J d + s ≥ 0,   s ≥ 0,   x + d in the box,   |d| ≤ Δ,
 
 which is always feasible. One slack s for all constraints gives the merit f + ρ (v + v²/2) with v = max(0, −min g): an
-exact penalty, because its slope in v is at least ρ. So a start may violate any constraint, and where no point keeps
-them, the method still ends at a local minimum of the violation. Where the way asked for a penalty far beyond the
-multipliers, it is lowered at a point that keeps all constraints, a few times at most: steps along curved constraints
-would be tiny. The merit is f there, whatever the penalty.
+exact penalty, because its slope in v is at least ρ. So a start may violate any constraint, and if no point satisfies
+them, the method still ends at a local minimum of the violation. If the penalty grew far beyond the multipliers, steps
+along curved constraints would be tiny: it is then lowered at a point that satisfies all constraints, a few times at
+most. The merit at such a point is f, whatever the penalty.
 
-B is the Hessian of the Lagrangian as the steps have shown it. Where f has an `information`, as likelihoods do, B begins
-with it, and takes it up again where it foretells the last step better.
+B is a quasi-Newton approximation of the Lagrangian's Hessian. If f has an `information`, as likelihoods do, B starts
+from it, and returns to it whenever it predicts the last step better.
 
-Each step's program is solved by its dual. With c = ∇f, z = (d, s), H = diag(B, ρ) = L Lᵀ, h = (c, ρ) and
-y = Lᵀ z + L⁻¹ h it asks for the shortest y in a polyhedron.
+Each step's program is solved by its dual. With c = ∇f, z = (d, s), H = diag(B, ρ) = L Lᵀ, h = (c, ρ) and y = Lᵀ z + L⁻¹
+h it asks for the shortest y in a polyhedron.
 """
 
 from collections.abc import Callable
@@ -38,10 +38,10 @@ Indices = npt.NDArray[np.intp]
 
 
 class QuadraticProgram(NamedTuple):
-    """A quadratic program in d, shape (p,), for all g, shape (m,), and penalties ρ: B is factored once.
+    """A quadratic program in d, shape (p,), for any g, shape (m,), and any penalty ρ: B is factored once.
 
-    `inverse` is that of the Cholesky factor of B, `shift` is its product with c, and `newton` is −B⁻¹ c. Each of the m
-    constraints can change by `reach` within the box.
+    `inverse` is that of the Cholesky factor of B, `shift` is its product with c, and `newton` is −B⁻¹ c. `reach` (m,)
+    is the largest change of each constraint within the box.
     """
 
     jacobian: Array
@@ -54,7 +54,7 @@ class QuadraticProgram(NamedTuple):
 
     @classmethod
     def of(cls, curvature: Array, gradient: Array, jacobian: Array, lower: Array, upper: Array) -> Self:
-        """Factor B = `curvature`, which is positive definite; c is the `gradient`."""
+        """Factor B = `curvature`, which has to be positive definite; c is the `gradient`."""
         root, info = dpotrf(curvature, lower=True)
         assert info == 0, "the curvature is positive definite"
         inverse, _ = dtrtri(root, lower=True)
@@ -63,7 +63,10 @@ class QuadraticProgram(NamedTuple):
         return cls(jacobian, lower, upper, inverse, shift, -shift.dot(inverse), reach)
 
     def solve(self, slack: Array, penalty: float) -> tuple[Array, Array]:
-        """Return d and the multipliers of the constraints for g = `slack`: Newton's step where it keeps all of them."""
+        """Return the step d and the constraints' multipliers for g = `slack`.
+
+        Newton's step if it satisfies all constraints.
+        """
         multipliers = np.zeros(len(slack))
         if self._room(slack, self.newton).min() >= 0:
             return self.newton, multipliers
@@ -77,11 +80,11 @@ class QuadraticProgram(NamedTuple):
         return np.minimum(np.maximum(d, self.lower), self.upper), multipliers
 
     def _room(self, slack: Array, d: Array) -> Array:
-        """Return by how much d keeps each constraint and each end of the box, where s = 0."""
+        """Return the slack of each constraint and of each end of the box after the step d, with s = 0."""
         return np.concatenate([slack + self.jacobian.dot(d), d - self.lower, self.upper - d])
 
     def _polyhedron(self, slack: Array, near: Indices, penalty: float) -> Array:
-        """Return (N; bᵀ) of Nᵀ y ≥ b: of the constraints `near`, of s ≥ 0, of d ≥ lower and of −d ≥ −upper."""
+        """Return (N; bᵀ) of Nᵀ y ≥ b for the constraints `near`, s ≥ 0, d ≥ lower and −d ≥ −upper, in this order."""
         m, p = len(near), len(self.shift)
         found = np.zeros((p + 2, m + 1 + 2 * p))
         normals, offsets = found[:p], found[-1]
@@ -93,7 +96,7 @@ class QuadraticProgram(NamedTuple):
         return found
 
     def _mended(self, d: Array, slack: Array, near: Indices, normals: Array, held: npt.NDArray[np.bool_]) -> Array:
-        """Add what d lacks where it misses a constraint: rounding in flat directions, which no higher penalty mends."""
+        """Correct d for rounding errors in flat directions, by which it violates a constraint at any penalty."""
         room, ends = self._room(slack, d), -2 * len(d)
         room = np.concatenate([room[near], [0.0], room[ends:]])
         if room.min() >= -FEASIBLE:
@@ -103,9 +106,9 @@ class QuadraticProgram(NamedTuple):
 
 
 def _of_the_shortest(polyhedron: Array) -> Array:
-    """Return u ≥ 0 for which y = N u is the shortest y with Nᵀ y ≥ b, from (N; bᵀ), of which b is overwritten.
+    """Return u ≥ 0 such that y = N u is the shortest y with Nᵀ y ≥ b, from (N; bᵀ). The row bᵀ is overwritten.
 
-    It follows from the residual of min ‖(N; bᵀ) u − (0; 1)‖ over u ≥ 0 (Lawson and Hanson).
+    u follows from the residual of min ‖(N; bᵀ) u − (0; 1)‖ over u ≥ 0 (Lawson and Hanson).
     """
     offsets, unit = polyhedron[-1], np.zeros(len(polyhedron))
     unit[-1] = 1.0
@@ -120,16 +123,16 @@ PRECISION = 1e-15
 _ROUNDING = 1e-10  # of constraints: a tenth of the back-off of their bounds
 FIRST_RADIUS, _LARGEST_RADIUS, _SMALLEST_RADIUS = 0.5, 4.0, 1e-13
 _FIRST_PENALTY, _LARGEST_PENALTY, _STEERED = 1e2, 1e9, 0.5
-_ENOUGH, _MOST_REDUCTIONS = 10.0, 5  # of the multipliers: a penalty beyond makes steps along curved bounds tiny
-_RIDGE = 1e-10  # of the trace of B: beyond this condition number, rounding errors would dominate the step
+_ENOUGH, _MOST_REDUCTIONS = 10.0, 5  # times the multipliers: a larger penalty makes steps along curved bounds tiny
+_RIDGE = 1e-10  # relative to the trace of B: limits its condition number, beyond which rounding errors dominate
 
 GiveUp = Callable[[Array, float, float], bool]
-"""Whether a search may end at x with this merit, if the last step made it smaller by a gain at most, and the next step
-promises no more. It is asked after each step that the trust region did not shorten, unless the penalty changes."""
+"""Decides from x, its merit and a gain whether to give up a search. Neither the last step nor the next one lowers the
+merit by more than the gain. Called after each step that the trust region did not shorten, if the penalty is kept."""
 
 
 def never(x: Array, merit: float, gain: float) -> bool:
-    """Search on to the minimum."""
+    """Never give up a search."""
     return False
 
 
@@ -137,7 +140,7 @@ def never(x: Array, merit: float, gain: float) -> bool:
 class Evaluation:
     """f, ∇f (p,), g (m,) and its Jacobian (m, p) at one point.
 
-    `information` (p, p) is positive semi-definite and resembles the Hessian of f; None where no such matrix is known.
+    `information` (p, p) is a positive semi-definite approximation of the Hessian of f; None if there is none.
     """
 
     value: float
@@ -148,12 +151,12 @@ class Evaluation:
 
     @cached
     def violation(self) -> float:
-        """The largest violation of the constraints; 0 where all are kept."""
+        """The largest violation of the constraints; 0 if all are satisfied."""
         return _violation(self.slack)
 
     @property
     def curvature(self) -> Array:
-        """A first curvature: 1 in each direction, and what is known."""
+        """The initial Hessian: the identity, plus the `information` if there is one."""
         return np.eye(len(self.gradient)) if self.information is None else _with_ridge(self.information, 1.0)
 
     def merit(self, penalty: float) -> float:
@@ -164,13 +167,16 @@ class Evaluation:
         return _violation(self.slack + self.jacobian.dot(d))
 
     def predicted(self, d: Array, curvature: Array) -> float:
-        """Return f at x + d as the quadratic model has it."""
+        """Return f at x + d by the quadratic model."""
         return self.value + float((self.gradient + curvature.dot(d) / 2).dot(d))
 
 
 @dataclass(frozen=True)
 class Minimum:
-    """The last point of the iteration; `converged` if no step improves it. `curvature` is that of the Lagrangian."""
+    """The last point of the iteration; `converged` if no step improves it.
+
+    `curvature` is the Hessian of the Lagrangian there.
+    """
 
     x: Array
     at: Evaluation
@@ -189,11 +195,11 @@ def minimise(
     give_up: GiveUp = never,
     most_iterations: int = _MAX_ITERATIONS,
 ) -> Minimum | None:
-    """Return a local minimum from `start`; None if f has no value at `start`, or where the search is given up.
+    """Return a local minimum found from `start`; None if f is undefined at `start`, or if the search is given up.
 
-    `evaluate` returns None where f has no value. The first step is no longer than `radius`: with a small radius the
-    iteration stays in the basin of a good start. It starts with the `curvature` of a similar problem if there is one,
-    and ends where a step promises to gain less than `precision` (relative to 1 + |f|), or after `most_iterations`.
+    `evaluate` returns None where f is undefined. The first step is no longer than `radius`: with a small radius the
+    iteration stays in the basin of a good start. It starts with the `curvature` of a similar problem if one is given,
+    and ends when a step promises to gain less than `precision` (relative to 1 + |f|), or after `most_iterations`.
     """
     x = np.clip(start, lower, upper)
     if (here := evaluate(x)) is None:
@@ -242,10 +248,11 @@ def minimise(
 
 
 def _steered_step(program: QuadraticProgram, here: Evaluation, penalty: float) -> tuple[Array, Array, float, float]:
-    """Return the step, its multipliers, the penalty, and the violation that the step leaves.
+    """Return the step, its multipliers, the penalty, and the violation of the linearised constraints after the step.
 
-    The penalty is raised until the step removes half of the violation that any step can. With a low one the iteration
-    would run to where f is small, and come back to another feasible part, or to none (Byrd, Nocedal, Waltz: steering).
+    The penalty is raised until the step removes half of the violation that any step can remove. With a low penalty the
+    iteration would run to where f is small, and return to another feasible part, or to none (Byrd, Nocedal, Waltz:
+    steering).
     """
     d, multipliers = program.solve(here.slack, penalty)
     if (left := here.linear_violation(d)) <= FEASIBLE:
@@ -260,13 +267,13 @@ def _steered_step(program: QuadraticProgram, here: Evaluation, penalty: float) -
 
 
 def _size(d: Array) -> float:
-    """Return the largest of a few numbers, whatever their signs."""
+    """Return the largest absolute value."""
     largest: float = max(map(abs, d.tolist()))
     return largest
 
 
 def _violation(slack: Array) -> float:
-    """Return the largest violation. Rounding errors do not count, because a high penalty would amplify them."""
+    """Return the largest violation, less a tolerance for rounding errors, which a high penalty would amplify."""
     return max(0.0, -float(slack.min()) - _ROUNDING) if slack.size else 0.0
 
 
@@ -279,9 +286,9 @@ def _updated(
 ) -> Array:
     """Return Powell's damped BFGS update of the Lagrangian's Hessian, which stays positive definite.
 
-    The information is updated instead where it foretells the change of slope along the step better. Not after a step
-    by which linearised constraints are `broken`: multipliers are as large as the penalty then, and the curvature of the
-    constraints matters.
+    If the information matrix predicts the change of slope along the step better, it is updated instead. This is not
+    done after a step that left linearised constraints violated (`broken`): multipliers are then as large as the
+    penalty, and the curvature of the constraints matters.
     """
     change = there.gradient - here.gradient - multipliers.dot(there.jacobian - here.jacobian)
     along, image = float(d.dot(change)), curvature.dot(d)
@@ -300,7 +307,7 @@ def _updated(
 
 
 def _with_ridge(curvature: Array, least: float = 0.0) -> Array:
-    """Return the same with a larger diagonal, by `least` and by what limits the condition number."""
+    """Return the matrix with its diagonal raised by `least`, and by a ridge that limits the condition number."""
     raised = curvature.copy()
     raised.ravel()[:: len(raised) + 1] += least + _RIDGE * curvature.trace()
     return raised

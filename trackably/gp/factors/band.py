@@ -38,7 +38,7 @@ def blocks(times: Array, reach: float) -> list[slice]:
 def reach(kernel: Kernel, span: float, negligible: float) -> float:
     """Return the distance [s] beyond which a kernel and its derivatives stay below `negligible`.
 
-    The kernel must decrease (finite `decay_distance`). The result is at least `span` if they are nowhere that small.
+    The kernel must decrease (finite `decay_distance`). If there is no such distance, the result is at least `span`.
     """
     distances = span * 2.0 ** (-np.arange(_HALVINGS * _PARTS) / _PARTS)
     value, gradient = kernel.value_and_gradient(distances)
@@ -131,7 +131,7 @@ class Band(Factorisation):
 
 
 def _with_next(rows: list[slice]) -> Iterator[tuple[slice, slice]]:
-    """Yield each block with the next one; the last one with an empty slice."""
+    """Yield each block with the next one, and the last block with an empty slice."""
     end = rows[-1].stop
     return zip(rows, [*rows[1:], slice(end, end)], strict=True)
 

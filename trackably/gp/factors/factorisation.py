@@ -34,7 +34,7 @@ from trackably.arrays import Array
 
 Places = npt.NDArray[np.intp]
 
-_FEW = 50  # rows: up to so many, gathering all entries of several matrices is faster than calling LAPACK for each
+_FEW = 50  # rows: with no more, gathering all entries of several matrices is faster than calling LAPACK for each
 
 LOWER = "L"
 """The triangle that is stored, as LAPACK calls it."""
@@ -51,7 +51,7 @@ def places(n: int) -> tuple[Places, Places]:
 
 @lru_cache(maxsize=64)
 def diagonal(n: int) -> Places:
-    """Return where the diagonal is stored, from its first entry to its last: shape (n,)."""
+    """Return the storage indices of the diagonal, from its first entry to its last: shape (n,)."""
     rows, columns = places(n)
     stored = np.flatnonzero(rows == columns)
     return stored[np.argsort(rows[stored])]
@@ -59,7 +59,7 @@ def diagonal(n: int) -> Places:
 
 @lru_cache(maxsize=64)
 def _stored(n: int) -> Places:
-    """Return where each entry of a symmetric (n, n) matrix is stored, above the diagonal too: shape (n, n)."""
+    """Return the storage index of each entry of a symmetric (n, n) matrix, above the diagonal too: shape (n, n)."""
     rows, columns = places(n)
     found = np.empty((n, n), dtype=np.intp)
     found[rows, columns] = found[columns, rows] = np.arange(rows.size)
@@ -101,7 +101,7 @@ class Symmetric:
     def traces(self, n: int, entries: Array) -> Array:
         """Return tr(M D_j), shape (p,), for a symmetric M of size n with these stored entries, which are overwritten.
 
-        All but those of the diagonal count twice.
+        Entries off the diagonal count twice.
         """
         entries[diagonal(n)] *= 0.5
         return np.asarray(2.0 * (self.entries @ entries))
@@ -166,7 +166,7 @@ class Gram(NamedTuple):
 def gram(n: int, entries: Entries) -> Gram:
     """Compute the covariance matrix of n samples, and its derivatives.
 
-    All large arrays share one piece of memory. Several pieces would go back to the operating system when freed, and
+    All large arrays share one block of memory. Several blocks would go back to the operating system when freed, and
     getting them again, page by page, takes longer than computing their content.
     """
     count = n * (n + 1) // 2
@@ -192,8 +192,8 @@ def in_blocks(
 ) -> tuple[Array, ...]:
     """Evaluate a function of times t (any shape) that returns arrays (…, *t.shape), block by block.
 
-    The function must treat each time separately; it needs `width` numbers of memory for each. If all of them fit into
-    memory, or are no more than `most`, it is called once.
+    The function must treat each time separately; it needs `width` numbers of memory for each. It is called only once if
+    all of them fit into the cache, or are no more than `most`.
     """
     if t.size * width <= (most or _WHOLE):
         return function(t)

@@ -28,10 +28,10 @@ from trackably.gp.factors.factorisation import LOWER, Factorisation, diagonal, p
 from trackably.gp.factors.low_rank import Basis
 from trackably.gp.kernels.base import SpectralDensity
 
-_STEPS = 4  # periods on the ladder while the reach doubles
-_LOWEST = -13  # its first place: a period about 10 % longer than the span, which serves all short reaches
-_LONGEST = 2.0**100  # spans: no reach that matters is longer, and float64 has the ladder up to there
-_CACHED = 2**23  # numbers: waves of so many are kept, as an optimiser's iterates alternate between a few periods
+_STEPS = 4  # periods on the ladder for each doubling of the reach
+_LOWEST = -13  # the lowest rung: a period about 10 % longer than the span, which serves all short reaches
+_LONGEST = 2.0**100  # times the span: the longest reach
+_CACHED = 2**23  # numbers in the cache of waves, as an optimiser's iterates alternate between a few periods
 
 
 class Waves(NamedTuple):
@@ -51,7 +51,7 @@ class Waves(NamedTuple):
 
 
 class Rung(NamedTuple):
-    """One of the ladder's periods, and how many waves a density needs."""
+    """The number of one period of the ladder, and the number of waves that a density needs there."""
 
     place: int
     waves: int
@@ -59,7 +59,10 @@ class Rung(NamedTuple):
 
 @dataclass(frozen=True)
 class Ladder:
-    """Waves at `times` [s] with `relative_noise` ϱ, for periods on a ladder, so that they serve many densities."""
+    """Waves at `times` [s] with `relative_noise` ϱ.
+
+    Their periods come from a fixed ladder, so that they serve many densities.
+    """
 
     times: Array
     relative_noise: Array
@@ -118,8 +121,8 @@ class Ladder:
 class Fourier(Factorisation):
     """A as above, by the stored entries of the `factor` L of B = L Lᵀ.
 
-    `root` is √s_k/σ_n (m,), `slope` ∂ln s_k/∂ln θ_j (p, m). `basis` interpolates in fewer points than there are
-    samples, where such points resolve the kernel: they are the centres then.
+    `root` is √s_k/σ_n (m,), and `slope` is ∂ln s_k/∂ln θ_j (p, m). If fewer points than samples resolve the kernel,
+    `basis` interpolates from them, and they are the centres.
     """
 
     ladder: Ladder
@@ -160,7 +163,7 @@ class Fourier(Factorisation):
         y = right.T / self.ladder.relative_noise
         x = self._solved(self._along(y))
         rest = y - self._spread(x)
-        # Mᵀ (I + M Mᵀ)⁻¹ = B⁻¹ Mᵀ: what the rest has along M should be x. Correct it for what rounding left there.
+        # Mᵀ (I + M Mᵀ)⁻¹ = B⁻¹ Mᵀ: the component of the rest along M should be x. Correct its rounding error.
         rest -= self._spread(self._solved(self._along(rest) - x))
         return np.asarray((rest / self.ladder.relative_noise).T / self.noise_variance)
 

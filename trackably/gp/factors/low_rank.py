@@ -91,16 +91,18 @@ class Bases:
         return found
 
     def points_for(self, covariance: Covariance, most: int) -> int | None:
-        """Return how many points resolve a covariance and its derivatives up to ROUNDING; None if `most` are too few.
+        """Return the number of points that resolve a covariance and its derivatives up to ROUNDING.
 
-        How well e^(iωt) is interpolated does not depend on the other time: two other times suffice to see every ω.
+        None if `most` are too few.
+
+        Interpolation of e^(iωt) is equally accurate for any other time t', so two other times suffice to see every ω.
         """
         points = nodes(0.0, self.span, most)
         value, gradient = covariance(points - np.array([[0.0], [self.span / 2]]))
         rows = np.concatenate([value[None], gradient])
         sizes = np.abs(coefficients(rows)) > ROUNDING * np.max(np.abs(rows), axis=(1, 2), keepdims=True)
         degree = max(np.flatnonzero(sizes.any(axis=(0, 1))).tolist(), default=most)
-        # Frequencies beyond the last coefficient are aliased onto the last ones: those must not be taken for resolved.
+        # Frequencies beyond the last coefficient are aliased onto the last ones, so these do not count as resolved.
         count = _rounded_up(degree + 2)
         return count if count <= most and degree < _CHECKED * most else None
 
@@ -119,9 +121,9 @@ def _rounded_up(count: int) -> int:
 
 @dataclass(frozen=True)
 class LowRank(Factorisation):
-    """A = ϱ (σ_n² I + Q R C Rᵀ Qᵀ) ϱ with noise ϱ_i σ_n of sample i, by the `factor` L of B = I + R C Rᵀ/σ_n² = L Lᵀ.
+    """A = ϱ (σ_n² I + Q R C Rᵀ Qᵀ) ϱ, where sample i has noise ϱ_i σ_n.
 
-    B is of size m.
+    `factor` is the Cholesky factor L of B = I + R C Rᵀ/σ_n² = L Lᵀ, a matrix of size m.
     """
 
     basis: Basis
@@ -164,7 +166,7 @@ class LowRank(Factorisation):
         return np.asarray(times[0] + self.basis.points)
 
     def weights_at_centres(self, c: Array) -> Array:
-        """Return Wᵀ c, shape (…, m): Σ_i c_i κ(t − t_i) = Σ_j (Wᵀ c)_j κ(t − x_j) where the points x_j resolve κ."""
+        """Return Wᵀ c, shape (…, m). As the points x_j resolve κ, Σ_i c_i κ(t − t_i) = Σ_j (Wᵀ c)_j κ(t − x_j)."""
         return self.basis.weights(self.relative_noise * c)
 
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:

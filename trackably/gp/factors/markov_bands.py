@@ -45,9 +45,9 @@ _FARTHEST = 300.0  # as x: e^x is far from overflow
 
 
 class Differenced(NamedTuple):
-    """Samples y replaced by D y, D lower triangular with a diagonal of ones, and the `covariance` D K Dᵀ of these.
+    """Samples y replaced by D y, where D is lower triangular with ones on its diagonal, and their `covariance` D K Dᵀ.
 
-    Both as bands: row q holds the n − q entries of the q-th diagonal below the main one, then zeros.
+    Both are stored as bands: row q holds the n − q entries of the q-th diagonal below the main one, then zeros.
     """
 
     differences: Numbers
@@ -55,7 +55,7 @@ class Differenced(NamedTuple):
 
 
 def order(decay: Decay) -> int:
-    """Return p, the number of times before its own that a difference sees."""
+    """Return p: a difference uses a sample and p earlier ones."""
     return decay.polynomial.degree() + 1
 
 
@@ -66,7 +66,7 @@ def width(times: Array, p: int, lags: Lags) -> int:
 
 
 def differenced(times: Array, decay: Decay, lags: Lags, stretch: complex = 1.0) -> Differenced:
-    """Return D and D K Dᵀ for n increasing `times` [s], and the rate λ times `stretch`."""
+    """Return D and D K Dᵀ for n increasing `times` [s], with the rate λ multiplied by `stretch`."""
     p, n, rate = order(decay), len(times), decay.rate * stretch
     polynomial = np.asarray(decay.polynomial.coef, dtype=float) / decay.rate ** np.arange(p)
     d = np.zeros((p + 1, n), dtype=np.result_type(stretch))  # D_{i, i−l} in column i of row l
@@ -91,9 +91,9 @@ def differenced(times: Array, decay: Decay, lags: Lags, stretch: complex = 1.0) 
 
 
 def cancelled(times: Array, decay: Decay, lags: Lags) -> float:
-    """Return the factor by which rounding of e^x and of times may grow where large jumps cancel; or infinity.
+    """Return the factor by which rounding errors of e^x and of times may grow when large jumps cancel; may be infinite.
 
-    That is so beside long gaps, and where samples see more of the process than lies between them.
+    It is large next to long gaps, and if a sample depends on the process over a longer time than lies between samples.
     """
     p, longest = order(decay), lags[-1][1]
     span = times[p:] - times[:-p]
@@ -106,9 +106,9 @@ def cancelled(times: Array, decay: Decay, lags: Lags) -> float:
 
 
 def _difference(rate: complex, at: list[Array]) -> Numbers:
-    """Return the weights of g at these times, the last one first, in the divided difference of e^(λt) g(t).
+    """Return the weights of g at these times, the last time first, in the divided difference of e^(λt) g(t).
 
-    That of g at the last time is 1. Shape (len(at), …).
+    The weight of g at the last time is 1. Shape (len(at), …).
     """
     last = at[0]
     scale = prod((last - t for t in at[1:]), start=np.ones(np.shape(last)))
@@ -126,7 +126,10 @@ def _among(times: Array, rate: complex, polynomial: Array, lags: Lags) -> Number
 
 
 def _jumps(times: Array, rate: complex, polynomial: Array, lags: Lags, shifts: range) -> dict[int, Numbers]:
-    """Return the jumps of the covariance of each sample with one `shift` later: (n,), zero where there is none."""
+    """Return, for each shift, the jumps of the covariance of each sample with the sample `shift` places later.
+
+    Shape (n,) each, with zeros where there is no such sample.
+    """
     found = {shift: np.zeros(len(times), dtype=np.result_type(rate)) for shift in shifts}
     own = {shift: slice(max(0, -shift), len(times) - max(0, shift)) for shift in shifts}
     pairs = [(shift, ratio, lag) for shift in shifts for ratio, lag in lags]
@@ -184,9 +187,10 @@ def times_vector(matrix: Numbers, x: Numbers) -> Numbers:
 
 
 def condition(matrix: Array, factor: Array) -> float:
-    """Return about ‖B‖₁ ‖B⁻¹‖₁ for B with its diagonal scaled to ones, given its Cholesky `factor`.
+    """Return an estimate, from below, of ‖B‖₁ ‖B⁻¹‖₁ for B with its diagonal scaled to ones, given
+    its Cholesky `factor`.
 
-    It is at most that. W. W. Hager: Condition estimates. SIAM J. Sci. Stat. Comput. 5 (1984), 311–316.
+    W. W. Hager: Condition estimates. SIAM J. Sci. Stat. Comput. 5 (1984), 311–316.
     """
     n, scale = matrix.shape[1], np.sqrt(matrix[0])
 
@@ -203,7 +207,10 @@ def condition(matrix: Array, factor: Array) -> float:
 
 
 def log_determinant_slope(matrix: Numbers, step: float) -> float:
-    """Return ∂ ln|B| from B + i `step` ∂B: the imaginary parts of the pivots, as their squares are lost in rounding."""
+    """Return ∂ ln|B| from B + i `step` ∂B, as the imaginary parts of the pivots.
+
+    Terms in `step`² are lost in rounding.
+    """
     order, n = len(matrix) - 1, matrix.shape[1]
     entries = np.zeros((3 * order + 1, n), dtype=complex, order="F")  # `order` rows more than entries, for the pivoting
     entries[2 * order] = matrix[0]
@@ -216,15 +223,15 @@ def log_determinant_slope(matrix: Numbers, step: float) -> float:
 
 _EPS = float(np.finfo(float).eps)
 _STEP = 1e-30  # ε: its square is lost in rounding
-_WIDEST = 20  # diagonals: samples that see more of the process than that are left to other factorisations
+_WIDEST = 20  # diagonals: matrices with more are left to other factorisations
 _AT_ONCE = 2**15  # numbers of right sides that stay in the cache
 
 
 @dataclass(frozen=True)
 class Markov(Factorisation):
-    """A for noise variances (n,): the samples `stepped` to differences for ln λ + i ε, and the Cholesky `factor` of B.
+    """A for noise variances (n,): samples `stepped` to differences for ln λ + i ε, and the Cholesky `factor` of B.
 
-    The kernel has the hyperparameters θ₁, whose square it is proportional to, and θ₂ ∝ 1/λ.
+    The kernel has the hyperparameters θ₁, with κ ∝ θ₁², and θ₂ ∝ 1/λ.
     """
 
     noise_variance: Array
@@ -235,8 +242,8 @@ class Markov(Factorisation):
     def of(cls, times: Array, decay: Decay, lags: Lags, noise_variance: Array, largest_error: float) -> Self | None:
         """Factorise for n increasing `times` [s]; None if B is not positive definite in float64.
 
-        None, too, where rounding may change solutions by more than the `largest_error`, relative: times that are dense
-        beside 1/λ, or some that are close to each other beside others that are not.
+        None also if rounding may change solutions by more than `largest_error` (relative): times are dense compared
+        with 1/λ, or some are much closer to each other than others.
         """
         if width(times, order(decay), lags) > _WIDEST or not _EPS * cancelled(times, decay, lags) <= largest_error:
             return None
@@ -267,7 +274,7 @@ class Markov(Factorisation):
         return np.array([2 * found[:, 0].real, -found[:, 0].imag / _STEP])
 
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
-        """tr(A⁻¹ ∂A) is ∂ ln|B|; and tr(A⁻¹ K) = n − tr(A⁻¹ V)."""
+        """Return the traces of `Factorisation`, from tr(A⁻¹ ∂A) = ∂ ln|B| and tr(A⁻¹ K) = n − tr(A⁻¹ V)."""
         d, covariance = self.stepped
         b = plus(covariance, congruent(d, self.noise_variance))
         by_noise = log_determinant_slope(

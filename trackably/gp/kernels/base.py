@@ -1,8 +1,8 @@
 """Stationary kernels, their sums and their products.
 
-A kernel states its derivatives in time, and how they move with the hyperparameters. Everything else (Gram matrices,
-posterior means, their time derivatives, likelihood gradients, constraint Jacobians) is written once, in terms of `jet`
-and `jet_and_gradient`.
+A kernel states its derivatives in time, and the derivatives of these by the hyperparameters. Everything else (Gram
+matrices, posterior means, their time derivatives, likelihood gradients, constraint Jacobians) is written once, in terms
+of `jet` and `jet_and_gradient`.
 """
 
 import dataclasses
@@ -24,7 +24,7 @@ from trackably.gp.hyperparameter import Scales, Search, learned, with_value
 
 
 def stretched(jet: Array, r: Array) -> Array:
-    """Return ∂/∂ln ℓ of every κ⁽ⁿ⁾ when κ depends on time through r/ℓ only, from a jet that is one order longer.
+    """Return ∂/∂ln ℓ of every κ⁽ⁿ⁾ for a κ that depends on time through r/ℓ only, from a jet that is one order longer.
 
     A longer ℓ is a slower clock: ∂κ/∂ln ℓ = −r κ̇, and n time derivatives later −(n κ⁽ⁿ⁾ + r κ⁽ⁿ⁺¹⁾).
     """
@@ -37,7 +37,7 @@ def stretched(jet: Array, r: Array) -> Array:
 def leibniz(f: Array, g: Array) -> Array:
     """Return jets of f g from jets (p, order + 1, …) of f and g: (f g)⁽ⁿ⁾ = Σ_j C(n, j) f⁽ʲ⁾ g⁽ⁿ⁻ʲ⁾.
 
-    One of f and g may be a single one, p = 1.
+    Either f or g may be a single jet, with p = 1.
     """
     product = np.zeros(np.broadcast_shapes(f.shape, g.shape))
     for n in range(f.shape[1]):
@@ -71,10 +71,10 @@ class Decay:
 
 
 def summed_by_moments(decays: tuple[Decay, ...], centres: Array, weights: Array, t: Array, order: int) -> Array:
-    """Return Σ_i c_i κ⁽ⁿ⁾(t − t_i) for n = 0 … order and κ a sum of `decays`: shape (order + 1, *t.shape).
+    """Return Σ_i c_i κ⁽ⁿ⁾(t − t_i) for n = 0 … order, where κ is the sum of `decays`: shape (order + 1, *t.shape).
 
-    Odd derivatives count as 0 at r = 0, where those of κ may jump. Rounding is that of the direct sum, up to a factor
-    of the logarithm of the number of centres.
+    Odd derivatives count as 0 at r = 0, where those of κ may jump. The rounding error is that of the direct sum, times
+    at most the logarithm of the number of centres.
     """
     at, place = np.unique(centres, return_inverse=True)
     joined = np.asarray(np.bincount(place, weights), dtype=float)
@@ -105,7 +105,7 @@ def _before(decay: Decay, factors: list[Array], at: Array, weights: Array, times
 
 
 def _moments(decay: Decay, at: Array, weights: Array) -> Array:
-    """Return S_k(i): shape (degree + 1, n). Each step doubles the number of centres that each entry counts."""
+    """Return S_k(i): shape (degree + 1, n). Each pass doubles the number of centres summed up in each entry."""
     moments = np.zeros((decay.polynomial.degree() + 1, len(at)))
     moments[0] = weights
     apart = 1
@@ -116,7 +116,7 @@ def _moments(decay: Decay, at: Array, weights: Array) -> Array:
 
 
 def _moved(moments: Array, by: Array, rate: float) -> Array:
-    """Return the moments about points that lie later, each `by` its own distance [s]."""
+    """Return the moments about later points, each at its own distance `by` [s]."""
     decay = np.exp(-rate * by)
     moved = [decay * sum(comb(k, i) * by ** (k - i) * moments[i] for i in range(k + 1)) for k in range(len(moments))]
     return np.array(moved)
@@ -131,7 +131,7 @@ _TINY = float(np.finfo(float).tiny)
 class SpectralDensity:
     """`at(ω)` returns S and ∂ln S/∂ln θ_j at frequencies ω [rad/s] of shape (m,): shapes (m,) and (p, m).
 
-    `largest` bounds |κ|. Beyond `reach` [s] κ, and beyond `limit` [rad/s] its density, are lost in rounding.
+    `largest` bounds |κ|. κ is lost in rounding beyond `reach` [s], and its density beyond `limit` [rad/s].
     """
 
     largest: float
@@ -152,9 +152,9 @@ class SpectralDensity:
         return SpectralDensity(self.largest + other.largest, reach, limit, at)
 
     def filtered(self, gain: Callable[[Array], Array], largest: float, length: float) -> "SpectralDensity":
-        """Return the density behind a filter of this `length` [s], whose `gain` is |F(ω)|² of its transform F.
+        """Return the density after a filter of this `length` [s], whose `gain` is |F(ω)|² of its transform F.
 
-        No covariance becomes more than `largest` times as large.
+        The filter raises no covariance by more than the factor `largest`.
         """
 
         def at(omega: Array) -> tuple[Array, Array]:
@@ -171,7 +171,7 @@ class Kernel(ABC):
     @property
     @abstractmethod
     def hyperparameters(self) -> dict[str, float]:
-        """Names and values, in natural units, in the order of every gradient."""
+        """Names and values of the hyperparameters, in natural units, in the order of every gradient."""
 
     @abstractmethod
     def changed(self, change: Callable[[str, float], float]) -> Self:
@@ -179,14 +179,17 @@ class Kernel(ABC):
 
     @abstractmethod
     def moved(self, values: Iterator[float]) -> Self:
-        """Return the same kernel with the next of the positive values, unchecked, for each learned hyperparameter."""
+        """Return the same kernel with the next of `values` for each learned hyperparameter.
+
+        Values are positive, unchecked.
+        """
 
     @abstractmethod
     def search(self, name: str, scales: Scales) -> Search:
-        """Return where a hyperparameter is sought if no interval is given for it."""
+        """Return the search interval of a hyperparameter for which none is given."""
 
     def with_hyperparameters(self, values: Mapping[str, float]) -> Self:
-        """Return the same kernel with other values of those that are named; learned ones stay learned.
+        """Return the same kernel with other values of the named hyperparameters; learned ones stay learned.
 
         TypeError for unknown names.
         """
@@ -195,11 +198,13 @@ class Kernel(ABC):
         return self.changed(lambda name, value: with_value(value, values[name]) if name in values else value)
 
     def as_learned(self, names: Collection[str] | None = None) -> Self:
-        """Return the same kernel with all hyperparameters learned, or those that are named, from where they are now."""
+        """Return the same kernel with all hyperparameters learned, or those in `names`, starting
+        at their current values.
+        """
         return self.changed(lambda name, value: learned(value) if names is None or name in names else value)
 
     def as_known(self) -> Self:
-        """Return the same kernel with every hyperparameter known, as it is now."""
+        """Return the same kernel with every hyperparameter known at its current value."""
         return self.changed(lambda _, value: float(value))
 
     @abstractmethod
@@ -218,50 +223,53 @@ class Kernel(ABC):
     @property
     @abstractmethod
     def decay_distance(self) -> float:
-        """ζ(θ) [s] of the paper's Assumption 4: |κ̇(r)| strictly decreases for |r| > ζ; infinite where it never does.
+        """ζ(θ) [s] of the paper's Assumption 4: |κ̇(r)| strictly decreases for |r| > ζ; infinite if there is no such ζ.
 
-        A finite ζ also promises Assumption 3: κ is positive and strictly decreases in |r|. With compact support this
-        holds up to its end, and κ and κ̇ are zero from there on. Bounds of later times only need that nothing increases.
+        A finite ζ also implies Assumption 3: κ is positive and strictly decreases in |r|. A kernel with compact support
+        has these properties inside its support, and κ and κ̇ are zero outside. Bounds of later times only need that
+        nothing increases.
         """
 
     @property
     def period(self) -> float | None:
-        """The period [s] that all parts of κ have, as the same float64; None where there is none."""
+        """The period [s] that all parts of κ have, as the same float64; None if there is none."""
         return None
 
     @property
     def is_analytic(self) -> bool:
-        """Whether κ has derivatives of every order, at 0 too: then few points resolve it, and all its derivatives."""
+        """Whether κ has derivatives of every order, at 0 too, so that few points resolve κ and all its derivatives."""
         return True
 
     @property
     def vanishing_distance(self) -> float:
-        """A distance [s] beyond which κ and its derivatives are zero in float64; infinite where there is none."""
+        """A distance [s] beyond which κ and its derivatives are zero in float64; infinite if there is none."""
         return math.inf
 
     @property
     def negligible_distance(self) -> float:
-        """A distance [s] beyond which κ and its derivatives are lost in rounding: less than 2⁻⁶⁰ of their largest."""
+        """A distance [s] beyond which κ and its derivatives are lost in rounding, below 2⁻⁶⁰
+        times their largest values.
+        """
         return self.vanishing_distance
 
     @property
     def decays(self) -> tuple[Decay, ...]:
-        """Polynomials times e^(−λ|r|) of which κ is the sum; none where it is no such sum."""
+        """Polynomials times e^(−λ|r|) whose sum is κ; empty if κ is no such sum."""
         return ()
 
     @property
     def spectral_density(self) -> SpectralDensity | None:
-        """The spectral density of κ; None where it decays slowly, or is no function."""
+        """The spectral density of κ; None if it decays slowly, or if it is not a function."""
         return None
 
     @cached_property
     def correlation_time(self) -> float:
-        """√(κ(0)/|κ̈(0)|) [s]: how fast a signal of this kernel can turn."""
+        """√(κ(0)/|κ̈(0)|) [s]: the time scale on which a signal of this kernel changes."""
         jet = self.jet(np.zeros(()), 2)
         return float(np.sqrt(jet[0] / np.abs(jet[2])))
 
     def value(self, r: Array) -> Array:
-        """Return κ(r), a few roundings beside `jet` where that is faster: for searches, not for what is proved."""
+        """Return κ(r) with a few rounding errors more than `jet`, if that is faster: for searches, not for proofs."""
         return np.asarray(self.jet(r, 0)[0])
 
     def __call__(self, r: Array) -> Array:
@@ -277,7 +285,7 @@ class Kernel(ABC):
 
 @dataclasses.dataclass(frozen=True)
 class _Pair(Kernel):
-    """Two kernels; their hyperparameters are named left.… and right.…. TypeError for what is no kernel."""
+    """Two kernels; their hyperparameters are named left.… and right.…. TypeError: a part is no kernel."""
 
     left: Kernel
     right: Kernel
@@ -309,7 +317,7 @@ class _Pair(Kernel):
 
     @property
     def period(self) -> float | None:
-        """The period that both parts have; None where they differ, though a multiple of both would do."""
+        """The period of both parts; None if they differ, even if they have a common multiple."""
         return self.left.period if self.left.period == self.right.period else None
 
     @property
@@ -324,7 +332,8 @@ class _Pair(Kernel):
 class Sum(_Pair):
     """κ = κ_left + κ_right.
 
-    Beyond both ζ the two derivatives have one sign (both kernels fall) and each magnitude decreases; so does their sum.
+    For |r| beyond both ζ, the two derivatives have the same sign (both kernels fall) and each decreases in magnitude.
+    So does their sum.
     """
 
     @property
@@ -363,8 +372,8 @@ class Sum(_Pair):
 class Product(_Pair):
     """κ = κ_left κ_right.
 
-    Beyond both ζ, |κ̇| = |κ̇_left| κ_right + κ_left |κ̇_right|: products of positive decreasing functions, decreasing
-    themselves. The signal_std of both parts only matter multiplied with each other: give one of them as known.
+    Beyond both ζ, |κ̇| = |κ̇_left| κ_right + κ_left |κ̇_right|: products of positive decreasing functions, which
+    decrease too. Only the product of both signal_std matters, so give one of them as known.
     """
 
     @property

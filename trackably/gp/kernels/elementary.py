@@ -46,7 +46,9 @@ class Elementary(Kernel):
         return {name: values[name] for name in _fields(type(self))}
 
     def __new__(cls, *given: object, **named: object) -> Self:
-        """Refuse unknown hyperparameters here: Python's own message would name the base class that has the fields."""
+        """Refuse unknown hyperparameters here, because Python's own message would name the base
+        class that has the fields.
+        """
         known = _fields(cls)
         if named and (unknown := next((name for name in named if name not in known), None)):
             raise TypeError(f"{cls.__name__} has no hyperparameter {unknown!r}; it has {', '.join(known)}")
@@ -77,10 +79,10 @@ def _fields(kernel: type[Elementary]) -> dict[str, Hyperparameter]:
 # Kernels that decay with distance, κ(r) = θ₁² φ(r/θ₂): each states φ and its derivatives, nothing more.
 
 UNDERFLOW = 746.0
-"""e^(−x) is zero in float64 for every x beyond."""
+"""e^(−x) is zero in float64 for every larger x."""
 
 NEGLIGIBLE = 56.0
-"""e^(−x) is below 2⁻⁸⁰ for every x beyond, and below 2⁻⁶⁰ after multiplication with the polynomials of derivatives."""
+"""e^(−x) is below 2⁻⁸⁰ for every larger x, and below 2⁻⁶⁰ after multiplication with the polynomials of derivatives."""
 
 
 @dataclass(frozen=True, repr=False)

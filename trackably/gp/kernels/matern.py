@@ -70,10 +70,12 @@ def _factors(polynomial: tuple[float, ...], order: int) -> list[list[float]]:
 
 
 class Matern32(Matern):
-    """φ(s) = (1 + x) e^(−x), x = √3 |s|: the mean has two continuous derivatives, and a third that jumps at samples.
+    """φ(s) = (1 + x) e^(−x), x = √3 |s|.
 
-    |φ'| ∝ x e^(−x) has the slope (1 − x) e^(−x), negative from x = 1 on: ζ = θ₂/√3. Where the third derivative
-    jumps, at 0, the jet holds the midpoint, 0.
+    The mean has two continuous derivatives, and a third one that jumps at samples.
+
+    |φ'| ∝ x e^(−x) has the slope (1 − x) e^(−x), which is negative for x > 1: ζ = θ₂/√3. At 0, where the third
+    derivative jumps, the jet has the midpoint, 0.
     """
 
     rate = math.sqrt(3)
@@ -87,7 +89,8 @@ class Matern32(Matern):
 class Matern52(Matern):
     """φ(s) = (1 + x + x²/3) e^(−x), x = √5 |s|.
 
-    |φ'| ∝ (x + x²) e^(−x) has the slope (1 + x − x²) e^(−x), negative from the golden ratio on: ζ = θ₂ (1 + √5)/(2√5).
+    |φ'| ∝ (x + x²) e^(−x) has the slope (1 + x − x²) e^(−x), which is negative beyond the golden ratio: ζ = θ₂ (1 +
+    √5)/(2√5).
     """
 
     rate = math.sqrt(5)

@@ -1,4 +1,4 @@
-"""The periodic kernel (as corrected: the paper prints the square inside the sine)."""
+"""The periodic kernel, in its correct form: the paper prints the square inside the sine."""
 
 import math
 from dataclasses import dataclass

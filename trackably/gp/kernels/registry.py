@@ -1,4 +1,4 @@
-"""The kernels by name, as params.yaml, saved references and certificates write them."""
+"""The kernels by the names that params.yaml, saved references and certificates use."""
 
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.matern import Matern32, Matern52, Matern72

@@ -1,1 +1,1 @@
-"""The function and its hyperparameters, learned together: J(θ) = l(θ) + D(θ), D being what the bounds cost."""
+"""Learn function and hyperparameters together: minimise J(θ) = l(θ) + D(θ), where D is the cost of the bounds."""

@@ -1,13 +1,13 @@
-"""The function for given hyperparameters: the posterior mean, bent as little as its bounds at some places ask for.
+"""The function for given hyperparameters: the posterior mean, changed as little as its bounds at some places require.
 
     g* = argmin ‖y − S g‖²_{Σ⁻¹} + ‖g − m‖²_H   subject to the rows   =   m⁺ + Σ_a λ_a κ⁺(·, L_a),
 
-a convex program whose minimum is that of the posterior mean plus D(θ) = min ‖g − m⁺‖²_{H⁺}. Formulas are linearised
-where sequential convex programs end.
+a convex program whose minimum is that of the posterior mean plus D(θ) = min ‖g − m⁺‖²_{H⁺}. Formulas are linearised at
+the function at which sequential convex programs end.
 
-A working set holds those places that hold the function back for some θ on the way. A search meets hundreds of places;
-few are active at once. The covariance of the rows in the working set is much smaller
-than that of all rows, and the function that they give is that of all places once it breaks no bound at the others.
+A working set holds the places whose bounds are active for some θ on the way. A search meets hundreds of places, and few
+are active at once. The covariance of the rows in the working set is much smaller than that of all rows, and the
+function for these rows is the function for all places as soon as it violates no bound at the others.
 """
 
 from dataclasses import dataclass
@@ -28,17 +28,17 @@ from trackably.progress.work import done
 from trackably.systems.trajectories import Signals
 
 _CORRECTIONS = 5
-_MET = 1e-10  # of a width: what is missed by less is less than any back-off, and little more than rounding
+_MET = 1e-10  # relative to a width: smaller residuals are below any back-off, and little more than rounding
 _NEGLIGIBLE = 1e-6
-_NEAR = 0.02  # of a width: the linear program hardly moves what its formulas were linearised at
+_NEAR = 0.02  # relative to a width: the linear program moves the function by less from where it was linearised
 
 
 @dataclass(frozen=True)
 class ConstrainedMean:
     """m⁺ + Σ_a λ_a κ⁺(·, L_a), with `multipliers` λ (r,) of the rows, and the price D(θ) as `price`.
 
-    `given` is what the samples say of the rows that are `demanded`.
-    If `contradicts` holds, no function meets all demands; `multipliers` then say which rows contradict each other.
+    `given` is the posterior of the rows that are `demanded`. If `contradicts` holds, no function meets all demands, and
+    the rows with the largest `multipliers` contradict each other.
     """
 
     given: RowPosterior
@@ -49,14 +49,15 @@ class ConstrainedMean:
 
     @property
     def posterior(self) -> JointPosterior:
-        """The posterior that is bent."""
+        """The posterior without bounds, from which the function is derived."""
         return self.given.posterior
 
     @cached
     def signals(self) -> tuple[KernelSum, ...]:
-        """The function as sums of kernels, corrected until active rows have the values that were demanded.
+        """The function as sums of kernels, corrected until active rows have the demanded values.
 
-        Sums of kernels stand for rows up to a small part of them, and K⁺ was raised a little on its diagonal.
+        Two approximations make a correction necessary: sums of kernels represent rows up to a small residual, and the
+        diagonal of K⁺ was raised a little.
         """
         active = np.flatnonzero(self.multipliers)
         multipliers, least = self.multipliers.copy(), np.inf
@@ -75,12 +76,15 @@ class ConstrainedMean:
 
     @property
     def active_bounds(self) -> tuple[ActiveBound, ...]:
-        """The rows with a multiplier, and what each of them costs: D = Σ_a λ_a (b_a − L_a m⁺)."""
+        """The rows with a multiplier, and the cost of each: D = Σ_a λ_a (b_a − L_a m⁺)."""
         return tuple(self._active_bound(a) for a in np.flatnonzero(self.multipliers))
 
     @property
     def most_influential(self) -> tuple[ActiveBound, ...]:
-        """The active bounds by |λ_a| √K⁺_aa, by which each moves the function; negligible ones are left out."""
+        """The active bounds in decreasing order of |λ_a| √K⁺_aa, the size of their effect.
+
+        Negligible ones are left out.
+        """
         moves = np.abs(self.multipliers) * np.sqrt(np.maximum(self.given.covariance.diagonal(), 0.0))
         by_size = np.argsort(-moves, kind="stable")
         return tuple(self._active_bound(a) for a in by_size if moves[a] > _NEGLIGIBLE * np.max(moves))
@@ -90,7 +94,7 @@ class ConstrainedMean:
         return ActiveBound(*self.demanded.labels[a], self.multipliers[a].item(), price.item())
 
     def price_gradient(self) -> Array:
-        """Return ∂D/∂ln θ, shape (p,): multipliers and linearisation are held (envelope theorem)."""
+        """Return ∂D/∂ln θ, shape (p,), for fixed multipliers and a fixed linearisation (envelope theorem)."""
         return self.given.price_gradient(self.multipliers)
 
 
@@ -101,10 +105,10 @@ def constrained_mean(
     near: Signals | None = None,
     active: Places | None = None,
 ) -> ConstrainedMean | None:
-    """Return the function that meets its bounds at the places; None where formulas lead nowhere.
+    """Return the function that meets its bounds at the places; None if no function is found for formulas.
 
-    Where there are formulas, it is the nearest one in the neighbourhood of the signals `near`, by default those of the
-    posterior. Places that are likely to be `active` save work. Raises IllConditioned.
+    With formulas, it is a local minimum near the signals `near`, by default those of the posterior. Giving the places
+    that are probably `active` saves work. Raises IllConditioned.
     """
     likely = None if active is None else np.append(flags(places, active), np.zeros(len(problem.pins), dtype=bool))
     at = posterior.signals if near is None else near
@@ -125,9 +129,11 @@ def is_linear(problem: ConstrainedProblem) -> bool:
 
 
 def mean_meeting(posterior: JointPosterior, demanded: Demands, likely: Flags | None = None) -> ConstrainedMean | None:
-    """Return the function that meets the demands; None where float64 does not do. See `constrained_mean`.
+    """Return the function that meets the demands; None if the program cannot be solved in float64.
 
-    Rows that are `likely` active, shape (r,), save work.
+    See `constrained_mean`.
+
+    Giving the rows that are probably active as flags `likely`, shape (r,), saves work.
     """
     done("evaluation")
     given = RowPosterior(posterior, demanded.rows)
@@ -139,9 +145,11 @@ def mean_meeting(posterior: JointPosterior, demanded: Demands, likely: Flags | N
 
 @dataclass
 class LastFunction:
-    """Functions under formulas for one θ after the other: each search begins with the last one found, at first `near`.
+    """Functions under formulas for one θ after the other.
 
-    All meet their bounds at the same `places`.
+    Each search starts at the function found last, the first at `near`.
+
+    All functions meet their bounds at the same `places`.
     """
 
     problem: ConstrainedProblem
@@ -162,16 +170,18 @@ _MAX_ROUNDS = 30
 
 @dataclass
 class WorkingSet:
-    """The `demanded` rows, and those `chosen` so far, shape (r,). The set only grows: J stays smooth near a minimum.
+    """The `demanded` rows, and flags (r,) of those `chosen` so far.
 
-    Rows that held the last function back are where the search for those of the next one begins.
+    The set only grows, so that J stays smooth near a minimum.
+
+    The search for active rows starts at the active rows of the last function.
     """
 
     demanded: Demands
     chosen: Flags
     _active: Flags | None = None
     _own: Demands | None = None
-    """The chosen rows: the same object for every θ between which none is added, as it remembers its terms' order."""
+    """The chosen rows: one object for every θ until a row is added, because it caches the order of its terms."""
 
     def mean_for(self, posterior: JointPosterior) -> ConstrainedMean | None:
         """Return the function that meets all demands. Raises IllConditioned."""
@@ -191,7 +201,7 @@ class WorkingSet:
         return mean_meeting(posterior, self.demanded)
 
     def _missed(self, found: ConstrainedMean) -> npt.NDArray[np.intp]:
-        """Return the rows outside the set that are missed, of neighbouring ones that which is missed most."""
+        """Return the violated rows outside the set; of each run of neighbouring rows, only the most violated one."""
         values = self.demanded.rows.values(found.given.signals(found.multipliers))
         missed = (self.demanded.limits - values) / self.demanded.widths
         rows = np.flatnonzero((missed > _MISSED) & ~self.chosen)

@@ -2,9 +2,9 @@
 
     min ‖δ‖²  subject to  L_a δ ≥ d_a   is   max over λ ≥ 0 of  2 λᵀ d − λᵀ K λ,   with  K_ab = ⟨L_a, L_b⟩,
 
-and δ = Σ_a λ_a L_a (representer theorem). An equation L_a δ = d_a has a multiplier of any sign.
+and δ = Σ_a λ_a L_a (representer theorem). The multiplier of an equation L_a δ = d_a may have any sign.
 
-Many multipliers are positive at the maximum: block principal pivoting exchanges them by the hundred.
+Many multipliers are positive at the maximum: block principal pivoting exchanges hundreds of them at once.
 """
 
 from dataclasses import dataclass
@@ -14,28 +14,28 @@ import scipy
 
 from trackably.arrays import Array, Flags
 
-_MOST_EXCHANGES, _MOST_STEPS = 60, 30  # steps: for each variable
-_PATIENCE = 3  # exchanges of all variables that do not lead to fewer wrong ones
+_MOST_EXCHANGES, _MOST_STEPS = 60, 30  # of blocks; and of single variables, for each variable
+_PATIENCE = 3  # block exchanges allowed without a decrease of the number of wrong variables
 _ROUNDING = 2 * float(np.finfo(float).eps)
 
 
 def nonnegative_minimum(G: Array, b: Array, likely: Flags | None = None) -> Array:
     """Return argmin xᵀ G x − 2 bᵀ x over x ≥ 0, shape (r,), for G (r, r) positive definite with a diagonal near 1.
 
-    The search begins with the variables that are `likely` positive, shape (r,). Raises LinAlgError where a matrix on
-    the way has no Cholesky factor, and RuntimeError where the minimum is not found in float64.
+    The search begins with the variables that are `likely` positive, flags of shape (r,). Raises LinAlgError if a
+    submatrix has no Cholesky factor, and RuntimeError if the minimum is not found in float64.
     """
     found = _pivoted(G, b, np.zeros(len(b), dtype=bool) if likely is None else likely)
     return _by_single_steps(G, b) if found is None else found
 
 
 def _pivoted(G: Array, b: Array, positive: Flags) -> Array | None:
-    """Return the x ≥ 0 with y = G x − b ≥ 0 and xᵀ y = 0; None where it is not found in `_MOST_EXCHANGES`.
+    """Return the x ≥ 0 with y = G x − b ≥ 0 and xᵀ y = 0; None if it is not found within `_MOST_EXCHANGES`.
 
-    Block principal pivoting: the equations y = 0 are solved for the `positive` variables, and all that are wrong are
-    exchanged together, those with x < 0 and those with y < 0. Where that does not help, one is exchanged at a time
-    (Júdice and Pires 1994: A block principal pivoting algorithm for large-scale strictly monotone linear
-    complementarity problems, Computers and Operations Research 21). y counts as zero within the rounding of G x.
+    Block principal pivoting: the equations y = 0 are solved for the `positive` variables, and all variables with x < 0
+    or y < 0 are exchanged together. If that does not help, one is exchanged at a time (Júdice and Pires 1994: A block
+    principal pivoting algorithm for large-scale strictly monotone linear complementarity problems, Computers and
+    Operations Research 21). y counts as zero within the rounding error of G x.
     """
     fewest, patience = len(b) + 1, _PATIENCE
     for _ in range(_MOST_EXCHANGES):
@@ -61,10 +61,10 @@ def _pivoted(G: Array, b: Array, positive: Flags) -> Array | None:
 
 
 def _by_single_steps(G: Array, b: Array) -> Array:
-    """Return the same by an active-set method with one more positive variable in each step (Lawson and Hanson).
+    """Return the minimiser by an active-set method that adds one positive variable in each step (Lawson and Hanson).
 
-    It is the least squares problem min ‖Rᵀ x − R⁻¹ b‖ with G = R Rᵀ: slower where many are positive, and hardly ever
-    lost.
+    It solves the least squares problem min ‖Rᵀ x − R⁻¹ b‖ with G = R Rᵀ: slower than block pivoting if many variables
+    are positive, but it hardly ever fails.
     """
     R = scipy.linalg.cholesky(G, lower=True)
     found, _ = scipy.optimize.nnls(R.T, scipy.linalg.solve_triangular(R, b, lower=True), maxiter=_MOST_STEPS * len(b))
@@ -75,19 +75,19 @@ def _by_single_steps(G: Array, b: Array) -> Array:
 _JITTER = 1e-12
 _LARGEST_JITTER = 1e-4
 _WEAK = 1e-9
-_MANY = 200  # rows: eigenvalues of more take longer than all the rest
+_MANY = 200  # rows; eigenvalues of a larger matrix take longer than everything else
 # A contradiction costs what is missed, squared, divided by the jitter: a larger jitter makes it cheaper.
 _LARGER = 100.0
 _CHEAPER = 0.1
-_MISSED = 1e-7  # of √value: what is missed by less cannot cost most of the value
+_MISSED = 1e-7  # relative to √value: smaller residuals cannot account for most of the value
 
 
 @dataclass(frozen=True)
 class DualSolution:
     """Multipliers λ (r,) of the rows, and the dual `value`: a lower bound of ‖δ‖² for every δ that meets all rows.
 
-    If `contradicts` holds, no δ of reasonable size meets all rows; λ is then a dual ray up to its length: the rows with
-    the largest multipliers contradict each other.
+    If `contradicts` holds, no δ of reasonable size meets all rows. λ is then a multiple of a dual ray, and the rows
+    with the largest multipliers contradict each other.
     """
 
     multipliers: Array
@@ -100,7 +100,7 @@ def solve_dual(
 ) -> DualSolution | None:
     """Return the multipliers for K (r, r) and d (r,); None if K is not positive semidefinite up to rounding.
 
-    Rows that are `likely` to have a multiplier, shape (r,), are where the search for those begins.
+    The search starts with the rows that are `likely` to have a multiplier, flags of shape (r,).
     """
     scale = _norms(covariance)
     scaled, wanted = covariance / np.outer(scale, scale), demand / scale
@@ -115,7 +115,7 @@ def solve_dual(
 
 
 def solve_symmetric(covariance: Array, right: Array) -> Array:
-    """Return x with K x = r for the covariance K of a few rows; directions that K does not have stay zero."""
+    """Return x with K x = r for the covariance K of a few rows; x has no component in the null space of K."""
     scale = _norms(covariance)
     scaled = covariance / np.outer(scale, scale)
     if len(scale) > _MANY:
@@ -129,13 +129,16 @@ def solve_symmetric(covariance: Array, right: Array) -> Array:
 
 
 def _norms(covariance: Array) -> Array:
-    """Return the norms of the rows; 1 for a row without norm, which no δ moves: its demand is met, or contradicts."""
+    """Return the norms of the rows, and 1 for rows with norm 0.
+
+    No δ changes such a row: its demand is met, or contradicts.
+    """
     norms = np.sqrt(np.maximum(covariance.diagonal(), 0.0))
     return np.where(norms > 0, norms, 1.0)
 
 
 def _contradicts(K: Array, d: Array, is_equation: Flags, jitter: float, found: Array) -> bool:
-    """Whether the value, at the multipliers `found` with this jitter, is that of a contradiction."""
+    """Whether the dual value for the multipliers `found` with this jitter shows that the rows contradict."""
     value = float(found @ d)
     if jitter * np.max(np.abs(found), initial=0.0) <= _MISSED * np.sqrt(max(value, 0.0)):
         return False
@@ -152,7 +155,9 @@ def _solved(K: Array, d: Array, is_equation: Flags, likely: Flags | None) -> Arr
 
 
 def _eliminated(K: Array, d: Array, is_equation: Flags, likely: Flags | None) -> Array:
-    """Return the multipliers where some rows are equations, which leave a smaller program of all others."""
+    """Return the multipliers if some rows are equations: eliminate these, and solve the smaller
+    program of the other rows.
+    """
     free, bounded, found = np.flatnonzero(is_equation), np.flatnonzero(~is_equation), np.zeros(len(d))
     factor, beside = scipy.linalg.cho_factor(K[np.ix_(free, free)], lower=True), K[np.ix_(free, bounded)]
     across, alone = scipy.linalg.cho_solve(factor, beside), scipy.linalg.cho_solve(factor, d[free])

@@ -1,4 +1,4 @@
-"""The function for given hyperparameters at all times, by exchange: solve at few places, add those that are broken."""
+"""The function for given hyperparameters at all times, by exchange: solve at few places, and add violated places."""
 
 from bisect import bisect
 from dataclasses import dataclass, replace
@@ -20,20 +20,20 @@ _MAX_ROUNDS = 40
 # Rough functions touch a bound at ever more times. Where there are many, those that are only near stay out; where there
 # are too many, what is left is a larger back-off's task.
 _MANY_PLACES, _MOST_PLACES = 1000, 1500
-CROWD = 800  # active places: where there are more, a larger back-off takes the place of the last ones
-_CROWDED = 100  # broken bounds: so many come in stretches
-_MATTERS = 1e-5  # of a bound's width: where there are so many, a larger back-off mends what is broken by less
-_KEPT = 0.9  # of its correlation: between places so close a function cannot break a bound by much
-_SAME_TIME = 3e-4  # of a correlation time: between closer places a bound cannot be broken by much
-_NO_GAIN = 1e-9  # of the price: what is broken then is not worth another program
+CROWD = 800  # active places; beyond, a larger back-off is used instead of more places
+_CROWDED = 100  # violated places; so many are neighbours along stretches of an active bound
+_MATTERS = 1e-5  # relative to a width: with so many places, a larger back-off removes smaller violations
+_KEPT = 0.9  # correlation between neighbouring places, between which a function cannot violate a bound by much
+_SAME_TIME = 3e-4  # relative to a correlation time: between closer places a bound cannot be violated by much
+_NO_GAIN = 1e-9  # relative to the price: if it rises by less, violations are not worth another program
 
 
 @dataclass(frozen=True)
 class ExchangeResult:
-    """A function with its `places`, and those `active` among them; `margin` is the smallest relative one.
+    """A function with its `places`, and the `active` ones among them; `margin` is the smallest relative margin.
 
-    It is that of the `constraint` with this index, at `time` [s]. The function keeps all bounds at all times if
-    `keeps_bounds` holds. `rounds` counts the programs that were solved.
+    The smallest margin is that of the constraint with the index `constraint`, at `time` [s]. The function keeps all
+    bounds at all times if `keeps_bounds` holds. `rounds` counts the programs that were solved.
     """
 
     mean: ConstrainedMean
@@ -57,11 +57,11 @@ def exchange_bounds(
     tolerance: float = 0.0,
     ceiling: float = np.inf,
 ) -> ExchangeResult | None:
-    """Return the function that keeps all bounds at all times of their index sets, or the last one of the exchange.
+    """Return the function that keeps all bounds at all times of their index sets, or the last function of the exchange.
 
-    The exchange ends where bounds are broken by no more than `tolerance`, a part of their width, and where the price
-    exceeds the `ceiling`: more places would only make it larger. None where the function cannot be computed (formulas
-    that lead nowhere). Raises IllConditioned.
+    The exchange ends when bounds are violated by at most `tolerance`, a part of their width, or when the price exceeds
+    the `ceiling`, as more places would only raise it. None if the function cannot be computed, which may happen with
+    formulas. Raises IllConditioned.
     """
     best: ExchangeResult | None = None
     kept: Places | None = None
@@ -101,11 +101,11 @@ def exchange_bounds(
 def at_steps(problem: ConstrainedProblem, places: Places, known: Places) -> Places:
     """Return places of rough functions moved by up to half a step, so that samples lie whole steps away from them.
 
-    A sample pulls at one time; a bound of g(t + T_s) − g(t) that holds the function for longer passes this pull on from
-    step to step. At such places multipliers are as large as the pull, and the weights that they give to one time
-    cancel. At others, many places share it, with weights that cancel only in what is evaluated: rounding errors of it
-    can be a thousand times larger. A place that is moved to one that is known stays where it was. Functions with
-    analytic kernels are smooth, and touch a bound at single times.
+    A sample acts at one time. An active bound of g(t + T_s) − g(t) passes its effect on from step to step. At places
+    whole steps away from the sample, multipliers are as large as the effect, and the weights that they give to one time
+    cancel. At other places, many share the effect, and their weights cancel only after evaluation, with rounding errors
+    that can be a thousand times larger. A place is not moved onto a known place. Functions with analytic kernels are
+    smooth and touch a bound at single times, so their places are not moved.
     """
     if all(part.kernel.is_analytic for part in problem.prior.parts):
         return places
@@ -125,12 +125,12 @@ def _at_steps(problem: ConstrainedProblem, constraint: Bounded, places: Array, k
 
 
 def same_time(signals: tuple[KernelSum, ...]) -> float:
-    """Return the distance [s] below which two places count as one."""
+    """Return the distance [s] below which two places count as equal."""
     return _SAME_TIME * min(signal.kernel.correlation_time for signal in signals)
 
 
 def spacings(problem: ConstrainedProblem, posterior: JointPosterior) -> tuple[float, ...]:
-    """Return for each constraint a distance [s] over which its quantity keeps most of its correlation, a priori."""
+    """Return for each constraint a distance [s] over which its quantity keeps most of its prior correlation."""
     longest = max(signal.kernel.correlation_time for signal in posterior.signals)
     steps = longest * 2.0 ** (-np.arange(40) / 4)
     return tuple(_spacing(problem, posterior, i, steps) for i in range(len(problem.constraints)))
@@ -150,17 +150,17 @@ def _spacing(problem: ConstrainedProblem, posterior: JointPosterior, constraint:
 
 
 def merged(places: Places, new: Places, same: float) -> Places:
-    """Return the union of places, sorted; of places closer than `same` [s] the known one stays."""
+    """Return the union of places, sorted; of two places closer than `same` [s], the known one is kept."""
     return tuple(_united(*pair, same) for pair in zip(places, new, strict=True))
 
 
 def no_places(problem: ConstrainedProblem) -> Places:
-    """Return no place for any constraint."""
+    """Return an empty array of places for each constraint."""
     return tuple(np.empty((0, 2)) for _ in problem.constraints)
 
 
 def _broken(minima: Minima) -> Minima:
-    """Return the minima at which a bound is broken."""
+    """Return the minima at which a bound is violated."""
     return [(times[margins < 0], margins[margins < 0]) for times, margins in minima]
 
 
@@ -178,7 +178,7 @@ def _worst(minima: Minima) -> tuple[float, int, float]:
 
 
 def _united(places: Array, new: Array, same: float) -> Array:
-    """Return places with those new ones that have no other on their side nearby."""
+    """Return the places, and the new ones that have no other place on their side within `same` [s]."""
     known: dict[float, list[float]] = {LOWER: [], UPPER: []}
     for time, side in sorted(places.tolist()):
         known[side].append(time)
@@ -192,5 +192,5 @@ def _united(places: Array, new: Array, same: float) -> Array:
 
 
 def is_same(one: Places, other: Places) -> bool:
-    """Return whether both are the same places, for each constraint."""
+    """Return whether both have the same places for each constraint."""
     return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))

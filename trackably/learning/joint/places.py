@@ -1,4 +1,4 @@
-"""Places of bounds in the program of the function: a time and a side; and the rows that they are.
+"""Places of bounds in the program of the function (a time and a side), and the linear rows that represent them.
 
 New places are where a function comes near to its bounds: local minima of all margins, sought together.
 """
@@ -21,14 +21,14 @@ from trackably.learning.problem import ActiveBound, ConstrainedProblem, Side
 from trackably.systems.trajectories import Functional, Quantities, Signals, Trajectory
 
 LOWER, UPPER = 1.0, -1.0
-_MANY, _MOST = 500, 1200  # active places: steps in θ are taken with no more
+_MANY, _MOST = 500, 1200  # active places: from how many on they are thinned for steps in θ, and to how many at most
 
 Places = tuple[Array, ...]
 """For each constraint an array (n, 2) of times [s] and sides: `LOWER` or `UPPER`."""
 
 
 class Label(NamedTuple):
-    """Which bound a row is: of the quantity `name`, at `time` [s]."""
+    """The bound that a row represents: of the quantity `name`, on its `side`, at `time` [s]."""
 
     name: str
     side: Side
@@ -39,8 +39,8 @@ class Label(NamedTuple):
 class Demands:
     """Rows that have to be at least `limits`, or equal to them where `is_equation` holds: shapes (r,).
 
-    The row of an upper bound has the opposite sign. `widths` are those of the bounds, to compare violations. `labels`
-    are the name, the side and the time [s] of each row.
+    The row of an upper bound has the opposite sign. `widths` are the widths of the bounds, for comparing violations.
+    `labels` are the name, the side and the time [s] of each row.
     """
 
     rows: Rows
@@ -50,7 +50,7 @@ class Demands:
     labels: tuple[Label, ...]
 
     def among(self, chosen: npt.NDArray[np.intp]) -> "Demands":
-        """Return the chosen demands, by their increasing indices."""
+        """Return the demands with the indices `chosen`, which increase."""
         return Demands(
             self.rows.among(chosen),
             self.limits[chosen],
@@ -61,7 +61,7 @@ class Demands:
 
 
 def chosen(places: Places, flags: Flags) -> Places:
-    """Return the places whose rows have a flag; rows of pins come after those of all places, and are no places."""
+    """Return the places whose rows have a flag. The rows of pins come last and have no places."""
     ends = accumulate(map(len, places))
     return tuple(
         of_constraint[flags[end - len(of_constraint) : end]] for of_constraint, end in zip(places, ends, strict=True)
@@ -69,7 +69,7 @@ def chosen(places: Places, flags: Flags) -> Places:
 
 
 def fewer(places: Places, active: Places) -> Places:
-    """Return the places, or of many active ones every second: neighbours hardly differ in how they move with θ."""
+    """Return the places; if many are active, every second active one, as neighbours respond to θ almost alike."""
     if sum(map(len, active)) <= _MANY:
         return places
     while sum(map(len, active)) > _MOST:
@@ -78,7 +78,7 @@ def fewer(places: Places, active: Places) -> Places:
 
 
 def places_of(active: Sequence[ActiveBound], names: Sequence[str]) -> Places:
-    """Return the places of active bounds for the quantities with these names; pins are no places."""
+    """Return the places of active bounds for the quantities with these names, without pins."""
     sides = {"lower": LOWER, "upper": UPPER}
     return tuple(
         np.array([(b.time, sides[b.side]) for b in active if b.name == name and b.side in sides]).reshape(-1, 2)
@@ -87,7 +87,7 @@ def places_of(active: Sequence[ActiveBound], names: Sequence[str]) -> Places:
 
 
 def flags(places: Places, among: Places) -> Flags:
-    """Return which of the places are also in `among`, one flag for each, all constraints together."""
+    """Return a flag for each place that tells whether it is also in `among`, all constraints joined: shape (r,)."""
     known = [set(map(tuple, of_constraint.tolist())) for of_constraint in among]
     pairs = zip(places, known, strict=True)
     return np.array([tuple(place) in those for some, those in pairs for place in some.tolist()], dtype=bool)
@@ -119,7 +119,8 @@ def demands(problem: ConstrainedProblem, places: Places, near: Signals) -> Deman
 def _add_terms(
     terms: list[list[Terms]], first: int, trajectory: Trajectory, times: Array, sides: Array, near: Signals
 ) -> Array:
-    """Add the terms of a trajectory at these times and sides, as rows from `first` on, to those of each process.
+    """Append the terms of a trajectory at these times and sides to those of each process, as rows
+    numbered from `first`.
 
     Return the rows' offsets.
     """
@@ -133,10 +134,10 @@ def _add_terms(
 
 
 def _linearised(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Array, list[tuple[Functional, Array]]]:
-    """Return o and s_i of q ≈ o + Σ_i s_i (q_i − offset of q_i) at each time, for signals like those of `near`.
+    """Return o and s_i of q ≈ o + Σ_i s_i (q_i − offset of q_i) at each time, linearised at the signals `near`.
 
-    It is q ≈ q(v) + Σ_i ∂q/∂q_i (q_i − v_i), with v_i the arguments at these signals. A functional is linear whatever
-    the signals are.
+    The linearisation is q ≈ q(v) + Σ_i ∂q/∂q_i (q_i − v_i), where v_i are the arguments for these signals. A linear
+    functional is returned unchanged.
     """
     if trajectory.functional is not None:
         return np.full(times.shape, float(trajectory.functional.offset)), [(trajectory.functional, np.ones(()))]
@@ -150,9 +151,9 @@ def _linearised(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Ar
 
 
 _PARTS = (np.arange(1, PARTS) / PARTS)[:, None]
-_CLOSE = 0.05  # of a bound's width: closer local minima are places too, for the steps of θ that follow
-_IN_REACH = 0.5  # of a bound's width: so near are places that matter for steps of θ where formulas bend
-_NEW = 0.1  # of the distance of regular times: closer ones are places already
+_CLOSE = 0.05  # relative to a width: local minima with a smaller margin become places, for the next steps of θ
+_IN_REACH = 0.5  # relative to a width: with formulas, places with a smaller slack matter for steps of θ
+_NEW = 0.1  # relative to the distance of regular times: a time so close to a place is not new
 
 Minima = list[tuple[Array, Array]]
 """For each constraint times [s], and relative margins there: parts of the bounds' widths."""
@@ -160,15 +161,19 @@ Minima = list[tuple[Array, Array]]
 
 @dataclass(frozen=True, eq=False)
 class MarginScan:
-    """The function with these `signals`, as the `constraints` see it. TypeError: some of them have no index set."""
+    """Search for small margins of the function with these `signals` under the `constraints`.
+
+    TypeError: a constraint has no index set.
+    """
 
     constraints: Sequence[Bounded]
     signals: tuple[KernelSum, ...]
 
     def closest(self, places: Places) -> Minima:
-        """Return the local minima of each margin, and where it is negative between neighbouring places.
+        """Return the local minima of each margin, and negative margins between neighbouring places.
 
-        A function bent at two places may leave its bounds between them, where the grid of the index set has no time.
+        A function that is constrained at two places may violate its bounds between them, where the grid of the index
+        set may have no time.
         """
         return _joined(self._minima, self._between([at[:, 0] for at in places]))
 
@@ -179,11 +184,12 @@ class MarginScan:
         return _joined(_joined(found, unseen), rough)
 
     def thinned(self, found: Minima, places: Places, apart: Sequence[float], by: float) -> Minima:
-        """Return the times at which bounds are broken `by` a part of their width, or by more: few at first.
+        """Return few of the times at which bounds are violated `by` more than this part of their
+        width, and their margins.
 
-        They are regular, `apart` [s] for each constraint, and minima far from those, until bounds are broken between
-        them and the `places` only. One minimum at a time, a function that is held to its bound for long would be bent
-        at ever more places.
+        These are regular times, `apart` [s] for each constraint, and minima far from those. When no regular time is
+        new, all violated minima are returned. If single minima were added one by one, a function with a long active
+        stretch would need ever more places.
         """
         found = [(times[margins < -by], margins[margins < -by]) for times, margins in found]
         regular = [self._regular(k, times, by, apart[k]) for k, (times, _) in enumerate(found)]
@@ -198,7 +204,7 @@ class MarginScan:
         return kept
 
     def _regular(self, k: int, broken: Array, by: float, apart: float) -> tuple[Array, Array]:
-        """Return multiples of `apart` between `broken` times at which a bound is broken, and the relative margins."""
+        """Return multiples of `apart` [s] between `broken` times at which a bound is violated, and the margins."""
         if not len(broken):
             return np.empty(0), np.empty(0)
         count = np.arange(np.floor(np.min(broken) / apart) + 1, np.ceil(np.max(broken) / apart))
@@ -207,7 +213,7 @@ class MarginScan:
         return regular[least < -by], least[least < -by]
 
     def places(self, found: Minima) -> Places:
-        """Return the places (n, 2) of those minima whose margin is small, each at the nearer bound."""
+        """Return the minima with a small margin as places (n, 2), each at the nearer bound."""
         times = [at[np.isfinite(margins) & (margins < _CLOSE)] for at, margins in found]
         which, (lower, upper) = _owners(times), self._all.bounds
         places = np.empty((len(which), 2))
@@ -217,7 +223,7 @@ class MarginScan:
         return tuple(_parted(places, times))
 
     def near(self, places: Places) -> Places:
-        """Return those of the places whose bound a small change of the function may reach."""
+        """Return the places at which a moderate change of the function may reach the bound."""
         kept = []
         for constraint, at in zip(self._known, places, strict=True):
             bounds = constraint.quantity.bounds
@@ -231,7 +237,9 @@ class MarginScan:
         return local_minima(self._known, [signal.kernel for signal in self.signals], self._several)
 
     def _between(self, places: Sequence[Array]) -> Minima:
-        """Return for each constraint the lowest margin between neighbouring places, in order, where it is negative."""
+        """Return for each constraint the lowest margins between neighbouring places, in order,
+        where these are negative.
+        """
         if all(len(at) < 2 for at in places):
             return [(np.empty(0), np.empty(0)) for _ in places]
         times = [
@@ -272,7 +280,7 @@ class MarginScan:
 
 
 def _distances(times: Array, others: Array) -> Array:
-    """Return how far each time [s] is from the nearest of the sorted `others`; infinity where there is none."""
+    """Return the distance [s] of each time from the nearest of the sorted `others`; infinity if there are none."""
     padded = np.concatenate([[-np.inf], others, [np.inf]])
     after = np.searchsorted(padded, times)
     return np.asarray(np.minimum(times - padded[after - 1], padded[after] - times))
@@ -292,11 +300,11 @@ def _joined(one: Minima, other: Minima) -> Minima:
 
 
 def _owners(parts: Sequence[Array]) -> Indices:
-    """Return the index of the part that each entry of the joined parts belongs to."""
+    """Return, for each entry of the joined parts, the index of its part."""
     return np.repeat(np.arange(len(parts)), [len(part) for part in parts])
 
 
 def _parted(joined: Array, parts: Sequence[Array]) -> list[Array]:
-    """Divide an array into parts as long as these."""
+    """Split an array into parts with the given lengths."""
     ends = list(accumulate(map(len, parts), initial=0))
     return [joined[first:last] for first, last in pairwise(ends)]

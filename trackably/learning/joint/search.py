@@ -1,9 +1,9 @@
 """Search for hyperparameters and function together: local minima of J(θ) = l(θ) + D(θ) from given starts.
 
-A program with few places is a relaxation. Its minimiser may be far from any minimum of J: a step is taken only if it
-makes J smaller, at all times; otherwise the places that it has shown stay, and the next step is shorter.
+A program with few places is a relaxation. Its minimiser may be far from any minimum of J. A step to it is taken only if
+it lowers J with bounds at all times; otherwise the places that it has shown are kept, and the next step is shorter.
 
-Starts are those of the likelihood and of θ alone.
+The starts are the minima of the likelihood, and the minimum with hyperparameters alone.
 """
 
 from collections.abc import Callable, Sequence
@@ -35,24 +35,24 @@ from trackably.systems.trajectories import Signals
 
 _MAX_ROUNDS, _ROUNDS_OF_FORMULAS = 30, 4
 _SAME_VALUE = 1e-9
-_PRECISION = 1e-11  # of J: the covariances of rows are not more precise
+_PRECISION = 1e-11  # relative to J: the covariances of rows are not more precise
 _NEARBY = 0.1
 _FIRST, _SHORTER, _SHORTEST = 2.0, 4.0, 1e-3  # steps in ln θ
 # Functions on the way to a minimum may break their bounds by this part of the width. So may one that is rough, or whose
 # evaluation is rounded: a larger back-off will mend it, and no other start.
 _ALMOST = 3e-3
-_ROUGH = 1e-6  # of a width: a function that breaks bounds by more needs too many places for steps in θ
-_MOST_STEPS, _MOST_OF_FORMULAS = 1000, 12  # in θ, until places are sought again
+_ROUGH = 1e-6  # relative to a width: a function with larger violations needs too many places for steps in θ
+_MOST_STEPS, _MOST_OF_FORMULAS = 1000, 12  # steps in θ before places are sought again
 _MANY_BENDS = 500  # active places
-_DRAWN_IN = 0.1, 0.03, 0.01, 0.0  # of a width, one after the other
-_COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9  # of 1 + |J|
-_OF_GAP = 0.1  # where formulas bend: less than this part of the gap that is allowed is no gain
-_EXACT = 1e-2  # of a gain: to which a relaxation is minimised
+_DRAWN_IN = 0.1, 0.03, 0.01, 0.0  # back-offs relative to a width, one after the other
+_COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9  # relative to 1 + |J|
+_OF_GAP = 0.1  # with formulas: a smaller part of the allowed gap does not count as a gain
+_EXACT = 1e-2  # relative to a gain: precision with which a relaxation is minimised
 
 
 @dataclass(frozen=True)
 class JointProgram:
-    """J(θ) with bounds at given `places` only: a relaxation. Formulas are linearised at the signals `near` first."""
+    """J(θ) with bounds at given `places` only, a relaxation. Formulas are first linearised at the signals `near`."""
 
     problem: ConstrainedProblem
     places: Places
@@ -63,8 +63,8 @@ class JointProgram:
     ) -> tuple[sqp.Minimum, Places] | None:
         """Return a local minimum within `reach` of `start` in each ln θ, and the places that were active on the way.
 
-        At the start those of `active` are; J is minimised up to a part `precision` of 1 + |J|. None where J has no
-        value at the start.
+        The places `active` are assumed active at the start. J is minimised up to `precision`, relative to 1 + |J|. None
+        if J is undefined at the start.
         """
         space = self.problem.space
         lower, upper = np.maximum(space.log_lower, start - reach), np.minimum(space.log_upper, start + reach)
@@ -79,7 +79,7 @@ class JointProgram:
         return None if found is None else (found, chosen(self.places, working.chosen) if working else self.places)
 
     def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
-        """Return J with its gradient, which the envelope theorem gives; None where J has no value."""
+        """Return J with its gradient (envelope theorem); None if J is undefined."""
         return self._evaluated(log_theta, LastFunction(self.problem, self.places, self.near).mean_for)
 
     def _evaluated(
@@ -97,7 +97,10 @@ class JointProgram:
         return sqp.Evaluation(value + bent.price, by_theta, np.empty(0), np.empty((0, len(log_theta))))
 
     def _working_set(self, active: Places) -> WorkingSet:
-        """Return a set that begins with active places and the pins; rows must not depend on the function."""
+        """Return a working set with the active places and the pins.
+
+        The rows must be linear, independent of the function.
+        """
         demanded = demands(self.problem, self.places, self.near)
         begun = demanded.is_equation.copy()
         begun[: sum(map(len, self.places))] = flags(self.places, active)
@@ -106,7 +109,7 @@ class JointProgram:
 
 @dataclass(frozen=True)
 class Point:
-    """ln θ with l(θ) = `nlml`, and the function at all times."""
+    """A point ln θ with l(θ) = `nlml`, and the function under bounds at all times."""
 
     log_theta: Array
     nlml: float
@@ -119,27 +122,31 @@ class Point:
 
     @property
     def allowed_gap(self) -> float:
-        """By how much J may exceed the least one."""
+        """The amount by which J may exceed the least J."""
         return max(LEAST_GAP, RELATIVE_GAP * self.function.mean.price)
 
     @property
     def is_solution(self) -> bool:
-        """Whether the function keeps its bounds, up to what a back-off mends."""
+        """Whether the function keeps its bounds, up to violations that a larger back-off removes."""
         return not self.function.mean.contradicts and self.function.margin >= -_ALMOST
 
     def is_unfinished(self, ceiling: float) -> bool:
-        """Whether bounds are broken though the exchange ended below the ceiling of J: it needs too many places."""
+        """Whether bounds are violated although the exchange ended below the ceiling of J: it
+        would need too many places.
+        """
         return not (self.is_solution or self.function.mean.contradicts or self.objective > ceiling)
 
     @property
     def ceiling(self) -> float:
-        """J from which on another point is worse."""
+        """The value of J above which another point is worse than this one."""
         return self.objective if self.is_solution else np.inf
 
 
 @dataclass(frozen=True)
 class _Descent:
-    """The last point of a descent, the places met so far, the curvature of J, and how far the next step may `reach`."""
+    """The last point of a descent, the places met so far, the Hessian of J, and the largest next
+    step, `reach`, in ln θ.
+    """
 
     point: Point
     places: Places
@@ -147,16 +154,15 @@ class _Descent:
     reach: float = _FIRST
 
     def met(self, point: Point) -> Places:
-        """Return the places with those of a point."""
+        """Return the places met so far together with those of a point."""
         return merged(self.places, point.function.places, same_time(self.point.function.mean.signals))
 
 
 @dataclass
 class JointSearch:
-    """Follow starts to local minima of J: `best` is the best point, `closest` the one that breaks bounds least.
+    """Local searches for minima of J: `best` is the best point, `closest` the one with the smallest violation.
 
-    `fits` counts the programs in θ. `spread` is by how much the functions with which it could begin
-    differ in J.
+    `fits` counts the programs in θ. `spread` is the range of J among the functions with which a search could begin.
     """
 
     problem: ConstrainedProblem
@@ -190,10 +196,13 @@ class JointSearch:
             self.best = found
 
     def begin(self, log_theta: Array) -> Point | None:
-        """Return the best function for these hyperparameters from several starts, where formulas bend; None if none is.
+        """Return the best function for these hyperparameters from several starts, if bounds are formulas.
 
-        Bounds are drawn in at first, and let out: a path between them leads to where it can be bent further. Where that
-        leads nowhere, as beside a speed of zero, the search goes on with the last bounds that are kept.
+        None if there is none.
+
+        Bounds are tightened at first and relaxed step by step: a path between tightened bounds leads to where it can be
+        changed further. If this fails, as it does near a speed of zero, the search goes on with the tightest bounds
+        that could be kept.
         """
         found = list[tuple[Point, ConstrainedProblem]]()
         for start in starts_for(self.problem, self.problem.posterior(log_theta)):
@@ -214,7 +223,7 @@ class JointSearch:
         return point
 
     def settle(self, log_theta: Array, places: Places | None, near: Signals | None) -> None:
-        """Find the function for these hyperparameters alone: there are no steps in θ to prepare."""
+        """Find the function for these hyperparameters, without any step in θ."""
         begun = no_places(self.problem) if places is None else places
         point = self._at(log_theta, begun, near, 0.0)
         if point is not None and not (point.is_solution or point.function.mean.contradicts):  # too many places
@@ -223,10 +232,10 @@ class JointSearch:
             self.best = point
 
     def _descend(self, path: "_Descent", tolerance: float, least_gain: float) -> "_Descent":
-        """Take steps in θ while they make J smaller by more than `least_gain`, a part of 1 + |J|.
+        """Take steps in θ as long as they lower J by more than `least_gain`, relative to 1 + |J|.
 
-        From a contradiction one step goes to the minimiser of the relaxation. If it is met there too, more places do
-        not resolve it, and the search is given up; so it is where no function is found.
+        From a contradiction, one step is taken to the minimiser of the relaxation. If the rows contradict there too,
+        more places do not resolve it, and the search is given up. It is also given up if no function is found.
         """
         for _ in range(_MAX_ROUNDS if is_linear(self.problem) else _ROUNDS_OF_FORMULAS):
             point = path.point
@@ -258,7 +267,7 @@ class JointSearch:
         return path
 
     def _is_hopeless(self, point: Point) -> bool:
-        """Whether a function breaks bounds though it is bent at most of the times that there are samples for.
+        """Whether a function violates bounds although it has more active places than half the number of samples.
 
         Each further program would take many seconds, and hardly lead to a function that keeps its bounds.
         """
@@ -266,7 +275,7 @@ class JointSearch:
         return not point.is_solution and bent > max(_MANY_BENDS, sum(map(len, self.problem.samples)) / 2)
 
     def _is_known(self, value: float, path: "_Descent", least_gain: float) -> bool:
-        """Whether a relaxation with this value promises too little, or nothing better than the best point."""
+        """Whether a relaxation with this value promises too small a gain, or nothing better than the best point."""
         gain = least_gain * (1 + abs(value))
         nothing = value >= path.point.ceiling - gain or path.reach < _SHORTEST
         return nothing or (np.isinf(path.reach) and self._is_no_better(value))
@@ -279,7 +288,7 @@ class JointSearch:
         tolerance: float,
         ceiling: float = np.inf,
     ) -> Point | None:
-        """Return the point at ln θ, up to where J exceeds the ceiling; None where it cannot be evaluated."""
+        """Return the point at ln θ, evaluated until J exceeds the ceiling; None if it cannot be evaluated."""
         posterior = self.problem.posterior(log_theta)
         try:
             nlml, _ = posterior.negative_log_marginal_likelihood()
@@ -297,17 +306,17 @@ class JointSearch:
         return self.best is not None and value >= self.best.objective - _SAME_VALUE * (1 + abs(self.best.objective))
 
 
-_OTHER_MINIMA = 3  # of the likelihood: they are starts too
-_MANY_SAMPLES = 200  # the search over θ alone takes longer than that for functions
-_TOLD = 4  # bounds that contradict each other
+_OTHER_MINIMA = 3  # minima of the likelihood that are starts beside the best one
+_MANY_SAMPLES = 200  # with more, the search over θ alone takes longer than that for functions
+_TOLD = 4  # largest number of contradicting bounds in an explanation
 
 
 def learn_jointly(problem: ConstrainedProblem, also: Sequence[Array] = ()) -> Solution | NoSolution:
-    """Return the best local minimum of J = l + D that keeps every bound at all times, or why there is none.
+    """Return the best local minimum of J = l + D that keeps every bound at all times, or the reason why there is none.
 
-    Starts are the likelihood's minima, the minimum over θ alone (the paper's problem, in which D = 0), so that J is
-    never larger than there, and the ln θ in `also`. Where the function can be found from no start (formulas may lead
-    nowhere), the minimum over θ alone is returned: it has no active bounds. Deterministic.
+    Starts are the minima of the likelihood, the ln θ in `also`, and the minimum over θ alone (the paper's problem, in
+    which D = 0), so that J is never larger than there. If no start leads to a function, which may happen with formulas,
+    the minimum over θ alone is returned, which has no active bounds. Deterministic.
     """
     free = best_solution(ConstrainedProblem(problem.samples, problem.prior, problem.space))
     if not isinstance(free, Solution):
@@ -333,10 +342,11 @@ def learn_jointly(problem: ConstrainedProblem, also: Sequence[Array] = ()) -> So
 
 
 def learn_from(starts: Sequence[Array], problem: ConstrainedProblem) -> Solution | NoSolution:
-    """Return the best local minimum of J = l + D from these ln θ alone, each of shape (p,), or why there is none.
+    """Return the best local minimum of J = l + D found from these ln θ, each of shape (p,), or the
+    reason why there is none.
 
-    For a problem that differs little from one whose hyperparameters are known, where a search from everywhere is not
-    needed. `problem.pins` are not met by hyperparameters alone: where no function is found, there is no solution.
+    Use it for a problem that differs little from one whose hyperparameters are known. Hyperparameters alone cannot meet
+    `problem.pins`: if no function is found, there is no solution.
     """
     search = JointSearch(problem)
     for log_theta in starts:
@@ -347,10 +357,10 @@ def learn_from(starts: Sequence[Array], problem: ConstrainedProblem) -> Solution
 
 
 def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
-    """Solve a problem whose bounds or times differ a little from those of `solution`: search from its minimiser.
+    """Solve a problem whose bounds or times differ slightly from those of `solution`, starting at its minimiser.
 
-    Where that finds no function, a solution of hyperparameters alone is continued as such; any other is sought anew. It
-    may cost more than hyperparameters alone would: `alone` is still that of `solution`, and tells.
+    If no function is found, a solution with hyperparameters alone is continued as such, and any other problem is solved
+    anew. The result may cost more than hyperparameters alone would: `alone` is taken from `solution`, and shows this.
     """
     search = JointSearch(problem)
     places = solution.active if solution.active_bounds else None
@@ -374,10 +384,10 @@ def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
 
 
 def _alone(problem: ConstrainedProblem, free: Solution, best: Point | None) -> Solution | NoSolution | None:
-    """Return the minimum over θ alone; of many samples only where it is better than the `best` function.
+    """Return the minimum over θ alone; with many samples, only if it is better than the `best` function.
 
-    Each of its programs has a Gram matrix of all samples at each step, and many of them: a search that cannot end below
-    a function that is known is given up as soon as that is seen.
+    Each step of its programs needs a Gram matrix of all samples. So with many samples, the search is given up as soon
+    as it cannot end below a known function.
     """
     if best is None or sum(map(len, problem.samples)) < _MANY_SAMPLES:
         return best_solution(problem, free=free)
@@ -385,10 +395,11 @@ def _alone(problem: ConstrainedProblem, free: Solution, best: Point | None) -> S
 
 
 def learn_function(problem: ConstrainedProblem, near: Solution | None = None) -> Solution | NoSolution:
-    """Return the function that keeps every bound at all times, for hyperparameters that are all known; or why not.
+    """Return the function that keeps every bound at all times, for known hyperparameters, or the
+    reason why there is none.
 
-    `near` is the solution of a problem that differs a little, with other samples or bounds: its places come first.
-    Raises ValueError where hyperparameters are to be learned.
+    `near` is the solution of a problem with slightly different samples or bounds; the search starts with its places.
+    Raises ValueError if hyperparameters are to be learned.
     """
     if problem.prior.learned:
         raise ValueError(f"function: hyperparameters have to be known, but {', '.join(problem.prior.learned)}")

@@ -1,11 +1,11 @@
-"""The function where quantities are formulas: sequential convex programs with a trust region, from several starts.
+"""The function if quantities are formulas: sequential convex programs with a trust region, from several starts.
 
-At given places all formulas depend on the values v of the signals at finitely many instants. With v = L m⁺ + W ξ and
-L κ⁺ Lᵀ = W Wᵀ, the function with these values that is nearest to the posterior mean costs |ξ|², so that it solves
+At given places all formulas depend on the values v of the signals at finitely many instants. With v = L m⁺ + W ξ and L
+κ⁺ Lᵀ = W Wᵀ, the function with these values that is nearest to the posterior mean costs |ξ|², so that it solves
 
     min |ξ|²  subject to  q_a(L m⁺ + W ξ) ≥ b_a,
 
-whose steps are convex programs: see `sqp`. Where it ends, it also solves the program with linearised formulas.
+whose steps are convex programs: see `sqp`. A solution also solves the program with formulas linearised there.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,15 +29,18 @@ from trackably.progress.work import done
 from trackably.systems.polytopes import Interval
 from trackably.systems.trajectories import Functional, Quantity, Signals
 
-_WEAK = 1e-11  # of the largest eigenvalue: what is smaller is rounding
-_PRECISION = 1e-7  # of 1 + the price
-_RADIUS = 2.0  # of the first step: prior standard deviations
-_MOST_STEPS, _BROKEN = 60, 1e-3  # an end that breaks bounds by more, a part of their width, is none
+_WEAK = 1e-11  # relative to the largest eigenvalue: smaller ones are rounding errors
+_PRECISION = 1e-7  # relative to 1 + the price
+_RADIUS = 2.0  # of the first step, in prior standard deviations
+_MOST_STEPS, _BROKEN = 60, 1e-3  # steps; and the largest violation of a result, relative to a width
 
 
 @dataclass(frozen=True)
 class KnownValues:
-    """A signal that is known at its sorted `times` [s] only. At others it has any value: no row gives them a weight."""
+    """A signal that is known only at its sorted `times` [s].
+
+    Values at other times are arbitrary, as no row uses them.
+    """
 
     times: Array
     values: Array
@@ -48,7 +51,7 @@ class KnownValues:
 
 @dataclass(frozen=True)
 class _Bound:
-    """The places of one quantity, or a given value twice: q · `sides` has to be at least `limits`, shapes (n,)."""
+    """The places of one quantity, or a pin as two bounds: q · `sides` has to be at least `limits`, shapes (n,)."""
 
     quantity: Constraint
     times: Array
@@ -74,7 +77,7 @@ class _Bound:
         return self.quantity.arguments_at(self.times)
 
     def slacks(self, arguments: Array) -> Array:
-        """Return what is left to the bound, a part of its width, and its slopes, from the arguments': (1 + k, n)."""
+        """Return the slack relative to the bound's width, and its derivatives: shape (1 + k, n)."""
         found = self.sides * self.quantity.of_arguments(arguments)
         found[0] -= self.limits
         return np.asarray(found / self.quantity.quantity.bounds.width)
@@ -84,8 +87,9 @@ class _Bound:
 class FormulaProgram:
     """The program in ξ (k,) for `bounds`.
 
-    `times` are the instants of each process [s], `mean` is L m⁺ at those of all processes (P,), `root` is W (P, k). The
-    arguments of all formulas are `arguments` (1 + k, N): those of the posterior mean, and how they change with ξ.
+    `times` are the instants of each process [s], `mean` is L m⁺ at those of all processes (P,), and `root` is W (P, k).
+    `arguments` (1 + k, N) are the arguments of all formulas: the values for the posterior mean, and the derivatives by
+    ξ.
     """
 
     bounds: list[_Bound]
@@ -113,7 +117,7 @@ class FormulaProgram:
         return cls(bounds, times, given.mean, root, arguments)
 
     def minimiser_near(self, near: Signals) -> list[KnownValues] | None:
-        """Return the values of a local minimum from signals `near`; None where formulas have no value, or too far."""
+        """Return the values of a local minimum, searched from the signals `near`; None if no feasible one is found."""
         start = np.concatenate([signal(t) for signal, t in zip(near, self.times, strict=True)]) - self.mean
         xi = (self.root / np.sum(self.root**2, axis=0)).T @ start  # columns of W are orthogonal
         free = np.full(len(xi), np.inf)
@@ -126,7 +130,7 @@ class FormulaProgram:
         return [KnownValues(times, values) for times, values in zip(self.times, parts, strict=True)]
 
     def _evaluate(self, xi: Array) -> sqp.Evaluation | None:
-        """Return |ξ|² and the slacks, parts of the bounds' widths; None where a formula has no value."""
+        """Return |ξ|² and the slacks relative to the bounds' widths; None if a formula is undefined."""
         done("evaluation")
         arguments = self.arguments.copy()
         arguments[0] += xi @ arguments[1:]
@@ -138,16 +142,17 @@ class FormulaProgram:
         return sqp.Evaluation(float(xi @ xi), 2 * xi, slacks[0], slacks[1:].T, 2 * np.eye(len(xi)))
 
 
-_KNOTS, _FINE = 4, 2000  # knots in each correlation time, points of a path
-_CLOSE, _MOST_REGULAR = 8, 100  # regular places in each correlation time, and of each side of a bound
+_KNOTS, _FINE = 4, 2000  # knots for each correlation time; points of a path
+_CLOSE, _MOST_REGULAR = 8, 100  # regular places for each correlation time; most of them on each side of a bound
 _PACES, _SLOWER = (0.5, 1.0), 0.5
 
 
 def starts_for(problem: ConstrainedProblem, posterior: JointPosterior) -> list[Signals]:
-    """Return signals from which to search: the posterior means, these at a more even and at an even pace, and slower.
+    """Return signals at which searches start: the posterior means, their path at a more even and
+    at an even pace, and slower.
 
-    The path of the means is driven at a pace between their own and an even one: it stops nowhere, and is nowhere fast.
-    A slower motion is nearer to the prior means.
+    At an even pace, the path of the means is traversed without stops and without fast stretches. A slower motion stays
+    nearer to the prior means.
     """
     means = posterior.signals
     ends, period = _ends(problem.constraints), common_period([signal.kernel for signal in means])
@@ -179,7 +184,7 @@ def _towards(level: float, signal: Callable[[Array], Array]) -> Callable[[Array]
 
 
 def regular_places(problem: ConstrainedProblem, posterior: JointPosterior) -> Places:
-    """Return places at regular times: between few places, a function could turn to where formulas have other minima."""
+    """Return places at regular times. With few places, a function could move to other local minima of the formulas."""
     ends, period = _ends(problem.constraints), common_period([signal.kernel for signal in posterior.signals])
     first, last = ends if period is None else (0.0, period)
     shortest = min(signal.kernel.correlation_time for signal in posterior.signals)
@@ -197,7 +202,7 @@ def _regular(constraint: Bounded, times: Array) -> Array:
 
 
 def _ends(constraints: Sequence[Bounded]) -> tuple[float, float]:
-    """Return the first and the last time [s] that bounds depend on."""
+    """Return the first and the last time [s] at which signals affect the bounds."""
     timed = [constraint for constraint in constraints if isinstance(constraint, Constraint)]
     ends = [constraint.index_set.ends for constraint in timed]
     weights = [(q.sampling_time, w) for c in timed for _, q in c.quantity.trajectory.arguments for w in q.weights]
@@ -205,7 +210,7 @@ def _ends(constraints: Sequence[Bounded]) -> tuple[float, float]:
 
 
 def with_backoff(problem: ConstrainedProblem, least: float) -> ConstrainedProblem:
-    """Return the same problem with bounds drawn in by this part of their width, at least."""
+    """Return the problem with bounds tightened by at least this part of their width."""
     constraints = tuple(
         replace(each, backoff=max(each.backoff, least)) if isinstance(each, Constraint) else each
         for each in problem.constraints
