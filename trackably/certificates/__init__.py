@@ -1,1 +1,1 @@
-"""Proofs for all times: proposed here in plain float64, and handed out only as the checker accepts them."""
+"""Proofs for all times: proposed in plain float64, and handed out only if the checker accepts them."""

@@ -1,4 +1,4 @@
-"""A certificate: a claim about a stored reference, with all that a checker needs to verify it."""
+"""A certificate: a claim about a stored reference, with everything that a checker needs to verify it."""
 
 from dataclasses import dataclass
 
@@ -20,7 +20,10 @@ _NEVER_REACHED = 1e30  # s
 
 @dataclass(frozen=True)
 class Cover:
-    """Boxes [ends_k, ends_(k+1)] without gaps, with one of the `radii` each. Times [s] are exact float64 numbers."""
+    """Boxes [ends_k, ends_(k+1)] without gaps, each with one of the `radii` [s].
+
+    Times [s] are exact float64 numbers.
+    """
 
     ends: tuple[float, ...]
     radii: tuple[float, ...]
@@ -28,14 +31,14 @@ class Cover:
 
 @dataclass(frozen=True)
 class Certificate:
-    """States and inputs of `reference` keep their bounds at the times of `claim`, in float64 evaluation too.
+    """States and inputs of `reference` keep their bounds at the times of `claim`, even when evaluated in float64.
 
-    Each quantity stays at least `evaluation_error` away from its bounds. So its float64 value, as `Reference.state`,
-    `input` and `window` give it (by sums of products, of polynomial pieces in twice the precision), at a float64 time
-    |t| ≤ `evaluated_until` [s] stays inside too; at later ones too, up to `last_time`, where all signals have a period.
-    `covers` holds the boxes of the proof by quantity (none for instants). `terms` is the number of Taylor coefficients
-    of each enclosure (0 without boxes). `robust` says what follows for the disturbed system, and `truth` how far states
-    are from true signals.
+    Each quantity stays at least its `evaluation_error` away from its bounds. So its float64 value at a float64 time |t|
+    ≤ `evaluated_until` [s] keeps the bounds too. Float64 values are those of `Reference.state`, `input` and `window`,
+    which add products (of polynomial pieces in twice the precision). If all signals have a period, this also holds at
+    later times, up to `last_time`. `covers` holds the boxes of the proof by quantity (none for a claim of instants),
+    and `terms` is the number of Taylor coefficients of each enclosure (0 without boxes). `robust` states the
+    consequence for the disturbed system, and `truth` the distances of states from true signals.
     """
 
     reference: Reference
@@ -49,7 +52,7 @@ class Certificate:
 
     @property
     def explanation(self) -> str:
-        """What is proved, in a sentence."""
+        """The proved statement in a sentence."""
         kept = ", ".join(f"{q.name} in {q.bounds}" for q in self.reference.quantities)
         plant = self.reference.plant
         chosen = f", with inputs in {_box(plant)} that push alike" if plant.allocation else ""
@@ -62,10 +65,10 @@ class Certificate:
 
     @property
     def last_time(self) -> float:
-        """The largest |t| [s] at which float64 values are proved to be near enough.
+        """The largest |t| [s] at which float64 values are proved to be accurate enough.
 
-        Where all times are moved by whole periods (`moved_back`), these and the steps must be counted exactly. What
-        remains is off by less than 2⁻⁵³ `evaluated_until`, for which there is room in `evaluation_error`.
+        If times are moved by whole periods (`moved_back`), periods and steps must be counted exactly. The remaining
+        error is less than 2⁻⁵³ `evaluated_until`, and is included in `evaluation_error`.
         """
         if not isinstance(self.claim, AllPhases):
             return self.evaluated_until
@@ -74,7 +77,10 @@ class Certificate:
 
     @property
     def _limit(self) -> str:
-        """Up to when float64 values are proved to be near enough; nothing where that is as long as anybody waits."""
+        """The end of the times at which float64 values are proved to be accurate, in words.
+
+        Empty if it is practically never.
+        """
         last, years = self.last_time, self.last_time / _YEAR
         if last >= _NEVER_REACHED or self.claim.span[1] <= last:
             return ""
@@ -82,14 +88,17 @@ class Certificate:
 
     @property
     def time_tolerance(self) -> float:
-        """The relative tolerance of times at the ends of what is proved, as k T_s is rounded.
+        """The relative tolerance of times at the ends of the claim, because k T_s is rounded.
 
-        Polynomial pieces may jump right there: their proof goes on as far as this.
+        Polynomial pieces may jump at an end: their proof extends by this tolerance.
         """
         return TIME_TOLERANCE_OF_PIECES if self.reference.pieces else _TIME_TOLERANCE
 
     def first_unproved(self, t: Array) -> tuple[int, str] | None:
-        """Return the index of the first of some times [s] that is not proved, and why; None where all are."""
+        """Return the index of the first of some times [s] that is not proved, and the reason.
+
+        None if all are proved.
+        """
         (first, last), until, flat = self.claim.span, self.last_time, t.ravel()
         tolerance = self.time_tolerance * np.abs(flat)
         rounding = f"further from zero than {until:g} s, up to which the proof covers the rounding of evaluation"
@@ -106,7 +115,10 @@ class Certificate:
         return None
 
     def _from_instants(self, t: Array) -> Array:
-        """Return how far each time is from the nearest instant that is proved [s]: zero where all times between are."""
+        """Return the distance [s] of each time from the nearest proved instant.
+
+        Zero if the claim is not about instants only.
+        """
         if not isinstance(self.claim, AtInstants):
             return np.zeros(t.shape)
         sampling_time = self.reference.plant.sampling_time

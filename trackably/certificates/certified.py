@@ -1,7 +1,8 @@
-"""Learn with a proof: fit, try to prove; then take a larger back-off, or constrain a longer window; repeat.
+"""Learn with a proof: fit and try to prove; then increase the back-off, or constrain a longer window; repeat.
 
-Long length scales come with large amplitudes and weights, which cancel: float64 may not evaluate the input of a chain
-of integrators then, which is a difference of them. Where that fails, shorter length scales are searched.
+Long length scales come with large amplitudes and with weights that cancel. The input of a chain of integrators is a
+difference of them, which float64 may not evaluate accurately. If a proof fails for this reason, shorter length scales
+are searched.
 """
 
 from collections.abc import Callable
@@ -30,13 +31,15 @@ from trackably.threads import one_blas_thread
 _LENGTHSCALE = "lengthscale"
 _LARGEST_BACKOFF = 1e-2
 _MOST_ATTEMPTS = 30
-_SAME_VALUE = 1e-6  # of 1 + |J|: so much a back-off costs anyway
-_NEARLY = 1e-3  # of 1 + |J|: more than a smaller back-off gains
+_SAME_VALUE = 1e-6  # relative to 1 + |J|: the unavoidable cost of a back-off
+_NEARLY = 1e-3  # relative to 1 + |J|: more than a smaller back-off can gain
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """A fit with bounds drawn in by `backoff` (a part of their width), its `objective` l, and `proved` or not."""
+    """A fit with bounds tightened by `backoff` (a part of their width), its `objective` l, and
+    whether it was `proved`.
+    """
 
     backoff: float
     objective: float
@@ -47,9 +50,9 @@ class Attempt:
 class Certified:
     """A learned reference with its proof.
 
-    Bounds were drawn in by `backoff` (a part of their width). `cost` is the increase of l compared with the smallest
+    Bounds were tightened by `backoff` (a part of their width). `cost` is the increase of l compared with the smallest
     back-off, which is the optimiser's tolerance. `attempts` counts the fits; each solves several nonlinear programs.
-    `space` is what was searched: without the length scales at which float64 cannot evaluate the reference.
+    `space` is the searched box, without the length scales at which float64 cannot evaluate the reference.
     """
 
     solution: Solution
@@ -78,15 +81,14 @@ def learn_certified(
     pins: tuple[Pin, ...] = (),
     last: Solution | None = None,
 ) -> Certified | NoSolution | Counterexample | Unproved:
-    """Return the best reference that provably keeps its bounds, or why there is none. Deterministic.
+    """Return the best reference that provably keeps its bounds, or the reason why there is none. Deterministic.
 
-    Without a `goal` all times are proved. `on_attempt` is called after each fit and its attempted proof. `pins` need a
-    learner of functions. Where a learner finds nothing that is proved, its second choice tries, unless there are pins.
-    So it does where the proved function costs more than hyperparameters alone did with a smaller back-off, or nearly as
-    much: the better of both is returned, so that J of functions is never larger than that of a second choice that is
-    proved, up to a millionth.
-    The search goes on from `last`, the solution of a problem that differs a little, such as other samples of a window.
-    The solution's `fits` counts the nonlinear programs of all attempts.
+    Without a `goal`, all times are proved. `on_attempt` is called after each fit and its attempted proof. `pins` need a
+    learner of functions. If the learner finds nothing that can be proved, its fallback is used, unless there are pins.
+    The fallback is also tried if the proved function costs more, or hardly less, than hyperparameters alone did with a
+    smaller back-off. The better of both results is returned, so that J of a function exceeds J of a proved fallback by
+    a millionth at most. The search continues from `last`, the solution of a similar problem, for example with other
+    samples of a window. The solution's `fits` counts the nonlinear programs of all attempts.
     """
     goal = goal or for_all_times(samples, prior, plant)
     learning = _Learning(samples, prior, plant, space, on_attempt, learner, pins, last=last)
@@ -101,12 +103,12 @@ def learn_certified(
 
 
 def _nearer(one: NoSolution | Failure, other: NoSolution | Failure) -> NoSolution | Failure:
-    """Return the failure in which less is missing; `other` where it cannot be told."""
+    """Return the failure with the smaller shortfall; `other` if they cannot be compared."""
     return one if _missing(one) < _missing(other) else other
 
 
 def _missing(failure: NoSolution | Failure) -> float:
-    """Return how far a bound is broken, or what its proof lacks, as a part of its width; infinite where unknown."""
+    """Return the violation of a bound, or the shortfall of its proof, relative to its width; infinite if unknown."""
     match failure:
         case NothingFeasible():
             return failure.violation / failure.quantity.bounds.width
@@ -118,9 +120,9 @@ def _missing(failure: NoSolution | Failure) -> float:
 
 
 def _may_cost_more(solution: Solution) -> bool:
-    """Whether hyperparameters alone may be better than a function, or than themselves, with a smaller back-off.
+    """Whether a fallback to hyperparameters alone might cost less than this solution, with a smaller back-off.
 
-    They are not where a function is clearly better than they were, or costs no more than without bounds.
+    It cannot if a function is clearly better than hyperparameters alone were, or costs no more than without bounds.
     """
     if solution.objective < solution.alone - _NEARLY * (1 + abs(solution.alone)) or solution.alone == np.inf:
         return False
@@ -131,7 +133,7 @@ def _may_cost_more(solution: Solution) -> bool:
 
 
 def _learn(goal: Goal, learning: "_Learning") -> Certified | NoSolution | Failure:
-    """Learn towards the goal; extend its window where the proof fails later than all constraints."""
+    """Learn towards the goal; if the proof fails at a time after all constraints, extend the window and repeat."""
     outcome = learning.towards(goal)
     while isinstance(outcome, Failure) and goal.extends_to(_failed_at(outcome)) and learning.may_go_on:
         longer = goal.longer(_failed_at(outcome))
@@ -144,7 +146,7 @@ def _learn(goal: Goal, learning: "_Learning") -> Certified | NoSolution | Failur
 
 @dataclass
 class _Learning:
-    """The data of the learning problem, and the attempts and nonlinear programs so far."""
+    """The data of the learning problem, and counts of the attempts and nonlinear programs so far."""
 
     samples: tuple[Samples, ...]
     prior: JointPrior
@@ -163,7 +165,10 @@ class _Learning:
         return self.attempts < _MOST_ATTEMPTS
 
     def towards(self, goal: Goal) -> Certified | NoSolution | Failure:
-        """Fit and try to prove, each time with a larger back-off. Stop if it fails later than all constraints."""
+        """Fit and try to prove, each time with a larger back-off.
+
+        Stop if the proof fails at a time after all constraints.
+        """
         backoff, learner = self.learner.first_backoff, self.learner
         problem = self._problem(goal, backoff)
         first = found = learner.solve(problem) if self.last is None else learner.extended(self.last, problem)
@@ -199,9 +204,11 @@ class _Learning:
         return _of_given_bounds(found, self.plant) if isinstance(found, NothingFeasible) else found
 
     def _larger(self, backoff: float, found: Solution, error: float = 0.0) -> float:
-        """Return the next back-off. Rough functions get at once what J allows: their bounds are active for long.
+        """Return the next back-off.
 
-        Where J would rise by more than what is allowed, the back-off grows in smaller steps.
+        Rough functions get the largest one that J allows at once, as their bounds are long active.
+
+        If J would rise by more than the allowed gap, the back-off grows in smaller steps.
         """
         enough = self._enough(found)
         if enough > backoff and (found.missed or found.is_rough):
@@ -209,13 +216,16 @@ class _Learning:
         return min(max((10 if 10 * backoff <= enough else 2) * backoff, 4 * error), _LARGEST_BACKOFF)
 
     def _enough(self, found: Solution) -> float:
-        """Return the back-off for which J may rise as much as is allowed: by at most 2 Σ_a λ_a · back-off · width."""
+        """Return the back-off that raises J by the allowed gap: the rise is at most 2 Σ_a λ_a · back-off · width."""
         widths = {quantity.name: quantity.bounds.width for quantity in self.plant.quantities}
         rise = 2 * sum(abs(bound.multiplier) * widths.get(bound.name, 0.0) for bound in found.active_bounds)
         return min(found.allowed_gap / rise, _LARGEST_BACKOFF) if rise else _LARGEST_BACKOFF
 
     def _shortened(self, found: Solution, error: float) -> bool:
-        """Leave length scales above half of those found out of the search; False where that does not help."""
+        """Halve the upper limits of the searched length scales below those found.
+
+        Return False if this does not help.
+        """
         bounds, values = dict(self.space.bounds), found.posterior.prior.hyperparameters
         for name, interval in self.space.bounds.items():
             if name.endswith(_LENGTHSCALE) and values[name] / 2 > interval.lower:
@@ -226,15 +236,17 @@ class _Learning:
         return True
 
     def _problem(self, goal: Goal, backoff: float) -> ConstrainedProblem:
-        """Split the back-off: one half for times between those of the program, one as the optimiser's tolerance."""
+        """Return the problem with one half of the back-off for times between places, and one as
+        the optimiser's tolerance.
+        """
         constraints = [Constraint(_drawn_in(q, backoff / 2), goal.times, backoff / 2) for q in self.plant.quantities]
         return ConstrainedProblem(self.samples, self.prior, self.space, tuple(constraints), self.pins)
 
 
 def _of_given_bounds(found: NothingFeasible, plant: ConstrainedSystem) -> NothingFeasible:
-    """Return what is broken of the plant's own bounds, instead of those that were drawn in.
+    """Return the violation of the plant's own bounds in place of that of the tightened bounds.
 
-    Those drawn in are kept where the given ones are not broken: all that is missing then is the room for a proof.
+    If the plant's own bounds are kept, the tightened ones remain: then only the slack for a proof is missing.
     """
     given = {quantity.name: quantity for quantity in plant.quantities}
     means = [part.mean for part in found.best.prior.parts]
@@ -252,14 +264,15 @@ def _drawn_in(quantity: Quantity, by: float) -> Quantity:
 
 
 def _failed_at(outcome: Failure) -> float:
-    """Return the time [s] at which a bound is broken, or from which nothing is proved."""
+    """Return the time [s] at which a bound is violated, or the start of the box that is not proved."""
     return outcome.time if isinstance(outcome, Counterexample) else outcome.box[0]
 
 
 def _relative_error(reference: Reference) -> float:
-    """Return the largest error of float64 evaluation, as a part of a bound's width.
+    """Return the largest error of float64 evaluation, relative to a bound's width.
 
-    It is bounded up to as many periods as the proof claims, or as many times the latest centre if there is no period.
+    It is bounded up to as many periods as the proof claims, or up to a multiple of the latest centre's time if there is
+    no period.
     """
     latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.kernel_sums)
     window = reference.period or latest

@@ -18,7 +18,7 @@ class AllTimes:
 
     @property
     def span(self) -> tuple[float, float]:
-        """From when to when [s]."""
+        """The first and the last claimed time [s]."""
         return 0.0, math.inf
 
     def __str__(self) -> str:
@@ -33,7 +33,7 @@ class AllPhases:
 
     @property
     def span(self) -> tuple[float, float]:
-        """From when to when [s]."""
+        """The first and the last claimed time [s]."""
         return -math.inf, math.inf
 
     def __str__(self) -> str:
@@ -55,7 +55,7 @@ class OnWindow:
 
     @property
     def span(self) -> tuple[float, float]:
-        """From when to when [s]."""
+        """The first and the last claimed time [s]."""
         return self.start, self.end
 
     def __str__(self) -> str:
@@ -70,7 +70,7 @@ class AtInstants:
 
     @property
     def span(self) -> tuple[float, float]:
-        """From when to when [s]."""
+        """The first and the last claimed time [s]."""
         return 0.0, math.inf
 
     def __str__(self) -> str:
@@ -81,7 +81,7 @@ Claim = AllTimes | AllPhases | OnWindow | AtInstants
 
 
 def refuse_empty(reference: Reference) -> None:
-    """Raise ValueError where there is nothing to prove: nothing is bounded, or a signal has no centres."""
+    """Raise ValueError if there is nothing to prove: nothing is bounded, or a signal has no centres."""
     if not reference.quantities:
         raise ValueError("claim: nothing is bounded, so there is nothing to prove; give a state or an input bounds")
     for i, signal in enumerate(reference.signals):
@@ -93,6 +93,6 @@ def refuse_empty(reference: Reference) -> None:
 
 
 def latest_time(reference: Reference) -> float:
-    """Return the largest distance of a centre from t = 0, and of the shifted signals beyond it [s]."""
+    """Return the largest |t| [s] of a centre, plus the longest shift of a signal."""
     latest = max(float(np.max(np.abs(signal.centres), initial=0.0)) for signal in reference.kernel_sums)
     return latest + max(reference.plant.flatness.orders) * reference.plant.sampling_time

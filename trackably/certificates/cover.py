@@ -1,4 +1,4 @@
-"""Propose boxes that cover a window: the checker says in which of them bounds are kept, and the others are halved."""
+"""Propose boxes that cover a window: the checker tells in which of them bounds are kept, and the others are halved."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,15 +16,15 @@ from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantities
 
 _MOST_BOXES, _MOST_BY_CENTRE = 20_000, 8
-_MOST_HALVINGS, _NARROW_ENOUGH = 60, 4  # so often boxes are halved; so often until most of them have to be accepted
-_EXACT_FROM, _MOST_EXACT = 12, 16  # halvings after which the checker is asked exactly, about so many boxes at most
-_WIDTH, _NARROW = 2.0, 0.7  # correlation times: in wider boxes with a centre nearby most proofs fail; and hardly any
+_MOST_HALVINGS, _NARROW_ENOUGH = 60, 4  # most halvings of a box; and the number after which most have to be accepted
+_EXACT_FROM, _MOST_EXACT = 12, 16  # halvings after which the checker is asked exactly, and about how many boxes at most
+_WIDTH, _NARROW = 2.0, 0.7  # correlation times: in wider boxes near a centre most proofs fail; below, hardly any
 _RATIOS = np.array([1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 26.0, 32.0, 64.0, 128.0])
 
 
 @dataclass(frozen=True)
 class UncoveredBox:
-    """A box [start, end] [s] in which the checker does not accept that the quantity of this name keeps its bounds."""
+    """A box [start, end] [s] in which the checker does not accept that the quantity `name` keeps its bounds."""
 
     name: str
     start: float
@@ -35,10 +35,10 @@ class UncoveredBox:
 def cover(
     draft: Draft, reference: Reference, start: float, end: float, asks: bool = True
 ) -> dict[str, Cover] | UncoveredBox:
-    """Return boxes from `start` to `end` [s] for each quantity, all of which the checker accepts; or where it does not.
+    """Return boxes from `start` to `end` [s] for each quantity, all accepted by the checker; or a box that it refuses.
 
-    Quantities share boxes, which are parts of one another: so each signal is enclosed once in a box. Unless it `asks`,
-    narrow boxes are proposed about which the checker has not been asked.
+    Quantities share boxes, and smaller boxes are parts of larger ones, so that each signal is enclosed once in a box.
+    If `asks` is False, narrow boxes are proposed without asking the checker.
     """
     edges = _first_edges(draft, reference, start, end, asks)
     boxes, wanted = np.stack([edges[:-1], edges[1:]]), np.ones((len(draft.quantities), len(edges) - 1), dtype=bool)
@@ -72,7 +72,10 @@ def cover(
 def _given_up(
     draft: Draft, reference: Reference, boxes: Array, missing: Flags, halvings: int
 ) -> tuple[int, int] | None:
-    """Return a quantity and a box for which halves do not help, or are too many; None where they may help."""
+    """Return a quantity and a box for which halving does not help, or would give too many boxes.
+
+    None if it may help.
+    """
     count, split = boxes.shape[1], np.any(missing, axis=0)
     starts, ends = boxes
     middles, hopeless = _middles(boxes), np.zeros_like(missing)
@@ -80,7 +83,7 @@ def _given_up(
     errors = np.array([draft.errors[q.name] for q in draft.quantities])
     hopeless[:, split] = margins.margins(middles[split]) <= errors[:, None]
     hopeless = missing & (hopeless | ~((starts < middles) & (middles < ends)))
-    # Where narrow boxes are refused nearly everywhere, rounding takes what there is of margins: halves do not help.
+    # If narrow boxes are refused nearly everywhere, rounding errors exceed the margins: halving does not help.
     is_in_vain = halvings >= _NARROW_ENOUGH and split.sum() > max(_MOST_EXACT, 0.875 * count)
     most = _MOST_BOXES + _MOST_BY_CENTRE * sum(len(signal.centres) for signal in draft.subject.signals)
     if np.any(hopeless) or is_in_vain or split.sum() > most or halvings == _MOST_HALVINGS - 1:
@@ -94,7 +97,7 @@ def _middles(boxes: Array) -> Array:
 
 
 def _refused(draft: Draft, boxes: Array, wanted: Flags, exactly: bool) -> tuple[Flags, dict[tuple[str, float], str]]:
-    """Return which of the `wanted` quantities are refused in which boxes (3, B), and why: shape (Q, B)."""
+    """Return which `wanted` quantities are refused in which boxes (3, B), shape (Q, B), and the reasons."""
     index = {q.name: i for i, q in enumerate(draft.quantities)}
     every = [Box(*of) for of in boxes.T.tolist()]
     held = {
@@ -111,9 +114,9 @@ def _refused(draft: Draft, boxes: Array, wanted: Flags, exactly: bool) -> tuple[
 
 
 def _first_edges(draft: Draft, reference: Reference, start: float, end: float, asks: bool) -> Array:
-    """Return the ends of the boxes [s] that are tried first: halves of halves, narrow where centres are near.
+    """Return the ends [s] of the boxes that are tried first, by repeated halving, with narrow boxes near centres.
 
-    Boxes with no centre less than their width away are not halved: far from all centres little happens.
+    A box is not halved if no centre is closer than its width, as signals change slowly far from all centres.
     """
     is_linear = all(q.combination is not None and not q.needs for q in draft.quantities)
     shortest = min(signal.kernel.correlation_time for signal in reference.kernel_sums)
@@ -133,7 +136,7 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float, a
 
 
 def _shifted(draft: Draft) -> list[tuple[int, float]]:
-    """Return the signals s, and the shifts j T [s] at which some quantity looks at them."""
+    """Return the pairs of a signal's index s and a shift j T [s] that occur in the quantities."""
     arguments = [argument for q in draft.quantities for argument in q.arguments.values()]
     found = {
         (s, j)

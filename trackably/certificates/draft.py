@@ -1,6 +1,6 @@
-"""A proof in the making: a reference as the checker reads it, and what the checker says of the parts of its proof.
+"""A draft of a proof: a reference as the checker reads it, and the checker's answers about parts of its proof.
 
-Nothing here is believed: who hands out a proof asks the checker about the whole file.
+Nothing here has to be correct: before a proof is handed out, the checker is asked about the whole file.
 """
 
 from collections.abc import Iterator, Mapping
@@ -32,24 +32,26 @@ LATEST = 1e60
 """Times up to which decaying kernels can be evaluated without overflow [s]."""
 
 _PERIODS, _PERIODS_OF_FORMULAS = 1e3, 1e2
-_TIMES = 101  # of a window, at which errors of flat forms are looked at
-_SLACK = 1.02  # of errors: they are stated so that a small change of the reference needs no other ones
-_NOTHING = checked.Window(0.0, 0.0, checked.Cover({}, TERMS))  # claimed while a certificate is a draft
+_TIMES = 101  # times of a window at which errors of flat forms are estimated
+_SLACK = 1.02  # times an error: stated errors then also hold after a small change of the reference
+_NOTHING = checked.Window(0.0, 0.0, checked.Cover({}, TERMS))  # the claim of a draft
 _FLAT_ERROR = 2.0
-"""Errors of formulas are stated this much larger than they are at single times: those in boxes are then no larger."""
+"""Factor from the errors of formulas at single times to the stated errors, which have to hold in whole boxes."""
 
 
 def evaluated_until(reference: Reference, window: float) -> float:
-    """Return the time [s] up to which evaluation is claimed: so many windows or periods where errors grow with time.
+    """Return the time [s] up to which evaluation is claimed: a number of windows or periods if errors grow with time.
 
-    Flat forms take differences of signals in short steps, which enlarges errors: over fewer periods they are smaller.
+    Flat forms use differences of signals over short steps, which amplify errors, so they get fewer periods.
     """
     far = window * (_PERIODS_OF_FORMULAS if reference.plant.flat_form is not None else _PERIODS)
     return far if any(_errors_grow(signal.kernel, far) for signal in reference.kernel_sums) else LATEST
 
 
 def _errors_grow(kernel: Kernel, far: float) -> bool:
-    """Whether errors grow with time: they do not where every periodic part has a factor that decays fast enough."""
+    """Whether errors grow with time: they do unless every periodic part is multiplied by a part
+    that decays fast enough.
+    """
     if not has_periodic_part(kernel):
         return False
     late, later = (a_kernel(as_written(kernel), "kernel").sizes(exactly(t)).stretch for t in (far, LATEST))
@@ -57,22 +59,22 @@ def _errors_grow(kernel: Kernel, far: float) -> bool:
 
 
 def evaluation_errors(reference: Reference, until: float, window: float | None = None) -> dict[str, float]:
-    """Return what |float64 − exact| of each bounded quantity is at most at all times |t| ≤ `until` [s].
+    """Return an upper bound of |float64 − exact| for each bounded quantity at all times |t| ≤ `until` [s].
 
-    Those of a flat form's formulas are those near some times up to the end of a `window` [s], or up to the latest
-    centre: the checker finds in each box whether they hold.
+    For a flat form's formulas, it is estimated near some times up to the end of a `window` [s], or up to the latest
+    centre: the checker verifies it in each box.
     """
     latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.kernel_sums)
     return dict(Draft.of(reference, until, times_in(0.0, window or latest)).errors)
 
 
 def times_in(start: float, end: float) -> Array:
-    """Return the times [s] of a window at which errors of flat forms are looked at."""
+    """Return the times [s] of a window at which errors of flat forms are estimated."""
     return np.linspace(start, end, _TIMES)
 
 
 def has_periodic_part(kernel: Kernel) -> bool:
-    """Whether any part of κ repeats for ever."""
+    """Whether any part of κ is periodic."""
     if isinstance(kernel, Sum | Product):
         return has_periodic_part(kernel.left) or has_periodic_part(kernel.right)
     return isinstance(kernel, Periodic)
@@ -80,10 +82,10 @@ def has_periodic_part(kernel: Kernel) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Draft:
-    """What a certificate of a reference speaks about, with errors of evaluation as they will be stated.
+    """The subject of a certificate with its evaluation errors, before anything is claimed.
 
-    `quantities` are drawn in by these errors, which are infinite where the checker finds no bound. What is claimed of
-    them is not known yet: the `certificate` claims an empty window.
+    The bounds of `quantities` are tightened by these errors, which are infinite if the checker finds no bound of them.
+    The `certificate` claims an empty window.
     """
 
     certificate: checked.Certificate
@@ -91,9 +93,10 @@ class Draft:
 
     @classmethod
     def of(cls, reference: Reference, until: float, times: Array) -> Self:
-        """Return a draft of which float64 values are claimed up to `until` [s].
+        """Return a draft whose float64 values are claimed up to `until` [s].
 
-        The errors of a flat form's formulas depend on where the signals are: they are looked at at some `times` [s].
+        The errors of a flat form's formulas depend on the values of the signals: they are estimated at some `times`
+        [s].
         """
         subject = subject_of(encode_subject(reference))
         free = quantities(subject, dict.fromkeys((bound.name for bound in subject.bounds), 0.0))
@@ -121,23 +124,23 @@ class Draft:
 
     @property
     def unbounded(self) -> str | None:
-        """The name of a quantity of whose error there is no bound; None where there are bounds of all."""
+        """The name of a quantity whose error is not bounded; None if all errors are."""
         return next((name for name, error in self.errors.items() if not np.isfinite(error)), None)
 
     @property
     def has_sane_sizes(self) -> bool:
-        """Whether all numbers have sizes for which the analysis of rounding holds."""
+        """Whether all numbers are in the range for which the analysis of rounding holds."""
         return check_sizes(self.certificate, list(self.quantities)) is None
 
     def is_settled(self, start: float) -> bool:
-        """Return whether the decay of the kernels keeps all bounds from a time [s] on."""
+        """Return whether the decay of the kernels keeps all bounds from the time `start` [s] on."""
         claim = checked.AllTimes(start, checked.Cover({}, TERMS))
         return check_tail(replace(self.certificate, claim=claim), list(self.quantities), FIRST_PASS) is None
 
     def refused(self, held: Mapping[Box, list[Quantity]], exactly: bool) -> Iterator[tuple[Box, Quantity, str]]:
-        """Yield which quantities are not shown to stay inside their bounds in their boxes, and why.
+        """Yield each box with a quantity that is not shown to keep its bounds there, and the reason.
 
-        What float64 intervals do not decide is enclosed `exactly`, or refused. That takes long.
+        If float64 intervals do not decide, the quantity is enclosed `exactly`, which takes long, or refused.
         """
         needs = FlatNeeds.of(self.certificate, list(self.quantities))
         for box, rest, _ in FIRST_PASS.boxes(needs, self.subject, TERMS, held):
@@ -146,7 +149,7 @@ class Draft:
             yield from ((box, q, why) for q, why in left)
 
     def why_unbounded(self, name: str) -> str:
-        """Return why there is no bound of the error of a quantity."""
+        """Return why the error of a quantity is not bounded."""
         q = next(q for q in self.quantities if q.name == name)
         try:
             error_of(self.subject, q, signal_errors(self.subject, self.certificate.until))
@@ -155,7 +158,7 @@ class Draft:
         return "it is not defined at any time that was looked at"
 
     def value(self, name: str, t: Real) -> Real:
-        """Enclose a bounded quantity at a time [s]. UndefinedError: it may not be defined there."""
+        """Enclose a bounded quantity at a time [s]. UndefinedError: it may be undefined there."""
         return value_at(self.subject, next(q for q in self.quantities if q.name == name), t)
 
 
@@ -164,7 +167,7 @@ def _drawn_in(q: Quantity, by: float) -> Quantity:
 
 
 def _errors_of_formulas(reference: Reference, needs: FlatNeeds, flat: list[Quantity], times: Array) -> dict[str, float]:
-    """Return a little more than the errors of a flat form's quantities near some times [s]."""
+    """Return estimates, from above, of the errors of a flat form's quantities near some times [s]."""
     form = reference.plant.flat_form
     assert form is not None, "there are formulas"
     signals = [signal.summed for signal in reference.kernel_sums]
@@ -178,7 +181,7 @@ def _errors_of_formulas(reference: Reference, needs: FlatNeeds, flat: list[Quant
         for q in flat:
             try:
                 largest[q.name] = max(largest[q.name], _rounded_up(values.error(q, at)))
-            except UndefinedError:  # somewhere else it is defined, or nowhere
+            except UndefinedError:  # it may be defined at other times
                 continue
     return {name: _FLAT_ERROR * error or np.inf for name, error in largest.items()}
 

@@ -1,4 +1,4 @@
-"""Certificates and counterexamples as the checker reads them: a claim, what it is about, and what verifies it.
+"""Certificates and counterexamples in the form that the checker reads: a claim, its subject, and its proof.
 
 Rational numbers are texts such as -3/4.
 """
@@ -22,7 +22,7 @@ from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Functional
 
 _ROOM = 0.99
-"""The stated violation is a little smaller than the one that was found."""
+"""The stated violation is this part of the one that was found."""
 
 _CLAIMS: dict[str, type[AllTimes | AllPhases | OnWindow | AtInstants]] = {
     "all_times": AllTimes,
@@ -33,7 +33,7 @@ _CLAIMS: dict[str, type[AllTimes | AllPhases | OnWindow | AtInstants]] = {
 
 
 def encode_certificate(certificate: Certificate) -> dict[str, Any]:
-    """Return a certificate as the checker reads it."""
+    """Return a certificate in the form that the checker reads."""
     return {
         "format": of_certificate.FORMAT,
         "version": of_certificate.VERSION,
@@ -46,12 +46,12 @@ def encode_certificate(certificate: Certificate) -> dict[str, Any]:
 
 
 def encode_subject(reference: Reference) -> dict[str, Any]:
-    """Return what certificates and counterexamples are about."""
+    """Return the reference and the system that certificates and counterexamples are about."""
     return {"reference": as_written(reference), **_trajectories(reference.plant), **_attainable(reference.plant)}
 
 
 def encode_counterexample(found: Counterexample) -> dict[str, Any]:
-    """Return a counterexample as the checker reads it."""
+    """Return a counterexample in the form that the checker reads."""
     return {
         "format": of_counterexample.FORMAT,
         "version": of_counterexample.VERSION,
@@ -76,7 +76,7 @@ def _proof(certificate: Certificate) -> dict[str, Any]:
 
 
 def _trajectories(plant: ConstrainedSystem) -> dict[str, Any]:
-    """Return states and inputs of a linear system as exact sums of the signals; a nonlinear system's follow from f."""
+    """Return states and inputs of a linear system as exact sums of the signals; empty for a nonlinear system."""
     if not isinstance(plant.system, LinearSystem):
         return {}
     sides = (("states", plant.flatness.states), ("inputs", plant.flatness.inputs))
@@ -85,13 +85,16 @@ def _trajectories(plant: ConstrainedSystem) -> dict[str, Any]:
 
 
 def _functional(functional: Functional) -> dict[str, Any]:
-    """Return the rational numbers of a functional, written as "p/q"."""
+    """Return the rational numbers of a functional as texts "p/q"."""
     weights = [[str(w) for w in of_signal] for of_signal in functional.weights]
     return {"offset": str(functional.offset), "weights": weights}
 
 
 def _attainable(plant: ConstrainedSystem) -> dict[str, Any]:
-    """Return bounds of redundant inputs: where they are kept, some input in the input set acts alike."""
+    """Return the bounds on the effect of redundant inputs.
+
+    If they are kept, some input in the input set has that effect.
+    """
     if plant.allocation is None:
         return {}
     rows = [limit for limit in plant.constraints if limit.side == "input"]
@@ -113,7 +116,7 @@ def _claim_of(found: Counterexample) -> dict[str, Any]:
 
 
 def _robust(robust: Robust | None) -> dict[str, Any]:
-    """Return the field that speaks of disturbances; no field where there are none."""
+    """Return the field about disturbances; no field if there are none."""
     if robust is None:
         return {}
     given, Z = robust.given, robust.invariant
@@ -150,14 +153,14 @@ def _texts(vector: Sequence[Fraction]) -> list[str]:
 
 
 def _without_none(written: Any) -> Any:
-    """Return what was written, without the fields that are left out."""
+    """Return the written form without the fields that are None."""
     if not isinstance(written, dict):
         return written
     return {name: _without_none(value) for name, value in written.items() if value is not None}
 
 
 def as_written(value: object) -> Any:
-    """Return a dataclass of the library as files have it."""
+    """Return a dataclass of the library in the form that files have."""
     from trackably.codec.converter import unverified  # noqa: PLC0415  loaded with the first proof
 
     return unverified(value)

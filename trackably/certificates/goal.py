@@ -21,7 +21,7 @@ _LONGER, _FAR = 1.5, 1e3
 
 
 def checked_claim(claim: object) -> Claim:
-    """Return a claim, a window as two floats. ValueError: anything else."""
+    """Return the claim, with a window as two floats. ValueError: it is no claim."""
     match claim:
         case str("all_times") | str("all_phases"):
             return claim
@@ -33,7 +33,7 @@ def checked_claim(claim: object) -> Claim:
 
 
 def span_of(claim: Claim) -> tuple[float, float]:
-    """Return the first and the last time that is claimed [s]; infinite where there is none."""
+    """Return the first and the last claimed time [s]; infinite if there is none."""
     return claim if isinstance(claim, tuple) else (0.0 if claim == "all_times" else -inf, inf)
 
 
@@ -49,7 +49,7 @@ class Goal:
     is_extensible: bool = False
 
     def extends_to(self, failed_at: float) -> bool:
-        """Whether the window is extended if the proof fails at this time [s], which is later than all constraints."""
+        """Whether the window is extended if the proof fails at this time [s], after all constraints."""
         return self.is_extensible and isinstance(self.times, Window) and failed_at > self.times.end
 
     def longer(self, failed_at: float) -> Self | None:
@@ -70,7 +70,7 @@ def goal_for(claim: Claim, samples: tuple[Samples, ...], prior: JointPrior, plan
 
 
 def refusal(claim: Claim, prior: JointPrior) -> str | None:
-    """Return why this claim cannot be proved with the prior's kernels; None if it can."""
+    """Return the reason why this claim cannot be proved with the prior's kernels; None if it can."""
     kernels = ", ".join(type(part.kernel).__name__ for part in prior.parts)
     if claim == "all_phases" and not has_period(prior):
         return f"all_phases needs periodic kernels of one period, got {kernels}"
@@ -92,7 +92,9 @@ def for_all_times(samples: tuple[Samples, ...], prior: JointPrior, plant: Constr
 
 
 def for_all_times_again(samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem) -> Goal:
-    """Return the same goal where the reference is likely to be proved, as one much like it has been: see `prove`."""
+    """Return the goal of `for_all_times` for a reference that is likely to be proved, as a
+    similar one was: see `prove`.
+    """
     return replace(for_all_times(samples, prior, plant), prove=partial(prove, is_likely=True))
 
 

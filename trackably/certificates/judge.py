@@ -1,7 +1,7 @@
-"""The judge: nothing is handed out as proved or refuted that the checker has not accepted.
+"""The judge: nothing is handed out as proved or refuted unless the checker has accepted it.
 
-What searches for proofs proposes them, and may be wrong. The judge writes each proposal as the file that a user would
-save, and asks the checker about what it says. These are the bytes that are saved.
+The search for proofs only proposes them, and may be wrong. The judge writes each proposal as the file that a user would
+save, and lets the checker read it. These are the bytes that are saved.
 """
 
 from collections.abc import Callable, Mapping
@@ -20,13 +20,13 @@ from trackably.learning.problem import NoSolution
 T = TypeVar("T")
 Judged = Certificate | Counterexample | OutOfReach
 
-_ACCEPTED = "accepted file"  # where `vars` of a certificate or a counterexample has the bytes
+_ACCEPTED = "accepted file"  # the key of the bytes in `vars` of a certificate or a counterexample
 
 
 def judged(outcome: T) -> T | Unproved:
-    """Return a certificate or a counterexample that the checker accepts, and Unproved where it refuses one.
+    """Return a certificate or a counterexample if the checker accepts it, and Unproved if the checker refuses it.
 
-    Outcomes of other kinds claim nothing of a reference, and are returned as they are.
+    Outcomes of other kinds claim nothing about a reference, and are returned unchanged.
     """
     if not isinstance(outcome, Certificate | Counterexample):
         return outcome
@@ -43,13 +43,13 @@ def judged(outcome: T) -> T | Unproved:
 
 
 def judged_contradiction(found: OutOfReach) -> OutOfReach | NotExcluded:
-    """Return a contradiction that the checker accepts; why it does not, where it refuses it."""
+    """Return a contradiction if the checker accepts it, otherwise the reason for its refusal."""
     reason = _why_refused(found, lambda: found.contradiction, checker.Contradicted)
     return NotExcluded(reason) if reason else found
 
 
 def _why_refused(found: Judged, content: Callable[[], Mapping[str, object]], wanted: type[Verdict]) -> str | None:
-    """Return why the checker does not accept a file; None where it does, and then `found` has its bytes."""
+    """Return why the checker refuses a file; None if it accepts the file, whose bytes are then stored in `found`."""
     if _ACCEPTED in vars(found):
         return None
     data, verdict = judged_file(content())
@@ -60,44 +60,47 @@ def _why_refused(found: Judged, content: Callable[[], Mapping[str, object]], wan
 
 
 def judged_file(content: Mapping[str, object]) -> tuple[bytes, Verdict]:
-    """Return the bytes of a file with this content, and what the checker says of them."""
+    """Return the bytes of a file with this content, and the checker's verdict."""
     data = to_json(content)
     return data, checker.check(from_json(data))
 
 
 def accepted_file(found: Judged) -> bytes:
-    """Return the very bytes that the checker accepted. KeyError: it has not been asked, or has refused."""
+    """Return the very bytes that the checker accepted. KeyError: it was not asked, or it refused them."""
     data: bytes = vars(found)[_ACCEPTED]
     return data
 
 
 def found_or_raise(outcome: T | NoSolution | Counterexample | Unproved) -> T:
-    """Return what was found. NotTrackableError: it is why there is nothing, or nothing that is proved."""
+    """Return the outcome if it is a result.
+
+    NotTrackableError: it is a reason why there is none, or none that is proved.
+    """
     if isinstance(outcome, NoSolution | Counterexample | Unproved):
         raise NotTrackableError(outcome)
     return outcome
 
 
 class NotTrackableError(NoReferenceError):
-    """No certified reference was found; `outcome` says by how much, where and why."""
+    """No certified reference was found; `outcome` tells the reason: by how much, where and why."""
 
     def __init__(self, outcome: NoSolution | Counterexample | Unproved) -> None:
         self.outcome = judged_contradiction(outcome) if isinstance(outcome, OutOfReach) else judged(outcome)
         super().__init__(self.outcome.explanation)
 
     def save_counterexample(self, path: Path | str) -> None:
-        """Write the time at which a bound is broken, for `python -m trackably check FILE`.
+        """Write the counterexample, a time at which a bound is violated, for `python -m trackably check FILE`.
 
-        Raises OSError, and ValueError where the outcome is no counterexample.
+        Raises OSError, and ValueError if the outcome is no counterexample.
         """
         if not isinstance(self.outcome, Counterexample):
             raise ValueError(f"save_counterexample: there is none: {self.outcome.explanation}")
         write_atomically(new_file("save_counterexample", path), accepted_file(self.outcome))
 
     def save_contradiction(self, path: Path | str) -> None:
-        """Write what excludes every reference, for `python -m trackably check FILE`.
+        """Write the contradiction that excludes every reference, for `python -m trackably check FILE`.
 
-        Raises OSError, and ValueError where the outcome is no contradiction of bounds and given values.
+        Raises OSError, and ValueError if the outcome is no contradiction.
         """
         if not isinstance(self.outcome, OutOfReach):
             raise ValueError(f"save_contradiction: there is none: {self.outcome.explanation}")

@@ -13,10 +13,10 @@ from trackably.systems.tightening import Tightening
 
 @dataclass(frozen=True)
 class Counterexample:
-    """Bounds are certainly broken by at least `violation`, at `time` [s] or at exactly k T_s for a `step` k.
+    """Bounds are certainly violated by at least `violation`, at `time` [s], or at exactly k T_s for a `step` k.
 
-    The time is one of those that were to be proved of the `reference`: the real times in `span` [s], or, if there is a
-    step, the instants in it.
+    The time is one of those for which the `reference` was to be proved: a real time in `span` [s], or, if there is a
+    step, an instant in it.
     """
 
     quantity: str
@@ -41,7 +41,7 @@ class Counterexample:
 class Unproved:
     """Neither a proof nor a counterexample was found: the margin is too small by `shortfall` (the quantity's unit).
 
-    The proof of `quantity` fails in `box` [s]; `reason` says why.
+    The proof of `quantity` fails in `box` [s]; `reason` is the cause.
     """
 
     quantity: str
@@ -66,13 +66,13 @@ class Unproved:
 
 @dataclass(frozen=True, repr=False)
 class OutOfReach(NoSolution):
-    """No sequence of states and inputs satisfies bounds and given values.
+    """No sequence of states and inputs satisfies the bounds and the given values.
 
-    `given` is the value that cannot be had beside those before it, or the bounds that a nonlinear system has to leave;
-    `missing` is by how much at least, in its unit.
-    Where bounds alone contradict each other, `given` is empty, and `missing` is the least part of their widths by which
-    all of them would have to be moved. `among` says what follows from what: bounds and values, with their times.
-    `contradiction` is the content of the file that the checker is asked about.
+    `given` is a value that contradicts those before it, or the bounds that a nonlinear system has to violate; `missing`
+    is the least correction of it that would be needed, in its unit. If bounds alone contradict each other, `given` is
+    empty, and `missing` is the least part of their widths by which all of them would have to be moved. `among` lists
+    the bounds and values of the argument, with their times. `contradiction` is the content of the file that the checker
+    reads.
     """
 
     given: str
@@ -93,8 +93,10 @@ class OutOfReach(NoSolution):
 
 @dataclass(frozen=True, repr=False)
 class Impossible(OutOfReach):
-    """No reference exists, whatever the kernel, the samples, the feedback and the margin: the plant's own bounds and
-    the given values contradict each other."""
+    """The plant's own bounds and the given values contradict each other, so that no reference exists.
+
+    This holds for any kernel, samples, feedback and margin.
+    """
 
     @property
     def explanation(self) -> str:
@@ -103,10 +105,10 @@ class Impossible(OutOfReach):
 
 @dataclass(frozen=True, repr=False)
 class NoSignal(OutOfReach):
-    """No true signal explains the samples of the state `given`: these, in `among`, contradict each other.
+    """No true signal explains the samples of the state `given`: those in `among` contradict each other.
 
-    None of them can be left out. The noise's bound would have to be larger by `missing` at least (0: it does not help
-    alone), or the one that is `limited`, "slope" or "second derivative", by `growth`.
+    None of them can be left out. One of two bounds would have to be larger: that of the noise by at least `missing` (0:
+    it does not help), or that of `limited`, "slope" or "second derivative", by `growth`.
     """
 
     limited: str
@@ -123,9 +125,9 @@ class NoSignal(OutOfReach):
 
 @dataclass(frozen=True, repr=False)
 class InfeasibleTightening(OutOfReach):
-    """No reference keeps the bounds drawn in by this `tightening`, whatever the kernel and the samples.
+    """No reference keeps the bounds after this `tightening`, for any kernel and samples.
 
-    It depends on the feedback and the margin: with others there may be a reference.
+    The tightening depends on the feedback and the margin: with others there may be a reference.
     """
 
     tightening: Tightening
@@ -147,7 +149,7 @@ class InfeasibleTightening(OutOfReach):
 
 @dataclass(frozen=True, repr=False)
 class NotExcluded(NoSolution):
-    """A contradiction that is not accepted: nothing is known of what it says."""
+    """A contradiction that the checker did not accept, so that nothing is known about it."""
 
     reason: str
 

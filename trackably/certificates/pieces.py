@@ -1,7 +1,7 @@
-"""Propose a proof of a claim about a reference of polynomial pieces, or a counterexample: the checker says what holds.
+"""Propose a proof of a claim about a reference of polynomial pieces, or a counterexample.
 
-A proof about pieces takes no boxes: the checker finds for itself whether polynomials stay inside their bounds. So it is
-asked first, and only where it refuses, the worst time is sought in float64.
+A proof about pieces needs no boxes: the checker itself finds out whether polynomials stay inside their bounds. So the
+checker is asked first, and only if it refuses, the worst time is sought in float64.
 """
 
 import math
@@ -32,13 +32,13 @@ from trackably.systems.trajectories import Quantities, Quantity
 
 Outcome = Certificate | Counterexample | Unproved
 
-_LATEST, _PERIODS = 1e60, 2.0**49  # up to which times evaluation is claimed [s], and after how many periods
+_LATEST, _PERIODS = 1e60, 2.0**49  # evaluation is claimed up to this time [s] and up to so many periods
 
 _CLOSER, _POINTS = 8, 33
 
 
 def prove_pieces(reference: Reference) -> Outcome:
-    """Prove the bounds for all real t ≥ 0 of signals that come to rest, or for all real t of periodic ones.
+    """Prove the bounds for all real t ≥ 0 if signals come to rest, or for all real t if they are periodic.
 
     ValueError: signals end, they do not have one period, or the system is not linear.
     """
@@ -101,12 +101,12 @@ class _ProofProblem:
 
     @property
     def certificate(self) -> Certificate:
-        """What the checker is asked about."""
+        """The certificate that the checker is asked about."""
         return Certificate(self.reference, self.claim, 0, {}, self.errors, self.until)
 
     @cached_property
     def window(self) -> tuple[float, float]:
-        """From when to when pieces are looked at [s]."""
+        """The first and the last time [s] at which pieces are examined."""
         match self.claim:
             case AllTimes(tail_start):
                 return 0.0, tail_start
@@ -116,7 +116,7 @@ class _ProofProblem:
 
     @cached_property
     def until(self) -> float:
-        """Up to when evaluation is claimed [s]: whole periods have to be counted in float64."""
+        """The time [s] up to which evaluation is claimed: whole periods have to be counted in float64."""
         periods = [signal.period for signal in self.reference.pieces if signal.beyond == "period"]
         return min([_LATEST, *(_PERIODS * period for period in periods)])
 
@@ -127,7 +127,7 @@ class _ProofProblem:
 
     @property
     def has_sane_sizes(self) -> bool:
-        """Whether all numbers have sizes for which the analysis of rounding holds."""
+        """Whether all numbers are in the range for which the analysis of rounding holds."""
         return check_sizes(checked.Certificate(self.subject, self._cells, self.until, {}, None)) is None
 
     @cached_property
@@ -142,7 +142,10 @@ class _ProofProblem:
 
     @property
     def broken_beside(self) -> Quantity | None:
-        """A quantity that may leave its bounds right beside a window, where k T_s may be rounded to; None for none."""
+        """A quantity that may violate its bounds just outside a window, where k T_s may be rounded to.
+
+        None if there is none.
+        """
         if not isinstance(self.claim, OnWindow):
             return None
         start, end = self.window
@@ -157,7 +160,7 @@ class _ProofProblem:
 
     @cached_property
     def seen(self) -> tuple[Array, Array]:
-        """Increasing times [s], shape (N,), and the margins of all quantities at them, shape (Q, N), nearly."""
+        """Increasing times [s], shape (N,), and the approximate margins of all quantities there, shape (Q, N)."""
         signals = self.reference.pieces
         shifts = self.reference.plant.sampling_time * np.arange(max(self.reference.plant.flatness.orders) + 1.0)
         every = Quantities(self.reference.quantities, [signal.summed for signal in signals])
@@ -167,7 +170,7 @@ class _ProofProblem:
         return times, every.margins(times)
 
     def failure(self, quantity: Quantity) -> Counterexample | Unproved | None:
-        """Return where a quantity is seen to leave its bounds, or no room for rounding; None where it is not."""
+        """Return how a quantity violates its bounds, or leaves no slack for rounding; None if no violation is seen."""
         (start, end), reserve = self.window, Fraction(self.errors[quantity.name])
         times, margins = self.seen
         signals = [signal.summed for signal in self.reference.pieces]
@@ -186,19 +189,21 @@ class _ProofProblem:
         return self.unproved(quantity, reason, time, short.numerator / short.denominator)
 
     def _beyond(self, quantity: Quantity, time: float) -> Fraction:
-        """Return how far a quantity is outside of its bounds at a time [s], exactly; it is negative inside."""
+        """Return the exact distance of a quantity outside its bounds at a time [s]; negative inside."""
         bound = next(bound for bound in self.subject.bounds if bound.name == quantity.name)
         value = value_of_pieces(self.subject, bound, Fraction(time))
         return max(Fraction(bound.lower) - value, value - Fraction(bound.upper))
 
     def unproved(self, quantity: Quantity, reason: str, time: float | None = None, short: float = math.inf) -> Unproved:
-        """Return what a proof lacks, from the start to the end of what is claimed where no time is given."""
+        """Return the failure of a proof at `time` [s], or at all claimed times if no time is given."""
         box = self.claim.span if time is None else (time, time)
         return Unproved(quantity.name, quantity.bounds, box, short, reason)
 
 
 def least_near(of: Callable[[Array], Array], times: Array, values: Array) -> tuple[float, float]:
-    """Return the time [s] next to the least of some `values` at which a function is least, and what it is there."""
+    """Return the time [s] at which a function has a minimum, near the least of some `values` at
+    `times`, and the minimum.
+    """
     for _ in range(_CLOSER):
         i = int(np.argmin(values))
         around = np.linspace(times[max(i - 1, 0)], times[min(i + 1, len(times) - 1)], _POINTS)
@@ -214,9 +219,9 @@ def keeps(
     window: Sequence[float],
     ends: tuple[Fraction, Fraction],
 ) -> bool:
-    """Return whether the checker shows that Σ_i row_i part_i stays between two numbers, from one time [s] to another.
+    """Return whether the checker shows that Σ_i row_i part_i stays between two numbers on a `window` [s].
 
-    The numbers are rational; denominators of 2^k only.
+    The numbers `ends` are rational, with denominators 2^k.
     """
     start, end = map(Fraction, window)
     q = whole_sum(subject, row, parts, [start, end], list(ends))
@@ -226,7 +231,9 @@ def keeps(
 
 
 def times_to_look_at(signals: Sequence[PolynomialPieces], shifts: Array, start: float, end: float) -> Array:
-    """Return increasing times [s]: those at which shifted pieces begin, with their neighbours, and some between."""
+    """Return increasing times [s]: the ends of shifted pieces, their neighbours in float64, and
+    some times in between.
+    """
     breaks = [np.array([start, end])]
     for signal in signals:
         ends, turns = signal.breakpoints, np.zeros(1)

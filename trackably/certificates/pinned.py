@@ -1,6 +1,6 @@
-"""Values that a reference has at one time, up to tolerances: rows of the learning problem, and a proof of their own.
+"""Required values of a reference at one time, up to tolerances: rows of the learning problem, and a proof of their own.
 
-The proof is that of a claim like any other: in a short window around the time, the reference keeps the bounds of a
+The proof is that of a claim like any other. In a short window around the time, the reference keeps the bounds of a
 plant with the same system, whose state and input sets are the values with their tolerances.
 """
 
@@ -20,17 +20,17 @@ from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Functional, Trajectory
 
 WINDOW = 1e-6
-"""Of a sampling time, to either side: values are proved in a window, as that of a certificate has a length."""
+"""Half the length of the window in which values are proved, relative to the sampling time."""
 
-_NOTHING = 1e-12  # of a tolerance: 1e-4 of a width is no short decimal
+_NOTHING = 1e-12  # relative to a tolerance: its rounding error as a decimal number
 
 
 @dataclass(frozen=True)
 class Pinned:
-    """At `time` [s], states and inputs have these `values`, by name, each up to its tolerance (in its unit).
+    """Required `values` of states and inputs at `time` [s], by name, each up to its tolerance (in its unit).
 
-    Without values, the system is at rest there: in an equilibrium, with the input that holds it. Which one, is known
-    once there is a reference (`found`).
+    Without values, the system has to be at rest then: in an equilibrium, with the input that holds it. The reference
+    determines which equilibrium (`found`).
     """
 
     time: float
@@ -40,7 +40,8 @@ class Pinned:
     def pins(self, plant: ConstrainedSystem) -> tuple[Pin, ...]:
         """Return the rows of the learning problem.
 
-        A value next to a bound is moved inside, by half its tolerance at most: bounds are drawn in for the proof.
+        A value next to a bound is moved inside, by half its tolerance at most, because bounds are tightened for the
+        proof.
         """
         of, T = coordinates(plant), plant.sampling_time
         if not self.values:
@@ -53,7 +54,7 @@ class Pinned:
         )
 
     def found(self, reference: Reference) -> Self:
-        """Return the values themselves: at rest, those that states and inputs keep while signals stay as they are."""
+        """Return the values themselves; at rest, those of the equilibrium of the signals' values at that time."""
         if self.values:
             return self
         levels = [signal(np.asarray(self.time)).item() for signal in reference.signals]
@@ -62,7 +63,7 @@ class Pinned:
     def plant(self, plant: ConstrainedSystem) -> ConstrainedSystem:
         """Return the plant whose bounds are the values with their tolerances.
 
-        A nonlinear plant keeps its own bounds too: they show that its formulas are defined. ValueError: they exclude
+        A nonlinear plant keeps its own bounds too, which show that its formulas are defined. ValueError: these exclude
         the values.
         """
         bounded = self.alone if isinstance(plant.system, LinearSystem) else self.within
@@ -73,20 +74,20 @@ class Pinned:
         )
 
     def prove(self, reference: Reference) -> Outcome:
-        """Prove that the reference has the values, in a window that holds `time` and its neighbours in float64."""
+        """Prove that the reference has the values, in a window that contains `time` and its neighbours in float64."""
         half = max(WINDOW * reference.plant.sampling_time, 4 * float(np.spacing(abs(self.time))))
         at = Reference(reference.signals, self.plant(reference.plant))
         return prove_on_window(at, self.time - half, self.time + half)
 
     def alone(self, bounded: Polytope, names: tuple[str, ...]) -> Polytope:
-        """Return the set of the values of these coordinates, with their tolerances; others are free."""
+        """Return the set in which these coordinates have their values up to tolerances, and the others are free."""
         pinned = [(i, self.values[name], self.tolerances[name]) for i, name in enumerate(names) if name in self.values]
         rows = np.eye(len(names))[[i for i, _, _ in pinned]]
         low, high = (np.array([value + sign * by for _, value, by in pinned]) for sign in (-1, 1))
         return Polytope(rows, low, high, bounded.dimension)
 
     def within(self, bounded: Polytope, names: tuple[str, ...]) -> Polytope:
-        """Return the part of a set with these values, up to their tolerances. ValueError: there is none."""
+        """Return the subset with these values, up to their tolerances. ValueError: it is empty."""
         of = self.alone(bounded, names)
         return Polytope(
             np.vstack([bounded.rows, of.rows]),
@@ -111,7 +112,7 @@ class Pinned:
 
 
 def extent(plant: ConstrainedSystem, name: str) -> Interval | None:
-    """Return between which values a state or an input lies in its set; None where nothing bounds it."""
+    """Return the interval of a state or an input in its set; None if nothing bounds it."""
     if name in plant.system.states:
         return plant.state_set.extent(plant.system.states.index(name))
     return plant.input_set.extent(plant.system.inputs.index(name))

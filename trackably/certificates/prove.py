@@ -1,4 +1,4 @@
-"""Propose a proof of a claim about a reference, or a counterexample; or say what is missing.
+"""Propose a proof of a claim about a reference, or a counterexample; or explain what is missing.
 
 Everything here is plain float64, and may be wrong: the checker is asked about each part, and again about the whole file
 before anything is handed out.
@@ -34,8 +34,8 @@ _LATEST_STEP, _AT_REST, _FAR = 100_000, 1e3, 1e6
 def prove(reference: Reference, is_likely: bool = False) -> Outcome:
     """Prove the bounds for all real t ≥ 0: over one period, or by boxes and a decaying envelope if there is none.
 
-    Of polynomial pieces, what `prove_pieces` proves. Where one much like this reference has been proved, this one
-    `is_likely` to be: the checker is asked about the whole proof at once, and about its parts if it refuses that.
+    References of polynomial pieces are passed to `prove_pieces`. A proof `is_likely` if a similar reference was proved:
+    the checker is then first asked about the whole proof at once, and about its parts only if it refuses this.
     """
     if reference.pieces:
         return prove_pieces(reference)
@@ -45,7 +45,10 @@ def prove(reference: Reference, is_likely: bool = False) -> Outcome:
 
 
 def prove_for_all_phases(reference: Reference, period: float, is_likely: bool = False) -> Outcome:
-    """Prove the bounds for all real t, by boxes over one `period` [s]. ValueError unless it is that of all kernels."""
+    """Prove the bounds for all real t, by boxes over one `period` [s].
+
+    ValueError: it is not the period of all kernels.
+    """
     if period != reference.period:
         raise ValueError(f"claim: {period!r} s is not the period of every part of the kernel")
     problem = _ProofProblem(reference, period, (-np.inf, np.inf))
@@ -61,7 +64,7 @@ def prove_on_window(reference: Reference, start: float, end: float) -> Outcome:
 
 
 def prove_while_settling(reference: Reference, is_likely: bool = False) -> Outcome:
-    """Prove the bounds for all real t ≥ 0: by boxes, then by a decaying envelope that lies inside them."""
+    """Prove the bounds for all real t ≥ 0: by boxes, then by a decaying envelope that stays inside the bounds."""
     problem = _ProofProblem(reference, latest_time(reference))
 
     def proposed(asks: bool) -> Outcome:
@@ -72,7 +75,7 @@ def prove_while_settling(reference: Reference, is_likely: bool = False) -> Outco
 
 
 def prove_at_instants(reference: Reference) -> Outcome:
-    """Prove the bounds at all instants k T_s, k ≥ 0, of a reference that decays; prove nothing between instants."""
+    """Prove the bounds at all instants k T_s, k ≥ 0, of a reference that decays, but not between them."""
     problem = _ProofProblem(reference, latest_time(reference), at_instants=True)
     start, step = problem.tail_start(), reference.plant.sampling_time
     if start is None or start / step > _LATEST_STEP:
@@ -81,7 +84,10 @@ def prove_at_instants(reference: Reference) -> Outcome:
 
 
 def _judged(propose: Callable[[bool], Outcome], is_likely: bool) -> Outcome:
-    """Return what the checker accepts of a proposal; where it `is_likely`, of one that nobody was asked about."""
+    """Return what the checker accepts.
+
+    If a proof `is_likely`, a proposal made without asking the checker is tried first.
+    """
     if is_likely and isinstance(found := judged(propose(False)), Certificate):
         return found
     return judged(propose(True))
@@ -89,7 +95,7 @@ def _judged(propose: Callable[[bool], Outcome], is_likely: bool) -> Outcome:
 
 @dataclass(frozen=True)
 class _ProofProblem:
-    """What is needed to prove a reference at all times in `span` [s], or at the instants k T_s in it.
+    """The data of a proof at all times in `span` [s], or at the instants k T_s in it.
 
     Float64 evaluation is bounded up to far beyond `window` [s]. Raises ValueError as `refuse_empty`.
     """
@@ -104,18 +110,21 @@ class _ProofProblem:
 
     @cached
     def draft(self) -> Draft:
-        """The certificate in the making. Errors of flat forms are stated near times in the window, and at rest."""
+        """The draft of the certificate. Errors of flat forms are estimated at times in the window, and at rest."""
         (start, end), until = self.span, evaluated_until(self.reference, self.window)
         times = np.append(times_in(0.0, self.window), _AT_REST * self.window)
         return Draft.of(self.reference, until, times_in(start, end) if np.isfinite(end) else times)
 
     def tail_start(self, asks: bool = True) -> float | None:
-        """Return a time [s] from which on nothing breaks a bound; None where there is none."""
+        """Return a time [s] after which no bound is violated; None if none is found."""
         is_bounded = self.draft.has_sane_sizes and self.draft.unbounded is None
         return tail_start(self.draft, self.reference, asks) if is_bounded else None
 
     def cover_window(self, claim: Claim, start: float, end: float, asks: bool = True) -> Outcome:
-        """Return a certificate with boxes from `start` to `end` [s]; or why there is none, where it `asks`."""
+        """Return a certificate with boxes from `start` to `end` [s].
+
+        If it `asks` the checker, otherwise the reason for failure.
+        """
         if not self.draft.has_sane_sizes:
             return self._beyond_analysis
         if asks and (failure := self._broken(start, end)):
@@ -139,7 +148,7 @@ class _ProofProblem:
         return Certificate(self.reference, claim, terms, covers, dict(self.draft.errors), self.draft.certificate.until)
 
     def _broken(self, start: float, end: float) -> Failure | None:
-        """Return what breaks a bound, or is nearer to it than rounding, if anything is seen to."""
+        """Return a violation of a bound, or a margin smaller than rounding errors, if the float64 margins show one."""
         if name := self.draft.unbounded:
             return self._broken_for_certain(start, end) or self._unbounded_error(self.reference.quantity(name))
         drawn = sketches(self.reference, start, end)
@@ -151,7 +160,7 @@ class _ProofProblem:
         return jump_of(self.reference, drawn)
 
     def _broken_for_certain(self, start: float, end: float) -> Counterexample | None:
-        """Return a counterexample near one of the worst times; None where none is found."""
+        """Return a counterexample near one of the worst times; None if none is found."""
         drawn = zip(self.reference.quantities, sketches(self.reference, start, end), strict=True)
         failures = (self._failure_near(quantity, seen.worst_time) for quantity, seen in drawn)
         return next((failure for failure in failures if isinstance(failure, Counterexample)), None)
@@ -182,7 +191,9 @@ class _ProofProblem:
         return Unproved(first.name, first.bounds, (-np.inf, np.inf), np.inf, reason)
 
     def _failure_near(self, quantity: Quantity, time: float) -> Failure | None:
-        """The same as `_failure_at`, at the instant nearest to `time` [s] if only instants are to be proved."""
+        """Return the result of `_failure_at`, at the instant nearest to `time` [s] if only
+        instants are to be proved.
+        """
         step = self.reference.plant.sampling_time
         if not self.at_instants:
             return self._failure_at(quantity, time)
@@ -190,7 +201,10 @@ class _ProofProblem:
         return self._failure_at(quantity, k * step, k)
 
     def _failure_at(self, quantity: Quantity, time: float, step: int | None = None) -> Failure | None:
-        """Return the failure that the value shows at `time` [s], or at exactly k T_s for a `step` k; None if none."""
+        """Return the failure that the enclosed value shows at `time` [s], or at exactly k T_s for a `step` k.
+
+        None if none.
+        """
         bounds, reserve = quantity.bounds, self.draft.errors[quantity.name]
         at = exactly(time) if step is None else step * self.draft.subject.step
         try:
@@ -215,7 +229,7 @@ class _ProofProblem:
         return Unproved(quantity.name, quantity.bounds, (-np.inf, np.inf), np.inf, reason)
 
     def _advised(self, reason: str) -> str:
-        """Return why something is not defined, and what would help where it is a heading."""
+        """Return the reason with advice, if the undefined quantity is a heading."""
         form = self.reference.plant.flat_form
         return f"{reason}{_MOVES}" if form is not None and form.angles and "angle" in reason else reason
 

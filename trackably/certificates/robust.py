@@ -1,4 +1,6 @@
-"""What a certificate says of the disturbed system: its reference leaves room for every error in an invariant set."""
+"""The statement of a certificate about the disturbed system: its reference has slack for every
+error in an invariant set.
+"""
 
 from dataclasses import dataclass
 
@@ -11,10 +13,10 @@ from trackably.systems.tightening import InvariantSet, Tightening, WrongModel
 class Robust:
     """For all w(k) ∈ W and starts in x_r ⊕ Z, u = u_r + K (x − x_r) keeps x and u in the `given` sets.
 
-    This is said of starts, and of steps after them, at the times of the certificate's claim. Z is the `invariant` set.
-    It follows because the certified reference keeps these sets' bounds drawn in by h_Z(row) for states, and by
-    h_Z(Kᵀ row) for inputs: then e = x − x_r obeys e⁺ = (A + B K) e + w, and stays in Z. Where the state is `measured`
-    with noise, that is said of y = x + v, and x keeps the bounds that V leaves.
+    The starts are at the times of the certificate's claim, and x and u are meant at every step after. Z is the
+    `invariant` set. The statement holds because the certified reference keeps bounds that are tightened by h_Z(row) for
+    states, and by h_Z(Kᵀ row) for inputs: the error e = x − x_r obeys e⁺ = (A + B K) e + w, and stays in Z. If the
+    state is `measured` with noise, this holds for y = x + v, and x keeps the bounds less the noise set V.
     """
 
     given: ConstrainedSystem
@@ -24,7 +26,7 @@ class Robust:
 
     @property
     def explanation(self) -> str:
-        """What is claimed, in a sentence."""
+        """The claim in a sentence."""
         states, inputs = (
             ", ".join(_kept(constraint) for constraint in self.given.given_constraints if constraint.side == side)
             for side in ("state", "input")
@@ -44,7 +46,10 @@ class Robust:
 
 
 def robust_of(tightening: Tightening | None) -> Robust | None:
-    """Return what a certificate for a tightened plant says of the disturbed one; None where there is none."""
+    """Return the statement about the disturbed plant of a certificate for a tightened plant.
+
+    None without disturbances.
+    """
     if tightening is None or tightening.invariant is None:
         return None
     return Robust(tightening.given, tightening.invariant, tightening.measured, tightening.model)

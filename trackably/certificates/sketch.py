@@ -1,4 +1,4 @@
-"""Approximate margins in float64, and where headings jump: they guide what is proposed, and prove nothing."""
+"""Approximate margins in float64, and jumps of headings: they guide the proposals, and prove nothing."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -32,13 +32,15 @@ class Sketch:
     slopes: dict[str, Array]
 
     def within(self, starts: Array, ends: Array) -> "Extremes":
-        """Return the smallest margins at grid times in each [start, end] and, interpolated, at its ends.
+        """Return the smallest margin in each [start, end], at grid times and, interpolated, at the ends.
 
-        Slopes are looked at one grid time further on either side.
+        And the largest slopes.
+
+        Slopes include one more grid time on either side.
         """
         first, last = np.searchsorted(self.times, starts), np.searchsorted(self.times, ends)
         at_ends = np.interp([starts, ends], self.times, self.margins)
-        # An infinite margin next to an end is NaN there, and no reason not to try.
+        # Interpolation next to an infinite margin gives NaN, which must not count as a violation.
         smallest = np.fmin(np.fmin(*at_ends), _over(np.minimum, self.margins, first, last))
         further = np.maximum(first - 1, 0), last + 1
         return Extremes(smallest, {name: _over(np.maximum, slopes, *further) for name, slopes in self.slopes.items()})
@@ -54,14 +56,17 @@ class Sketch:
 
 
 class Extremes(NamedTuple):
-    """The smallest margin in each box, and the largest |∂q/∂q_i|: shape (B,), or (1,) where it is the same in all."""
+    """The smallest margin in each box, and the largest |∂q/∂q_i|: shape (B,), or (1,) if it is
+    the same in all boxes.
+    """
 
     smallest: Array
     steepest: dict[str, Array]
 
 
 def sketches(reference: Reference, start: float, end: float) -> list[Sketch]:
-    """Return margins on a regular grid, at their local minima, and near centres where they may change in between.
+    """Return margins on a regular grid, at their local minima, and near centres where they may
+    change between grid times.
 
     The times are the same for all quantities.
     """
@@ -81,13 +86,13 @@ def sketches(reference: Reference, start: float, end: float) -> list[Sketch]:
 
 
 def _points(correlation_times: float, is_linear: bool) -> int:
-    """Return the number of points in a window as long as so many correlation times."""
+    """Return the number of grid points of a window, from its length in correlation times."""
     fewest = _FEWEST_POINTS if is_linear else _FEWEST_OF_FORMULAS
     return int(np.clip(_POINTS_PER_CORRELATION_TIME * correlation_times, fewest, _MOST_POINTS))
 
 
 def refined(every: Quantities, times: Array, margins: Array) -> Array:
-    """Return local minima by parabolas through the grid's points around each, and then through closer points."""
+    """Return local minima by parabolas: first through the three grid points around each, then through closer points."""
     inner = margins[:, 1:-1]
     which, at = np.nonzero((inner < margins[:, :-2]) & (inner <= margins[:, 2:]))
     around = at + np.arange(3)[:, None]
@@ -101,7 +106,7 @@ def refined(every: Quantities, times: Array, margins: Array) -> Array:
 
 
 def _lowest(times: Array, margins: Array) -> Array:
-    """Return where parabolas through three points each are lowest, and the second point where none opens upwards."""
+    """Return the minima of parabolas through three points each; the middle point if a parabola has no minimum."""
     (before, at, after), (left, middle, right) = times, margins
     with np.errstate(all="ignore"):  # margins may be infinite
         falls, rises = (after - at) * (left - middle), (at - before) * (right - middle)
@@ -119,10 +124,10 @@ def _sizes(quantity: Quantity, signals: Signals, times: Array) -> dict[str, Arra
 
 
 def _with_centres(reference: Reference, grid: Array, is_linear: bool) -> Array:
-    """Add the times at which quantities look at a centre: for short length scales, and for kernels with kinks.
+    """Add the times at which a quantity depends on a centre, for short length scales, and for kernels with kinks.
 
-    Between many centres of a smooth kernel nothing happens that the grid does not show, and nothing does between few
-    of them if the grid is fine and quantities are linear.
+    For a smooth kernel they are left out if it has many centres, as the grid then shows all changes. They are also left
+    out if the grid is fine and quantities are linear.
     """
     centres, is_fine = [grid], is_linear and len(grid) < _MOST_POINTS
     for quantity in reference.quantities:
@@ -139,7 +144,7 @@ def _with_centres(reference: Reference, grid: Array, is_linear: bool) -> Array:
 
 
 def _over(extreme: np.ufunc, values: Array, first: Indices, last: Indices) -> Array:
-    """Return the extremes of `values` from `first` to before `last`, or at `first` where that is no earlier."""
+    """Return the extremes (`extreme`: minima or maxima) of `values`[first:last]; of an empty slice, `values`[first]."""
     if len(values) == 1:
         return values
     within = np.stack([first, np.minimum(last, len(values))], axis=1).ravel()
@@ -154,7 +159,10 @@ _HALVINGS = 50
 
 
 def jump_of(reference: Reference, sketches: Sequence[Sketch]) -> Unproved | None:
-    """Return that a heading in one of the quantities, sketched in their order, jumps; None if none is seen to."""
+    """Return a failure if a heading in one of the quantities jumps; None if no jump is seen.
+
+    `sketches` are in their order.
+    """
     signals = [signal.summed for signal in reference.kernel_sums]
     for quantity, drawn in zip(reference.quantities, sketches, strict=True):
         if (time := _first_jump(quantity.trajectory, signals, drawn.times)) is not None:
@@ -163,7 +171,10 @@ def jump_of(reference: Reference, sketches: Sequence[Sketch]) -> Unproved | None
 
 
 def _first_jump(trajectory: Trajectory, signals: Signals, times: Array) -> float | None:
-    """Return when [s] an angle in the formula jumps, near one of some increasing `times` [s]; None if none is seen."""
+    """Return the time [s] at which an angle in the formula jumps, near one of some increasing `times` [s].
+
+    None if none.
+    """
 
     def along(formula: Formula) -> Callable[[Array], Array]:
         return lambda t: evaluate_floats(formula, {name: q(signals, t) for name, q in trajectory.arguments})
@@ -175,7 +186,7 @@ def _first_jump(trajectory: Trajectory, signals: Signals, times: Array) -> float
 
 
 def _jump(y: Callable[[Array], Array], x: Callable[[Array], Array], times: Array) -> float | None:
-    """Return when y changes its sign while x < 0."""
+    """Return a time [s] at which y changes its sign while x < 0; None if there is none."""
     above, behind = (np.broadcast_to(part, times.shape) for part in (y(times) > 0, x(times) < 0))
     for i in np.flatnonzero((above[1:] != above[:-1]) & behind[1:]).tolist():
         left, right = times[i], times[i + 1]

@@ -1,4 +1,4 @@
-"""Propose a time from which the decay of the kernels keeps every bound for ever: the checker says whether it does."""
+"""Propose a time after which the decay of the kernels keeps every bound for ever; the checker decides."""
 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
@@ -18,10 +18,10 @@ _DOUBLINGS, _BISECTIONS = 100, 8
 
 
 def tail_start(draft: Draft, reference: Reference, asks: bool = True) -> float | None:
-    """Return a time [s] that the checker accepts, nearly the earliest one; None where there is none.
+    """Return a time [s] that the checker accepts, nearly the earliest one; None if there is none.
 
-    The later the start, the smaller the envelope: so doubling finds such a time, and bisection an earlier one. Where
-    float64 finds the time, the checker is asked once, or not at all unless somebody `asks`.
+    The later the start, the smaller the envelope: doubling finds such a time, and bisection an earlier one. If float64
+    finds the time, the checker is asked only once, and not at all if `asks` is False.
     """
     origin = max(0.0, *(max(signal.centres) for signal in draft.subject.signals))
     step = reference.plant.sampling_time
@@ -32,7 +32,10 @@ def tail_start(draft: Draft, reference: Reference, asks: bool = True) -> float |
 
 
 def _earliest(origin: float, step: float, holds: Callable[[Array], Flags]) -> float | None:
-    """Return the earliest time [s] that doubling the reach from one step on and bisection find; None for none."""
+    """Return the earliest time [s] found by doubling the distance from `origin`, then by bisection.
+
+    None if there is none.
+    """
     high = next((r for d in range(_DOUBLINGS) if holds(np.array([origin + (r := step * 2.0**d)]))[0]), None)
     if high is None:
         return None
@@ -44,9 +47,11 @@ def _earliest(origin: float, step: float, holds: Callable[[Array], Flags]) -> fl
 
 
 def _envelopes(draft: Draft, reference: Reference) -> Callable[[Array], Flags] | None:
-    """Return whether envelopes from starts [s] on keep all bounds, up to rounding; None where it is not known.
+    """Return a function that tells whether envelopes from starts [s] keep all bounds, up to rounding.
 
-    It is known of linear combinations of signals whose kernels fall with the distance.
+    None if not known.
+
+    It is known for linear combinations of signals whose kernels decrease with distance.
     """
     signals, plant = reference.kernel_sums, reference.plant
     every = _weights(plant)
@@ -68,7 +73,10 @@ def _envelopes(draft: Draft, reference: Reference) -> Callable[[Array], Flags] |
 
 @lru_cache
 def _weights(plant: ConstrainedSystem) -> tuple[list["_Weights"], Array] | None:
-    """Return the weights of each signal, and the offsets of all quantities; None unless all of them are functionals."""
+    """Return the weights of each signal, and the offsets of all quantities.
+
+    None unless all of them are linear functionals.
+    """
     functionals = [quantity.functional for quantity in plant.quantities if quantity.functional]
     if plant.flat_form is not None or len(functionals) < len(plant.quantities):
         return None
@@ -77,7 +85,7 @@ def _weights(plant: ConstrainedSystem) -> tuple[list["_Weights"], Array] | None:
 
 
 class _Weights(NamedTuple):
-    """Of the weights w_j of one signal in each quantity Σ_j |w_j|, Σ_j w_j and Σ_j j |w_j|: shape (Q,) each."""
+    """Sums of the weights w_j of one signal in each quantity: Σ_j |w_j|, Σ_j w_j and Σ_j j |w_j|, shape (Q,) each."""
 
     each: Array
     sum: Array
@@ -96,7 +104,7 @@ class _Weights(NamedTuple):
 
 
 def _envelope(signal: KernelSum, starts: Array) -> tuple[Array, Array]:
-    """Return Σ_i |c_i| sup |κ| and Σ_i |c_i| sup |κ̇| from each of the starts [s] on."""
+    """Return Σ_i |c_i| sup |κ| and Σ_i |c_i| sup |κ̇| over all times after each of the starts [s]."""
     distances, sizes = np.maximum(starts[:, None] - signal.centres, 0.0), np.abs(signal.weights)
     steepest = np.maximum(distances, signal.kernel.decay_distance)
     return signal.kernel.jet(distances, 0)[0] @ sizes, np.abs(signal.kernel.jet(steepest, 1)[1]) @ sizes

@@ -1,1 +1,1 @@
-"""Tracking model predictive control on a reference: where trackability pays."""
+"""Model predictive control that tracks a reference, where trackability matters."""

@@ -1,4 +1,4 @@
-"""Whole turns: a heading of 350° is one of −10°, and a controller takes the one that is near."""
+"""Whole turns: a heading of 350° equals one of −10°, and a controller uses the nearer one."""
 
 import numpy as np
 
@@ -8,8 +8,10 @@ from trackably.systems.reference import Window
 
 
 def unwrap_near(plant: ConstrainedSystem, window: Window, state: Array) -> Window:
-    """Return a window of a reference with whole turns added to its angles, so that they begin near those of `state`
-    (n,) and do not jump. Without angles it is the same window."""
+    """Return a window of a reference with whole turns added to its angles. Without angles it is the same window.
+
+    The angles begin near those of `state` (n,) and do not jump.
+    """
     angles = angles_of(plant)
     if not angles:
         return window
@@ -20,7 +22,10 @@ def unwrap_near(plant: ConstrainedSystem, window: Window, state: Array) -> Windo
 
 
 def nearest_turns(plant: ConstrainedSystem, states: Array, near: Array) -> Array:
-    """Return `states` (…, n) with whole turns added to the angles, so that each is nearest to that in `near` (…, n)."""
+    """Return `states` (…, n) with whole turns added to each angle, so that it is as near as possible to that in `near`.
+
+    `near` has the shape (…, n).
+    """
     angles = angles_of(plant)
     turned = states.copy()
     turned[..., angles] += _turns(near[..., angles] - turned[..., angles])
@@ -28,11 +33,11 @@ def nearest_turns(plant: ConstrainedSystem, states: Array, near: Array) -> Array
 
 
 def angles_of(plant: ConstrainedSystem) -> list[int]:
-    """Return which states are angles, that matter up to whole turns."""
+    """Return the indices of the states that are angles, which are equal up to whole turns."""
     form = plant.flat_form
     return [i for i, name in enumerate(plant.system.states) if form is not None and name in form.angles]
 
 
 def _turns(difference: Array) -> Array:
-    """Return the whole turns [rad] that are nearest to a difference."""
+    """Return the multiple of 2π [rad] that is nearest to a difference."""
     return np.asarray(2 * np.pi * np.round(difference / (2 * np.pi)))

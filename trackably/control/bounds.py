@@ -1,4 +1,4 @@
-"""Bounds of a plant as a controller meets them: scales, inequalities, points inside, what a reference leaves."""
+"""Bounds of a plant in a controller: scales, inequalities, admissible points, and the slack of a reference."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class Scales:
     def of(cls, plant: ConstrainedSystem, Q: Array, R: Array) -> "Scales":
         """Return the widths of the sets as scales, and the largest cost of an error of one scale.
 
-        A coordinate without bounds gets the scale that the dynamics give it (`_spread`).
+        The scale of an unbounded coordinate follows from the dynamics (`_spread`).
         """
         widths = np.concatenate([extents(plant.state_set), extents(plant.input_set)])
         states, inputs = np.split(_spread(widths, _gains(plant), 1 / np.sqrt(np.diag(R))), [len(Q)])
@@ -38,7 +38,9 @@ class Scales:
 
 
 def weight_in_widths(bounded: Polytope) -> Array:
-    """Return the weight (n, n) of a cost of errors as parts of widths, and in their own unit where no row bounds."""
+    """Return the weight (n, n) of a cost that measures errors relative to widths, and unbounded
+    directions in their unit.
+    """
     rows = bounded.rows / bounded.widths[:, None]
     free = np.eye(bounded.dimension) - np.linalg.pinv(rows) @ rows if len(rows) else np.eye(bounded.dimension)
     weight = squares_in_widths(bounded) + np.where(np.abs(free) > 1e-9, free, 0.0)
@@ -62,11 +64,11 @@ def middle(bounded: Polytope) -> Array:
 
 
 def _spread(widths: Array, gains: Array, otherwise: Array) -> Array:
-    """Return `widths` (n + m,) with each infinite entry replaced by a scale from coordinates that have one.
+    """Return `widths` (n + m,) with each infinite entry replaced by a scale that follows from known ones.
 
-    A coordinate without a scale gets that of its changes in a step, max_j g_ij s_j; where it depends on none that has a
-    scale, the change of it that moves another by one scale, min_i s_i / g_ij. Inputs get `otherwise` (m,) where
-    no coordinate has a scale, and all get 1 where no slope tells more.
+    The scale of a state is its largest change in a step caused by coordinates with a scale, max_j g_ij s_j. If it
+    depends on none of these, its scale is the change that moves another state by one scale, min_i s_i / g_ij. If no
+    coordinate has a scale, inputs get `otherwise` (m,). All remaining ones get 1.
     """
     scales, n = widths.copy(), len(gains)
     for _ in scales:
@@ -102,11 +104,11 @@ class Inequalities:
         return cls(*polytope.inequalities, np.tile(polytope.widths, 2))
 
     def slack(self, points: Array) -> Array:
-        """Return what points (…, n) leave to the bounds, in parts of the widths: shape (…, 2r)."""
+        """Return the slacks of points (…, n) relative to the widths: shape (…, 2r)."""
         return np.asarray((self.bounds - points @ self.rows.T) / self.widths)
 
     def in_widths(self, scales: Array) -> Array:
-        """Return the rows (2r, n) of a point divided by `scales` (n,), in parts of the widths."""
+        """Return the rows (2r, n) for a point divided by `scales` (n,), relative to the widths."""
         return np.asarray(self.rows * scales / self.widths[:, None])
 
 
@@ -124,10 +126,10 @@ class PlantInequalities:
 
 @dataclass(frozen=True, eq=False)
 class Slack:
-    """Bounds of the errors, in parts of the widths w: H e(i) / w ≤ `states`(i − 1) for i = 1 … N, shape (N, 2r), and
-    G v(i) / w ≤ `inputs`(i) for i < N, shape (N, 2s).
+    """Bounds of the errors, relative to the widths w.
 
-    Where e(0) is bounded, too, `states` begin with its bounds, and have the shape (N + 1, 2r).
+    They are H e(i) / w ≤ `states`(i − 1) for i = 1 … N, shape (N, 2r), and G v(i) / w ≤ `inputs`(i) for i < N, shape
+    (N, 2s). If e(0) is bounded too, `states` begin with its bounds, and have the shape (N + 1, 2r).
     """
 
     states: Array
@@ -135,8 +137,10 @@ class Slack:
 
     @classmethod
     def along(cls, inequalities: PlantInequalities, window: Window, first_bounded: int = 1) -> "Slack":
-        """Return (h − H x_r) / w and (g − G u_r) / w along the window of a reference; bounds of states count from
-        e(`first_bounded`) on."""
+        """Return (h − H x_r) / w and (g − G u_r) / w along the window of a reference.
+
+        States are bounded from e(`first_bounded`) on.
+        """
         return cls(inequalities.states.slack(window.states[first_bounded:]), inequalities.inputs.slack(window.inputs))
 
     def widen(self, by: float) -> "Slack":
@@ -144,20 +148,22 @@ class Slack:
         return Slack(self.states + by, self.inputs + by)
 
     def remaining(self, inequalities: PlantInequalities, errors: Array, input_errors: Array) -> "Slack":
-        """Return the slack left by e(0), …, e(N) (N + 1, n) and v(0), …, v(N−1) (N, m): negative where one violates its
-        bound."""
+        """Return the slack left by e(0), …, e(N) (N + 1, n) and v(0), …, v(N−1) (N, m).
+
+        Negative for a violated bound.
+        """
         X, U = inequalities.states, inequalities.inputs
         errors = errors[-len(self.states) :]
         return Slack(self.states - errors @ X.rows.T / X.widths, self.inputs - input_errors @ U.rows.T / U.widths)
 
     @property
     def smallest(self) -> float:
-        """The smallest slack of all; infinite where nothing is bounded."""
+        """The smallest slack of all; infinite if nothing is bounded."""
         return float(min(np.min(self.states, initial=np.inf), np.min(self.inputs, initial=np.inf)))
 
     @property
     def tightest(self) -> tuple[int, int]:
-        """The quantity with the smallest slack, and the number of steps ahead at which it has it.
+        """The index of the quantity with the smallest slack, and the number of steps ahead at which it occurs.
 
         Quantities are the rows of the sets, those of the states first. Of equal slacks the earliest counts.
         """
@@ -171,19 +177,20 @@ class Slack:
 
 
 _SHRINK = 1 - 2.0**-50
-"""Keeps the rounding of `pull_inside` from leading out of the set again."""
+"""Factor that keeps the result of `pull_inside` in the set despite rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class AdmissiblePoints:
-    """The points of a set: of the input set, or of the state set."""
+    """The points of a set, either the input set or the state set."""
 
     bounded: Polytope
 
     def pull_inside(self, u: Array) -> Array:
-        """Return `u` (m,) if it is in the set; else the last point of the set on the line from its centre to u.
+        """Return `u` (m,) if it is in the set, else the last point of the set on the line from its centre to u.
 
-        A solver's u is outside by its tolerance only. For a box the result then equals clipping, up to that tolerance.
+        A solver's u is outside by its tolerance at most. For a box the result then equals clipping, up to that
+        tolerance.
         """
         if self.bounded.margin(u) >= 0:
             return u
@@ -195,7 +202,7 @@ class AdmissiblePoints:
         return np.asarray(self.centre + _SHRINK * part * (u - self.centre))
 
     def first_finite(self, points: Iterable[Array]) -> Array:
-        """Return the first of some points (m,) that is finite, pulled inside; the centre if none is."""
+        """Return the first of some points (m,) that is finite, pulled inside; the centre if none is finite."""
         return next((self.pull_inside(u) for u in points if np.all(np.isfinite(u))), self.centre)
 
     @cached_property

@@ -24,18 +24,18 @@ from trackably.systems.reference import Window
 __all__ = ["TOLERANCE", "Controller"]
 
 _ZERO = 1e-12
-"""An eigenvalue of a weight counts as zero up to this part of the largest one."""
+"""An eigenvalue of a weight counts as zero below this part of the largest one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Controller:
     """min Σ_(i<N) ‖x(k+i) − x_r(k+i)‖²_Q + ‖u(k+i) − u_r(k+i)‖²_R with x(k+N) = x_r(k+N), x ∈ X and u ∈ U.
 
-    N is the `horizon` in steps, Q (n, n) is positive semidefinite and R (m, m) positive definite. Left out, they count
-    errors in the widths of the sets, and in their own unit in directions without bounds. The constraint x ∈ X holds for
-    the predicted states, not for the current one. Raises ValueError where Q or R is not such a matrix, and
-    where the horizon is shorter than the number of steps that the system needs to return to the reference; TypeError
-    where the horizon is not an integer.
+    N is the `horizon` in steps, Q (n, n) is positive semidefinite and R (m, m) positive definite. By default they
+    weight errors relative to the widths of the sets, and unbounded directions in their own unit. The constraint x ∈ X
+    holds for the predicted states, not for the current one. ValueError: Q or R is not such a matrix, or the horizon is
+    shorter than the number of steps that the system needs to return to the reference. TypeError: the horizon is not an
+    integer.
     """
 
     plant: ConstrainedSystem
@@ -67,19 +67,18 @@ class Controller:
     def step(
         self, k: int, state: ArrayLike, reference: TrackedReference, initial_guess: ArrayLike | None = None
     ) -> StepResult:
-        """Return the optimal plan at step `k` from `state` (n,), or why there is none.
+        """Return the optimal plan at step `k` from `state` (n,), or the reason why there is none.
 
         For a nonlinear system the optimum is searched near the inputs `initial_guess` (N, m), by default near the
-        reference, and from a few other trajectories where that finds no plan; the last plan, shifted by a step, is a
+        reference. If this finds no plan, a few other trajectories are tried. The last plan, shifted by a step, is a
         good guess (`shifted_inputs`). Whole turns are added to the angles of the reference, so that they are near the
         state's. A linear system has one optimum and needs no guess. A step ends in one of these ways:
 
-        - `Plan`: an optimal plan, for a nonlinear system one that is optimal among those near by.
+        - `Plan`: an optimal plan, for a nonlinear system a local optimum.
         - `Infeasible`: there is no plan; for a nonlinear system, none was found (`is_local`).
         - `Unsolved`: neither is known, because the numbers are beyond the solver or floating point, the search ends
-          without an explanation, or a formula of the system or of the reference is not defined.
-        - ValueError: the state is not n finite numbers, the reference is one of another system, or what
-          `reference.window` raises outside of its steps.
+          without an explanation, or a formula of the system or of the reference is undefined.
+        - ValueError: the state is not n finite numbers, the reference is of another system, or it has no such steps.
         """
         return answer_step(self, self._solve, self.formulation.admissible, (k, state, reference, initial_guess))
 
@@ -102,8 +101,8 @@ def _default_weight(weight: ArrayLike | None, bounded: Polytope) -> ArrayLike:
 def _require_weight(name: str, given: ArrayLike, size: int, least: float, kind: str) -> Array:
     """Return a weight (size, size) of the cost. ValueError: it is not symmetric, or not positive `kind`.
 
-    Its smallest eigenvalue is at least `least` times the largest, where the coordinates are scaled to a diagonal of
-    ones: so units do not matter.
+    Its smallest eigenvalue is at least `least` times the largest, after the coordinates are scaled to a diagonal of
+    ones, so that units do not matter.
     """
     weight = array(f"controller: {name}", given, size, size)
     if not np.array_equal(weight, weight.T):
@@ -117,16 +116,17 @@ def _require_weight(name: str, given: ArrayLike, size: int, least: float, kind: 
 
 
 def shortest_horizon(plant: ConstrainedSystem) -> int:
-    """Return the number of steps that a system needs to return to its reference: the longest chain of its flat
-    outputs."""
+    """Return the number of steps that a system needs to return to its reference: the longest
+    chain of its flat outputs.
+    """
     return max(plant.flatness.orders)
 
 
 def scaled_controller(plant: ConstrainedSystem, horizon: int, input_weight: float = 1.0) -> Controller:
     """Return a controller whose cost is the sum of squared errors, each divided by the width of its bounds.
 
-    Inputs are weighted with `input_weight` in addition. Errors in directions without bounds count in their own unit.
-    Raises as `Controller`.
+    Errors of inputs are also multiplied by `input_weight`. Unbounded directions are weighted in their own unit. Raises
+    as `Controller`.
     """
     return Controller(
         plant, horizon, weight_in_widths(plant.state_set), input_weight * weight_in_widths(plant.input_set)

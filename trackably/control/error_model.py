@@ -17,8 +17,8 @@ class ErrorModel:
     """e(i+1) = A_i e(i) + B_i v(i) + d_i for i < N, with `A` (N, n, n) and `B` (N, n, m).
 
     e = x − x_r is the error of the state, v = u − u_r that of the input. The defects d (N, n) are given with each
-    prediction. They are what the reference fails to follow (zero up to rounding where u_r belongs to x_r), and the
-    error of a linearisation.
+    prediction. They contain the reference's own defects (zero up to rounding if u_r belongs to x_r) and the error of a
+    linearisation.
 
     Stacked, with E = (e(1), …, e(N)) and V = (v(0), …, v(N−1)), the model reads E = Φ e(0) + Γ V + Ψ d.
     """
@@ -28,7 +28,7 @@ class ErrorModel:
 
     @classmethod
     def along(cls, system: System, nominal: Window) -> "ErrorModel":
-        """Linearise the system along a `nominal` trajectory. For a linear system the result is the same along all."""
+        """Linearise the system along a `nominal` trajectory. For a linear system the result does not depend on it."""
         return cls(*system.slopes(nominal.states[:-1], nominal.inputs))
 
     @property
@@ -61,8 +61,10 @@ class ErrorModel:
 
     @cached_property
     def drift(self) -> Array:
-        """Ψ, shape (N n, N n): the response to the defects. Block (i, j) is A_i … A_(j+1), the effect of d_j on
-        e(i+1)."""
+        """Ψ, shape (N n, N n): the response to the defects.
+
+        Block (i, j) is A_i … A_(j+1), the effect of d_j on e(i+1).
+        """
         N, n, _ = self.A.shape
         blocks = np.zeros((N, n, N, n))
         for i in range(N):
@@ -80,8 +82,7 @@ class ErrorModel:
 
 
 def reference_defects(system: System, window: Window) -> Array:
-    """Return d_i = f(x_r(i), u_r(i)) − x_r(i+1), shape (N, n): by how much the system misses the reference's next
-    state."""
+    """Return d_i = f(x_r(i), u_r(i)) − x_r(i+1), shape (N, n): the mismatch between the system and the reference."""
     return np.asarray(system.successor(window.states[:-1], window.inputs) - window.states[1:])
 
 
@@ -100,10 +101,10 @@ def linearisation_defects(model: ErrorModel, system: System, window: Window, nom
 class LinearQuadratic:
     """min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R subject to the error model and e(N) = 0, without bounds.
 
-    An interior-point method finds a minimum of a quadratic cost only up to the square root of its accuracy: a cost of
-    1e-12 is an error of 1e-6. Close to the reference that error would dominate. There this formula is used, which is
-    exact up to rounding. Raises ArithmeticError where predictions overflow, and numpy's LinAlgError where the cost has
-    no unique minimum in floating point.
+    An interior-point method finds the minimum of a quadratic cost only up to the square root of its accuracy: a cost of
+    1e-12 is an error of 1e-6. Close to the reference that error would dominate, so this formula is used there, which is
+    exact up to rounding. Raises ArithmeticError if predictions overflow, and numpy's LinAlgError if the cost has no
+    unique minimum in floating point.
     """
 
     model: ErrorModel

@@ -1,4 +1,4 @@
-"""The invariant set of the error in float64, and its point that is nearest to another one."""
+"""The invariant set of the error in float64, and its point nearest to another point."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,15 +13,15 @@ from trackably.systems.disturbances import Zonotope
 from trackably.systems.tightening import InvariantSet
 
 _ROUNDING, _OF_LEAST_SQUARES = 1e-12, 1e-9
-"""Points that miss the set by this part of its size along each axis count as inside: of facets, and without them."""
+"""Tolerances of membership, relative to the size of the set along each axis: with facets, and without them."""
 
 _MOST_FACETS = 100_000
 
 _GAP = 1e-9
-"""A point is nearest if no other is nearer by more than twice this part of the squared distance."""
+"""A point counts as nearest if no other is nearer by more than twice this part of the squared distance."""
 
 _LEAST_GAP = 1e-13
-"""Of the squared size of what is searched: the gap that rounding leaves where a point is hardly outside."""
+"""Gap that rounding leaves if a point is hardly outside, relative to the squared size of the searched points."""
 
 _DIRECTIONS, _BEGUN = 1000, 8
 _MOST_ROUNDS = 100
@@ -31,8 +31,8 @@ _MOST_ROUNDS = 100
 class ErrorSet:
     """Z of an invariant set: its parts ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P, summed in float64.
 
-    It is `centre` ⊕ {Σ_j ξ_j g_j : |ξ_j| ≤ 1} ⊕ the convex hulls `hulls`: a zonotope where W is one. Where W is a
-    convex hull, so is each A_Kⁱ W, and the generators g_j are those of P.
+    It is `centre` ⊕ {Σ_j ξ_j g_j : |ξ_j| ≤ 1} ⊕ the convex hulls `hulls`. If W is a zonotope, there are no hulls and Z
+    is a zonotope. If W is a convex hull, each A_Kⁱ W is a hull, and the generators g_j are those of P.
     """
 
     invariant: InvariantSet
@@ -42,7 +42,7 @@ class ErrorSet:
         return len(self.invariant.box)
 
     def contains(self, e: Array) -> bool:
-        """Whether an error (n,) is in Z, up to rounding. LinAlgError: not known in float64."""
+        """Whether an error (n,) is in Z, up to rounding. LinAlgError: it cannot be decided in float64."""
         if self.facets is None:
             return Nearest(self, np.diag(1 / self.extents))(e) is e
         rows, limits = self.facets
@@ -64,14 +64,14 @@ class ErrorSet:
 
     @cached_property
     def extents(self) -> Array:
-        """How far Z reaches along each axis (n,), none of them zero."""
+        """The width of Z along each axis (n,); 1 if it is zero."""
         axes = np.eye(self.dimension)
         reach = self.support(axes) + self.support(-axes)
         return np.where(reach > 0, reach, 1.0)
 
     @cached_property
     def vertices(self) -> Array:
-        """Different vertices (v, n) of Z, those in many directions: the same for the same Z."""
+        """Distinct vertices (v, n) of Z, those in many random directions, with a fixed seed."""
         directions = np.random.default_rng(0).standard_normal((_DIRECTIONS, self.dimension)) / self.extents
         points = np.array([self.farthest(direction) for direction in directions])
         _, chosen = np.unique(np.round(points / self.extents, 9), axis=0, return_index=True)
@@ -102,7 +102,7 @@ class ErrorSet:
 
     @cached_property
     def hulls(self) -> Array:
-        """The vertices (N, v, n) of A_Kⁱ W for i < N; none where W is a zonotope."""
+        """The vertices (N, v, n) of A_Kⁱ W for i < N; empty if W is a zonotope."""
         Z, W = self.invariant, self.invariant.disturbance
         if isinstance(W, Zonotope):
             return np.zeros((0, 1, self.dimension))
@@ -132,19 +132,19 @@ class ErrorSet:
 
 @dataclass(frozen=True, eq=False)
 class Nearest:
-    """argmin ‖root (e − d)‖ over d ∈ Z, for an invertible `root` (n, n): e itself where e ∈ Z.
+    """argmin ‖root (e − d)‖ over d ∈ Z, for an invertible `root` (n, n); e itself if e ∈ Z.
 
-    Any other point found is a convex combination of vertices of Z, and so it is in Z, up to the rounding of a few sums.
-    The nearest point of the convex hull of a few vertices is found, beginning with those nearest to e; then the vertex
-    that is farthest in the direction from there to e joins them (Wolfe 1976: Finding the nearest point in a polytope,
-    Mathematical Programming 11). No point is nearer than the found one by more than that vertex tells.
+    Any other result is a convex combination of vertices of Z, and so it is in Z, up to the rounding of a few sums. The
+    method finds the nearest point of the convex hull of a few vertices, beginning with those nearest to e. Then it adds
+    the vertex that is farthest in the direction from there to e, and repeats (Wolfe 1976: Finding the nearest point in
+    a polytope, Mathematical Programming 11). That vertex also bounds how much nearer any other point can be.
     """
 
     errors: ErrorSet
     root: Array
 
     def __call__(self, e: Array) -> Array | None:
-        """Return d (n,); None where it is not found up to `_GAP`. LinAlgError: not in float64."""
+        """Return d (n,); None if it is not found up to `_GAP`. LinAlgError: not found in float64."""
         if self.errors.facets is not None and self.errors.contains(e):
             return e
         images, squares = self._images
@@ -182,10 +182,10 @@ class Nearest:
 
 
 def _nearest_to_zero(points: Array) -> Array:
-    """Return the weights (p,) of the point of a convex hull that is nearest to zero.
+    """Return the weights (p,) of the point of the convex hull of `points` that is nearest to zero.
 
-    They are a multiple of the w ≥ 0 that minimise ‖Σ_i w_i points_i‖² + (1 − Σ_i w_i)². Raises LinAlgError where they
-    are not found in float64.
+    They are a multiple of the w ≥ 0 that minimise ‖Σ_i w_i points_i‖² + (1 − Σ_i w_i)². Raises LinAlgError if they are
+    not found in float64.
     """
     rows = np.vstack([points.T, np.ones(len(points))])
     aim = np.zeros(len(rows))

@@ -1,4 +1,4 @@
-"""The problem of one step: its optimal plan, or how far the sets are from one."""
+"""The problem of one step: its optimal plan, or how much the sets would have to be widened for one."""
 
 from __future__ import annotations
 
@@ -20,8 +20,10 @@ from trackably.systems.reference import Window
 
 @dataclass(frozen=True, eq=False)
 class LocalModel:
-    """The error model near one trajectory with its defects d (N, n); in scales its optimum without bounds, and its
-    programs."""
+    """The error model near one trajectory, with its defects d (N, n), its optimum without bounds, and its programs.
+
+    The last two are scaled.
+    """
 
     error_model: ErrorModel
     without_bounds: LinearQuadratic
@@ -31,7 +33,10 @@ class LocalModel:
 
 @dataclass(frozen=True, eq=False)
 class Formulation:
-    """What all steps share of a plant, for a `horizon` N and weights Q (n, n) and R (m, m); found when first used."""
+    """The parts of the problem that all steps share, for a `horizon` N and weights Q (n, n), R (m, m).
+
+    Computed on first use.
+    """
 
     plant: ConstrainedSystem
     horizon: int
@@ -40,13 +45,13 @@ class Formulation:
 
     @property
     def is_linear(self) -> bool:
-        """Whether one error model holds along every trajectory."""
+        """Whether the same error model holds along every trajectory."""
         return isinstance(self.plant.system, LinearSystem)
 
     def local_model(self, window: Window, nominal: Window) -> LocalModel:
         """Return the model of the errors from a reference's `window`, linearised along the `nominal` trajectory.
 
-        Raises ArithmeticError where the system is not defined there.
+        Raises ArithmeticError if the system is undefined there.
         """
         system = self.plant.system
         if self.is_linear:
@@ -67,22 +72,25 @@ class Formulation:
 
     @cached_property
     def scaled_weights(self) -> tuple[Array, Array]:
-        """Q and R of errors in scales, for a cost in its scale."""
+        """Q and R for scaled errors and a scaled cost."""
         return self.scales.weights(self.Q, self.R)
 
     @cached_property
     def start(self) -> StartSet:
-        """Where plans may start, in scales: from what is measured."""
+        """The set of initial states of plans, scaled: only the measured state."""
         return StartSet.measured(len(self.Q))
 
     @cached_property
     def feedback(self) -> Array:
-        """K (m, n) of u = v(0) + K (x − z(0)), for plans that start from another state z(0) than the measured one."""
+        """K (m, n) in u = v(0) + K (x − z(0)), for plans whose start z(0) differs from the measured state.
+
+        Zero here.
+        """
         return np.zeros((len(self.R), len(self.Q)))
 
     @cached_property
     def admissible(self) -> AdmissiblePoints:
-        """The inputs that may be applied."""
+        """The admissible inputs."""
         return AdmissiblePoints(self.plant.input_set)
 
     @cached_property
@@ -110,20 +118,20 @@ class Formulation:
 TOLERANCE = 1e-7
 """A step counts as feasible if it is feasible with every set widened by this part of its width.
 
-Where a reference touches a bound, plans have no slack, and a state that has followed the last plan differs from it by
-rounding and by the solver's accuracy: without a tolerance feasibility would be lost at such a step. A certified
-reference itself keeps its bounds without any tolerance.
+When a reference touches a bound, plans have no slack, and the state differs from the last plan by rounding and by the
+solver's accuracy. Without a tolerance, feasibility would be lost at such a step. A certified reference itself keeps its
+bounds without any tolerance.
 """
 
 _ULPS = 64 * np.finfo(float).eps
-"""States far from zero are known only up to their rounding: this part of their size."""
+"""Rounding error of a state, relative to its size."""
 
 
 @dataclass(frozen=True, eq=False)
 class StepProblem:
     """The problem of step `k`: the measured `state` (n,), the reference's `window` ahead, and the model of errors.
 
-    Every result raises ArithmeticError where the numbers are beyond the solver or floating point.
+    Every method raises ArithmeticError if the numbers are beyond the solver or floating point.
     """
 
     formulation: Formulation
@@ -143,7 +151,7 @@ class StepProblem:
 
     @cached_property
     def optimum(self) -> Plan | None:
-        """The optimal plan; None where there is no plan."""
+        """The optimal plan; None if there is no plan."""
         return self.without_bounds() or self.with_bounds() or self.within_tolerance()
 
     @cached_property
@@ -153,16 +161,16 @@ class StepProblem:
 
     @cached_property
     def slack(self) -> Slack:
-        """What the reference leaves for errors."""
+        """The slack that the reference leaves for errors."""
         return Slack.along(self.formulation.inequalities, self.window, self.formulation.start.first_bounded)
 
     @property
     def free_start(self) -> Array | None:
-        """e(0) (n,) of the plan of least cost where no bound is active; None where it is not known."""
+        """e(0) (n,) of the plan of least cost without active bounds; None if it is not known."""
         return self.off
 
     def without_bounds(self) -> Plan | None:
-        """Return the optimum without bounds, if it keeps them."""
+        """Return the optimum without bounds, if it satisfies them."""
         start, scales = self.free_start, self.formulation.scales
         if start is None:
             return None
@@ -176,16 +184,16 @@ class StepProblem:
         return self._optimum(self.slack, Status.SOLVED)
 
     def within_tolerance(self) -> Plan | None:
-        """Return the optimum with all sets widened by the tolerance; None where that is not enough."""
+        """Return the optimum with all sets widened by the tolerance; None if that is not enough."""
         if -self.widest.slack > TOLERANCE:
             return None
         return self._optimum(self.slack.widen(TOLERANCE), Status.WIDENED) or self.widest
 
     @cached_property
     def widest(self) -> Plan:
-        """The plan with the largest slack; where that is negative, the one that needs the least widening of the sets.
+        """The plan with the largest slack; if this is negative, the plan that needs the least widening of the sets.
 
-        This program always has a solution. Raises ArithmeticError where the solver does not find it.
+        This program always has a solution. Raises ArithmeticError if the solver does not find it.
         """
         plan = self._solve(self.model.programs.widening, self.slack, 0.0)
         if plan is None or not self.ends_on_reference(plan):
@@ -194,7 +202,9 @@ class StepProblem:
 
     @cached_property
     def infeasible(self) -> Infeasible:
-        """Why there is no plan: how much widening one needs, and how close one comes to the reference without it."""
+        """The reason why there is no plan: the widening that one would need, and its least
+        distance from the reference without it.
+        """
         f, closest, widest, tracking = self.formulation, self.closest, self.widest, self.model.programs.tracking
         fallback = closest or self._solve(tracking, self.slack.widen(TOLERANCE - widest.slack), 0.0) or widest
         errors, v = widest.states - self.window.states, widest.inputs - self.window.inputs
@@ -213,17 +223,16 @@ class StepProblem:
 
     @cached_property
     def closest(self) -> Plan | None:
-        """The plan that keeps the sets, ends as close to the reference as any does (in scales), and among those that
-        end there costs the least; None where no plan is found.
+        """The cheapest of the plans that keep the sets and end as close as possible to the reference (in scales).
 
-        The end comes first: without the second minimum, any plan with that end would do, however far it leads from the
-        reference on the way.
+        None if no plan is found. The end comes first: without the second minimum, any plan with that end would do,
+        however far it departs from the reference on the way.
         """
         programs = self.model.programs
         nearest = self._solve(programs.terminal_error, self.slack.widen(TOLERANCE), None)
         if nearest is None:
             return None
-        # Where no other plan ends there, the first tolerance leaves the second program without an interior.
+        # If only one plan ends there, the first tolerance leaves the second program without an interior.
         end = nearest.states[-1] - self.window.states[-1]
         return self._solve(programs.tracking, self.slack.widen(2 * TOLERANCE), end) or nearest
 
@@ -232,13 +241,13 @@ class StepProblem:
         return self.ends_on_reference(plan) and plan.slack >= -2 * TOLERANCE
 
     def ends_on_reference(self, plan: Plan) -> bool:
-        """Whether a plan ends on the reference, up to the tolerance as a part of the scales, and up to rounding."""
+        """Whether a plan ends on the reference, up to the tolerance (relative to the scales) and rounding."""
         scales = self.formulation.scales.states
         missed = np.max(np.abs(plan.states[-1] - self.window.states[-1]) / scales)
         return bool(missed <= TOLERANCE + _ULPS * np.max(np.abs(plan.states) / scales))
 
     def plan(self, v: Array, status: Status, start: Array | None = None) -> Plan:
-        """Return the plan with input errors v (N, m), from e(0) = `start` (n,): left out, from the measured state."""
+        """Return the plan with input errors v (N, m) from e(0) = `start` (n,), by default from the measured state."""
         f, start = self.formulation, self.off if start is None else start
         e = np.vstack([start, self.model.error_model.errors(start, v, self.model.defects)])
         stage_costs = np.einsum("ia,ab,ib->i", e[:-1], f.Q, e[:-1]) + np.einsum("ia,ab,ib->i", v, f.R, v)
@@ -263,7 +272,7 @@ class StepProblem:
     def _solve(
         self, program: Program, slack: Slack, end: Array | float | None, status: Status = Status.WIDENED
     ) -> Plan | None:
-        """Return the plan that a program finds, if any, with e(N) = `end` (n,): None where it is free."""
+        """Return the plan that a program finds, if any, with e(N) = `end` (n,); None as `end` leaves e(N) free."""
         x, model = self.formulation.scales.states, self.model
         at = None if end is None else np.broadcast_to(end, x.shape) / x
         found = model.programs.solve(program, self.off / x, model.defects / x, slack, at)

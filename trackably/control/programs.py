@@ -22,7 +22,10 @@ _MAX_ITERATIONS = 50
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """min ½ xᵀ P x + qᵀ x with E x = f and F x ≤ g, where A stacks E, of so many `equations`, on F."""
+    """min ½ xᵀ P x + qᵀ x with E x = f and F x ≤ g, where A stacks E on F.
+
+    E has as many rows as there are `equations`.
+    """
 
     P: Array
     q: Array
@@ -32,9 +35,9 @@ class Program:
     def solve(
         self, limits: Array, tolerances: tuple[float, ...] = _TOLERANCES, accepted: tuple[str, ...] = ("Solved",)
     ) -> Array | None:
-        """Return the optimal x for `limits` (f, g); None where the solver finds none.
+        """Return the optimal x for `limits` (f, g); None if the solver finds none.
 
-        Raises ArithmeticError where a number is not finite.
+        Raises ArithmeticError if a number is not finite.
         """
         if not (np.all(np.isfinite(limits)) and np.all(np.isfinite(self._matrices[1].data))):
             raise ArithmeticError("the numbers of its program are not finite")
@@ -65,9 +68,10 @@ def _settings(tolerance: float) -> clarabel.DefaultSettings:
 
 
 class StartSet(NamedTuple):
-    """Where a plan may start: at e(0) = x − x_r − `centre` − p · `directions` with `lower` ≤ p ≤ 1 and `sums` p = 1.
+    """The set of initial errors of plans: e(0) = x − x_r − `centre` − p · `directions` with
+    `lower` ≤ p ≤ 1 and `sums` p = 1.
 
-    Shapes (n,), (q, n), (q,) and (h, q). Bounds count from e(`first_bounded`) on, 0 or 1.
+    Shapes (n,), (q, n), (q,) and (h, q). Bounds hold from e(`first_bounded`) on, which is 0 or 1.
     """
 
     centre: Array
@@ -78,19 +82,23 @@ class StartSet(NamedTuple):
 
     @classmethod
     def measured(cls, n: int) -> "StartSet":
-        """Return the set of the one start that is measured, with n states. It is not bounded, because no input changes
-        it any more."""
+        """Return the set of the measured state alone, with n states.
+
+        It is not bounded, as no input can change it any more.
+        """
         return cls(np.zeros(n), np.zeros((0, n)), np.zeros(0), np.zeros((0, 0)), 1)
 
 
 _ELASTIC_TOLERANCES = (1e-10,)
 _PROXIMAL = 1e-6
-"""The weight of a step's own size: it chooses among steps that are equally good."""
+"""Weight of a step's own size, which makes the best step unique."""
 
 
 class Deviation(NamedTuple):
-    """Of a trajectory, in scales: its distances e (N + 1, n) and v (N, m) from the reference, and its `defects`
-    f(x_i, u_i) − x_(i+1) (N, n)."""
+    """The errors e (N + 1, n) and v (N, m) of a trajectory from the reference, scaled, and its `defects` (N, n).
+
+    A defect is f(x_i, u_i) − x_(i+1).
+    """
 
     e: Array
     v: Array
@@ -103,7 +111,7 @@ class Deviation(NamedTuple):
 
     @property
     def size(self) -> float:
-        """The largest distance of all."""
+        """The largest absolute error."""
         return float(max(np.max(np.abs(self.e)), np.max(np.abs(self.v))))
 
 
@@ -111,9 +119,9 @@ class Deviation(NamedTuple):
 class StepPrograms:
     """The programs in e(0), …, e(N) and v(0), …, v(N − 1) along one `model` of the errors.
 
-    All are in the scales of the plant, so that a solver meets numbers near one in whatever units the plant is given:
-    the model, the weights `Q` and `R`, the `start`, and the rows of the state set (2r, n) and of the input set (2s, m),
-    in parts of the widths.
+    All are scaled, so that a solver works with numbers near one in whatever units the plant is given: the model, the
+    weights `Q` and `R`, the `start`, and the rows of the state set (2r, n) and of the input set (2s, m), relative to
+    the widths.
     """
 
     model: ErrorModel
@@ -125,26 +133,29 @@ class StepPrograms:
 
     @cached_property
     def tracking(self) -> Program:
-        """min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R with e(N) as given (0: on the reference), e and v within their slack."""
+        """min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R for a given e(N) (0: on the reference), with e and v within their slack."""
         return self._program(2 * self._weights)
 
     @cached_property
     def widening(self) -> Program:
-        """The least part of their widths by which all sets must grow, or the most they may shrink, for an e(N)."""
+        """Minimise the part of their widths by which all sets have to be widened, for a given e(N).
+
+        Negative: they may shrink.
+        """
         return self._program(0 * self._weights, widens=True)
 
     @cached_property
     def terminal_error(self) -> Program:
-        """min ‖e(N)‖ (Euclidean, in scales) with e, v within their slack: e(N) is unique then, the plan is not."""
+        """min ‖e(N)‖ (Euclidean, scaled) with e and v within their slack. Its e(N) is unique, its plan is not."""
         return self._program(2 * np.diag(self._is_end.astype(float)), ends=False)
 
     def solve(
         self, program: Program, off: Array, defects: Array, slack: Slack, end: Array | None
     ) -> tuple[Array, Array] | None:
-        """Return the optimal e(0) (n,) and v (N, m) of one of the programs; None where the solver finds no solution.
+        """Return the optimal e(0) (n,) and v (N, m) of one of the programs; None if the solver finds no solution.
 
-        `off` is x − x_r (n,), with `defects` (N, n) and e(N) = `end`, None where it is free. Raises ArithmeticError
-        where a number is not finite.
+        `off` is x − x_r (n,), with `defects` (N, n) and e(N) = `end`; None as `end` leaves e(N) free. Raises
+        ArithmeticError if a number is not finite.
         """
         start, fixed = self.start, () if end is None else (end,)
         limits = [off - start.centre, np.ones(len(start.sums)), -defects.ravel(), *fixed]
@@ -156,12 +167,12 @@ class StepPrograms:
         return e[0], v
 
     def change(self, at: Deviation, slack: Slack, weight: float, radius: float) -> Deviation | None:
-        """Return the change (δe, δv) of a trajectory, and its defects after it; None where the solver finds none.
+        """Return the change (δe, δv) of a trajectory, and its defects after it; None if the solver finds none.
 
-        It is min w V(e + δe, v + δv) + Σ_i ‖d_i + A_i δe_i + B_i δv_i − δe_(i+1)‖₁ with |δe| ≤ Δ, |δv| ≤ Δ and bounds
-        kept, for w = `weight` ≥ 0 and Δ = `radius`; `slack` is what the trajectory leaves to its bounds. Its first and
-        its last state do not change. From wherever the bounds are kept there is a solution: no change at all satisfies
-        the constraints. (The ℓ1 penalty is exact, see Fletcher: Practical Methods of Optimization, section 14.4.)
+        It solves min w V(e + δe, v + δv) + Σ_i ‖d_i + A_i δe_i + B_i δv_i − δe_(i+1)‖₁ with |δe| ≤ Δ, |δv| ≤ Δ and
+        bounds kept, for w = `weight` ≥ 0 and Δ = `radius`; `slack` is that of the trajectory. Its first and its last
+        state do not change. From any trajectory within its bounds there is a solution, as zero change satisfies the
+        constraints. (The ℓ1 penalty is exact, see Fletcher: Practical Methods of Optimization, section 14.4.)
         """
         dynamics, bounds, weights = (M[:, self._moves] for M in (self._dynamics, self._bounds, self._weights))
         equations, count = dynamics.shape
@@ -182,8 +193,11 @@ class StepPrograms:
         return None if x is None or not np.all(np.isfinite(x)) else self._apply(at, x[:count])
 
     def least_change(self, at: Deviation) -> Deviation:
-        """Return the least change, in the Euclidean norm, after which no dynamics are missed, to first order; bounds
-        are not kept. Raises LinAlgError where there is none."""
+        """Return the least change, in the Euclidean norm, that removes all defects to first order,
+        without regard to bounds.
+
+        Raises LinAlgError if there is none.
+        """
         return self._apply(at, np.linalg.lstsq(self._dynamics[:, self._moves], -at.defects.ravel())[0])
 
     def _apply(self, at: Deviation, moved: npt.NDArray[np.floating]) -> Deviation:
@@ -196,8 +210,10 @@ class StepPrograms:
         return x[: (N + 1) * n].reshape(N + 1, n), x[(N + 1) * n :].reshape(N, m)
 
     def _program(self, P: Array, ends: bool = True, widens: bool = False) -> Program:
-        """Return a program in (e, v, p, t), where t moves out each bound by a part of its width and is the cost, if it
-        `widens` them."""
+        """Return a program in (e, v, p, t).
+
+        If it `widens` the sets, t is the cost, and moves each bound out by a part of its width.
+        """
         start, (dynamics, count), bounds = self.start, self._dynamics.shape, len(self._bounds)
         n, h, q, each = len(self.Q), len(start.sums), len(start.lower), np.eye(len(start.lower))
         end = np.eye(count)[self._is_end if ends else []]
@@ -230,26 +246,26 @@ class StepPrograms:
 
     @cached_property
     def _bounds(self) -> Array:
-        """The rows of X for e(i) from the first that is bounded on, and those of U for v."""
+        """The rows of X for e(`first_bounded`), …, e(N), and the rows of U for v."""
         N = self.model.horizon
         from_first = np.eye(N + 1)[self.start.first_bounded :]
         return _diagonal(np.kron(from_first, self.state_rows), np.kron(np.eye(N), self.input_rows))
 
     @cached_property
     def _weights(self) -> Array:
-        """V of e and v as a matrix."""
+        """The matrix of the cost V in e and v."""
         N = self.model.horizon
         return _diagonal(np.kron(np.eye(N + 1, N) @ np.eye(N, N + 1), self.Q), np.kron(np.eye(N), self.R))
 
     @cached_property
     def _is_end(self) -> npt.NDArray[np.bool_]:
-        """Which of the variables e and v are those of e(N)."""
+        """Flags of the variables of e(N) among those of e and v."""
         N, n, m = self.model.B.shape
         return np.repeat([False, True, False], [N * n, n, N * m])
 
     @cached_property
     def _moves(self) -> npt.NDArray[np.bool_]:
-        """Which of the variables e and v a change moves: all but e(0) and e(N)."""
+        """Flags of the variables that a change may move: all but e(0) and e(N)."""
         return ~self._is_end & (np.arange(len(self._is_end)) >= len(self.Q))
 
 

@@ -8,11 +8,11 @@ import numpy as np
 from trackably.systems.constrained import ConstrainedSystem, System
 from trackably.systems.reference import Window
 
-_DRAWS, _ROUNDING = 8, 1e-9  # matrices may be computed again
+_DRAWS, _ROUNDING = 8, 1e-9  # states drawn to compare systems; relative tolerance for matrices computed differently
 
 
 class TrackedReference(Protocol):
-    """All that a controller needs of a reference; a learned `Reference` has it."""
+    """The part of a reference that a controller needs; a learned `Reference` has it."""
 
     def window(self, k: int, horizon: int) -> Window:
         """Return x_r(k), …, x_r(k + N) and u_r(k), …, u_r(k + N − 1) for N = `horizon`."""
@@ -20,9 +20,9 @@ class TrackedReference(Protocol):
 
 
 def check_reference(what: str, given: object, plant: ConstrainedSystem) -> None:
-    """Raise TypeError for what has no `window(k, horizon)`, and ValueError where it says that it is of another system.
+    """Raise TypeError for an object without `window(k, horizon)`, and ValueError for a reference of another system.
 
-    A reference says so by its `plant`, or by that of its `reference`. Which sets these are does not matter.
+    The system of a reference is that of its `plant`, or of the plant of its `reference`. Its sets may differ.
     """
     if not callable(getattr(given, "window", None)):
         raise TypeError(f"{what}: expected a reference, with `window(k, horizon)`, got {type(given).__name__}")
@@ -32,7 +32,7 @@ def check_reference(what: str, given: object, plant: ConstrainedSystem) -> None:
 
 
 def check_window(window: Window, shape: tuple[int, int, int]) -> None:
-    """Raise ValueError for a window that is not of N steps with n states and m inputs, where `shape` is N, n, m."""
+    """Raise ValueError unless a window has N steps with n states and m inputs, where `shape` is (N, n, m)."""
     N, n, m = shape
     if (shapes := [np.shape(values) for values in window]) != [(N + 1, n), (N, m)]:
         raise ValueError(
@@ -42,7 +42,7 @@ def check_window(window: Window, shape: tuple[int, int, int]) -> None:
 
 
 def _difference(one: System, other: System) -> str:
-    """Say in what two systems differ; "" where they are alike: by name, and by where they go from drawn states."""
+    """Return how two systems differ, in names or in successors of randomly drawn states; "" if they are equal."""
     if one is other:
         return ""
     for what in ("states", "inputs", "sampling_time"):
@@ -59,7 +59,7 @@ def _difference(one: System, other: System) -> str:
 
 @dataclass(frozen=True, eq=False)
 class TabulatedReference:
-    """The values of another reference from step `first_step` on, evaluated once instead of at each step again."""
+    """The values of another reference from step `first_step` on, evaluated once in advance."""
 
     first_step: int
     values: Window

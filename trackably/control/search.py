@@ -1,4 +1,4 @@
-"""One step of a nonlinear system: linearisations that converge near by, and a search wherever they do not."""
+"""One step of a nonlinear system: linearisations near the guess, and a trust-region search if they do not converge."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,8 +18,8 @@ from trackably.systems.reference import Window
 def starts(formulation: Formulation, state: Array, window: Window, initial_guess: Array | None) -> Iterator[Window]:
     """Yield trajectories from `state` (n,) to the end of the reference's `window`, the most promising first.
 
-    They are what the system does under the inputs `initial_guess` (N, m); the reference; what the system does under the
-    reference's inputs; a straight line with these inputs; and what the system does under the middle of the input set.
+    They are: the simulation with the inputs `initial_guess` (N, m); the reference; the simulation with the reference's
+    inputs; a straight line with these inputs; and the simulation with the middle of the input set.
     """
     system, N = formulation.plant.system, formulation.horizon
     middle = np.tile(formulation.admissible.centre, (N, 1))
@@ -38,7 +38,7 @@ def starts(formulation: Formulation, state: Array, window: Window, initial_guess
 def between(formulation: Formulation, trajectory: Window, state: Array, window: Window) -> Window:
     """Return a trajectory from `state` to the end of `window`, with inputs and inner states pulled into their sets.
 
-    Where a state is not finite, the reference's is taken.
+    A state that is not finite is replaced by the reference's.
     """
     defined = np.all(np.isfinite(trajectory.states), axis=1)[:, None]
     inner = [
@@ -60,15 +60,15 @@ def apply_inputs(system: System, state: Array, inputs: Array) -> Window:
 class Trajectories:
     """All trajectories from one state to the end of a reference's `window`.
 
-    States are variables beside the inputs, so that a search may start where the system does not lead, and a system that
-    amplifies errors amplifies them for one step only.
+    States are variables beside the inputs. So a search may start at a trajectory that the system does not follow, and
+    an unstable system amplifies errors for one step only.
     """
 
     formulation: Formulation
     window: Window
 
     def missed(self, at: Window) -> float:
-        """Return Σ_i ‖f(x_i, u_i) − x_(i+1)‖₁ in scales; infinite where f is not defined."""
+        """Return the sum of the defects Σ_i ‖f(x_i, u_i) − x_(i+1)‖₁ in scales; infinite if f is undefined."""
         missed = self._deviation(at).missed
         return missed if np.isfinite(missed) else np.inf
 
@@ -77,18 +77,19 @@ class Trajectories:
         return self.missed(at) <= FOLLOWED
 
     def cost(self, at: Window) -> float:
-        """Return V in its scale."""
+        """Return the cost V in its scale."""
         e, v, _ = self._deviation(at)
         Q, R = self.formulation.scaled_weights
         return float(np.einsum("ia,ab,ib->", e[:-1], Q, e[:-1]) + np.einsum("ia,ab,ib->", v, R, v))
 
     def change(self, at: Window, weight: float, radius: float, after: Deviation | None = None) -> Deviation | None:
-        """Return the best change within a trust region (`StepPrograms.change`); None where the solver finds none, and
-        where f is not defined.
+        """Return the best change within a trust region (`StepPrograms.change`).
 
-        With a change that it comes `after`, the best one for defects that are those of that change to second order.
-        Without it a penalty refuses good steps near an optimum, because they miss the dynamics to second order: the
-        effect of Maratos (Nocedal and Wright: Numerical Optimization, section 15.5).
+        None if there is none or f is undefined.
+
+        If `after` is given, the change is a second-order correction: its defects are those at the trajectory after that
+        change. Without the correction, a penalty refuses good steps near an optimum because of their second-order
+        defects, the Maratos effect (Nocedal and Wright: Numerical Optimization, section 15.5).
         """
         near, programs = self._deviation(at), self._programs(at)
         if after is not None:
@@ -99,16 +100,16 @@ class Trajectories:
         return programs.change(near, Slack.along(self.formulation.inequalities, at), weight, radius)
 
     def follow_exactly(self, at: Window) -> Window:
-        """Return the trajectory near by that the system follows up to rounding; bounds are kept up to `FOLLOWED`.
+        """Return the nearest trajectory that the system follows up to rounding; bounds are kept up to `FOLLOWED`.
 
-        It is found by steps of Newton's method. Raises LinAlgError where there is none.
+        It is found by Newton's method. Raises LinAlgError if there is none.
         """
         for _ in range(_NEWTON_STEPS):
             at = self.move(at, self._programs(at).least_change(self._deviation(at)))
         return at
 
     def move(self, at: Window, change: Deviation) -> Window:
-        """Return a trajectory with changes, given in scales, added to its states and inputs."""
+        """Return the trajectory after a change of its states and inputs, which is given in scales."""
         s = self.formulation.scales
         return Window(at.states + change.e * s.states, at.inputs + change.v * s.inputs)
 
@@ -122,32 +123,32 @@ class Trajectories:
 
 
 MAX_CHANGES = 80
-"""A search that has not ended by then ends where it is."""
+"""Largest number of changes in a search."""
 
 FOLLOWED = 1e-9
-"""The system follows a trajectory if all that it misses adds up to this part of the scales."""
+"""The system follows a trajectory if the sum of its scaled defects is at most this."""
 
 _STATIONARY = 1e-8
-"""A search ends where the program promises no more than this part of what it starts from."""
+"""A search ends if the predicted decrease is no more than this part of the merit."""
 
 _ACCEPTED, _POOR, _GOOD = 1e-3, 0.25, 0.75
-"""The part of the promised decrease that is demanded, that shrinks the trust region, and that lets it grow."""
+"""Parts of the predicted decrease: to accept a step; below, the trust region shrinks; above, it grows."""
 
 _LEAST_WEIGHT = 1e-9
 
 _NEWTON_STEPS = 3
-"""Enough from `FOLLOWED` down to rounding, as each squares what is missed."""
+"""Enough from `FOLLOWED` down to rounding, as each step squares the defects."""
 
 
 def minimise(trajectories: Trajectories, start: Window, weight: float) -> Window:
     """Minimise the merit w V + Σ_i ‖f(x_i, u_i) − x_(i+1)‖₁, where V is the cost in its scale.
 
-    For w = `weight` = 0 this is what the system misses, from a `start` that keeps all bounds. The result is a local
-    minimum: zero, up to `FOLLOWED`, where a plan is found.
+    For w = `weight` = 0 the merit is the sum of the defects, and the `start` has to keep all bounds. The result is a
+    local minimum; it is zero, up to `FOLLOWED`, if a plan is found.
 
-    Else a start is meant that the system follows. The weight falls as `_steer_weight` says: the penalty is exact where
-    w is smaller than one over the largest multiplier. The result is followed, up to `FOLLOWED`, unless the search was
-    given up before.
+    For w > 0 the start has to be followed by the system. The weight is reduced by `_steer_weight`, because the penalty
+    is exact only if w is smaller than one over the largest multiplier. The system follows the result, up to `FOLLOWED`,
+    unless the search was given up early.
     """
     at, radius = start, 1.0
     for _ in range(MAX_CHANGES):
@@ -178,11 +179,12 @@ def _merit(trajectories: Trajectories, at: Window, weight: float) -> float:
 def _steer_weight(
     trajectories: Trajectories, at: Window, weight: float, radius: float
 ) -> tuple[float, Deviation | None]:
-    """Return a weight, and the best change for it; None where there is none.
+    """Return a weight, and the best change for it; None as the change if there is none.
 
-    The weight falls until the change follows the linearised dynamics where any within the trust region does, and where
-    none does, until it makes up for a tenth of what the best does. (Byrd, Nocedal and Waltz 2008: Steering exact
-    penalty methods for nonlinear programming, Optimization Methods and Software 23.)
+    The weight is reduced until the change follows the linearised dynamics, if any change within the trust region does.
+    Otherwise it is reduced until the change removes at least a tenth of the defects that the best change removes.
+    (Byrd, Nocedal and Waltz 2008: Steering exact penalty methods for nonlinear programming, Optimization Methods and
+    Software 23.)
     """
     missed, change = trajectories.missed(at), trajectories.change(at, weight, radius)
     if change is None or not weight or change.missed <= FOLLOWED:
@@ -198,18 +200,20 @@ def _steer_weight(
 
 
 def _next_radius(radius: float, ratio: float, size: float) -> float:
-    """Return the radius after a change of some size that kept a part `ratio` of what it promised."""
+    """Return the radius after a change of this `size` whose actual decrease was the part `ratio`
+    of the predicted one.
+    """
     if not ratio >= _POOR:
         return _POOR * size
     return 2 * radius if ratio > _GOOD and size > 0.99 * radius else radius
 
 
 MAX_LINEARISATIONS = 12
-"""A sequence of full steps that has not converged by then is given up: near a solution it converges quadratically."""
+"""Largest number of full steps; near a solution they converge quadratically."""
 
 _CONVERGED = 1e-12
-"""The system follows a plan up to this part of its scales. Convergence is quadratic: plans then differ by about
-1e-6."""
+"""Largest defect of a plan, relative to its scales. As convergence is quadratic, the last two plans then differ by
+about 1e-6."""
 
 _AS_CHEAP = 1e-12
 """Costs that differ by less than this part of their scale count as equal."""
@@ -220,12 +224,12 @@ def solve_by_linearisation(
 ) -> Plan | Infeasible:
     """Solve step `k` by sequential linearisation, from the inputs `initial_guess` (N, m) or from the reference.
 
-    Full steps come first: each problem is linearised along the plan of the one before. Where they lead to no plan, or
-    to one that costs more than an admissible guess, trust regions search for one from several `starts`. The result is
-    local: a minimum, or the reason why none was found, among the plans near by. If the guess is admissible and nothing
-    found costs less, it is returned instead. With the shifted last plan as the guess, feasibility is thus never lost
-    and the cost never rises, whatever the search does. Raises ArithmeticError where no plan is found and the
-    linearisation at the end of the search does not tell why, and where the system is not defined along the reference.
+    Full steps come first: each problem is linearised along the plan of the one before. If they lead to no plan, or to
+    one that costs more than an admissible guess, trust-region searches from several `starts` follow. The result is
+    local: a minimum among nearby plans, or the reason why none was found. If the guess is admissible and no cheaper
+    plan is found, the guess is returned. With the shifted last plan as the guess, feasibility is thus never lost and
+    the cost never rises, whatever the search does. Raises ArithmeticError if no plan is found and the last
+    linearisation does not explain why, or if the system is undefined along the reference.
     """
     reference = StepProblem.of(formulation, k, state, window)
     problem, kept = (reference, None) if initial_guess is None else _problem_at_guess(reference, initial_guess)
@@ -239,8 +243,10 @@ def solve_by_linearisation(
 
 
 def _problem_at_guess(reference: StepProblem, guess: Array) -> tuple[StepProblem, Plan | None]:
-    """Return the problem along the trajectory of a guess, and its plan where that is admissible; the problem along the
-    reference where the system is not defined along the guess."""
+    """Return the problem along the trajectory of a guess, and its plan if that is admissible.
+
+    If the system is undefined along the guess, return the problem along the reference.
+    """
     try:
         problem = reference.along(apply_inputs(reference.formulation.plant.system, reference.state, guess))
         plan = problem.plan(guess - reference.window.inputs, Status.KEPT)
@@ -250,8 +256,10 @@ def _problem_at_guess(reference: StepProblem, guess: Array) -> tuple[StepProblem
 
 
 def _by_full_steps(problem: StepProblem) -> Plan | Infeasible | None:
-    """Linearise along the last plan, and plan again, until the system follows the plan. Return that plan, or why there
-    is none; None where this does not converge."""
+    """Linearise along the last plan and plan again, until the system follows the plan; return it, or why there is none.
+
+    None if this does not converge.
+    """
     try:
         for _ in range(MAX_LINEARISATIONS):
             plan = problem.optimum or problem.widest
@@ -265,7 +273,7 @@ def _by_full_steps(problem: StepProblem) -> Plan | Infeasible | None:
 
 
 def _improve(problem: StepProblem, trajectories: Trajectories, kept: Plan) -> Plan:
-    """Return the cheapest plan that is found from an admissible one."""
+    """Return the cheapest plan found, starting from an admissible plan `kept`."""
     guess = between(problem.formulation, Window(kept.states, kept.inputs), problem.state, problem.window)
     plan = _cheaper(problem, trajectories, guess)
     return plan if plan is not None and plan.cost < kept.cost else kept
@@ -274,7 +282,7 @@ def _improve(problem: StepProblem, trajectories: Trajectories, kept: Plan) -> Pl
 def _search(
     problem: StepProblem, trajectories: Trajectories, initial_guess: Array | None, near: Infeasible | Plan | None
 ) -> Plan | Infeasible:
-    """Return a plan that is found from one of the starts, or why there is none near by."""
+    """Return a plan found from one of the starts, or the reason why there is none nearby."""
     tried: list[Window] = []
     for start in starts(problem.formulation, problem.state, problem.window, initial_guess):
         tried.append(found := minimise(trajectories, start, 0.0))
@@ -291,7 +299,7 @@ def _search(
 
 
 def _cheaper(problem: StepProblem, trajectories: Trajectories, start: Window) -> Plan | None:
-    """Return the plan at which a search for lower costs ends; None where that is none."""
+    """Return the plan at which a search for lower costs ends; None if it ends at no plan."""
     found = minimise(trajectories, start, 1.0)
     if not trajectories.is_followed(found):
         found = minimise(trajectories, found, 0.0)
@@ -299,8 +307,10 @@ def _cheaper(problem: StepProblem, trajectories: Trajectories, start: Window) ->
 
 
 def _converge_from(problem: StepProblem, trajectories: Trajectories, found: Window) -> Plan | None:
-    """Return the plan to which full steps converge from what was found, or else what was found itself; None where that
-    is no plan."""
+    """Return the plan to which full steps converge from `found`, or `found` itself if they do not.
+
+    None if it is no plan.
+    """
     if not trajectories.is_followed(found):
         return None
     try:
@@ -316,9 +326,9 @@ def _converge_from(problem: StepProblem, trajectories: Trajectories, found: Wind
 
 
 def _explain(problem: StepProblem, closest: Window, missed: float) -> Infeasible:
-    """Return why the linearisation along the trajectory that is followed best has no plan.
+    """Return why the linearisation along the trajectory with the smallest defects has no plan.
 
-    Raises ArithmeticError where it has one, though the search did not find it, and where the solver does not tell.
+    Raises ArithmeticError if it has one although the search did not find it, or if the solver fails.
     """
     try:
         near = problem.along(closest)

@@ -21,8 +21,8 @@ class ClosedLoop:
 
     `states` (K + 1, n) and `inputs` (K, m) are those of the system, `reference_states` (K + 1, n) and
     `reference_inputs` (K, m) those of the reference. The optimal `costs` V(k), the `stage_costs` ℓ(k) and the smallest
-    `slacks` have shape (K,); they are NaN at the steps that `without_plan` explains, in order. `widened` is the number
-    of steps that were feasible only within the controller's tolerance.
+    `slacks` have shape (K,); they are NaN at the steps without a plan, whose explanations are `without_plan`, in order.
+    `widened` is the number of steps that were feasible only within the controller's tolerance.
     """
 
     first_step: int
@@ -66,29 +66,29 @@ class ClosedLoop:
 
     @property
     def first_infeasible_step(self) -> int | None:
-        """The first step that is infeasible; None where none is."""
+        """The first step that is infeasible; None if there is none."""
         return self.infeasible[0].k if self.infeasible else None
 
     @property
     def cost_increases(self) -> Array:
-        """V(k+1) − V(k) + ℓ(k), shape (K − 1,): at most zero wherever the reference is trackable.
+        """V(k+1) − V(k) + ℓ(k), shape (K − 1,): at most zero at every step at which the reference is trackable.
 
         The plan of step k, shifted by a step and continued with the reference's own input, is admissible at step k + 1
-        and costs V(k) − ℓ(k) there. The optimum costs no more. NaN where either step has no plan.
+        and costs V(k) − ℓ(k) there. The optimum costs no more. NaN if either step has no plan.
         """
         return np.asarray(np.diff(self.costs) + self.stage_costs[:-1])
 
 
 InfeasibilityPolicy = Callable[[Infeasible | Unsolved], Array | None]
-"""Returns the input (m,) to apply where the controller finds no plan; None ends the simulation."""
+"""Returns the input (m,) to apply if the controller finds no plan; None ends the simulation."""
 
 
 def stop(_: Infeasible | Unsolved) -> None:
-    """End the simulation where the controller finds no plan."""
+    """End the simulation when the controller finds no plan."""
 
 
 def apply_fallback(result: Infeasible | Unsolved) -> Array:
-    """Apply the first input of the plan that comes closest to the terminal constraint, or one that is admissible."""
+    """Apply the first input of the plan that comes closest to the terminal constraint, or another admissible input."""
     return result.fallback
 
 
@@ -113,14 +113,14 @@ def simulate(
     """Simulate the closed loop from `initial_state` (n,) at `first_step`, for `steps` steps.
 
     The simulated system is the controller's own model, `controller.plant`, with `disturbances` added to each of its
-    states; left out, there are none. The controller is given the state with `measurement_noise` added to it; states of
-    the loop are the true ones. Where the controller finds no plan, `on_infeasible` chooses the input, or ends the
-    simulation early: `stop`, `apply_fallback` and `apply_fallback_for(steps)` are such functions. The simulation also
-    ends, as unsolved, where an input leads out of what the system's formulas define. `noise` is the former name of
+    states; by default there are none. `measurement_noise` is added to the state that the controller measures; states of
+    the loop are the true ones. If the controller finds no plan, `on_infeasible` chooses the input, or ends the
+    simulation: `stop`, `apply_fallback` and `apply_fallback_for(steps)` are such functions. The simulation also ends,
+    as unsolved, if the system's formulas are undefined after an input. `noise` is the former name of
     `measurement_noise`.
 
-    Raises as `Controller.step` and as `reference.window`; TypeError and ValueError where disturbances or noise are no
-    function, or no n numbers.
+    Raises as `Controller.step` and as `reference.window`. TypeError or ValueError: disturbances or noise are no
+    function, or do not return n numbers.
     """
     if not callable(getattr(controller, "step", None)):
         raise TypeError(f"simulate: controller: expected a Controller(plant, horizon, Q, R), got {controller!r}")
@@ -174,7 +174,9 @@ def simulate(
 
 
 def _drawn(what: str, of: Disturbances, k: int, state: Array) -> Array:
-    """Return what is added to a state. Other shapes are refused, as NumPy would spread a number over all states."""
+    """Return the vector that is added to a state. Other shapes are refused, as NumPy would
+    broadcast a number to all states.
+    """
     if not callable(of):
         raise TypeError(f"simulate: {what}: expected a function of the step k and the state, got {short(of)}")
     added = numbers(f"simulate: {what}", of(k, state))
@@ -186,7 +188,7 @@ def _drawn(what: str, of: Disturbances, k: int, state: Array) -> Array:
 def shifted_inputs(plan: Plan, reference: TrackedReference) -> Array:
     """Return the inputs (N, m) of a plan from its second on, continued with the reference's own input.
 
-    They are admissible at step k + 1 wherever the reference is trackable, and thus a good initial guess there.
+    They are admissible at step k + 1 if the reference is trackable, and then a good initial guess.
     """
     end = plan.k + len(plan.inputs)
     return np.vstack([plan.inputs[1:], reference.window(end, 1).inputs])

@@ -1,4 +1,4 @@
-"""A step of a controller: what a loop needs of one, the arguments of a step, and its result."""
+"""A step of a controller: the interface of controllers, the arguments of a step, and its result."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Window
 
 ROUNDING = 1e-12
-"""A plan that violates a bound by no more than this part of a width counts as on it, as at rest on a bound."""
+"""Rounding error, relative to a width: a plan that violates a bound by no more counts as on the bound."""
 
 
 class Status(StrEnum):
@@ -38,7 +38,7 @@ class Status(StrEnum):
 
     @property
     def words(self) -> str:
-        """Say it in a few words, for explanations."""
+        """The status in a few words, for explanations."""
         return _WORDS[self]
 
 
@@ -55,11 +55,10 @@ _WORDS = {
 class Plan:
     """The optimal plan at step `k`. Apply `input` u(k) (m,), its first input.
 
-    `states` x(k), …, x(k+N) (N + 1, n) and `inputs` u(k), …, u(k+N−1) (N, m) are predicted. `cost` is
-    V = Σ_(i<N) ‖x − x_r‖²_Q + ‖u − u_r‖²_R along them, and `stage_cost` is its first term. `slack` is the smallest
-    distance to a bound, as a part of the width between the bounds; it is never below minus twice the controller's
-    tolerance.
-    `terminal_residual` is max |x(k+N) − x_r(k+N)|, zero up to the solver's accuracy.
+    `states` x(k), …, x(k+N) (N + 1, n) and `inputs` u(k), …, u(k+N−1) (N, m) are predicted. `cost` is V = Σ_(i<N) ‖x −
+    x_r‖²_Q + ‖u − u_r‖²_R along them, and `stage_cost` is its first term. `slack` is the smallest distance to a bound,
+    relative to the width between the bounds; it is at least minus twice the controller's tolerance. `terminal_residual`
+    is max |x(k+N) − x_r(k+N)|, zero up to the solver's accuracy.
     """
 
     k: int
@@ -80,7 +79,7 @@ class Plan:
 
     @property
     def explanation(self) -> str:
-        """Say in a sentence how the plan was found, what it costs, and its slack."""
+        """A sentence on how the plan was found, its cost, and its slack."""
         return (
             f"at step {self.k} feasible ({self.status.words}), V = {self.cost:.4g}, slack {self.slack:.3g} of a width"
         )
@@ -91,18 +90,19 @@ class Plan:
 
 @dataclass(frozen=True)
 class Infeasible:
-    """Why no admissible plan ends on the reference at step `k`: there is none, or none was found.
+    """The reason why no admissible plan ends on the reference at step `k`: there is none, or none was found.
 
-    The latter where the answer `is_local`: a plan of a nonlinear system is searched from a few trajectories only. What
-    follows then holds for the linearisation where a search ended.
+    If the answer `is_local`, none was found: plans of a nonlinear system are searched from a few trajectories only. The
+    following then holds for the linearisation at which a search ended.
 
     `widening` is the least part of their widths by which all sets must be widened so that a plan exists. In that plan
-    `quantity` reaches its widened bound first, at step `at_step`, `excess` (in its own unit) outside its set.
+    `quantity` reaches its widened bound first, at step `at_step`, where it is `excess` (in its own unit) outside its
+    set.
 
-    With the sets as they are, `terminal_error` (n,) is x(k+N) − x_r(k+N) of the plan that ends closest to the
-    reference (each state in the scale of its set), and of the plans with that end, `fallback` (m,) is the first input
-    of the one that costs the least. Where no plan that keeps the sets is found, `terminal_error` is None, and
-    `fallback` is the first input of the cheapest plan in the widened sets, pulled into the input set.
+    Without widening, `terminal_error` (n,) is x(k+N) − x_r(k+N) of the plan that ends closest to the reference (each
+    state in the scale of its set). Of the plans with that end, `fallback` (m,) is the first input of the cheapest. If
+    no plan that keeps the sets is found, `terminal_error` is None, and `fallback` is the first input of the cheapest
+    plan in the widened sets, pulled into the input set.
     """
 
     k: int
@@ -116,7 +116,7 @@ class Infeasible:
 
     @property
     def explanation(self) -> str:
-        """Say in a sentence how far the sets and the terminal constraint are from a plan."""
+        """A sentence on the widening of the sets that a plan would need, and on the terminal error without it."""
         if self.terminal_error is None:
             missed = "no plan that keeps them was found"
         else:
@@ -133,11 +133,11 @@ class Infeasible:
 
 @dataclass(frozen=True)
 class Unsolved:
-    """Why step `k` has no answer: neither a plan was found, nor that there is none.
+    """The reason why step `k` has no answer: no plan was found, and it is not known that there is none.
 
-    The numbers are beyond the solver or overflow, a search did not converge, or a formula is not defined where it led.
-    `fallback` (m,) is an admissible input: that of the initial guess, of the reference, or the middle of the input set,
-    the first of them that is known.
+    The numbers are beyond the solver or overflow, a search did not converge, or a formula is undefined on the way.
+    `fallback` (m,) is an admissible input: the first one that is known of the initial guess, the reference, and the
+    middle of the input set.
     """
 
     k: int
@@ -146,7 +146,7 @@ class Unsolved:
 
     @property
     def explanation(self) -> str:
-        """Say in a sentence why there is no answer."""
+        """A sentence on why there is no answer."""
         return f"at step {self.k} no answer: {self.reason}"
 
     def __repr__(self) -> str:
@@ -161,7 +161,7 @@ class SteppedController(Protocol):
 
     @property
     def plant(self) -> ConstrainedSystem:
-        """The system that is controlled, with its sets."""
+        """The controlled system, with its sets."""
         ...
 
     @property
@@ -182,11 +182,11 @@ def answer_step(
     admissible: AdmissiblePoints,
     given: tuple[int, ArrayLike, TrackedReference, ArrayLike | None],
 ) -> StepResult:
-    """Return what `solve` says of a step, `given` by k, state, reference and initial guess, once these are checked.
+    """Check the arguments of a step, `given` as (k, state, reference, initial guess), and return the answer of `solve`.
 
-    Arguments of `solve` are k, the state (n,), the window of the reference ahead, and the guess (N, m). Where it raises
+    `solve` receives k, the state (n,), the window of the reference ahead, and the guess (N, m). If it raises
     ArithmeticError or LinAlgError, the step is `Unsolved`. ValueError: the state is not n finite numbers, the guess has
-    another shape, or the reference is of another system; TypeError: an argument is of another type.
+    another shape, or the reference is of another system. TypeError: an argument is of another type.
     """
     plant, N = controller.plant, controller.horizon
     n, m = len(plant.system.states), len(plant.system.inputs)
@@ -210,8 +210,8 @@ def answer_step(
 
 
 class Disturbances(Protocol):
-    """What is added to the state in each step of a simulation, or to what is measured of it."""
+    """A disturbance of the state in each step of a simulation, or a noise of its measurement."""
 
     def __call__(self, k: int, successor: Array) -> Array:
-        """Return w(k) (n,), given what x(k + 1) would be without it; of noise, v(k), given x(k)."""
+        """Return w(k) (n,) to be added to the undisturbed x(k + 1); for noise, v(k) to be added to x(k)."""
         ...

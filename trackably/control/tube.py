@@ -25,15 +25,15 @@ from trackably.systems.reference import Window
 from trackably.systems.tightening import InvariantSet, Tightening
 
 _SMALLEST = 1e-6
-"""A start whose cost is flatter in a direction than this part of its steepest has no optimum in float64."""
+"""Least ratio of the smallest to the largest singular value of `root` for which the cheapest start is unique."""
 
 
 @dataclass(frozen=True, eq=False)
 class StartCost:
     """V(e(0)) = ‖root (e(0) − e*)‖² + const: the optimal cost without bounds, as a function of the start, all scaled.
 
-    `root` (n, n) is upper triangular. The cheapest start e* = `of_defects` d is linear in the defects d (N n,); it is
-    the reference itself where there are none.
+    `root` (n, n) is upper triangular. The cheapest start e* = `of_defects` d is linear in the defects d (N n,); without
+    defects it is the reference itself.
     """
 
     root: Array
@@ -58,7 +58,7 @@ class StartCost:
 
     @cached_property
     def is_strict(self) -> bool:
-        """Whether every other start than e* costs more, in float64."""
+        """Whether every start other than e* costs more, in float64."""
         sizes = np.linalg.svd(self.root, compute_uv=False)
         return bool(np.all(np.isfinite(sizes)) and sizes[-1] > _SMALLEST * sizes[0])
 
@@ -71,7 +71,7 @@ def _square_root(weight: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class TubeFormulation(Formulation):
-    """What all steps share of the nominal system with tightened sets, whose start is free in x ⊖ Z."""
+    """The parts that all steps share, for the nominal system with tightened sets whose start is free in x ⊖ Z."""
 
     tightening: Tightening
 
@@ -84,12 +84,14 @@ class TubeFormulation(Formulation):
 
     @cached_property
     def errors(self) -> ErrorSet:
-        """The same set in float64."""
+        """The invariant set Z in float64."""
         return ErrorSet(self.invariant)
 
     @cached_property
     def start(self) -> StartSet:
-        """Where plans may start, in scales: x − z(0) ∈ Z is a sum of generators, and of a point of each hull."""
+        """The set of initial states of plans, scaled: x − z(0) ∈ Z is a sum of generators and of
+        a point of each hull.
+        """
         errors, scales = self.errors, self.scales.states
         (N, v, n), generators = errors.hulls.shape, len(errors.generators)
         return StartSet(
@@ -116,33 +118,33 @@ class TubeFormulation(Formulation):
 
     @cached_property
     def nearest(self) -> Nearest:
-        """The nominal start of least cost where no bound is active: the distance is the one that the cost defines."""
+        """The search for the nominal start of least cost without active bounds; the cost defines the distance."""
         return Nearest(self.errors, self.start_cost.root / self.scales.states)
 
 
 _FOLLOWED = 1e-12
-"""Of the scales: a plan that would leave the reference by less is the reference."""
+"""A plan that departs from the reference by less than this, relative to the scales, is the reference."""
 
 _PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""Of the way from the reference to the measured state, in directions in which the start of a kept plan is free."""
+"""Starts of a kept plan in its free directions, as parts of the way from the reference to the measured state."""
 
 
 @dataclass(frozen=True, eq=False)
 class TubeProblem(StepProblem):
     """A `StepProblem` whose plan starts from a nominal state in x ⊖ Z.
 
-    Most steps need no program: inside of the tube the reference is the plan, and off the tube the one from the start of
-    least cost in x ⊖ Z will do, if no bound is active then.
+    Most steps need no program. Inside the tube the reference is the plan. Outside, the plan from the start of least
+    cost in x ⊖ Z is optimal if no bound is active.
     """
 
     formulation: TubeFormulation
 
     @property
     def free_start(self) -> Array | None:
-        """The z(0) − x_r of least cost in x ⊖ Z where no bound is active; None where it is not found, or not unique.
+        """The z(0) − x_r of least cost in x ⊖ Z without active bounds; None if it is not found, or not unique.
 
-        Its cost is a quadratic distance from the cheapest start of all, and so x − z(0) is the point of Z that is
-        nearest to x less that start (`Nearest` says how nearly).
+        Its cost is the squared distance from the cheapest start, up to a constant. So x − z(0) is the point of Z
+        nearest to x minus that start (`Nearest` states its accuracy).
         """
         f = self.formulation
         if not f.start_cost.is_strict:
@@ -156,8 +158,11 @@ class TubeProblem(StepProblem):
         return start if np.abs(unforced / scales).max() > _FOLLOWED else np.zeros(len(start))
 
     def answer(self, guess: Array | None) -> Plan | Infeasible:
-        """Return the optimal plan; where the solver finds none the one that keeps the inputs `guess` (N, m), or else a
-        plan within tolerances, or why there is none."""
+        """Return the optimal plan, or the reason why there is none.
+
+        If the solver finds no plan, the one that keeps the inputs `guess` (N, m) is returned, or else a plan within
+        tolerances.
+        """
         try:
             plan = self.without_bounds()
         except np.linalg.LinAlgError:  # beyond its numbers
@@ -166,10 +171,10 @@ class TubeProblem(StepProblem):
         return plan or self.within_tolerance() or self.infeasible
 
     def keep(self, inputs: Array) -> Plan | None:
-        """Return the plan with these nominal inputs (N, m); None where it is none.
+        """Return the plan with these nominal inputs (N, m); None if it is not admissible.
 
-        Its nominal start is one from which they end on the reference (`_starts`). Where several are tried, the plan may
-        cost more than the one that it comes from.
+        Its nominal start is one from which the inputs end on the reference (`_starts`). If several starts are tried,
+        the plan may cost more than the one that it comes from.
         """
         v = inputs - self.window.inputs
         for start in self._starts(v):
@@ -180,11 +185,12 @@ class TubeProblem(StepProblem):
         return None
 
     def _starts(self, v: Array) -> Iterator[Array]:
-        """Yield starts e(0) (n,) from which input errors v (N, m) end on the reference: Aᴺ e(0) = −(what v does alone).
+        """Yield starts e(0) (n,) from which input errors v (N, m) end on the reference: Aᴺ e(0) =
+        −(the response to v alone).
 
-        The first one solves this as well as float64 can. Where Aᴺ nearly forgets a direction, what it finds there is
-        rounding. Such a direction does not count at the end, and the start is free in it: the others lie on the way
-        from the reference to the measured state.
+        The first start solves this to the accuracy of float64. In a direction that Aᴺ nearly maps to zero, it contains
+        rounding errors only. Such a direction hardly affects the end, so the start is free in it: the other starts lie
+        on the way from the reference to the measured state.
         """
         model, n, scales = self.model.error_model, len(self.off), self.formulation.scales.states
         missed = model.errors(np.zeros(n), v, self.model.defects)[-1] / scales
@@ -209,8 +215,8 @@ class TubeController:
       own input, is a plan for the next state, because x⁺ − z(1) = (A + B K) (x − z(0)) + w ∈ Z.
     - So V(k+1) ≤ V(k) − ℓ(k), and the nominal state tends to the reference: x is led into x_r ⊕ Z, where V = 0.
 
-    Weights that are left out are those of `Controller` for the tightened sets. Raises ValueError and TypeError as it
-    does, and where nothing is disturbed.
+    By default, weights are those of `Controller` for the tightened sets. Raises ValueError and TypeError as
+    `Controller`, and ValueError without a disturbance.
     """
 
     tightening: Tightening
@@ -235,7 +241,7 @@ class TubeController:
 
     @property
     def plant(self) -> ConstrainedSystem:
-        """The system with the sets that are given: those that states and inputs keep."""
+        """The system with its given sets, which states and inputs keep."""
         return self.tightening.given
 
     @property
@@ -245,25 +251,25 @@ class TubeController:
 
     @property
     def errors(self) -> ErrorSet:
-        """The same set in float64."""
+        """The invariant set Z in float64."""
         return self.formulation.errors
 
     def step(
         self, k: int, state: ArrayLike, reference: TrackedReference, initial_guess: ArrayLike | None = None
     ) -> StepResult:
-        """Return the optimal plan at step `k` from the measured `state` (n,), or why there is none.
+        """Return the optimal plan at step `k` from the measured `state` (n,), or the reason why there is none.
 
         The `states` and `inputs` of a `Plan` are nominal, and so are its cost and slack; its `input` is the one to
         apply, inside the given input set. `Infeasible` tells by how much the tightened sets would have to be widened,
-        and how close a plan comes to the reference that keeps them; its fallback begins that plan.
+        and how close to the reference a plan within them can end; its fallback is the first input of that plan.
 
-        A plan is optimal: where no bound is active up to a few 1e-9 of its cost (`Nearest`), elsewhere up to the
+        A plan is optimal up to a few 1e-9 of its cost if no bound is active (`Nearest`), and otherwise up to the
         accuracy of the interior-point method.
 
-        The optimum needs no `initial_guess` (N, m). Where the solver fails, the plan with these nominal inputs is taken
-        if it is one, with the status `KEPT`. On a robust reference the last plan, shifted by a step (`shifted_inputs`),
-        is one, and its start is found again. In directions that Aᴺ forgets in float64 it is another start, with which
-        the plan may cost more. Raises ValueError as `Controller.step`.
+        The optimum needs no `initial_guess` (N, m). If the solver fails, the plan with these nominal inputs is used if
+        it is admissible, with the status `KEPT`. On a robust reference the last plan, shifted by a step
+        (`shifted_inputs`), is admissible, and its start is computed again. In directions that Aᴺ maps to zero in
+        float64 the start may differ, and the plan may then cost more. Raises ValueError as `Controller.step`.
         """
         return answer_step(self, self._solve, self.formulation.admissible, (k, state, reference, initial_guess))
 

@@ -1,4 +1,7 @@
-"""Search for a plant of a hull that breaks a bound under the feedback: where it finds one, no proof is possible."""
+"""Search for a plant of a convex hull that violates a bound under the feedback.
+
+If one is found, no proof is possible.
+"""
 
 from dataclasses import dataclass
 
@@ -12,15 +15,16 @@ from trackably.systems.disturbances import DisturbanceSet
 from trackably.systems.model_error import ModelError
 
 _AHEAD = (0, 1, 2, 5, 10, 20, 50)
-"""Steps ahead at which a choice of the next vertex is to hurt, if the nominal system goes on from there."""
+"""Numbers of steps ahead at which the next vertex shall push the state to a bound, with nominal steps in between."""
 
 
 @dataclass(frozen=True, eq=False)
 class WorstPlant:
-    """The `vertices` by step, from `first_step` on, with which the bound of `name` is nearest, or broken, at `step`.
+    """The sequence of `vertices`, from `first_step` on, that brings the bound of `name` closest to
+    violation, at `step`.
 
-    It is broken by `violation`, in its unit; negative where that much is left. `states` (steps + 1, n) are those of the
-    plant, which starts on the reference.
+    The bound is violated by `violation`, in its unit; negative if that much slack is left. `states` (steps + 1, n) are
+    those of the plant, which starts on the reference.
     """
 
     name: str
@@ -32,7 +36,7 @@ class WorstPlant:
 
     @property
     def breaks(self) -> bool:
-        """Whether the bound is broken, by more than rounding."""
+        """Whether the bound is violated."""
         return self.violation > 0
 
     def __str__(self) -> str:
@@ -54,9 +58,10 @@ def worst_plant(
 ) -> WorstPlant:
     """Return the worst plant that is found under u = u_r + K (x − x_r), for the sets of `plant`.
 
-    Tried are, against each bound and for some steps ahead, the vertices and disturbances that drive the state furthest
-    to it, each vertex alone, and switching from one to the next. A search: what it does not find may exist. `feedback`
-    is K (m, n). Raises as `reference.window`, TypeError and ValueError as `learn_reference` does of these arguments.
+    Three kinds of policies are tried: for each bound and some numbers of steps ahead, the vertices and disturbances
+    that push the state furthest towards it; each vertex alone; and switching from one vertex to the next. This is a
+    search, and there may be worse plants. `feedback` is K (m, n). Raises as `reference.window`, and TypeError and
+    ValueError as `learn_reference` does for these arguments.
     """
     instance("worst_plant: plant", plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)")
     instance("worst_plant: model_error", model_error, ModelError, "a ModelError")
@@ -87,12 +92,12 @@ def worst_plant(
 
 
 def _directions(rows: Array, closed: Array) -> Array:
-    """Return each row as it was so many steps before, shape (rows × steps ahead, n)."""
+    """Return each row times powers of the closed loop, one for each number of steps ahead: shape (rows × steps, n)."""
     return np.vstack([rows @ np.linalg.matrix_power(closed, ahead) for ahead in _AHEAD])
 
 
 def _worst(plant: ConstrainedSystem, first: int, states: Array, inputs: Array, chosen: Array) -> WorstPlant:
-    """Return the policy and the step at which a bound is broken by the largest part of its width."""
+    """Return the policy and the step with the largest violation relative to a bound's width."""
     found: tuple[float, str, int, int, float] | None = None
     for constraint in plant.given_constraints:
         of = states if constraint.side == "state" else inputs

@@ -1,1 +1,1 @@
-"""References with their proofs, as others take them: Python's conventions, and the formats of other tools."""
+"""Proved references in the forms that other tools use: Python's conventions, files and formats."""

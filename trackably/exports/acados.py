@@ -1,4 +1,4 @@
-"""References for acados: yref of each stage and yref_e of the last, and how they slide along."""
+"""References for acados: yref of each stage and yref_e of the last, for the horizon at each step."""
 
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
@@ -12,7 +12,7 @@ from trackably.exports.proved import Proved, proved_steps
 
 
 class Solver(Protocol):
-    """What is used of an `AcadosOcpSolver`."""
+    """The part of an `AcadosOcpSolver` that is used."""
 
     def set(self, stage: int, field: str, value: Array, /) -> None: ...
 
@@ -26,9 +26,9 @@ class StageReferences(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class SlidingReferences:
-    """References of a solver with N = `horizon` stages of one sampling time each, for the costs of `LINEAR_LS` type.
+    """References of a solver with N = `horizon` stages of one sampling time each, for costs of type `LINEAR_LS`.
 
-    There y = Vx x + Vu u is to be (x, u): Vx = [I; 0] and Vu = [0; I], and at the end Vx_e = I.
+    The output y = Vx x + Vu u has to be (x, u): Vx = [I; 0] and Vu = [0; I], and at the end Vx_e = I.
     """
 
     proved: Proved
@@ -37,8 +37,8 @@ class SlidingReferences:
     def at(self, k: int, state: Array | None = None) -> StageReferences:
         """Return the references of all stages for a controller at step k: stage j is step k + j.
 
-        Angles get the whole turns that are nearest to those of the plant's `state` (n,), if it is given; in any case
-        they do not jump. ValueError: step k or k + N is outside of what is proved.
+        Angles do not jump. If the plant's `state` (n,) is given, whole turns are added to bring them near its angles.
+        ValueError: step k or k + N is not proved.
         """
         k = whole("to_acados: k", k)
         proved_steps(self.proved, k, self.horizon + 1)
@@ -47,7 +47,10 @@ class SlidingReferences:
         return StageReferences(np.concatenate([states[:-1], inputs], axis=-1), states[-1])
 
     def set_in(self, solver: Solver, k: int, state: Array | None = None) -> None:
-        """Give a solver the references at step k: called once before each `solve`. `state` and ValueError as `at`."""
+        """Set the references at step k in a solver; call it once before each `solve`.
+
+        `state` and ValueError as in `at`.
+        """
         stages = self.at(k, state)
         for stage, yref in enumerate(stages.yref):
             solver.set(stage, "yref", yref)

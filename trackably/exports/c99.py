@@ -1,4 +1,4 @@
-"""A reference as a header in plain C99, for a controller without Python: no memory is allocated, no state is kept."""
+"""A reference as a header in plain C99, for a controller without Python: it allocates no memory and has no state."""
 
 import math
 import re
@@ -67,7 +67,7 @@ static inline void NAME_smallest(double *u)
 
 
 def allocation_function(allocation: Allocation, name: str) -> list[str]:
-    """Return the lines of `static inline void name_smallest(double *u)` and its numbers."""
+    """Return the lines of `static inline void name_smallest(double *u)` and of its arrays."""
     laws, bounded = allocation.laws, allocation.input_set
     numbers = {"rows": bounded.rows, "lower": bounded.lower, "upper": bounded.upper}
     numbers |= {"gains": laws.gains, "shifts": laws.shifts}
@@ -80,13 +80,13 @@ def allocation_function(allocation: Allocation, name: str) -> list[str]:
 
 
 _FUNCTIONS = frozenset({"exp", "log", "sqrt", "sin", "cos", "atan"})
-"""Those that the C library has under the same name."""
+"""Functions with the same name in the C library."""
 
 
 def assignment_lines(coordinate: Coordinate, target: str, written: Callable[[Functional], str]) -> list[str]:
-    """Return the lines that put a coordinate's value into `target`; functionals are `written` as expressions.
+    """Return the lines that assign a coordinate's value to `target`; `written` turns functionals into expressions.
 
-    ValueError: a function that has no counterpart in C.
+    ValueError: a function has no counterpart in C.
     """
     if isinstance(coordinate, Functional):
         return [f"{target} = {written(coordinate)};"]
@@ -101,7 +101,7 @@ def assignment_lines(coordinate: Coordinate, target: str, written: Callable[[Fun
 
 
 def counts(coordinates: Iterable[Coordinate], signals: int) -> list[int]:
-    """Return for each signal c how many z_c[j] coordinates need: one at least."""
+    """Return for each signal c the number of values z_c[j] that the coordinates need, at least one."""
     needed = [1] * signals
     for coordinate in coordinates:
         parts = [coordinate] if isinstance(coordinate, Functional) else [part for _, part in coordinate.arguments]
@@ -111,7 +111,7 @@ def counts(coordinates: Iterable[Coordinate], signals: int) -> list[int]:
 
 
 def plain_sum(functional: Functional) -> str:
-    """Return offset + Σ_c Σ_j w_cj z_c[j], with z_c[j] = signal c at t + j T_s, without weights that are zero."""
+    """Return offset + Σ_c Σ_j w_cj z_c[j], with z_c[j] = signal c at t + j T_s, without zero weights."""
     found = number(float(functional.offset))
     for c, weights in functional.rounded:
         terms = " + ".join(f"{number(w)} * z{c}[{j}]" for j, w in enumerate(weights.tolist()) if w)
@@ -215,19 +215,19 @@ static inline double NAME_rounded(NAME_time t)
 
 
 def arithmetic(name: str) -> list[str]:
-    """Return the lines of numbers of twice the precision, and of times that are not rounded."""
+    """Return the lines of arithmetic in twice the precision, and of times as exact sums."""
     return [*f"{_PRODUCT}\n{_SUMS}".replace("NAME", name).splitlines(), ""]
 
 
 def phase_function(period: float, name: str) -> list[str]:
-    """Return the lines of `static inline double name_phase(name_dd t)`: the operations of `moved_back`."""
+    """Return the lines of `static inline double name_phase(name_dd t)`, with the operations of `moved_back`."""
     return [*f"{_PRODUCT}\n{_PHASE}".replace("NAME", name).replace("PERIOD", number(period)).splitlines(), ""]
 
 
 def pieces_function(signal: PolynomialPieces, prefix: str, name: str) -> list[str]:
-    """Return the lines of `static inline prefix_dd name(prefix_time t)`, and its numbers.
+    """Return the lines of `static inline prefix_dd name(prefix_time t)`, and of its arrays.
 
-    Bisection finds the breakpoint before t; then it is Horner's rule in the time since.
+    Bisection finds the breakpoint before t; then Horner's rule evaluates the piece.
     """
     count, width = signal.coefficients.shape
     return [
@@ -257,7 +257,7 @@ def pieces_function(signal: PolynomialPieces, prefix: str, name: str) -> list[st
 
 
 def _move_lines(signal: PolynomialPieces, prefix: str) -> list[str]:
-    """Return the lines that move t to where a piece holds."""
+    """Return the lines that move t into the pieces, according to `beyond`."""
     first, last = float(signal.breakpoints[0]), float(signal.breakpoints[-1])
     match signal.beyond:
         case "rest":
@@ -280,7 +280,7 @@ def _move_lines(signal: PolynomialPieces, prefix: str) -> list[str]:
 
 
 def precise_sum(functional: Functional, prefix: str) -> str:
-    """Return offset + Σ_c Σ_j w_cj z_c[j] as an expression, rounded to a double at the end."""
+    """Return offset + Σ_c Σ_j w_cj z_c[j] as an expression in twice the precision, rounded to a double at the end."""
     found = _numeral(functional.offset, prefix)
     for c, weights in enumerate(functional.weights):
         for j, w in enumerate(weights):
@@ -290,7 +290,7 @@ def precise_sum(functional: Functional, prefix: str) -> str:
 
 
 def _numeral(value: Fraction, prefix: str) -> str:
-    """Return a rational number in twice the precision."""
+    """Return a rational number as a literal in twice the precision."""
     high = float(value)
     return f"({prefix}_dd){{{number(high)}, {number(float(value - Fraction(high)))}}}"
 
@@ -363,7 +363,7 @@ def _story(proved: Proved, name: str) -> list[str]:
 
 
 def _at_ends(certificate: Certificate) -> list[str]:
-    """Say which steps are answered though they are not proved, strictly: k T_s may be rounded over an end."""
+    """Say which steps are answered although they are, strictly, not proved: k T_s may be rounded past an end."""
     ends = [f"{end:.17g} s" for end in certificate.claim.span if math.isfinite(end) and end]
     if not ends or certificate.reference.pieces:
         return []
@@ -391,7 +391,7 @@ def _signals(reference: Reference, name: str) -> list[str]:
 
 
 def _values(reference: Reference, name: str) -> list[str]:
-    """Return the function that evaluates at every time, proved or not: only name_at and name_step may call it."""
+    """Return the function that evaluates at any time, proved or not; only name_at and name_step may call it."""
     step, coordinates = number(reference.plant.sampling_time), reference.plant.coordinates
     needed = counts((*coordinates["state"], *coordinates["input"]), len(reference.signals))
     kind, ahead, written = "double", f"t + j * {step}", plain_sum
@@ -436,7 +436,7 @@ def _guarded_functions(proved: Proved, name: str) -> list[str]:
 
 
 def _refusal_lines(certificate: Certificate, tolerance: float) -> list[str]:
-    """Return the lines that refuse a time t outside of what is proved by more than `tolerance` |t|."""
+    """Return the lines that refuse a time t which is not proved, with a tolerance of `tolerance` |t|."""
     first, last = certificate.claim.span
     ends = [f"t >= {number(first)}{' - tolerance' * bool(tolerance)}"] if math.isfinite(first) else []
     ends += [f"t <= {number(last)}{' + tolerance' * bool(tolerance)}"] if math.isfinite(last) else []
@@ -445,7 +445,7 @@ def _refusal_lines(certificate: Certificate, tolerance: float) -> list[str]:
 
 
 def _tolerance_of_times(certificate: Certificate) -> float:
-    """Return the tolerance of times that are no steps: of polynomial pieces, the proof goes on as far as this."""
+    """Return the tolerance of times other than steps. It is not zero for polynomial pieces, whose proof includes it."""
     return certificate.time_tolerance if certificate.reference.pieces else 0.0
 
 

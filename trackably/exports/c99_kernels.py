@@ -1,4 +1,4 @@
-"""Signals as C functions: sums of kernels, by the formulas of `trackably.gp.kernels` for κ, operation by operation."""
+"""Signals as C functions: sums of kernels, by the formulas of κ in `trackably.gp.kernels`, operation by operation."""
 
 from collections.abc import Callable, Iterable, Sequence
 from math import tau
@@ -17,7 +17,7 @@ _A_LINE = 4
 
 
 def number(value: float) -> str:
-    """Return a float64 as a literal, exactly; in brackets if negative."""
+    """Return a float64 as an exact literal, in parentheses if negative."""
     text = float(value).hex()
     return f"({text})" if text.startswith("-") else text
 
@@ -32,7 +32,7 @@ def array(name: str, values: Iterable[float]) -> list[str]:
 def kernel_function(kernel: Kernel, name: str) -> list[str]:
     """Return the lines of functions, the last of which is `static inline double name(double r)`.
 
-    ValueError: a kernel that is not known here.
+    ValueError: the kernel has no formula here.
     """
     match kernel:
         case Sum(left, right) | Product(left, right):
@@ -90,7 +90,10 @@ _CORRELATIONS: dict[type[Kernel], Callable[[Any], list[str]]] = {
 
 
 def _formula_of(kind: type[Kernel]) -> Callable[[Any], list[str]] | None:
-    """Return what writes φ of a kernel; Matérn kernels state a rate and a polynomial, of which one formula is made."""
+    """Return the function that writes φ of a kernel.
+
+    All Matérn kernels share one, which uses their rate and polynomial.
+    """
     return _matern if Matern in kind.__bases__ else _CORRELATIONS.get(kind)
 
 
@@ -107,7 +110,7 @@ def _function(name: str, body: list[str]) -> list[str]:
 
 
 def kernel_sum_function(signal: KernelSum, name: str) -> list[str]:
-    """Return the lines of all that `static inline double name(double t)` needs, and of this function."""
+    """Return the lines of `static inline double name(double t)`, preceded by the arrays and functions that it needs."""
     return [
         *array(f"{name}_centres", signal.centres.tolist()),
         *array(f"{name}_weights", signal.weights.tolist()),

@@ -1,4 +1,4 @@
-"""References as python-control has trajectories: signals in rows, times in columns. It is not imported."""
+"""References as trajectories of python-control, which is not imported: signals in rows, times in columns."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -50,17 +50,17 @@ class FlatTrajectory:
         return len(self.proved.reference.plant.system.inputs)
 
     def eval(self, tlist: ArrayLike) -> tuple[Array, Array]:
-        """Return states (n, N) and inputs (m, N) at N times [s]; angles do not jump from one to the next.
+        """Return states (n, N) and inputs (m, N) at N times [s]; angles do not jump between them.
 
-        ValueError: a time is outside of what is proved.
+        ValueError: a time is not proved.
         """
         t = np.atleast_1d(proved_times(self.proved, tlist))
         return continuous(self.proved, self.proved.reference.state_at(t)).T, self.proved.reference.input_at(t).T
 
     def response(self, timepts: ArrayLike | None = None) -> TimeResponse:
-        """Return states and inputs at times [s]; left out, at the steps that are worth showing.
+        """Return states and inputs at times [s], by default at the steps that `plot` shows.
 
-        `input_output_response(system, *…)` wants times that are steps of the system. ValueError as `eval`.
+        `input_output_response(system, *…)` needs times that are steps of the system. ValueError as `eval`.
         """
         reference = self.proved.reference
         t = reference.instants(chosen_steps(self.proved, None, None)) if timepts is None else timepts

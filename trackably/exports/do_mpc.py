@@ -1,4 +1,4 @@
-"""References in do-mpc: the function that gives a controller or simulator its time-varying parameters.
+"""References in do-mpc: the function that supplies a controller or simulator with its time-varying parameters.
 
 do-mpc and CasADi are not imported: the user's controller makes the structures that are filled here.
 """
@@ -18,11 +18,11 @@ Parameters = Mapping[str, str | Sequence[str]]
 
 TimeVarying = Callable[[ArrayLike], Any]
 
-_OF_STEP = 1e-6  # by how much a controller's clock may be off its grid, in sampling times
+_OF_STEP = 1e-6  # tolerance of a controller's clock, in sampling times
 
 
 def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None, start: float) -> TimeVarying:
-    """Return what `controller.set_tvp_fun` takes; see `ExportMixin.to_do_mpc`."""
+    """Return the argument of `controller.set_tvp_fun`; see `ExportMixin.to_do_mpc`."""
     plant = proved.reference.plant
     if not hasattr(controller, "settings"):
         raise TypeError(f"to_do_mpc: expected a controller or simulator of do-mpc, got {type(controller).__name__}")
@@ -52,7 +52,7 @@ def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None,
 
 
 def _states(proved: Proved, steps: Array, elapsed: float) -> Array:
-    """Return the states at steps, with angles that have not jumped in the `elapsed` steps of the controller."""
+    """Return the states at steps, with angles that are continuous since the controller started, `elapsed` steps ago."""
     if elapsed <= 0 or not angles_of(proved.reference.plant):
         return continuous(proved, proved.reference.state(steps))
     before = steps[0] - np.arange(elapsed, 0.0, -1.0)
@@ -61,7 +61,10 @@ def _states(proved: Proved, steps: Array, elapsed: float) -> Array:
 
 
 def _elapsed(t_now: ArrayLike, step: float) -> float:
-    """Return the steps on the controller's clock, whose sums of T_s are rounded. ValueError: a part of one."""
+    """Return the steps on the controller's clock, which adds up rounded T_s.
+
+    ValueError: it is no whole number of steps.
+    """
     now = float(np.asarray(t_now, dtype=float).reshape(()))
     k = _nearby(now / step)
     if not k.is_integer():
@@ -70,15 +73,15 @@ def _elapsed(t_now: ArrayLike, step: float) -> float:
 
 
 def _nearby(steps: float) -> float:
-    """Return the whole number of steps that a quotient of rounded times means; the quotient, if it is near none."""
+    """Return the whole number nearest to a quotient of rounded times, if it is close; otherwise the quotient."""
     whole = float(np.round(steps))
     return whole if abs(steps - whole) <= _OF_STEP else steps
 
 
 def _columns(proved: Proved, declared: Sequence[str], parameters: Parameters | None) -> dict[str, Array]:
-    """Return for each parameter the places of its values among the states and inputs.
+    """Return for each parameter the indices of its values among the states and inputs.
 
-    ValueError: a parameter or a name is unknown, or none of those that are expected is declared.
+    ValueError: a parameter or a name is unknown, or none of the expected parameters is declared.
     """
     place = places(proved)
     if parameters is None:

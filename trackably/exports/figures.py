@@ -56,7 +56,7 @@ _parsed: dict[object, VectorParse] = {}
 
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Draw with the project's style, whatever the style of the session is, and fix the layout."""
+    """Draw with the project's style, independently of the session's style, and fix the layout."""
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
@@ -72,9 +72,9 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 @dataclass(frozen=True)
 class Observed:
-    """What is known of a state: the `samples` that it is learned from, those `held_out`, and the true signal.
+    """Data of a state: the `samples` that it is learned from, those `held_out`, and the true signal `truth`.
 
-    The latter lies within the `band` of lower and upper values, each NaN where nothing is known.
+    The true signal lies within the `band` of lower and upper values, which are NaN where nothing is known.
     """
 
     samples: Samples | None = None
@@ -90,7 +90,7 @@ def tracking(
     times: Array,
     units: Units = UNKNOWN_UNITS,
 ) -> Figure:
-    """Draw each state and input at `times` [s], what is `observed` of it, and its own bounds.
+    """Draw each state and input at `times` [s] with its `observed` data and its own bounds.
 
     Values far outside the bounds are cut off, and angles do not jump by whole turns. Bounds of sums of several states
     or inputs are not drawn.
@@ -135,7 +135,7 @@ def coordinates(plant: ConstrainedSystem) -> tuple[str, ...]:
 
 
 def axis_label(name: str, units: Units) -> str:
-    """Return the label of an axis: the name of a state, an input or a sum of some, with its unit where it is known.
+    """Return the label of an axis: the name of a state, an input or a sum, with its unit if it is known.
 
     A sum has a unit if all of its terms have the same one.
     """
@@ -147,18 +147,18 @@ def axis_label(name: str, units: Units) -> str:
 
 
 def bounds_of(plant: ConstrainedSystem) -> dict[str, Interval]:
-    """Return the bounds of a plant by the name of what they bound."""
+    """Return the bounds of a plant by the name of the bounded quantity."""
     return {c.name: c.bounds for c in plant.given_constraints}
 
 
 def pad_limits(axes: Axes, shown: Interval) -> None:
-    """Let the panel show an interval and a little more."""
+    """Make the panel show an interval with some padding."""
     padding = _PADDING * shown.width
     axes.set_ylim(shown.lower - padding, shown.upper + padding)
 
 
 def shade_outside(axes: Axes, bounds: Interval | None) -> None:
-    """Draw each bound within the panel's limits as a line, and shade what is outside."""
+    """Draw each bound within the panel's limits as a line, and shade the area outside."""
     if bounds is None:
         return
     bottom, top = axes.get_ylim()
@@ -175,7 +175,7 @@ def reference_styles(labels: Iterable[str]) -> dict[str, dict[str, Any]]:
 
 
 def legend_above(figure: Figure, columns: int | None = None) -> None:
-    """Write one legend for all panels above them, with each label once."""
+    """Draw one legend above all panels, with each label once."""
     found = {
         label: handle for axes in figure.axes for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
     }
@@ -192,9 +192,9 @@ def svg(figure: Figure) -> bytes:
 
 @contextmanager
 def parsed_once() -> Iterator[None]:
-    """Remember parsed formulas from one renderer to the next.
+    """Cache parsed formulas from one renderer to the next.
 
-    For use where matplotlib's parameters are those of the project's style: formulas depend on them too.
+    Use it only while matplotlib's parameters are those of the project's style, on which formulas depend.
     """
     parse: Any = MathTextParser.parse
 

@@ -1,4 +1,4 @@
-"""What every proved reference offers to those who use it, in the conventions that they know."""
+"""The methods of every proved reference for its users, in conventions that they know."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ class Values(NamedTuple):
 
 
 class ExportMixin:
-    """Evaluation at times, a figure, and a table for notebooks. Mixed into whatever has a reference and a proof.
+    """Evaluation at times, a figure, a table for notebooks, and exports, for classes with a reference and a proof.
 
-    Times are seconds, in any array, list or pandas Series. Those outside of what is proved are refused with a
-    ValueError. Modules that write for others are loaded when they are first needed.
+    Times are seconds, in any array, list or pandas Series. Times that are not proved are refused with a ValueError.
+    Modules of exports are loaded when they are first needed.
     """
 
     @property
     def sampled(self) -> Mapping[str, Samples]:
-        """The samples that the reference was learned from, by the name of the state: none, if it was given."""
+        """The samples that the reference was learned from, by the name of the state; empty if it was not learned."""
         return {}
 
     def __call__(self: Proved, t: ArrayLike) -> Array:
@@ -48,7 +48,7 @@ class ExportMixin:
     def eval(self: Proved, times: ArrayLike) -> Values:
         """Return states and inputs at times t [s]: shapes (*t.shape, n) and (*t.shape, m).
 
-        The input u_r(t), held for one sampling time T_s, takes x_r(t) to x_r(t + T_s).
+        The input u_r(t), held for one sampling time T_s, moves the state from x_r(t) to x_r(t + T_s).
         """
         t = proved_times(self, times)
         return Values(self.reference.state_at(t), self.reference.input_at(t))
@@ -56,9 +56,9 @@ class ExportMixin:
     def plot(self: Proved, start: float | None = None, end: float | None = None) -> Figure:
         """Draw states and inputs between their bounds from `start` to `end` [s], and the samples if there are any.
 
-        Left out, they are the ends of what is proved; where all times are, the time from which the reference is
-        settled, but not more than twice what it is made of, or one period. Raises ValueError for times outside of what
-        is proved, and MissingExtra where matplotlib is not installed.
+        By default these are the ends of the claim. If all times are proved, the default is one period, or the time
+        until the reference has settled, but at most twice the time of its last kernel or piece. ValueError: a time is
+        not proved. MissingExtra: matplotlib is not installed.
         """
         from trackably.exports.shown import figure  # noqa: PLC0415
 
@@ -74,12 +74,13 @@ class ExportMixin:
     ) -> TimeVarying:
         """Return the `tvp_fun` of a do-mpc controller or simulator: states and inputs over its horizon.
 
-        The model declares what it wants, as by set_variable('_tvp', 'position_ref'): parameters are named after states
-        and inputs, with _ref. `parameters` gives other names: {'x_ref': ['position', 'velocity'], 'u_ref': 'force'}.
-        The controller's time zero is `start` [s] of the reference. Stage j at time t holds x_r and u_r at t + j T_s.
+        The model declares the parameters that it needs, for example by set_variable('_tvp', 'position_ref'): they are
+        named after states and inputs, with _ref. `parameters` gives other names: {'x_ref': ['position', 'velocity'],
+        'u_ref': 'force'}. The controller's time zero is `start` [s] of the reference. Stage j at time t holds x_r and
+        u_r at t + j T_s.
 
-        ValueError: the controller's t_step is not T_s, or a parameter is not declared. What is returned raises
-        ValueError where the horizon reaches beyond what is proved.
+        ValueError: the controller's t_step is not T_s, or a parameter is not declared. The returned function raises
+        ValueError if the horizon reaches times that are not proved.
         """
         from trackably.exports.do_mpc import tvp_function  # noqa: PLC0415
 
@@ -88,15 +89,16 @@ class ExportMixin:
     def to_acados(self: Proved, horizon: int) -> SlidingReferences:
         """Return the references of an acados solver with N = `horizon` stages of T_s each.
 
-        `.at(k)` are the arrays yref (N, n + m) and yref_e (n,) at step k, `.set_in(solver, k)` gives them to a solver.
-        Where a state is a heading, give the plant's state too: whole turns are then added that are near it.
+        `.at(k)` returns the arrays yref (N, n + m) and yref_e (n,) at step k, and `.set_in(solver, k)` sets them in a
+        solver. If a state is a heading, pass the plant's state too: whole turns are then added to bring the heading
+        near it.
         """
         from trackably.exports.acados import SlidingReferences  # noqa: PLC0415
 
         return SlidingReferences(self, whole("to_acados: horizon", horizon, least=1))
 
     def to_control(self: Proved) -> FlatTrajectory:
-        """Return the reference as python-control has trajectories of flat systems: `.eval(times)`, `.response(times)`.
+        """Return the reference as a trajectory of a flat system in python-control: `.eval(times)`, `.response(times)`.
 
         Signals are rows there and times are columns: shapes (n, N) and (m, N).
         """
@@ -109,8 +111,9 @@ class ExportMixin:
     ) -> Path:
         """Write time, states and inputs at `count` steps from `first` on as a CSV file; return its path.
 
-        Left out, these are the steps that `plot` shows. `units` by name go into the header, as {'position': 'm'}.
-        Reading the numbers gives the same float64 again. Raises OSError, and ValueError for steps that are not proved.
+        By default these are the steps that `plot` shows. `units` by name go into the header, for example {'position':
+        'm'}. Reading the numbers gives the same float64 again. Raises OSError, and ValueError for steps that are not
+        proved.
         """
         from trackably.exports.table import write_csv  # noqa: PLC0415
 
@@ -135,12 +138,12 @@ class ExportMixin:
     ) -> Path:
         """Write a `trajectory_msgs/msg/JointTrajectory` to an .mcap or .yaml file; return the path.
 
-        `joints` says what each field of a joint's points holds: {'shoulder': {'positions': 'angle', 'velocities':
-        'speed', 'effort': 'torque'}}, in the units that ROS expects (rad or m, and s). Points are the steps, as in
-        `to_csv`. `stamp` [ns] is the time of the message in an MCAP file, under `topic`.
+        `joints` names the state or input for each field of a joint's points: {'shoulder': {'positions': 'angle',
+        'velocities': 'speed', 'effort': 'torque'}}, in the units that ROS expects (rad or m, and s). Points are steps,
+        as in `to_csv`. `stamp` [ns] is the time of the message in an MCAP file, under `topic`.
 
-        What is proved holds at the points. Between them a ROS controller interpolates in its own way. MissingExtra:
-        an MCAP file needs mcap-ros2-support.
+        The proof holds at the points. Between them a ROS controller interpolates in its own way. MissingExtra: an MCAP
+        file needs mcap-ros2-support.
         """
         from trackably.exports.ros2 import write_mcap, write_yaml  # noqa: PLC0415
 
@@ -154,10 +157,10 @@ class ExportMixin:
     def to_c(self: Proved, path: Path | str, name: str = "reference") -> Path:
         """Write a header in plain C99 with coefficients and functions; return its path.
 
-        `name_at(t, x, u)` and `name_step(k, x, u)` do the operations whose rounding is certified: values differ from
-        the exact ones by the certificate's `evaluation_error` at most. They return 1, and no values, where nothing is
-        proved. Of inputs that act alike they give the smallest, as `input` does. ValueError: a formula has no
-        counterpart in C.
+        `name_at(t, x, u)` and `name_step(k, x, u)` use the operations whose rounding errors are certified: values
+        differ from the exact ones by at most the certificate's `evaluation_error`. For times that are not proved, they
+        return 1 and no values. Of redundant inputs they give the smallest, as `input` does. ValueError: a formula has
+        no counterpart in C.
         """
         from trackably.exports.c99 import write_header  # noqa: PLC0415
 

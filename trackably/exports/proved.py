@@ -1,4 +1,4 @@
-"""What an export needs of a reference: its values by name, the times that are proved, and which of them it shows."""
+"""The parts of a proved reference that exports need: values by name, proved times, and the times worth showing."""
 
 import math
 from collections.abc import Mapping
@@ -19,7 +19,9 @@ from trackably.systems.trajectories import Quantity
 
 
 class Proved(Protocol):
-    """A `reference`, the `certificate` that it keeps its bounds, and what it was learned from, by name of the state."""
+    """A `reference`, the `certificate` that it keeps its bounds, and the samples that it was
+    learned from, by name of the state.
+    """
 
     @property
     def reference(self) -> Reference: ...
@@ -37,7 +39,7 @@ class Proved(Protocol):
 def proved_times(proved: Proved, times: ArrayLike) -> Array:
     """Return times t [s] as an array of float64, of any shape.
 
-    Raises TypeError where they are no numbers, and ValueError for times outside of what is proved.
+    TypeError: they are no numbers. ValueError: a time is not proved.
     """
     t = numbers("times", times)
     if (found := proved.certificate.first_unproved(t)) is not None:
@@ -47,19 +49,19 @@ def proved_times(proved: Proved, times: ArrayLike) -> Array:
 
 
 def proved_steps(proved: Proved, first: int, count: int) -> Array:
-    """Return the steps k = `first`, …, `first` + `count` − 1. Raises ValueError for steps outside of what is proved."""
+    """Return the steps k = `first`, …, `first` + `count` − 1. ValueError: a step is not proved."""
     k = whole("first", first) + np.arange(float(whole("count", count, least=1)))
     proved_times(proved, proved.reference.instants(k))
     return k
 
 
 _MOST = 2000
-_TINY_PART = 1e-9  # of the length of the times shown
+_TINY_PART = 1e-9  # relative to the length of the times shown
 
 
 @dataclass(frozen=True)
 class Reached:
-    """A bounded `quantity` at the times that are shown: its `values`, and where it is nearest to a bound."""
+    """A bounded `quantity` with its `values` at the `times` shown."""
 
     quantity: Quantity
     times: Array
@@ -67,17 +69,17 @@ class Reached:
 
     @property
     def least(self) -> tuple[float, float]:
-        """The least margin that was found, in the unit of the quantity, and its time [s]."""
+        """The least margin found, in the unit of the quantity, and its time [s]."""
         margins = self.quantity.bounds.margin(self.values)
         i = int(np.argmin(margins))
         return float(margins[i]), float(self.times[i])
 
 
 def ends(proved: Proved) -> tuple[float, float]:
-    """Return from when to when a reference is worth showing [s], within what is proved.
+    """Return the first and the last time [s] worth showing, within the claim.
 
-    Where all times are proved, this is until it is settled, and not longer than twice what it is made of: kernels with
-    heavy tails are near their bounds for hours, and hardly move.
+    If all times are proved, the last one is when the reference has settled, but at most twice the time of its last
+    kernel or piece: kernels with heavy tails are near their bounds for hours, and hardly move.
     """
     match proved.certificate.claim:
         case OnWindow(start, end):
@@ -98,7 +100,7 @@ def _twice(proved: Proved) -> float:
 
 
 def shown_times(proved: Proved, count: int, start: float | None = None, end: float | None = None) -> Array:
-    """Return `count` times [s] between the ends; only the sampled instants, where no others are proved."""
+    """Return `count` times [s] between the ends; sampled instants if only these are proved."""
     first, last = (given if given is not None else left for given, left in zip((start, end), ends(proved), strict=True))
     if not first < last:
         raise ValueError(f"plot: needs start < end, got {first:g} s and {last:g} s")
@@ -111,7 +113,7 @@ def shown_times(proved: Proved, count: int, start: float | None = None, end: flo
 
 
 def margins_found(proved: Proved) -> list[Reached]:
-    """Return all bounded quantities at up to 2000 times: evidence of how near they come, beside what is proved."""
+    """Return all bounded quantities at up to 2000 times: evidence of their margins, in addition to the proof."""
     times = shown_times(proved, _MOST)
     signals = proved.reference.signals
     return [Reached(quantity, times, quantity(signals, times)) for quantity in proved.reference.quantities]
@@ -121,7 +123,7 @@ _TINY = 1e-9  # of a sampling time
 
 
 def places(proved: Proved) -> dict[str, int]:
-    """Return the places of all names in a vector of the states and then the inputs."""
+    """Return the index of each name in the vector of states followed by inputs."""
     system = proved.reference.plant.system
     return {name: i for i, name in enumerate((*system.states, *system.inputs))}
 
@@ -133,9 +135,9 @@ def values_at(proved: Proved, steps: Array) -> Array:
 
 
 def continuous(proved: Proved, states: Array) -> Array:
-    """Return states (K, n) with whole turns added to those that matter up to such, so that they do not jump.
+    """Return states (K, n) with whole turns added to the angles, so that they do not jump.
 
-    Who follows a heading would turn around where it jumps from π to −π.
+    A controller that follows a heading would turn around where it jumps from π to −π.
     """
     turned, angles = states.copy(), angles_of(proved.reference.plant)
     turned[:, angles] = np.unwrap(states[:, angles], axis=0)
@@ -143,9 +145,9 @@ def continuous(proved: Proved, states: Array) -> Array:
 
 
 def chosen_steps(proved: Proved, first: int | None, count: int | None) -> Array:
-    """Return `count` steps from `first` on; left out, those at which a reference is worth showing.
+    """Return `count` steps from `first` on, by default those worth showing.
 
-    Raises ValueError for steps outside of what is proved.
+    ValueError: a step is not proved.
     """
     start, end = (t / proved.reference.plant.sampling_time for t in ends(proved))
     begin = math.ceil(start - _TINY) if first is None else whole("first", first)

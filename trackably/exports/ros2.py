@@ -1,4 +1,4 @@
-"""References as trajectories of joints, `trajectory_msgs/msg/JointTrajectory` of ROS 2: no ROS is needed."""
+"""References as trajectories of joints, `trajectory_msgs/msg/JointTrajectory` of ROS 2, without any part of ROS."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -27,7 +27,10 @@ _NANOSECONDS: Final = 1_000_000_000
 
 @dataclass(frozen=True, eq=False)
 class JointTrajectory:
-    """Points at `nanoseconds` (K,) from the start; `values` (K, J) of `joints` by field, empty ones left out."""
+    """Points at `nanoseconds` (K,) from the start, with `values` (K, J) of the `joints` by field.
+
+    Empty fields are left out.
+    """
 
     joints: tuple[str, ...]
     nanoseconds: list[int]
@@ -47,7 +50,7 @@ class JointTrajectory:
 
 
 def joint_trajectory(proved: Proved, joints: Joints, first: int | None, count: int | None) -> JointTrajectory:
-    """Return the points at steps of a reference, times counted from the first of them and rounded to nanoseconds.
+    """Return points at steps of a reference; their times count from the first one, rounded to nanoseconds.
 
     ValueError: no joint, an unknown field or name, fields that differ between joints, or steps that are not proved.
     """
@@ -111,16 +114,16 @@ MSG: builtin_interfaces/Time
 int32 sec
 uint32 nanosec
 """
-"""The message and all that it is made of, as MCAP's `ros2msg` schemas hold it."""
+"""The message and all types that it contains, in the form of MCAP's `ros2msg` schemas."""
 
 
 def write_yaml(proved: Proved, path: Path | str, joints: Joints, first: int | None, count: int | None) -> Path:
-    """Write the message as YAML, which `ros2 topic pub` takes; one point a line."""
+    """Write the message as YAML, one point a line, for `ros2 topic pub`."""
     return put_yaml(joint_trajectory(proved, joints, first, count), path, _story(proved))
 
 
 def put_yaml(trajectory: JointTrajectory, path: Path | str, story: Sequence[str]) -> Path:
-    """Write points as YAML, after lines of comment."""
+    """Write points as YAML, after the lines of `story` as comments."""
     message = trajectory.message("", 0)
     points = message.pop("points")
     lines = [f"# {line}" for line in story]
@@ -139,14 +142,16 @@ def write_mcap(
     topic: str,
     stamp: int,
 ) -> Path:
-    """Write one message of the whole trajectory at time `stamp` [ns], without compression: the same bytes each time."""
+    """Write one message of the whole trajectory at time `stamp` [ns], uncompressed, so that the
+    bytes are reproducible.
+    """
     whole("to_ros2: stamp", stamp, least=0)
     trajectory = joint_trajectory(proved, joints, first, count)
     return put_mcap(trajectory, path, topic, stamp, {"statement": proved.certificate.explanation})
 
 
 def put_mcap(trajectory: JointTrajectory, path: Path | str, topic: str, stamp: int, said: Mapping[str, str]) -> Path:
-    """Write points as one message, and what is said of them as metadata."""
+    """Write points as one message, with `said` as metadata."""
     with optional("to_ros2"):
         from mcap.writer import CompressionType  # noqa: PLC0415
         from mcap_ros2.writer import Writer  # noqa: PLC0415
@@ -164,7 +169,7 @@ def _story(proved: Proved) -> list[str]:
 
 
 def _flow(value: Any) -> str:
-    """Return a value in YAML's flow style, with floats that every YAML reader takes for floats."""
+    """Return a value in YAML's flow style, with floats that every YAML reader recognises as floats."""
     match value:
         case dict():
             return "{" + ", ".join(f"{key}: {_flow(inner)}" for key, inner in value.items()) + "}"

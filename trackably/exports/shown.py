@@ -1,4 +1,4 @@
-"""What a notebook shows of a reference: a figure, and a table of its bounds with small pictures."""
+"""The display of a reference in notebooks: a figure, and a table of its bounds with small pictures."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ _POINTS = 160
 
 
 def curve(reached: Reached) -> str:
-    """Return an SVG element: the curve, its bounds as lines, and a dot where it is nearest to one of them.
+    """Return an SVG element: the curve, its bounds as lines, and a dot at its least margin.
 
-    Lines have the colour of the text around them, so the picture suits light and dark pages.
+    Lines have the colour of the surrounding text, so that the picture suits light and dark pages.
     """
     bounds = reached.quantity.bounds
     low, high = _vertical_ends(reached)
@@ -47,7 +47,7 @@ def curve(reached: Reached) -> str:
 
 
 def _vertical_ends(reached: Reached) -> tuple[float, float]:
-    """Return the ends of the vertical axis: the bounds, or the values where a bound is further away than these are."""
+    """Return the ends of the vertical axis: the bounds; in place of a distant bound, the least or largest value."""
     bounds, values = reached.quantity.bounds, reached.values
     least, most = float(np.min(values)), float(np.max(values))
     reach = max(most - least, 1e-9 * max(abs(least), abs(most)), 1e-300)
@@ -65,9 +65,10 @@ _CELL = 'style="text-align:{side};padding:0.15em 0.8em 0.15em 0;border:none;colo
 
 
 def html(proved: Proved) -> str:
-    """Return an HTML element whose colours follow the page: names are escaped.
+    """Return an HTML element whose colours follow the page; names are escaped.
 
-    Margins are the smallest that were found at up to 2000 times, so evidence; that no margin is negative is proved.
+    Margins are the smallest ones found at up to 2000 times, which is evidence. Only that no margin is negative is
+    proved.
     """
     first, last = ends(proved)
     said = proved.certificate.explanation
@@ -102,7 +103,7 @@ def _row(found: Reached) -> str:
 
 
 def _style(column: int) -> str:
-    """Return the style of a cell: numbers stand to the right, as they are compared down the column."""
+    """Return the style of a cell: numbers are aligned right, for comparison down the column."""
     return _CELL.format(side="right" if 2 <= column <= 5 else "left")
 
 
@@ -110,9 +111,9 @@ _COUNT = 801
 
 
 def figure(proved: Proved, start: float | None = None, end: float | None = None) -> Figure:
-    """Draw a reference from `start` to `end` [s] with its samples, where they are of states.
+    """Draw a reference from `start` to `end` [s] with the samples of its states.
 
-    Raises ValueError for times outside of what is proved.
+    ValueError: a time is not proved.
     """
     with optional("plot"):
         from trackably.exports.figures import Observed, tracking  # noqa: PLC0415  tables need no matplotlib
@@ -124,7 +125,10 @@ def figure(proved: Proved, start: float | None = None, end: float | None = None)
 
 
 def _band(proved: Proved, truth: TrueSignal, times: Array) -> tuple[Array, Array]:
-    """Return what is within the proved error of the reference: every true signal that explains the samples is."""
+    """Return the reference minus and plus its proved error.
+
+    Every true signal that explains the samples lies between them.
+    """
     cell = np.searchsorted(truth.ends, times, side="right") - 1
     inside = (times >= truth.ends[0]) & (times <= truth.ends[-1])
     errors = np.where(inside, np.array([*truth.errors, truth.errors[-1]])[np.maximum(cell, 0)], np.nan)

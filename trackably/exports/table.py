@@ -1,4 +1,4 @@
-"""References as tables, with units in the header: one row a step."""
+"""References as tables with units in the header, one row for each step."""
 
 import csv
 from collections.abc import Mapping
@@ -18,9 +18,9 @@ _TIME = "time"
 
 
 def columns(proved: Proved, first: int | None, count: int | None, units: Units | None) -> dict[str, Array]:
-    """Return time, states and inputs at steps by the heads of their columns, such as `position [m]`.
+    """Return time, states and inputs at steps, by the headings of their columns, such as `position [m]`.
 
-    ValueError: a unit is given for what is neither a state nor an input, or steps are outside of what is proved.
+    ValueError: a unit is given for a name that is neither a state nor an input, or a step is not proved.
     """
     given = _checked(units or {}, proved)
     steps = chosen_steps(proved, first, count)
@@ -30,7 +30,7 @@ def columns(proved: Proved, first: int | None, count: int | None, units: Units |
 
 
 def write_csv(proved: Proved, path: Path | str, first: int | None, count: int | None, units: Units | None) -> Path:
-    """Write a table as CSV (RFC 4180 with line feeds): numbers are the shortest that give the same float64 again."""
+    """Write a table as CSV (RFC 4180 with line feeds), with the shortest numbers that give the same float64 again."""
     table = columns(proved, first, count, units)
     content = StringIO()
     writer = csv.writer(content, lineterminator="\n")
@@ -41,7 +41,7 @@ def write_csv(proved: Proved, path: Path | str, first: int | None, count: int | 
 
 
 def write_parquet(proved: Proved, path: Path | str, first: int | None, count: int | None, units: Units | None) -> Path:
-    """Write a table as Parquet; units are also in the metadata of its columns, and the statement in that of the file.
+    """Write a table as Parquet; metadata of its columns hold the units, and metadata of the file the proved statement.
 
     MissingExtra: pyarrow is not installed.
     """
@@ -70,7 +70,7 @@ def _head(name: str, units: Units) -> str:
 
 
 def _checked(units: Units, proved: Proved) -> Units:
-    """Return units. TypeError: one is no text. ValueError: one is empty, has brackets, or is of an unknown name."""
+    """Return units. TypeError: one is no text. ValueError: one is empty or has brackets, or its name is unknown."""
     require_known("units", units, proved)
     for name, unit in units.items():
         if not text(f"units: {name}", unit).strip() or set(unit) & set('[]"\r\n'):

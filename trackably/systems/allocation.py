@@ -1,7 +1,7 @@
-"""Control allocation: which effects redundant inputs can attain in the input set, and the smallest input for each.
+"""Control allocation: the effects that redundant inputs can attain in the input set, and the smallest input for each.
 
 If the columns of Z span the null space of B, then u and u + Z v have the same effect on a linear system for every v.
-The effect of u is attainable if a v with lower ≤ R (u + Z v) ≤ upper exists. That is so if and only if
+The effect of u is attainable if some v satisfies lower ≤ R (u + Z v) ≤ upper. This is the case if and only if
 
     Σ_(λ_i > 0) λ_i lower_i + Σ_(λ_i < 0) λ_i upper_i  ≤  λᵀ R u  ≤  Σ_(λ_i > 0) λ_i upper_i + Σ_(λ_i < 0) λ_i lower_i
 
@@ -28,18 +28,18 @@ from trackably.systems.rationals import Rationals, exact, float_above, float_bel
 _MAX_LAWS = 10_000
 _AT_ONCE = 2**22  # numbers in memory
 ROUNDING = 2.0**-48
-"""By how much a candidate may break a bound, relative to the sum of its absolute terms."""
+"""Tolerance by which a candidate may violate a bound, relative to the sum of its absolute terms."""
 
 
 class Attainable(NamedTuple):
-    """The `bounds` of Σ_i `row`[i] u_i, a sum that is the same for all inputs of the same effect."""
+    """The `bounds` of Σ_i `row`[i] u_i, a sum that is equal for all inputs with the same effect."""
 
     row: tuple[Fraction, ...]
     bounds: Interval
 
 
 class Laws(NamedTuple):
-    """Candidates for the smallest input: `gains`[c] u + `shifts`[c], shapes (c, m, m) and (c, m)."""
+    """Affine candidates for the smallest input, `gains`[c] u + `shifts`[c]: shapes (c, m, m) and (c, m)."""
 
     gains: Array
     shifts: Array
@@ -68,7 +68,7 @@ class Allocation:
 
     @property
     def attainable(self) -> list[Attainable]:
-        """The constraints on u that hold if and only if some admissible input has the effect of u."""
+        """The constraints on u that hold if and only if some admissible input has the same effect as u."""
         rows, lower, upper = (exact(of) for of in (self.input_set.rows, self.input_set.lower, self.input_set.upper))
         found: dict[tuple[Fraction, ...], tuple[Fraction, Fraction]] = {}
         for hit, circuit in self._circuits():
@@ -86,7 +86,7 @@ class Allocation:
         ]
 
     def _refuse_empty(self, row: tuple[Fraction, ...], low: Fraction, high: Fraction) -> None:
-        """Raise ValueError if the bounds leave no interior: of a row of zeros, if U contains no input at all."""
+        """Raise ValueError if the bounds of a row leave no interior, or if a row of zeros shows that U is empty."""
         if not (low < high if any(row) else low <= 0 <= high):
             raise ValueError(f"set: must have an interior, but no input lies strictly inside {self.input_set}")
 
@@ -104,7 +104,7 @@ class Allocation:
         return np.asarray(self.laws[0][self._choice(u)])
 
     def _choice(self, u: Array) -> Array:
-        """Return which of the laws gives the smallest admissible input for u (…, m): shape (…,)."""
+        """Return the index of the law that gives the smallest admissible input for u (…, m): shape (…,)."""
         flat = u.reshape(-1, u.shape[-1])
         blocks = np.array_split(flat, 1 + flat.size * len(self.laws[1]) // _AT_ONCE)
         return np.concatenate([self._choice_of(block) for block in blocks]).reshape(u.shape[:-1])
@@ -126,7 +126,7 @@ class Allocation:
 
     @cached_property
     def laws(self) -> Laws:
-        """Inputs of which the smallest admissible one is among; the first of them is u itself.
+        """Candidates for the smallest admissible input, as affine functions of u; the first of them is u itself.
 
         Each is the smallest input at which the bounds b_S of some rows S are active: u + Z v with
 

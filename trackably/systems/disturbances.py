@@ -22,9 +22,9 @@ Vector = tuple[Fraction, ...]
 
 
 def _vectors(what: str, given: ArrayLike | Sequence[Sequence[Fraction]]) -> tuple[Vector, ...]:
-    """Return the rows of a matrix as rationals. Fractions are kept, and float64 numbers are taken as they are.
+    """Return the rows of a matrix as rationals. Fractions are kept, and float64 numbers are converted exactly.
 
-    ValueError: it is no matrix, or holds a number that is not finite. TypeError: it holds something else.
+    ValueError: it is no matrix, or a number is not finite. TypeError: an entry is no number.
     """
     array = numbers(what, cast(ArrayLike, given))
     if array.ndim != 2 or not array.shape[1]:
@@ -36,12 +36,12 @@ def _vectors(what: str, given: ArrayLike | Sequence[Sequence[Fraction]]) -> tupl
 
 
 class _ExactSet(ABC):
-    """A set that is made of exact vectors."""
+    """A set that is defined by exact vectors."""
 
     @property
     @abstractmethod
     def vectors(self) -> tuple[Vector, ...]:
-        """The vectors: a centre and generators, or vertices."""
+        """The vectors that define the set: a centre and generators, or vertices."""
 
     @abstractmethod
     def farthest(self, row: Array) -> Array:
@@ -58,7 +58,7 @@ class _ExactSet(ABC):
 
     @property
     def denominator(self) -> int:
-        """The least d that makes all entries of d · W whole."""
+        """The least d that makes all entries of d · W integers."""
         return self._whole[0]
 
     @cached_property
@@ -71,9 +71,9 @@ class _ExactSet(ABC):
 
 @dataclass(frozen=True)
 class Zonotope(_ExactSet):
-    """{`centre` + Σ_j ξ_j `generators`[j] : |ξ_j| ≤ 1}, exactly: each float64 that is given counts as it is.
+    """{`centre` + Σ_j ξ_j `generators`[j] : |ξ_j| ≤ 1}, exactly; float64 numbers are converted exactly.
 
-    No generators leave the centre alone. ValueError: shapes do not fit, or a number is not finite.
+    Without generators, the set is the centre alone. ValueError: shapes do not fit, or a number is not finite.
     """
 
     centre: Vector
@@ -100,7 +100,7 @@ class Zonotope(_ExactSet):
 
     @classmethod
     def box(cls, lower: ArrayLike, upper: ArrayLike) -> Self:
-        """Return {w : lower ≤ w ≤ upper} with finite bounds of shape (n,); equal ones leave a state undisturbed.
+        """Return {w : lower ≤ w ≤ upper} with finite bounds of shape (n,); a state with equal bounds is undisturbed.
 
         ValueError: a lower bound exceeds the upper one, or shapes do not fit.
         """
@@ -140,7 +140,7 @@ class Zonotope(_ExactSet):
         return self._point(np.where(self.generator_matrix @ row >= 0, 1.0, -1.0))
 
     def draw(self, rng: np.random.Generator) -> Array:
-        """Return a point (n,) of the set, up to rounding."""
+        """Return a random point (n,) of the set, up to rounding."""
         return self._point(rng.uniform(-1, 1, len(self.generators)))
 
     def _point(self, parts: Array) -> Array:
@@ -170,9 +170,9 @@ _MOST_CANDIDATES = 200_000
 
 @dataclass(frozen=True)
 class ConvexHull(_ExactSet):
-    """The convex hull of `vertices`, exactly: each float64 that is given counts as it is.
+    """The convex hull of `vertices`, exactly; float64 numbers are converted exactly.
 
-    Points that are no vertices do no harm. ValueError: shapes do not fit, there is no vertex, or a number is not
+    Points inside the hull may be among them. ValueError: shapes do not fit, there is no vertex, or a number is not
     finite.
     """
 
@@ -217,7 +217,7 @@ class ConvexHull(_ExactSet):
         return np.asarray(self.matrix[int(np.argmax(self.matrix @ row))])
 
     def draw(self, rng: np.random.Generator) -> Array:
-        """Return a point (n,) of the set, up to rounding."""
+        """Return a random point (n,) of the set, up to rounding."""
         return np.asarray(rng.dirichlet(np.ones(len(self.vertices))) @ self.matrix)
 
     def scaled(self, factor: Fraction) -> Self:
@@ -232,7 +232,7 @@ class ConvexHull(_ExactSet):
 
 
 def _vertices(H: Array, h: Array) -> Iterator[Vector]:
-    """Yield every point at which n rows that are independent hold with equality, and all others hold: in rationals."""
+    """Yield every point at which n independent rows are active and all other rows hold, in rational numbers."""
     r, n = H.shape
     rows = exact(np.column_stack([H, h]))
     for count, chosen in enumerate(combinations(range(r), n)):
@@ -253,10 +253,10 @@ _ROUNDING = 1e-9
 
 
 def require_disturbance(given: object, states: int) -> DisturbanceSet:
-    """Return a disturbance set of a system with so many states.
+    """Return `given` if it is a disturbance set of a system with this number of `states`.
 
-    TypeError: it is none. ValueError: its dimension is another, or it does not hold 0, so that the system without
-    disturbance is not a case of the disturbed one.
+    TypeError: it is no set. ValueError: it has another dimension, or it does not contain 0. It has to contain 0, so
+    that the undisturbed system is a special case of the disturbed one.
     """
     instance("disturbance", given, DisturbanceSet, "a Zonotope, as of Zonotope.box(lower, upper), or a ConvexHull")
     assert isinstance(given, DisturbanceSet), "instance has refused anything else"
@@ -270,7 +270,7 @@ def require_disturbance(given: object, states: int) -> DisturbanceSet:
 
 
 def _holds_zero(given: DisturbanceSet) -> bool:
-    """Whether 0 is in a set, up to rounding, by a linear program in units of the set."""
+    """Whether 0 is in a set, up to rounding, by a linear program scaled with the set."""
     if isinstance(given, Zonotope):
         matrix, aim, bounds = given.generator_matrix.T, -given.matrix[0], (-1.0, 1.0)
         if not matrix.size:
@@ -282,7 +282,7 @@ def _holds_zero(given: DisturbanceSet) -> bool:
     unit = np.where(size > 0, size, 1.0)
     rows, goal, each = matrix / unit, aim / unit[:, 0], np.eye(matrix.shape[1])
     at_most = [np.full(len(each), side) for side in (bounds[1], -bounds[0])]
-    shares = np.repeat([1.0, 0.0], [2 * len(rows), 2 * len(each)])  # of what |matrix x − aim| may be
+    shares = np.repeat([1.0, 0.0], [2 * len(rows), 2 * len(each)])  # coefficients of the bound of |matrix x − aim|
     limits = np.concatenate([goal, -goal, *at_most])
     return deepest(np.vstack([rows, -rows, each, -each]), shares, limits)[0] >= -_ROUNDING
 
@@ -294,8 +294,8 @@ def _holds_zero(given: DisturbanceSet) -> bool:
 class Measured:
     """Disturbances w(k) ∈ W of a system whose state is measured as y = x + v, with `noise` v(k) ∈ V.
 
-    The measured state obeys y⁺ = A y + B u + c + w − A v + v⁺. So it is disturbed by W ⊕ (−A V) ⊕ V, and x = y − v
-    keeps a bound r x ≤ h where r y ≤ h − h_V(−r). A controller that is given y then keeps x in X and u in U.
+    The measured state obeys y⁺ = A y + B u + c + w − A v + v⁺. So it is disturbed by W ⊕ (−A V) ⊕ V. If r y ≤ h −
+    h_V(−r), then x = y − v satisfies the bound r x ≤ h. A controller that receives y then keeps x in X and u in U.
     """
 
     disturbance: Zonotope
@@ -314,9 +314,9 @@ class Measured:
 
 
 def with_noise_set(disturbance: DisturbanceSet | None, noise: DisturbanceSet, states: int) -> Measured:
-    """Return both sets of a system with so many states; left out, nothing but noise disturbs it.
+    """Return both sets for a system with this number of `states`; without a disturbance set, only noise disturbs it.
 
-    TypeError: one is no Zonotope. ValueError: the dimension of one is another, or it does not hold 0.
+    TypeError: one is no Zonotope. ValueError: one has another dimension, or does not contain 0.
     """
     W = Zonotope([Fraction(0)] * states) if disturbance is None else disturbance
     for name, of in (("disturbance, with measurement_noise", W), ("measurement_noise", noise)):

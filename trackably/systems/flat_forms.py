@@ -20,15 +20,16 @@ from trackably.systems.tracing import Symbol, formulas_of
 
 MOST_SHIFTS = 12
 MOST_PARTS = 30_000
-"""How many operations, names and numbers a formula may have when it is written out, where shared parts count often."""
+"""Largest number of operations, names and numbers in a written formula; a shared part counts each time it is used."""
 
 
 @dataclass(frozen=True, eq=False)
 class FlatForm(subject.FlatForm):
     """x(k) = X(z(k), z(k + 1), …) and u(k) = U(z(k), z(k + 1), …), where z_c(k + j) is the variable z{c}[{j}].
 
-    States named in `angles` matter up to whole turns: X may jump by 2π where it takes the angle of a vector. Formulas
-    in `positive` are positive wherever a reference is proved, which the proof shows; √(p²) is p for such a formula p.
+    States named in `angles` are equal up to whole turns: X may jump by 2π because it takes the angle of a vector.
+    Formulas in `positive` are assumed positive, so that √(p²) = p for each of them; the proof of a reference verifies
+    this.
     """
 
     def __post_init__(self) -> None:
@@ -41,10 +42,10 @@ class FlatForm(subject.FlatForm):
 
     @classmethod
     def of(cls, function: Callable[[Any], Any], outputs: int, angles: Sequence[str] = ()) -> Self:
-        """Return the flat form of a function of z that returns a list of states and one of inputs.
+        """Return the flat form of a function of z that returns a list of states and a list of inputs.
 
-        z[j] is the array of the flat outputs at step k + j. The function is called with symbols: it must use
-        ordinary arithmetic only (see `tracing.Symbol`). ValueError: it is no such function; says why.
+        z[j] is the array of the flat outputs at step k + j. The function is called with symbols, so it must use
+        ordinary arithmetic only (see `tracing.Symbol`). ValueError: it is no such function; the message says why.
         """
         states, inputs = formulas_of(lambda: function(_Shifts(outputs)), "flat form")
         return cls(states, inputs, tuple(angles))
@@ -62,7 +63,7 @@ class FlatForm(subject.FlatForm):
 
     @cached_property
     def orders(self) -> tuple[int, ...]:
-        """By how many steps each flat output looks ahead; one at least."""
+        """The number of steps that each flat output looks ahead, at least one."""
         return tuple(max(1, *(j for d, j in self.indices if d == c)) for c in range(self.outputs))
 
     @property
@@ -82,7 +83,7 @@ class FlatForm(subject.FlatForm):
 
 
 def alike(one: Sequence[Formula], other: Sequence[Formula]) -> bool:
-    """Whether formulas are written alike."""
+    """Whether formulas are equal as written."""
     shapes = Shapes()
     return list(map(shapes.of, one)) == list(map(shapes.of, other))
 
@@ -95,7 +96,7 @@ def one_step_later(formula: Formula) -> Formula:
 
 @dataclass(frozen=True)
 class _Shifts:
-    """z, as functions of shifted flat outputs take it."""
+    """z as the argument of a function of shifted flat outputs."""
 
     outputs: int
 
@@ -119,7 +120,7 @@ _TRIALS, _SPREADS, _CLEARLY = 20, (0.3, 1.0, 3.0), 1e-6
 
 
 def why_not_flat(f: Sequence[Formula], form: FlatForm, states: Sequence[str], inputs: Sequence[str]) -> str | None:
-    """Return why this is no flat form of f, or is not shown to be one; None if it is."""
+    """Return why this is no flat form of f, or cannot be shown to be one; None if it is one."""
     if (len(form.states), len(form.inputs)) != (len(states), len(inputs)):
         return (
             f"has formulas of {len(form.states)} states and {len(form.inputs)} inputs, but the system has "
@@ -146,7 +147,10 @@ def why_not_flat(f: Sequence[Formula], form: FlatForm, states: Sequence[str], in
 
 
 def _not_zero(error: Formula, positive: Sequence[Formula]) -> str | None:
-    """Return, as text, drawn values at which a formula is clearly not zero in float64; None where none are drawn."""
+    """Return, as text, drawn values at which a formula is clearly not zero in float64.
+
+    None if no such values are found.
+    """
     unknown = sorted({name for formula in (error, *positive) for name in names(formula)})
     rng = np.random.default_rng(0)
     for spread in np.repeat(_SPREADS, _TRIALS):
@@ -175,7 +179,7 @@ _MOST_COUPLED = 3
 
 
 def found_form(f: Sequence[Formula], states: Sequence[str], inputs: Sequence[str]) -> FlatForm | None:
-    """Return the flat form whose flat outputs are the first states for which there is one; None if none is found."""
+    """Return a flat form whose flat outputs are some of the states, the first that is found; None if there is none."""
     if not inputs or comb(len(states), len(inputs)) > _MOST_CHOICES:
         return None
     choices = combinations(range(len(states)), len(inputs))
@@ -220,7 +224,11 @@ def _unknown(formula: Formula, every: set[str], known: dict[str, Formula]) -> se
 def _solve_alone(
     formula: Formula, state: str, name: str, known: dict[str, Formula]
 ) -> tuple[Formula, Formula | None] | None:
-    """Return the unknown of an equation, and the positive root of which it is the square; None if it is no such one."""
+    """Return the formula of the unknown `name` of an equation, and the positive root whose square
+    it is, if it is a square.
+
+    None if the equation cannot be solved for it.
+    """
     if _is_far_ahead(known[state]):
         return None
     formula = _name_root(formula, name)
@@ -240,7 +248,7 @@ def _solve_alone(
 def _solve_together(
     f: Sequence[Formula], states: Sequence[str], ready: Sequence[int], every: set[str], known: dict[str, Formula]
 ) -> tuple[tuple[int, ...], Mapping[str, Formula]] | None:
-    """Return equations, as few as possible, that determine as many unknowns, and these; None if there are none."""
+    """Return a smallest set of equations that determine as many unknowns, and their formulas; None if there is none."""
     for count in range(2, _MOST_COUPLED + 1):
         for rows in combinations([i for i in ready if not _is_far_ahead(known[states[i]])], count):
             wanted = sorted(set().union(*(_unknown(f[i], every, known) for i in rows)))
@@ -262,7 +270,7 @@ def _is_far_ahead(formula: Formula) -> bool:
 
 
 def _name_root(formula: Formula, name: str) -> Formula:
-    """Return the formula with the variable `_ROOT` in the place of every root of the variable of this name."""
+    """Return the formula with every root of the variable `name` replaced by the variable `_ROOT`."""
     done: dict[Formula, Formula] = {}
     for node in parts(formula):
         match node:
@@ -279,13 +287,13 @@ def _name_root(formula: Formula, name: str) -> Formula:
 # believed: the flat form that comes out is verified as every other one is.
 
 _NOTHING, _QUARTER_TURN = Number(0.0), pi / 2
-_PARTS = 16  # of tan(φ/2): a heading jumps within 1/16 rad of where it should
+_PARTS = 16  # tan(φ/2) is a multiple of 1/16, so that a heading jumps at most 1/16 rad from the intended direction
 _MOST_QUARTERS = 16
-"""Cosines and sines of more quarter turns than these have no normal form (`checker.identities`)."""
+"""Largest number of quarter turns whose cosines and sines have a normal form (`checker.identities`)."""
 
 
 def without_jumps(form: FlatForm) -> FlatForm:
-    """Return the form with formulas that do not jump where a heading crosses ±π; the form itself if none does.
+    """Return the form with formulas that do not jump when a heading crosses ±π; the form itself if none jumps.
 
     The difference of two headings becomes the angle from one vector to the other, in (−π, π]. Sine and cosine of a
     heading become y/|v| and x/|v|.
@@ -297,12 +305,12 @@ def without_jumps(form: FlatForm) -> FlatForm:
 
 
 def with_heading_in(form: FlatForm, state: int, bounds: Interval) -> FlatForm:
-    """Return the form with a heading that jumps opposite to the middle of its `bounds` [rad], nearly.
+    """Return the form with a heading that jumps about opposite to the middle of its `bounds` [rad].
 
-    So no heading jumps inside of bounds that are up to 6.1 rad wide. The heading of v = (x, y) becomes n π/2 + the
-    angle of v turned back by n π/2, where π/2 is atan2(1, 0), exactly. Where the nearest quarter turn is too far from
-    the middle, an angle whose cosine and sine are rational is added. The form is returned as it is if the state is not
-    the angle of a vector, and if its bounds are wider than a turn or more than 16 quarter turns from zero.
+    So no heading jumps inside bounds that are up to 6.1 rad wide. The heading of v = (x, y) becomes n π/2 plus the
+    angle of v turned back by n π/2, where π/2 is atan2(1, 0), exactly. If the nearest quarter turn is too far from the
+    middle, an angle with rational cosine and sine is added. The form is returned unchanged if the state is not the
+    angle of a vector, or if its bounds are wider than a turn or more than 16 quarter turns from zero.
     """
     heading = form.states[state]
     if not isinstance(heading, Angle):
@@ -328,7 +336,9 @@ def _turn_back(heading: Angle, quarters: int) -> Angle:
 
 
 def _turn_by(heading: Angle, parts: int) -> Formula:
-    """Return a heading as φ + (the heading turned back by φ): tan(φ/2) = parts/16 makes cos φ and sin φ rational."""
+    """Return a heading as φ + (the heading turned back by φ), where tan(φ/2) = parts/16, so that
+    cos φ and sin φ are rational.
+    """
     a, b = Number(float(_PARTS**2 - parts**2)), Number(float(2 * _PARTS * parts))
     y, x = heading.y, heading.x
     back = Angle(

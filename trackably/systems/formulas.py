@@ -1,7 +1,7 @@
-"""Formulas of a plant, as the checker has them: derivatives, values in float64, text, and the form in files.
+"""Formulas of a plant, built of the checker's nodes: derivatives, values in float64, text, and the form in files.
 
-A formula is an acyclic graph of the checker's nodes. A constant is exactly the real number that its float64 is. Nothing
-done to formulas here changes the real function that one represents, or its domain.
+A formula is an acyclic graph of the checker's nodes. A constant is exactly the real number that its float64 represents.
+No operation here changes the real function that a formula represents, or its domain.
 """
 
 import operator
@@ -27,7 +27,7 @@ def is_float64(value: object) -> bool:
 
 
 def size_and_depth(formula: Formula) -> tuple[int, int]:
-    """Return the number of nodes of the written formula (shared ones count each time), and how deep it is nested."""
+    """Return the number of nodes of the written formula (shared ones count each time), and its depth of nesting."""
     known: dict[Formula, tuple[int, int]] = {}
     for node in parts(formula):
         inner = [known[operand] for operand in operands(node)]
@@ -42,12 +42,12 @@ _BINDING = {"+": 1, "-": 1, "*": 2, "/": 2}
 
 
 def outline(formula: Formula) -> str:
-    """Format the outer parts of a formula; what is nested deeper is "…"."""
+    """Format the outer parts of a formula, with "…" in place of deeper parts."""
     return text(formula, 0, _OUTER)
 
 
 def text(formula: Formula, binding: int = 0, deepest: int = _ALL) -> str:
-    """Format a formula inside an operator that binds with this strength, in parentheses if needed."""
+    """Format a formula as an operand of an operator with the strength `binding`, in parentheses if needed."""
     match formula:
         case _ if not deepest:
             found = "…"
@@ -70,7 +70,7 @@ def text(formula: Formula, binding: int = 0, deepest: int = _ALL) -> str:
 
 
 def weighted_sum_text(row: Sequence[Fraction], names: Sequence[str], digits: int = 3) -> str:
-    """Format Σ_i row_i name_i, as x, x+y or x-0.5y; weights with so many `digits`."""
+    """Format Σ_i row_i name_i, for example x, x+y or x-0.5y, with `digits` significant digits of each weight."""
     signed = []
     for weight, name in zip(map(float, row), names, strict=True):
         if weight:
@@ -100,7 +100,7 @@ def to_lists(formula: Formula) -> object:
 
 
 def derivative(formula: Formula, name: str) -> Term:
-    """Return the exact derivative in the variable of this name."""
+    """Return the exact derivative with respect to the variable `name`."""
     known: dict[Formula, Term] = {}
     for node in parts(formula):
         known[node] = _slope(node, name, [known[operand] for operand in operands(node)])
@@ -143,7 +143,7 @@ _FUNCTION_SLOPES: dict[str, Callable[[Formula, Formula, Formula], Term]] = {
 
 
 def _power_slope(node: Formula, base: Formula, exponent: float) -> Term:
-    """Return p base^(p − 1), or p base^p / base if p is not whole: p − 1 may not be a float64."""
+    """Return p base^(p − 1), or p base^p / base if p is not an integer, because p − 1 may not be a float64."""
     if not exponent.is_integer():
         return Operation("/", Operation("*", Number(exponent), node), base)
     lower = {0.0: None, 1.0: ONE, 2.0: base}.get(exponent, Power(base, exponent - 1))
@@ -155,7 +155,7 @@ def _power_slope(node: Formula, base: Formula, exponent: float) -> Term:
 
 @lru_cache(maxsize=4096)
 def steps(formula: Formula) -> tuple[tuple[Formula, tuple[int, ...]], ...]:
-    """Return every part once, operands before the part that uses them, with the places of its operands."""
+    """Return every node once, operands before the nodes that use them, each with the indices of its operands."""
     places = {node: place for place, node in enumerate(parts(formula))}
     return tuple((node, tuple(places[operand] for operand in operands(node))) for node in places)
 

@@ -1,7 +1,7 @@
 """Systems that come with the library: vehicles, tanks and a pendulum, as functions of their sampling time.
 
-Angles are in rad, lengths in m, times in s. Vehicles and the pendulum are Euler's steps unless they say otherwise; each
-test compares them with the differential equations that they are made from.
+Angles are in rad, lengths in m, times in s. Vehicles and the pendulum are discretised by Euler steps, unless stated
+otherwise; tests compare them with their differential equations.
 """
 
 from collections.abc import Callable, Mapping
@@ -20,30 +20,31 @@ GRAVITY = 9.81
 
 
 def mobile_robot(sampling_time: float) -> NonlinearSystem:
-    """Return a robot with two driven wheels (the unicycle), by Euler's step.
+    """Return a robot with two driven wheels (the unicycle), discretised by Euler's step.
 
-    ẋ = v cos θ, ẏ = v sin θ, θ̇ = ω: R. Siegwart and I. Nourbakhsh, Introduction to Autonomous Mobile Robots, 2004, 3.2.
-    States x, y [m], heading θ [rad]; inputs speed v [m/s], turn ω [rad/s]. The flat outputs are x and y. The robot has
-    a heading where it moves: bound its speed from below.
+    ẋ = v cos θ, ẏ = v sin θ, θ̇ = ω: R. Siegwart and I. Nourbakhsh, Introduction to Autonomous Mobile Robots, 2004,
+    3.2. States x, y [m], heading θ [rad]; inputs speed v [m/s], turn rate ω [rad/s]. The flat outputs are x and y. They
+    determine the heading only while the robot moves: bound its speed from below.
 
-    The step that is exact for constant inputs is not offered. It is (x, y)⁺ = (x, y) + s (cos φ, sin φ), θ⁺ = 2 φ − θ
-    with the chord s = v h sin(ω h/2)/(ω h/2) and φ = θ + ω h/2. Positions give s and φ, but θ(k) − (−1)ᵏ θ(0) is then
-    a sum over all steps before, and no formula of a few shifts: x and y are not flat. The heading and the distance of
-    the chord's line from the origin are, n(φ(k))·p(k) = n(φ(k))·p(k + 1) with n(φ) = (−sin φ, cos φ), since p(k) is
-    where the lines of two chords meet. But these are parallel where the robot drives straight on, so that neither a
-    straight path nor a figure eight could be proved.
+    The step that is exact for constant inputs is not offered, because x and y are not flat outputs of it. It is (x, y)⁺
+    = (x, y) + s (cos φ, sin φ), θ⁺ = 2 φ − θ with the chord s = v h sin(ω h/2)/(ω h/2) and φ = θ + ω h/2. Positions
+    give s and φ, but θ(k) − (−1)ᵏ θ(0) is then a sum over all earlier steps, and no formula of a few shifts. Other flat
+    outputs exist: the heading, and the distance of the chord's line from the origin, n(φ(k))·p(k) = n(φ(k))·p(k + 1)
+    with n(φ) = (−sin φ, cos φ), since p(k) is the intersection of the lines of two chords. But these lines are parallel
+    when the robot drives straight on, so that neither a straight path nor a figure eight could be proved.
     """
     h = _step(sampling_time)
     return _vehicle(h, "turn", lambda speed, turn: turn, lambda way, turned: turned / h)
 
 
 def kinematic_bicycle(sampling_time: float, wheelbase: float) -> NonlinearSystem:
-    """Return a car that steers with its front wheels and does not slip, by Euler's step.
+    """Return a car that steers with its front wheels and does not slip, discretised by Euler's step.
 
-    ẋ = v cos θ, ẏ = v sin θ, θ̇ = v tan δ/L with the `wheelbase` L [m]: P. Polack et al., The kinematic bicycle model: A
-    consistent model for planning feasible trajectories for autonomous vehicles?, 2017, with its reference point at the
-    rear axle. States x, y [m] of the rear axle, heading θ [rad]; inputs speed v [m/s], steering δ [rad], between −π/2
-    and π/2. The flat outputs are x and y. The car has a heading where it moves: bound its speed from below.
+    ẋ = v cos θ, ẏ = v sin θ, θ̇ = v tan δ/L with the `wheelbase` L [m]: P. Polack et al., The kinematic bicycle model:
+    A consistent model for planning feasible trajectories for autonomous vehicles?, 2017, with its reference point at
+    the rear axle. States x, y [m] of the rear axle, heading θ [rad]; inputs speed v [m/s], steering δ [rad], between
+    −π/2 and π/2. The flat outputs are x and y. They determine the heading only while the car moves: bound its speed
+    from below.
     """
     h, length = _step(sampling_time), positive("wheelbase", wheelbase)
     return _vehicle(
@@ -90,8 +91,8 @@ def two_tanks(sampling_time: float, area: float = 2.0, outflow: float = 0.6) -> 
 def pendulum(sampling_time: float, length: float = 0.5, mass: float = 0.2, friction: float = 0.02) -> NonlinearSystem:
     """Return a pendulum on an actuated joint, by Euler's step: m l² ω̇ = τ − b ω − m g l sin θ, θ̇ = ω.
 
-    A point mass m [kg] on a light rod of `length` l [m], with viscous `friction` b [N m s]. States angle θ [rad], which
-    is zero where it hangs, and rate ω [rad/s]; input torque τ [N m]. The flat output is the angle.
+    A point mass m [kg] on a light rod of `length` l [m], with viscous `friction` b [N m s]. States angle θ [rad], zero
+    when hanging, and rate ω [rad/s]; input torque τ [N m]. The flat output is the angle.
     """
     h = _step(sampling_time)
     rod, weight, drag = positive("length", length), positive("mass", mass), real("friction", friction)
@@ -109,7 +110,9 @@ def _step(sampling_time: float) -> float:
 
 
 def _vehicle(h: float, second: str, rate: Callable[..., Any], solved: Callable[..., Any]) -> NonlinearSystem:
-    """Return a vehicle that moves where it is heading: θ̇ = `rate`(v, u₂), and u₂ = `solved`(h v, θ⁺ − θ)."""
+    """Return a vehicle that moves in the direction of its heading: θ̇ = `rate`(v, u₂), and u₂ =
+    `solved`(h v, θ⁺ − θ).
+    """
 
     def f(state: Any, inputs: Any) -> list[Any]:
         x, y, heading = state
@@ -132,7 +135,7 @@ MODELS: Mapping[str, Callable[..., NonlinearSystem]] = MappingProxyType(
 
 
 def model_of(name: str, sampling_time: float, parameters: Mapping[str, float]) -> NonlinearSystem:
-    """Return the system of a name. ValueError: there is none, or its parameters are others."""
+    """Return the system of this name. ValueError: there is none, or the parameters are not those of the system."""
     if name not in MODELS:
         raise ValueError(f"there is no model {name!r}; there are {', '.join(MODELS)}")
     try:

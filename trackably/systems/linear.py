@@ -29,7 +29,8 @@ _NAME = re.compile(rf"{_WORD}(?:\[{_UNIT}\]|\({_UNIT}\))*")
 
 
 def require_names(names: Iterable[object]) -> None:
-    """Raise ValueError for the first name that is none: a letter or _, then letters, digits, _ and -, then brackets.
+    """Raise ValueError for the first invalid name: a name is a letter or _, then letters, digits,
+    _ and -, then brackets.
 
     Square or round brackets hold an index or a unit, such as q[1] or v(m/s). Letters are Latin or Greek.
     """
@@ -65,14 +66,14 @@ class Flatness:
 
 
 def flatness(A: Rationals, B: Rationals, offset: Rationals, sampling_time: float, states: Sequence[str]) -> Flatness:
-    """Return flat outputs of the controllable system x(k+1) = A x(k) + B u(k) + c, with names of its `states`.
+    """Return flat outputs of the controllable system x(k+1) = A x(k) + B u(k) + c with names of its `states`.
 
-    With as many independent inputs as states, these are the states themselves. Otherwise they are made of the first
-    independent columns of [B, A B, …] (Luenberger's choice), each in the unit of the first state that it moves at rest.
-    Of several inputs with the same effect, the one of smallest Euclidean norm is taken.
+    If there are as many independent inputs as states, the flat outputs are the states themselves. Otherwise they follow
+    from the first independent columns of [B, A B, …] (Luenberger's choice), each scaled to the unit of the first state
+    that it moves at rest. Of several inputs with the same effect, the one with the smallest Euclidean norm is chosen.
 
-    Shapes: A (n, n), B (n, m), offset c (n,). ValueError: the system is not controllable, or too close to such a system
-    for float64.
+    Shapes: A (n, n), B (n, m), offset c (n,). ValueError: the system is not controllable, or too close to an
+    uncontrollable one for float64.
     """
     independent = B[:, _independent_columns(B)]
     orders = _chains(A, independent, states)
@@ -124,7 +125,7 @@ def _functionals(
 
 
 def _chains(A: Rationals, B: Rationals, states: Sequence[str]) -> list[int]:
-    """Return κ_c: how many of B_c, A B_c, … are among the first independent columns of [B, A B, …]."""
+    """Return κ_c, the number of columns B_c, A B_c, … among the first independent columns of [B, A B, …]."""
     n, m = B.shape
     if m == n:
         return [1] * n
@@ -138,7 +139,7 @@ def _chains(A: Rationals, B: Rationals, states: Sequence[str]) -> list[int]:
                     taken, orders[c] = more, orders[c] + 1
         columns = A @ columns
     if taken.shape[1] < n:
-        row = null_space(taken.T)[:, 0]  # it maps every column that is reached to zero
+        row = null_space(taken.T)[:, 0]  # it maps every reachable column to zero
         raise ValueError(
             f"{_REFUSED}: its inputs reach {taken.shape[1]} of {n} dimensions, and none of them ever changes "
             f"{weighted_sum_text(row / max(row, key=abs), states)}"
@@ -159,7 +160,10 @@ def _outputs(A: Rationals, B: Rationals, orders: list[int]) -> Rationals:
 
 
 def _independent_columns(B: Rationals) -> list[int]:
-    """Return the first columns that are a basis of the range of B. ValueError: they are nearly dependent."""
+    """Return the indices of the first columns that are a basis of the range of B.
+
+    ValueError: they are nearly dependent.
+    """
     kept = reduced(B)[1]
     if kept and not _condition(B[:, kept]) < _WORST_CONDITION:
         raise ValueError(
@@ -189,11 +193,11 @@ def _condition(matrix: Rationals) -> float:
 class LinearSystem:
     """x(k+1) = A x(k) + B u(k) + c with A (n, n), B (n, m), c (n,), one step every `sampling_time` [s].
 
-    A number in the third place is the sampling time, LinearSystem(A, B, 0.1), and a list of numbers is c. `states` and
-    `inputs` are names, all different. Left out, c is zero and the names are x1, x2, … and u1, u2, …, or `state` and
-    `input` of a system with one of each. Raises ValueError where shapes do not fit, an entry is not finite, names
-    repeat or are no identifiers (`require_names`), or the sampling time is not positive; TypeError where entries are no
-    real numbers or no names, or the sampling time is missing.
+    A number as third argument is the sampling time, LinearSystem(A, B, 0.1), and a list of numbers is c. `states` and
+    `inputs` are names, all different. By default, c is zero and the names are x1, x2, … and u1, u2, …, or `state` and
+    `input` if there is one of each. ValueError: shapes do not fit, an entry is not finite, names repeat or are invalid
+    (`require_names`), or the sampling time is not positive. TypeError: entries are no real numbers or names, or the
+    sampling time is missing.
     """
 
     A: Array
@@ -266,8 +270,8 @@ class LinearSystem:
     ) -> Self:
         """Sample ẋ = A x + B u + c with the input held over each `sampling_time` [s]; exact at the sampling instants.
 
-        exp([[A, B, c], [0, 0, 0]] T_s) has the discrete A, B and c in its upper rows. Columns of B that are
-        multiples of each other by ± 2^k remain exact multiples: redundant inputs stay redundant.
+        exp([[A, B, c], [0, 0, 0]] T_s) has the discrete A, B and c in its upper rows. Columns of B that are multiples
+        of each other by ± 2^k remain exact multiples, so that redundant inputs stay redundant.
         """
         continuous = cls(A, B, c, states, inputs, sampling_time=sampling_time)
         n, m = continuous.B.shape
@@ -283,10 +287,10 @@ class LinearSystem:
 
     @classmethod
     def of_state_space(cls, given: Any, sampling_time: float | None = None) -> Self:
-        """Return the system of python-control's `StateSpace`, or of what has its attributes A, B and dt.
+        """Return the system of python-control's `StateSpace`, or of any object with its attributes A, B and dt.
 
-        One of continuous time (dt = 0) is sampled, with its input held over each `sampling_time` [s]. Names are its
-        labels where these are identifiers. ValueError: it has no sampling time, or another one.
+        A system in continuous time (dt = 0) is sampled, with its input held over each `sampling_time` [s]. Names are
+        its labels, if these are identifiers. ValueError: it has no sampling time, or another one.
         """
         labels = {side: tuple(getattr(given, f"{side[:-1]}_labels", ())) for side in ("states", "inputs")}
         labels = {side: found if all(map(str.isidentifier, found)) else () for side, found in labels.items()}

@@ -1,8 +1,8 @@
-"""A wrong model: plants whose matrices lie in a convex hull, as a larger disturbance of the nominal one.
+"""A wrong model: plants whose matrices lie in a convex hull, treated as a larger disturbance of the nominal one.
 
-The plant is x⁺ = A x + B u + c + w with (A, B, c) anywhere in the convex hull of given vertices, another point at each
-step or not. The reference obeys the nominal matrices of the plant that is learned for. What the difference adds lies in
-a zonotope D as long as states and inputs keep their sets, which the proof keeps: W ⊕ D takes the place of W.
+The plant is x⁺ = A x + B u + c + w with (A, B, c) anywhere in the convex hull of given vertices, possibly another point
+at each step. The reference obeys the nominal matrices for which it is learned. As long as states and inputs keep their
+sets, which the proof ensures, the effect of the difference lies in a zonotope D, and W ⊕ D takes the place of W.
 `trackably.checker.model_error` has the theorem and its proof.
 """
 
@@ -25,7 +25,7 @@ from trackably.systems.disturbances import DisturbanceSet, Zonotope
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 
-_MOST_ENTRIES = 6  # of which all combinations of ends are vertices
+_MOST_ENTRIES = 6  # uncertain entries; all combinations of their ends are vertices
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,10 +43,10 @@ class Vertex:
 
 @dataclass(frozen=True, eq=False)
 class ModelError:
-    """The plant's (A, B, c) is anywhere in the convex hull of these `vertices`, at each step anew.
+    """The plant's (A, B, c) is anywhere in the convex hull of these `vertices`, possibly another point at each step.
 
-    They are matrices of discrete time: `of` takes them as they are, `intervals` takes entries that are known to lie
-    between two numbers, and `sampled` takes matrices of continuous time.
+    The vertices are matrices of discrete time: `of` takes them directly, `intervals` takes intervals of single entries,
+    and `sampled` takes matrices of continuous time.
     """
 
     vertices: tuple[Vertex, ...]
@@ -66,7 +66,7 @@ class ModelError:
 
     @classmethod
     def intervals(cls, system: LinearSystem, entries: Mapping[tuple[str, str], tuple[float, float]]) -> Self:
-        """Return all systems with entries between two numbers: {("velocity", "force"): (0.018, 0.022)}.
+        """Return all systems with some entries in intervals, for example {("velocity", "force"): (0.018, 0.022)}.
 
         The first name is the state of the row; the second one the state or the input of the column, or "1" for c. The
         other entries are those of `system`. ValueError: an unknown name, or more than 6 entries.
@@ -90,9 +90,10 @@ class ModelError:
     def sampled(cls, vertices: Sequence[tuple[ArrayLike, ArrayLike]], sampling_time: float) -> Self:
         """Return the hull of ẋ = A x + B u, sampled with the input held, where all (A, B) have the same A.
 
-        Then the discrete matrices are linear in B, and those of a hull are the hull of those: for a gain, or for the
-        mass of a double integrator, which enters as 1/m. ValueError: A differs. exp is curved, so that sampled end
-        points do not hold what lies between; give `of` or `intervals` what encloses the discrete matrices.
+        Then the discrete matrices are linear in B, so that the hull of the sampled vertices contains all sampled
+        systems. This covers an uncertain gain, or the mass of a double integrator, which enters as 1/m. ValueError: A
+        differs. Sampling is nonlinear in A, so that sampled vertices do not enclose the systems between them; then
+        enclose the discrete matrices by `of` or `intervals`.
         """
         given = [(numbers("model_error: A", A), numbers("model_error: B", B)) for A, B in vertices]
         if any(not np.array_equal(A, given[0][0]) for A, _ in given):
@@ -104,7 +105,10 @@ class ModelError:
         return cls.of([(system.A, system.B, system.c) for system in systems])
 
     def generators(self, system: LinearSystem, state_set: Polytope, input_set: Polytope) -> list[Sequence[Fraction]]:
-        """Return the generators of D, exactly. ValueError: shapes do not fit, or a state that matters is free."""
+        """Return the generators of D, exactly.
+
+        ValueError: shapes do not fit, or an unbounded state has an uncertain coefficient.
+        """
         nominal = checked.Vertex(system.A.tolist(), system.B.tolist(), system.c.tolist())
         vertices = [checked.Vertex(v.A.tolist(), v.B.tolist(), v.c.tolist()) for v in self.vertices]
         found = checked.of_model_error(nominal, vertices, _rows(state_set), _rows(input_set))
@@ -113,7 +117,7 @@ class ModelError:
         return list(found)
 
     def beside(self, disturbance: DisturbanceSet | None) -> Zonotope:
-        """Return W, {0} where there is none. TypeError: it is no zonotope."""
+        """Return W, or {0} if there is no disturbance. TypeError: it is no zonotope."""
         W = Zonotope([Fraction(0)] * len(self.vertices[0].A)) if disturbance is None else disturbance
         instance("disturbance, with model_error", W, Zonotope, "a Zonotope, as of Zonotope.box(lower, upper)")
         assert isinstance(W, Zonotope), "instance has refused anything else"

@@ -1,4 +1,4 @@
-"""Nonlinear systems: solved for as many inputs as states, which are then flat outputs, or with a flat form."""
+"""Nonlinear systems: with as many inputs as states, which are then flat outputs, or with a flat form."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -22,7 +22,7 @@ from trackably.systems.tracing import Dynamics, require_same_values, trace
 from trackably.systems.trajectories import Coordinate, Functional, Trajectory, one_of, shifted_outputs
 
 MAX_SIZE = 1000
-"""How many operations, names and numbers one formula may have when it is written out."""
+"""Largest number of operations, names and numbers in a written formula."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,10 +30,10 @@ class NonlinearSystem:
     """x(k+1) = f(x(k), u(k)), one formula `f` for each state, every `sampling_time` [s].
 
     `states` and `inputs` are different names, and the variables of the formulas. The `flat` form gives both as formulas
-    of flat outputs; of chains it is found (`flat.chains`). Without it, the states are the flat outputs: there are as
-    many inputs as states, and f(x, u) = f0(x) + G(x) u is solved for them. ValueError: the flat form is not one of f;
-    or, without one, f is not affine in the inputs, or G is singular for all states; a formula is too long, a name is no
-    identifier (`naming`), or the sampling time is not positive.
+    of flat outputs; for chains it is found automatically (`flat_forms.found_form`). Without a flat form, the states are
+    the flat outputs: there are as many inputs as states, and f(x, u) = f0(x) + G(x) u is solved for them. ValueError:
+    the flat form is not one of f; without one, f is not affine in the inputs, or G is singular for all states; a
+    formula is too long; a name is invalid (`require_names`); or the sampling time is not positive.
     """
 
     f: tuple[Formula, ...]
@@ -77,7 +77,7 @@ class NonlinearSystem:
         return hash((self.states, self.inputs, self.sampling_time))
 
     def _verify(self, form: FlatForm) -> FlatForm:
-        """Return the flat form, where it can be without jumps of its headings. ValueError: it is not one of f."""
+        """Return the flat form, without jumps of its headings if possible. ValueError: it is no flat form of f."""
         smooth = without_jumps(form) if form.angles else form
         if smooth is not form and why_not_flat(self.f, smooth, self.states, self.inputs) is None:
             return smooth
@@ -86,7 +86,7 @@ class NonlinearSystem:
         return form
 
     def heading_in(self, bounds: Mapping[str, Interval]) -> Self:
-        """Return the system with headings, by name, that do not jump inside of their `bounds` [rad] where possible."""
+        """Return the system with headings, by name, that do not jump inside their `bounds` [rad], if possible."""
         if self.flat is None:
             return self
         form = self.flat
@@ -129,10 +129,10 @@ class NonlinearSystem:
     ) -> Self:
         """Return the system of a Python function f(x, u) of two arrays that returns a list of the next states.
 
-        f is called with symbols: it must use ordinary arithmetic only (see `formulas.symbol`). Numbers that it uses are
-        constants of the system. It is also called with numbers, and has to give what its formulas give. The `flat` form
-        may be left out for chains, and where there are as many inputs as states. ValueError also: f is no such
-        function, with the reason.
+        f is called with symbols, so it must use ordinary arithmetic only (see `tracing.Symbol`). Numbers that it uses
+        become constants of the system. It is also called with numbers, and has to return the values of its formulas.
+        The `flat` form may be left out for chains, and if there are as many inputs as states. ValueError also: f is no
+        such function; the message says why.
         """
         if not callable(f):
             raise TypeError(f"system: f: expected a function of x and u, got {f!r}")
@@ -165,12 +165,12 @@ class NonlinearSystem:
                 )
 
     def successor(self, x: Array, u: Array) -> Array:
-        """Return f(x, u) for x (…, n) and u (…, m): shape (…, n), NaN or infinite where f is not defined."""
+        """Return f(x, u) for x (…, n) and u (…, m): shape (…, n), NaN or infinite where f is undefined."""
         values, shape = self._values(x, u)
         return _stack([evaluate_floats(formula, values) for formula in self.f], shape)
 
     def _values(self, x: Array, u: Array) -> tuple[Mapping[str, Array], tuple[int, ...]]:
-        """Return the values of states and inputs by name, and the shape that they have together."""
+        """Return the values of states and inputs by name, and their common shape."""
         x, u = np.asarray(x, dtype=float), np.asarray(u, dtype=float)
         shape = np.broadcast_shapes(x.shape[:-1], u.shape[:-1])
         return {**_by_name(self.states, x), **_by_name(self.inputs, u)}, shape
@@ -195,7 +195,10 @@ class NonlinearSystem:
         return [[derivative(formula, name) for name in (*self.states, *self.inputs)] for formula in self.f]
 
     def flatness(self) -> Flatness:
-        """Return states and inputs as functions of flat outputs: of the states themselves, without a flat form."""
+        """Return states and inputs as functions of flat outputs.
+
+        Without a flat form, the states are the flat outputs.
+        """
         if self.flat is not None:
             return _flatness_of(self.flat, self.sampling_time)
         n = len(self.states)
@@ -212,7 +215,7 @@ class NonlinearSystem:
 
     @property
     def angles(self) -> tuple[str, ...]:
-        """The states that matter up to whole turns."""
+        """The states that are equal up to whole turns."""
         return self.flat.angles if self.flat is not None else ()
 
 

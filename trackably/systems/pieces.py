@@ -1,4 +1,4 @@
-"""Signals of a reference: sums of kernels or piecewise polynomials, which are evaluated in twice the precision."""
+"""Signals of a reference: sums of kernels, or piecewise polynomials, which are evaluated in twice the precision."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ _SPLITTER = 2.0**27 + 1
 
 @dataclass(frozen=True, eq=False)
 class DoubleDouble:
-    """`high` + `low`, where `high` is the float64 that is nearest to the sum."""
+    """`high` + `low`, where `high` is the float64 nearest to the sum."""
 
     high: Array
     low: Array
 
     @classmethod
     def of(cls, numbers: Sequence[Fraction]) -> Self:
-        """Return rational numbers, each within u² of its size."""
+        """Convert rational numbers, each with a relative error of at most u²."""
         high = [float(number) for number in numbers]
         low = [float(number - Fraction(near)) for number, near in zip(numbers, high, strict=True)]
         return cls(np.array(high), np.array(low))
@@ -62,7 +62,7 @@ def two_sum(a: Array, b: Array) -> tuple[Array, Array]:
 
 
 def _two_sum_ordered(a: Array, b: Array) -> tuple[Array, Array]:
-    """Return the same where |a| ≥ |b|, or a = 0."""
+    """Return the result of `two_sum`, for |a| ≥ |b| or a = 0."""
     total = a + b
     return total, b - (total - a)
 
@@ -75,12 +75,12 @@ def two_product(a: Array, b: Array) -> tuple[Array, Array]:
 
 
 def moved_back(time: Sequence[Array], period: float) -> Array:
-    """Return times [s], each the sum of one float64 or of two as `two_product` gives them, moved by whole periods.
+    """Return times [s] moved by whole periods to around 0; each is one float64, or a sum of two from `two_product`.
 
     With u = 2⁻⁵³ and p = fl(n `period`), where n is the nearest whole number of periods: `high` − p is exact by
-    Sterbenz's lemma, as p is at least half of `high` and at most twice, or 0. What remains of both is less than u of
-    their size. So up to 2⁴⁰ periods the result is at most 0.501 periods from 0, and within 0.502 u periods of exact.
-    Times within half a period stay as they are, rounded.
+    Sterbenz's lemma, as p is 0, or at least half and at most twice `high`. The low parts of both are less than u times
+    their size. So up to 2⁴⁰ periods the result is at most 0.501 periods from 0, and within 0.502 u periods of the exact
+    value. Times within half a period are not moved, only rounded.
     """
     high, *low = time
     whole, rest = two_product(np.rint(high / period), np.asarray(period))
@@ -88,7 +88,7 @@ def moved_back(time: Sequence[Array], period: float) -> Array:
 
 
 def _halves(a: Array) -> tuple[Array, Array]:
-    """Split a float64 into its high and its low half: two numbers of 26 bits at most with the sum a."""
+    """Split a float64 into a high and a low half: two numbers of at most 26 bits whose sum is a."""
     scaled = _SPLITTER * a
     high = scaled - (scaled - a)
     return high, a - high
@@ -99,9 +99,9 @@ def _halves(a: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class ExactSum:
-    """The exact sum of `parts`, ordered by size: an expansion, as Shewchuk (1997) calls it.
+    """The exact sum of `parts`, ordered by size: an expansion in the sense of Shewchuk (1997).
 
-    Between the binary digits of two parts there is an empty place at least, as long as each term is added to a sum that
+    The binary digits of any two parts are separated by at least one empty place, if each term is added to a sum that
     began with one float64. So all smaller parts together are less than half of the largest one.
     """
 
@@ -109,7 +109,7 @@ class ExactSum:
 
     @classmethod
     def of(cls, terms: Iterable[Array]) -> Self:
-        """Return the sum of float64 numbers."""
+        """Return the exact sum of float64 numbers."""
         first, *others = terms
         found = cls((first,))
         for term in others:
@@ -125,7 +125,7 @@ class ExactSum:
 
     @property
     def rounded(self) -> Array:
-        """The sum in float64, within 8 u of its size as long as there are eight parts at most: its sign is right."""
+        """The sum in float64, with a relative error of at most 8 u for at most eight parts; its sign is right."""
         total = self.parts[0]
         for part in self.parts[1:]:
             total = total + part
@@ -133,7 +133,7 @@ class ExactSum:
 
     @property
     def double_double(self) -> DoubleDouble:
-        """The sum, within 80 u² of its size as long as there are seven parts at most."""
+        """The sum, with a relative error of at most 80 u² for at most seven parts."""
         near = self.rounded
         return DoubleDouble(*two_sum(near, (self + -near).rounded))
 
@@ -143,7 +143,7 @@ class ExactSum:
         return self + -whole + -rest
 
     def replaced(self, where: npt.NDArray[np.bool_], value: float) -> Self:
-        """Return a number in place of the sum at some places."""
+        """Return the sum with `value` in its place where the mask `where` is true."""
         *others, last = (np.where(where, 0.0, part) for part in self.parts)
         return type(self)((*others, np.where(where, value, last)))
 
@@ -151,17 +151,17 @@ class ExactSum:
 # A piecewise polynomial signal, as plain stored numbers: any spline is one.
 
 Beyond = Literal["rest", "period", "end"]
-"""What a signal is beyond its pieces: at rest at its first and its last value, repeated, or nothing to claim."""
+"""Continuation of a signal outside its pieces: at rest at the first and last value, periodic, or without any claim."""
 
 
 @dataclass(frozen=True, eq=False)
 class PolynomialPieces:
     """z(t) = Σ_j c_ij (t − t_i)^j for t_i ≤ t < t_(i+1), with `breakpoints` t_i [s] and `coefficients` c_ij.
 
-    Shapes (n + 1,) and (n, degree + 1). The stored float64 numbers are exact; pieces need not meet. `beyond` says what
-    z is for other times: "rest", z(t_0) before and the limit of z at t_n after; "period", repeated every t_n − t_0; or
-    "end", where claims are about times between t_0 and t_n only (the first and the last piece are continued by
-    evaluation, so that rounding of t at an end does no harm).
+    Shapes (n + 1,) and (n, degree + 1). The stored float64 numbers are exact, and z may jump at breakpoints. `beyond`
+    defines z at other times: "rest", z(t_0) before and the limit of z at t_n after; "period", repeated every t_n − t_0;
+    or "end": claims are only about times between t_0 and t_n. In this case evaluation continues the first and the last
+    piece, so that rounding of t at an end does no harm.
 
     ValueError: breakpoints do not increase, shapes do not fit, a number is not finite, or the period is no float64.
     """
@@ -196,13 +196,13 @@ class PolynomialPieces:
 
     @property
     def period(self) -> float:
-        """How long all pieces take together [s]."""
+        """The total length of all pieces [s]."""
         return float(self.breakpoints[-1] - self.breakpoints[0])
 
     def jet(self, t: ArrayLike, order: int) -> Array:
         """Return z and its time derivatives up to `order` at t [s]: shape (order + 1, *t.shape).
 
-        At a breakpoint they are those of the piece that begins there.
+        At a breakpoint, the piece that begins there is used.
         """
         t = np.asarray(t, dtype=float)
         inside, piece, local = self._place(t)
@@ -215,14 +215,14 @@ class PolynomialPieces:
         return np.asarray(self.jet(t, 0)[0])
 
     def summed(self, t: ArrayLike) -> Array:
-        """Return z at t [s], rounded once: `precise` in float64."""
+        """Return z at t [s], evaluated by `precise` and rounded to float64."""
         return self.precise([np.asarray(t, dtype=float)]).high
 
     def precise(self, time: Sequence[Array]) -> DoubleDouble:
         """Return z by Horner's rule in twice the precision, at times that are sums of a few float64 [s].
 
-        The piece that holds there is found without any rounding. With n = `degree` and u = 2⁻⁵³, the error is less than
-        100 (n + 1) u² Σ_j |c_ij| (t_(i+1) − t_i)^j, for times of less than 2⁵⁰ periods.
+        The piece that contains the time is found without any rounding. With n = `degree` and u = 2⁻⁵³, the error is
+        less than 100 (n + 1) u² Σ_j |c_ij| (t_(i+1) − t_i)^j, for times of less than 2⁵⁰ periods.
         """
         piece, local = self._place_exactly(ExactSum.of(np.broadcast_arrays(*time)))
         since, zero = local.double_double, np.zeros(piece.shape)
@@ -232,7 +232,7 @@ class PolynomialPieces:
         return value
 
     def _place_exactly(self, t: ExactSum) -> tuple[npt.NDArray[np.intp], ExactSum]:
-        """Return which piece holds at t, and t − t_i [s]. At rest, the time is that at which it begins."""
+        """Return the index i of the piece at t, and t − t_i [s]. Times at which z rests are moved to the nearer end."""
         ends = self.breakpoints
         if self.beyond == "rest":
             t = t.replaced((t + -ends[0]).rounded < 0, ends[0])
@@ -249,7 +249,7 @@ class PolynomialPieces:
             piece = moved
 
     def _in_first_period(self, t: ExactSum) -> ExactSum:
-        """Return times from the first breakpoint to before the last one, moved by whole periods."""
+        """Return times moved by whole periods into the half-open interval from the first to the last breakpoint."""
         first, period = self.breakpoints[0], np.asarray(self.period)
         turns = np.floor((t + -first).rounded / period)
         since = (t + -first).turned_back(turns, period)
@@ -260,7 +260,7 @@ class PolynomialPieces:
         return np.asarray(self.jet(t, 1)[1])
 
     def _place(self, t: Array) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.intp], Array]:
-        """Return whether z may move at t, which piece holds there, and t − t_i [s]."""
+        """Return whether t is inside the pieces, the index i of the piece, and t − t_i [s]."""
         first, last = self.breakpoints[0], self.breakpoints[-1]
         inside = np.full(t.shape, True)
         if self.beyond == "rest":
@@ -280,7 +280,7 @@ class PolynomialPieces:
 
 
 def _horner(coefficients: Array, piece: npt.NDArray[np.intp], local: Array) -> Array:
-    """Evaluate the pieces of these numbers: the shape of `local`."""
+    """Evaluate pieces with these indices at local times: the shape of `local`."""
     value = coefficients[piece, -1]
     for j in range(coefficients.shape[1] - 2, -1, -1):
         value = value * local + coefficients[piece, j]

@@ -1,4 +1,4 @@
-"""Linear algebra in rational numbers: arrays of `Fraction`, in which a float64 number is the rational that it is."""
+"""Linear algebra in rational numbers: arrays of `Fraction`, to which float64 numbers are converted exactly."""
 
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
@@ -14,7 +14,7 @@ Rationals = npt.NDArray[np.object_]
 
 
 def exact(numbers: npt.ArrayLike | Sequence[Fraction] | Sequence[Sequence[Fraction]]) -> Rationals:
-    """Convert float64 numbers to rationals, exactly; rationals stay as they are."""
+    """Convert float64 numbers to rationals, exactly; rationals are kept."""
     array = np.asarray(numbers, dtype=object)
     return np.array([Fraction(v) for v in array.ravel().tolist()], dtype=object).reshape(array.shape)
 
@@ -42,7 +42,7 @@ def reduced(matrix: Rationals) -> tuple[Rationals, list[int]]:
 
 
 def rank(matrix: Rationals) -> int:
-    """Return how many rows or columns are independent."""
+    """Return the rank."""
     return len(reduced(matrix)[1])
 
 
@@ -65,7 +65,7 @@ def null_space(matrix: Rationals) -> Rationals:
 
 
 def power(matrix: Rationals, exponent: int) -> Rationals:
-    """Return the product of so many factors."""
+    """Return the matrix to the power of `exponent`."""
     found = exact(np.eye(len(matrix)))
     for _ in range(exponent):
         found = found @ matrix
@@ -73,14 +73,14 @@ def power(matrix: Rationals, exponent: int) -> Rationals:
 
 
 def whole(rows: Iterable[Sequence[Fraction]]) -> tuple[int, list[list[int]]]:
-    """Return the least d that makes all numbers whole, and d times them."""
+    """Return the least d that makes all numbers integers, and the numbers times d."""
     rows = list(rows)
     d = lcm(*(value.denominator for row in rows for value in row))
     return d, [[int(value * d) for value in row] for row in rows]
 
 
 def float_above(number: Fraction) -> float:
-    """Return a float64 ≥ `number`, the smallest or the one next to it; infinity beyond its range."""
+    """Return a float64 ≥ `number`, the smallest or the next one; infinity beyond its range."""
     try:
         nearest = float(number)
     except OverflowError:
@@ -89,5 +89,5 @@ def float_above(number: Fraction) -> float:
 
 
 def float_below(number: Fraction) -> float:
-    """Return a float64 ≤ `number`, the largest or the one next to it."""
+    """Return a float64 ≤ `number`, the largest or the next one."""
     return -float_above(-number)

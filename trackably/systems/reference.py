@@ -23,10 +23,10 @@ from trackably.systems.trajectories import Coordinate, Functional, Quantity, wei
 class PreciseCoordinates:
     """States or inputs of a reference of polynomial pieces: functionals, or formulas of functionals in float64.
 
-    Functionals are evaluated together, and rounded to float64 once, at the end. So each is within
-    u |q| + 100 (n + N + 2) u² G of the exact one. Here u = 2⁻⁵³, n is the degree of the signals, N the number of their
-    shifted values, and G = |offset| + Σ_j |w_j| V, where V is the largest sum of the absolute terms of a piece.
-    Certificates rely on it (`certificates.pieces`).
+    Functionals are evaluated together in twice the precision, and rounded to float64 once, at the end. So each is
+    within u |q| + 100 (n + N + 2) u² G of its exact value. Here u = 2⁻⁵³, n is the degree of the signals, N the number
+    of their shifted values, and G = |offset| + Σ_j |w_j| V, where V is the largest sum of the absolute terms of a
+    piece. Certificates rely on this bound (`certificates.pieces`).
     """
 
     coordinates: tuple[Coordinate, ...]
@@ -53,7 +53,7 @@ class PreciseCoordinates:
 
     @cached_property
     def _functionals(self) -> list[Functional]:
-        """All functionals, each once."""
+        """All functionals, without duplicates."""
         every = ([q] if isinstance(q, Functional) else [part for _, part in q.arguments] for q in self.coordinates)
         return list(dict.fromkeys(part for parts in every for part in parts))
 
@@ -77,13 +77,14 @@ class Window(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """`signals`, the flat outputs of a `plant`: they determine states x_r and inputs u_r.
+    """`signals`, the flat outputs of a `plant`, which determine states x_r and inputs u_r.
 
     By construction x_r(k + 1) = f(x_r(k), u_r(k)) for every k, and likewise from any time t to t + T_s. States and
-    inputs are evaluated by sums of products, never by fast transforms: a certificate bounds the rounding of these sums.
-    Those of polynomial pieces are evaluated in twice the precision, and at the exact k T_s. Where all kernels have one
-    period, times are first moved to around t = 0 by whole periods, so that errors do not grow from period to period.
-    ValueError: not as many signals as flat outputs, or some of them sums of kernels and others polynomial pieces.
+    inputs are evaluated by sums of products, never by fast transforms, because a certificate bounds the rounding errors
+    of these sums. Those of polynomial pieces are evaluated in twice the precision, and at the exact k T_s. If all
+    kernels have one period, times are first moved by whole periods to around t = 0, so that errors do not grow from
+    period to period. ValueError: not as many signals as flat outputs, or some are sums of kernels and others polynomial
+    pieces.
     """
 
     signals: tuple[Signal, ...]
@@ -104,12 +105,12 @@ class Reference:
 
     @property
     def pieces(self) -> tuple[PolynomialPieces, ...]:
-        """The signals where they are polynomial pieces; none where they are sums of kernels."""
+        """The signals if they are polynomial pieces; empty if they are sums of kernels."""
         return tuple(signal for signal in self.signals if isinstance(signal, PolynomialPieces))
 
     @cached_property
     def period(self) -> float | None:
-        """The period [s] that all kernels have, the exact value of this float64; None where there is none."""
+        """The period [s] that all kernels have, the exact value of this float64; None if there is none."""
         return common_period([signal.kernel for signal in self.signals if isinstance(signal, KernelSum)])
 
     @property
@@ -118,7 +119,7 @@ class Reference:
         return self.plant.quantities
 
     def quantity(self, name: str) -> Quantity:
-        """Return the quantity of this name. ValueError: there is none; it lists the names."""
+        """Return the bounded quantity of this name. ValueError: there is none; the message lists the names."""
         found = {quantity.name: quantity for quantity in self.quantities}
         if name not in found:
             raise ValueError(f"reference: there is no bounded quantity {name!r}; there are {', '.join(found)}")
@@ -135,7 +136,7 @@ class Reference:
     def window(self, k: int, horizon: int) -> Window:
         """Return states k … k + `horizon` and the inputs between them, for a predictive controller at step k.
 
-        States that matter up to whole turns (`angles` of a flat form) do not jump: whole turns are added to them.
+        States that are equal up to whole turns (`angles` of a flat form) do not jump: whole turns are added to them.
         """
         steps = k + np.arange(horizon + 1.0)
         states = self.state(steps)
@@ -156,7 +157,7 @@ class Reference:
         return self._smallest(self._values("input", [np.asarray(t, dtype=float)]))
 
     def inputs_near(self, t: float) -> tuple[Coordinate, ...]:
-        """Return u_r near t [s] up to constants: for redundant inputs, the linear law that is active there."""
+        """Return u_r near t [s] up to constants; for redundant inputs, the linear law that is active there."""
         inputs, allocation = self.plant.flatness.inputs, self.plant.allocation
         if allocation is None:
             return inputs
@@ -168,11 +169,13 @@ class Reference:
         return np.asarray(steps) * self.plant.sampling_time
 
     def _exact_instants(self, steps: Array | int) -> Sequence[Array]:
-        """Return the times k T_s [s] as exact sums, for polynomial pieces, which may jump there, and whole periods."""
+        """Return the times k T_s [s] of steps k as exact sums, which matters at jumps of pieces
+        and after many periods.
+        """
         return two_product(np.asarray(steps, dtype=float), np.asarray(self.plant.sampling_time))
 
     def _values(self, side: Side, time: Sequence[Array]) -> Array:
-        """Return all states or inputs at times that are sums of float64, the first of which is near."""
+        """Return all states or inputs at times given as sums of float64; the first term is the nearest float64."""
         if self.pieces:
             return self._precise[side](self.pieces, time)
         t = moved_back(time, self.period) if self.period else time[0]
@@ -184,5 +187,5 @@ class Reference:
         return {side: PreciseCoordinates(coordinates) for side, coordinates in self.plant.coordinates.items()}
 
     def _smallest(self, u: Array) -> Array:
-        """Return inputs of the same effect: of redundant ones the smallest in U."""
+        """Return inputs with the same effect: if inputs are redundant, the smallest in U."""
         return self.plant.allocation.smallest(u) if self.plant.allocation else u

@@ -1,4 +1,4 @@
-"""Relate samples of states to the flat outputs that are learned: which state is sampled, by which stencil."""
+"""Relate samples of states to the flat outputs that are learned: which state is sampled, and with which stencil."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -13,17 +13,17 @@ from trackably.systems.linear import LinearSystem, outputs_in_states
 from trackably.systems.trajectories import Functional
 
 RATE_OF = "rate of "
-"""Before the name of a state or flat output: its change in one step, divided by the sampling time, in unit/s."""
+"""Prefix of a state or flat output for its change in one step divided by the sampling time, in unit/s."""
 
 _ROUNDING = 1e-12  # relative to the weights
-_DIGITS = 9  # of weights by which samples are computed
+_DIGITS = 9  # digits of weights in messages
 
 
 def stencils_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> dict[str, Stencil]:
     """Return, in the order of the flat outputs, the one sampled name for each and its stencil.
 
     Names are those of states, of flat outputs (z1, z2, …), or of their rates (`RATE_OF`). ValueError: as
-    `kinds_by_name`, and where samples of two names depend on the same flat output.
+    `kinds_by_name`, and if samples of two names depend on the same flat output.
     """
     found: dict[str, Stencil] = {}
     for kinds in kinds_by_name(plant, names):
@@ -35,10 +35,12 @@ def stencils_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> dict[str
 
 
 def kinds_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> tuple[dict[str, Stencil], ...]:
-    """Return, for each flat output, the names whose samples depend on it, with stencils, one with its level first.
+    """Return, for each flat output, the names whose samples depend on it with their stencils.
 
-    ValueError: an unknown name, a state that is no weighted sum of one flat output and its shifts, or a flat output
-    whose level is not sampled.
+    The first shows its level.
+
+    ValueError: a name is unknown, a state is no weighted sum of one flat output and its shifts, or the level of a flat
+    output is not sampled.
     """
     found: list[dict[str, Stencil]] = [{} for _ in range(plant.signal_count)]
     moving: dict[str, int] = {}
@@ -71,7 +73,7 @@ def sampled_signals(
 ) -> tuple[tuple[str, ...], tuple[Samples, ...]]:
     """Return names and samples in the order of the flat outputs, with stencils. ValueError: as `kinds_by_name`.
 
-    Samples of several states that show one flat output are joined, under the name of the first of them.
+    Samples of several states that depend on the same flat output are joined, under the name of the first of them.
     """
     by_signal = kinds_by_name(plant, given)
     names = tuple(next(iter(kinds)) for kinds in by_signal)
@@ -81,9 +83,10 @@ def sampled_signals(
 def relative_to_first(
     samples: Mapping[str, Samples], kinds: Iterable[Iterable[str]], noise_std: Mapping[str, float]
 ) -> dict[str, Samples]:
-    """Return samples whose noise is relative to σ_n of the first name that shows the same flat output.
+    """Return samples whose noise is relative to σ_n of the first name for the same flat output.
 
-    `kinds` are the names that show each flat output, and `noise_std` is σ_n by name, where several show one.
+    `kinds` are the names that depend on each flat output, and `noise_std` is σ_n by name, for flat outputs with
+    several.
     """
     found = dict(samples)
     for first, *others in kinds:
@@ -112,7 +115,7 @@ def _join(kinds: Mapping[str, tuple[Samples, Stencil]]) -> Samples:
 
 
 def default_sample(plant: ConstrainedSystem) -> str:
-    """Return the name of samples given without one: the first state that determines the only flat output.
+    """Return the name for samples given without one: the first state that determines the only flat output.
 
     ValueError: the plant has several flat outputs.
     """
@@ -126,8 +129,10 @@ def default_sample(plant: ConstrainedSystem) -> str:
 
 
 def _seen(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil, bool]:
-    """Return the flat output that samples of a name depend on, the weights of its shifts in them (a stencil), and
-    whether they depend on its level, not only on its changes."""
+    """Return the flat output that samples of a name depend on, their stencil, and whether they depend on its level.
+
+    If they do not, they depend on its changes only.
+    """
     flat = [f"z{signal + 1}" for signal in range(plant.signal_count)]
     states = plant.system.states
     if name in states:
@@ -163,14 +168,14 @@ def _rate(stencil: Stencil, sampling_time: float) -> Stencil:
 
 
 def _sampled_names(plant: ConstrainedSystem, signal: int) -> list[str]:
-    """Return the names that a flat output can be sampled by: states that determine it, and its own name."""
+    """Return the names by which a flat output can be sampled: states that determine it, and its own name."""
     stencils = [coordinate.stencil for coordinate in plant.flatness.states]
     alone = [i for i, seen in enumerate(stencils) if seen and seen[0] == signal and shows_level(seen[1])]
     return [*(plant.system.states[i] for i in alone), f"z{signal + 1}"]
 
 
 def _where(plant: ConstrainedSystem) -> str:
-    """Say what the flat outputs of a linear system are that no state shows alone, as their names tell nobody."""
+    """Describe those flat outputs of a linear system that no single state determines, as sums of states."""
     if not isinstance(plant.system, LinearSystem):
         return ""
     said = []
@@ -182,5 +187,5 @@ def _where(plant: ConstrainedSystem) -> str:
 
 
 def shows_level(stencil: Stencil) -> bool:
-    """Whether samples depend on a flat output at rest, by more than rounding of A and B can cause."""
+    """Whether samples depend on the level of a flat output at rest, by more than rounding of A and B can cause."""
     return abs(sum(stencil.weights)) > _ROUNDING * max(map(abs, stencil.weights))

@@ -1,4 +1,4 @@
-"""Bounds drawn in by what an error may take of them: a reference inside them leaves room for the error."""
+"""Tightened bounds: a reference that keeps them leaves slack for the error of the disturbed system."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -21,13 +21,13 @@ from trackably.systems.rationals import exact, float_below, whole
 # How fast the error decays under a feedback, and how far disturbances take it, in float64.
 
 LONGEST = 4000
-"""So many steps are looked at; an error that needs more to decay counts as one that does not."""
+"""Largest number of steps; an error that needs more to decay counts as one that does not decay."""
 
 _DECAYED = 1e-7
 
 
 class NoInvariantSetError(ValueError):
-    """Under this feedback the error does not decay, or so slowly that no invariant set is computed."""
+    """The error does not decay under this feedback, or so slowly that no invariant set is computed."""
 
 
 def closed_loop(system: LinearSystem, feedback: Array) -> Array:
@@ -38,8 +38,8 @@ def closed_loop(system: LinearSystem, feedback: Array) -> Array:
 def errors_reach(A_K: Array, disturbance: DisturbanceSet, rows: Array, scales: Array) -> Array:
     """Return Σ_{i≥0} h_W((A_Kⁱ)ᵀ row) for rows (r, n), in float64: shape (r,). It is zero for W = {0}.
 
-    Terms are left out once a row, in units of the states' `scales` (n,), has fallen below 1e-7 of its largest size.
-    Raises NoInvariantSetError where that takes too long, or never happens.
+    The sum ends when a row, in units of the states' `scales` (n,), has fallen below 1e-7 of its largest size. Raises
+    NoInvariantSetError if this takes too many steps, or never happens.
     """
     total, largest, powers = np.zeros(len(rows)), np.zeros(len(rows)), rows
     if not len(rows):
@@ -60,7 +60,7 @@ def errors_reach(A_K: Array, disturbance: DisturbanceSet, rows: Array, scales: A
 
 
 def too_slow(A_K: Array) -> NoInvariantSetError:
-    """Return the error to raise where the error of the loop decays too slowly."""
+    """Return the error to raise if the error of the closed loop decays too slowly."""
     return NoInvariantSetError(
         f"feedback: the error decays too slowly under A + B K, which has an eigenvalue of size "
         f"{spectral_radius(A_K):.6g}"
@@ -68,7 +68,7 @@ def too_slow(A_K: Array) -> NoInvariantSetError:
 
 
 def spectral_radius(A_K: Array) -> float:
-    """Return the size of the largest eigenvalue."""
+    """Return the largest absolute value of the eigenvalues."""
     return float(np.max(np.abs(np.linalg.eigvals(A_K))))
 
 
@@ -79,16 +79,16 @@ RATES = (1.0, 0.95, 0.9, 0.8)
 _SPARED = 0.05
 _FREE = 1e-6
 _BITS = 20
-_NOTHING = 1e-10  # of the largest entry, in units of the sets
+_NOTHING = 1e-10  # relative to the largest entry, in units of the sets: smaller entries are rounding errors
 
 
 def best_feedback(plant: ConstrainedSystem, disturbance: DisturbanceSet) -> Array:
-    """Return the K (m, n) under which errors decay fastest, among the regulators that leave nearly the most room.
+    """Return the K (m, n) with the fastest decay of errors, among the regulators that leave nearly the most slack.
 
-    Room is what Z leaves between two bounds, as a part of their distance, for the row where that is least. The
-    regulators have some weights of the input and some rates of decay; errors are weighted in units of the sets. Nearly
-    the most room is all but 0.05 of it: a little room buys an error that is forgotten in tens of steps instead of
-    hundreds. Raises NoInvariantSetError where no regulator makes the error decay.
+    Slack is the part of the distance between two bounds that Z leaves, for the row for which it is least. The
+    regulators have several weights of the input and several rates of decay; errors are weighted in units of the sets.
+    Nearly the most is the largest slack less 0.05: so little slack can buy an error that decays in tens of steps
+    instead of hundreds. Raises NoInvariantSetError if no regulator makes the error decay.
     """
     found: list[tuple[float, Array]] = []
     for weight, rate in product(INPUT_WEIGHTS, RATES):
@@ -108,8 +108,8 @@ def regulator(plant: ConstrainedSystem, input_weight: float, rate: float) -> Arr
     """Return K of min Σ_k rate⁻²ᵏ (‖x(k)‖²_Q + `input_weight` ‖u(k)‖²_R), with Q and R in units of the sets.
 
     All eigenvalues of A + B K are smaller than `rate` ≤ 1. K has few binary digits, so that it is exact in short
-    rational numbers, and zeros where there is nothing but rounding, so that what is decoupled stays decoupled. Raises
-    NumPy's LinAlgError where it is not found.
+    rational numbers. Entries that are only rounding errors are set to zero, so that decoupled states stay decoupled.
+    Raises NumPy's LinAlgError if K is not found.
     """
     Q, R = set_weight(plant.state_set), input_weight * set_weight(plant.input_set)
     A, B = plant.linear.A / rate, plant.linear.B / rate
@@ -123,12 +123,14 @@ def regulator(plant: ConstrainedSystem, input_weight: float, rate: float) -> Arr
 
 
 def room(plant: ConstrainedSystem, disturbance: DisturbanceSet, K: Array) -> float:
-    """Return the least part of a width that the errors leave, in float64: negative where they leave nothing."""
+    """Return the least slack that the errors leave, relative to a width, in float64; negative if they leave none."""
     return float(np.min(1 - widths_taken(plant, disturbance, K) / bound_widths(plant), initial=1.0))
 
 
 def widths_taken(plant: ConstrainedSystem, disturbance: DisturbanceSet, K: Array) -> Array:
-    """Return what errors take of the widths between all bounds (r,), those of states first, in float64."""
+    """Return the part of the width of each pair of bounds that the errors take, in its unit
+    (r,), states first, in float64.
+    """
     rows = error_rows(plant, K)
     both = np.vstack([rows, -rows])
     up, down = np.split(errors_reach(closed_loop(plant.linear, K), disturbance, both, unit_scales(plant.state_set)), 2)
@@ -136,17 +138,19 @@ def widths_taken(plant: ConstrainedSystem, disturbance: DisturbanceSet, K: Array
 
 
 def error_rows(plant: ConstrainedSystem, K: Array) -> Array:
-    """Return the rows (r, n) of all bounds for an error e of the state, those of states first: inputs move by K e."""
+    """Return the rows (r, n) of all bounds as functions of the state's error e, states first; inputs change by K e."""
     return np.vstack([plant.state_set.rows, plant.input_set.rows @ K])
 
 
 def bound_widths(plant: ConstrainedSystem) -> Array:
-    """Return the widths between all bounds (r,), those of states first."""
+    """Return the widths of all pairs of bounds (r,), states first."""
     return np.concatenate([plant.state_set.widths, plant.input_set.widths])
 
 
 def set_weight(bounded: Polytope) -> Array:
-    """Return Σ (row / width)² as a matrix (n, n), plus a little in units of the coordinates, so that none is free."""
+    """Return Σ (row / width)² as a matrix (n, n), plus a small multiple of the identity, scaled,
+    to make it definite.
+    """
     weight = squares_in_widths(bounded) + _FREE * np.diag(1 / unit_scales(bounded) ** 2)
     return np.asarray((weight + weight.T) / 2)
 
@@ -164,9 +168,9 @@ class InvariantSet:
 
     N = `head` ≥ 1, s = `terms` ≥ 1, 0 ≤ α = `contraction` < 1, and P = {|x_i| ≤ p_i} with p = `box` (n,). It is
     invariant because W ⊆ P and A_Kˢ P ⊆ α P. For then Z_P = (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P is invariant for P, and so for W
-    (Raković et al., 2005: Invariant approximations of the minimal robust positively invariant set). Hence
-    A_K Z ⊕ W = ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (W ⊕ A_K Z_P) ⊆ Z. P has an interior where W is flat. The sum over W is part of
-    every invariant set that holds 0, so that Z exceeds the smallest one by its last part at most.
+    (Raković et al., 2005: Invariant approximations of the minimal robust positively invariant set). Hence A_K Z ⊕ W =
+    ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (W ⊕ A_K Z_P) ⊆ Z. P has an interior even if W is flat. The sum over W is part of every
+    invariant set that contains 0, so Z exceeds the smallest one by at most its last part.
     """
 
     system: LinearSystem
@@ -198,7 +202,7 @@ class InvariantSet:
         return of_head + of_tail / (1 - Fraction(self.contraction))
 
     def support_of_input(self, row: Sequence[Fraction]) -> Fraction:
-        """Return h_Z(Kᵀ row): the largest row · K e of the feedback's inputs, exactly."""
+        """Return h_Z(Kᵀ row), the largest row · K e over e ∈ Z, exactly."""
         return self.support((exact(row) @ exact(self.feedback)).tolist())
 
     @cached_property
@@ -208,7 +212,7 @@ class InvariantSet:
 
     @cached_property
     def _closed_loop(self) -> tuple[int, list[list[int]]]:
-        """q and q A_K in whole numbers."""
+        """q and q A_K as integers."""
         A, B, K = (exact(of) for of in (self.system.A, self.system.B, self.feedback))
         return whole((A + B @ K).tolist())
 
@@ -222,9 +226,9 @@ def _times(row: list[int], matrix: list[list[int]]) -> list[int]:
 
 
 def invariant_set(plant: ConstrainedSystem, feedback: Array, disturbance: DisturbanceSet) -> InvariantSet:
-    """Return an invariant set that exceeds the smallest one by about a hundredth of its size in each bound's row.
+    """Return an invariant set that exceeds the smallest one by about a hundredth in the direction of each bound.
 
-    For W = {0} it is {0}. Raises NoInvariantSetError where the error does not decay, or too slowly.
+    For W = {0} it is {0}. Raises NoInvariantSetError if the error does not decay, or too slowly.
     """
     system, scales = plant.linear, unit_scales(plant.state_set)
     A_K, n = closed_loop(system, feedback), len(scales)
@@ -240,7 +244,7 @@ def invariant_set(plant: ConstrainedSystem, feedback: Array, disturbance: Distur
 
 
 def _contraction(A_K: Array, box: Array) -> tuple[int, float]:
-    """Return s and α with A_Kˢ P ⊆ α P for the box P, α about a half at most."""
+    """Return s and α with A_Kˢ P ⊆ α P for the box P, where α is at most about one half."""
     power = A_K
     for s in range(1, LONGEST):
         contraction = float(np.max(np.abs(power) @ box / box))
@@ -253,7 +257,9 @@ def _contraction(A_K: Array, box: Array) -> tuple[int, float]:
 def _head(
     A_K: Array, disturbance: DisturbanceSet, box: Array, terms: int, contraction: float, rows: Array, widths: Array
 ) -> int:
-    """Return the smallest N for which the last part of Z is small in each row, compared with the first or its width."""
+    """Return the smallest N for which the last part of Z is small in each row, relative to the
+    first part or the row's width.
+    """
     powers, sizes, head = [rows], [np.abs(rows) @ box], np.zeros((2, len(rows)))
     for N in range(1, LONGEST):
         head += disturbance.support(np.stack([powers[N - 1], -powers[N - 1]]))
@@ -271,7 +277,10 @@ _LARGEST_FRACTION = 1e6
 
 @dataclass(frozen=True, eq=False)
 class WrongModel:
-    """The model's `error`, and what disturbs the plant beside it: W, or the errors of the measured state."""
+    """The model's `error`, the given `disturbance` set W, and the set `beside` of all other disturbances.
+
+    `beside` is W, or the disturbances of the measured state if there is measurement noise.
+    """
 
     error: ModelError
     disturbance: Zonotope
@@ -280,14 +289,15 @@ class WrongModel:
 
 @dataclass(frozen=True, eq=False)
 class Tightening:
-    """A `given` plant, and the `plant` with the same system whose bounds are drawn in.
+    """A `given` plant, and the `plant` with the same system and tightened bounds.
 
-    Each bound is drawn in by `margin` times the width between both, and, where there is an `invariant` set Z, by what
-    an error in Z may take: by h_Z(row) for states, and by h_Z(Kᵀ row) for inputs. If a reference keeps the bounds of
-    `plant`, then for every disturbance sequence in W and every start in x_r(0) ⊕ Z, the states and the inputs
-    u = u_r + K (x − x_r) of the disturbed system keep the given ones. Where the state is `measured` with noise, y takes
-    the place of x: Z is that of its disturbances, and bounds of states are drawn in by h_V(−row) in addition. Where the
-    `model` may be wrong, all of this holds for every plant of its hull. Raises ValueError where nothing is left.
+    Each bound is tightened by `margin` times the width between both. If there is an `invariant` set Z, it is also
+    tightened by the largest effect of an error in Z: h_Z(row) for states, and h_Z(Kᵀ row) for inputs. If a reference
+    keeps the bounds of `plant`, then for every disturbance sequence in W and every start in x_r(0) ⊕ Z, the states and
+    the inputs u = u_r + K (x − x_r) of the disturbed system keep the given bounds. If the state is `measured` with
+    noise, y takes the place of x: Z is that of the disturbances of y, and bounds of states are also tightened by
+    h_V(−row). If the `model` may be wrong, all of this holds for every plant of its hull. ValueError: nothing is left
+    of a set.
     """
 
     given: ConstrainedSystem
@@ -301,7 +311,7 @@ class Tightening:
 
     @cached_property
     def plant(self) -> ConstrainedSystem:
-        """The plant with its bounds drawn in."""
+        """The plant with tightened bounds."""
         if (fraction := self.largest_fraction) <= 1:
             raise ValueError(self._shortage(fraction))
         states = len(self.given.state_set.rows)
@@ -318,7 +328,7 @@ class Tightening:
 
     @property
     def disturbance(self) -> DisturbanceSet | None:
-        """W, without measurement noise; None where nothing is disturbed."""
+        """W, without measurement noise; None without a disturbance."""
         if self.measured:
             return self.measured.disturbance
         if self.model:
@@ -327,17 +337,17 @@ class Tightening:
 
     @property
     def noise(self) -> Zonotope | None:
-        """V, if the state is measured with noise."""
+        """V, the set of measurement noise; None without noise."""
         return self.measured.noise if self.measured else None
 
     @cached_property
     def taken(self) -> list[tuple[Fraction, Fraction]]:
-        """What the error may take at the lower and the upper bound of each row, those of states first, exactly."""
+        """The largest effects of the error on the lower and the upper bound of each row, states first, exactly."""
         return [self._of_row(constraint) for constraint in self.given.given_constraints]
 
     @cached_property
     def largest_fraction(self) -> float:
-        """The largest f for which f W would leave points in both sets, for the same feedback; a million at most."""
+        """The largest f for which f W would leave both sets non-empty, with the same feedback; at most a million."""
         states = len(self.given.state_set.rows)
         parts = np.array([[float(low), float(high)] for low, high in self.taken]).reshape(-1, 2)
         sides = ((self.given.state_set, parts[:states]), (self.given.input_set, parts[states:]))
@@ -361,7 +371,7 @@ class Tightening:
         return Polytope(bounded.rows, lower, upper, bounded.dimension)
 
     def _shortage(self, fraction: float) -> str:
-        """Say which bounds are short by how much, and what would do."""
+        """Say which bounds are short by how much, and which part of the disturbance set would be possible."""
         named = zip(self.given.given_constraints, self.taken, strict=True)
         if self.model and self.invariant:
             return self._shortage_of_model(self.model, self.invariant)
@@ -381,12 +391,12 @@ class Tightening:
         )
 
     def _shortage_of_model(self, model: WrongModel, Z: InvariantSet) -> str:
-        """Say which vertex costs which bound how much, and up to which share of the model's error would do."""
+        """Say how much of which bound each vertex costs, and which share of the model's error would be possible."""
         sets, width = (self.given.state_set, self.given.input_set), (1 - 2 * self.margin) * bound_widths(self.given)
         noise = [sum(map(self.measured.support, ends)) if self.measured else 0 for ends in _both(self.given)]
 
         def cost(of: DisturbanceSet) -> Array:
-            """Return what errors under a set take of each width."""
+            """Return the part of each width that errors take under a disturbance set."""
             return widths_taken(self.given, of, Z.feedback)
 
         beside = cost(model.beside) + np.array([float(of) for of in noise])
@@ -418,12 +428,12 @@ def tightening(
     noise: DisturbanceSet | None = None,
     model_error: ModelError | None = None,
 ) -> Tightening:
-    """Return the bounds of a plant drawn in for a disturbance set W, and by a part `margin` of each width.
+    """Return the bounds of a plant, tightened for a disturbance set W and by a part `margin` of each width.
 
-    The feedback K is given, or a regulator that leaves much room. It is given the measured state, with `noise` in a
-    set V: both sets are zonotopes then, and W may be left out; so it is with a `model_error`. Raises ValueError where
-    the system is not linear, W, V or K do not fit it, A + B K does not decay, the margin is none, or nothing is left of
-    a set; TypeError where an argument is of another type.
+    The feedback K is given, or a regulator that leaves much slack is chosen. With a `noise` set V, the feedback acts on
+    the noisy measurement of the state. With noise or a `model_error`, all sets are zonotopes, and W may be left out.
+    ValueError: the system is not linear, W, V or K do not fit it, A + B K does not decay, the margin is invalid, or
+    nothing is left of a set. TypeError: an argument is of another type.
     """
     margin = real("margin", margin)
     if not 0 <= margin < 0.5:
@@ -450,14 +460,14 @@ def tightening(
 
 
 def _both(plant: ConstrainedSystem) -> list[tuple[Sequence[Fraction], ...]]:
-    """Return each row of the state set with its negative, and nothing for rows of inputs."""
+    """Return each row of the state set with its negative, and an empty tuple for each row of inputs."""
     return [(c.row, [-r for r in c.row]) if c.side == "state" else () for c in plant.given_constraints]
 
 
 def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:
-    """Return the largest f ≤ 1e6 for which a point keeps all rows, their bounds drawn in by f `by` (r, 2) and a margin.
+    """Return the largest f ≤ 1e6 for which the rows, tightened by f `by` (r, 2) and a margin, leave a point.
 
-    A linear program in half widths about the middles; ≤ 0 where the margin alone leaves nothing.
+    It is found by a linear program, scaled with half widths about the middles; ≤ 0 if the margin alone leaves no point.
     """
     if not len(bounded.rows):
         return _LARGEST_FRACTION

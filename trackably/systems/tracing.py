@@ -1,8 +1,8 @@
-"""Call a Python function with symbols, to get the formulas that it computes, and compare these with its numbers.
+"""Call a Python function with symbols to get the formulas that it computes, and compare these with its numbers.
 
-A function may treat symbols in another way than numbers (it asks for types, or catches what symbols raise), or each
-call in another way (it draws numbers, or counts calls). So it is called twice with symbols, and then with numbers: what
-is not the same formula, or has other values, is refused. Numbers are drawn, so that this is evidence, not a proof.
+A function may treat symbols differently from numbers (it asks for types, or catches exceptions of symbols), or each
+call differently (it draws numbers, or counts calls). So it is called twice with symbols, and then with numbers. If the
+formulas differ, or the values do, it is refused. The numbers are drawn at random: this is evidence, not a proof.
 """
 
 import math
@@ -29,22 +29,25 @@ SUPPORTED = (
 
 
 REFUSALS: ContextVar[list[str]] = ContextVar("REFUSALS", default=[])  # noqa: B039  of whoever traces nothing
-"""Why the function that is traced has no formula: kept, as it may catch whatever is raised."""
+"""Reasons why the traced function has no formula; stored, because the function may catch exceptions."""
 
 
 class Refusal(BaseException):
-    """A computation that cannot be written as a formula: no `except Exception` of a traced function catches it."""
+    """A computation that cannot be written as a formula.
+
+    A BaseException, so that `except Exception` does not catch it.
+    """
 
 
 def refuse(why: str) -> NoReturn:
-    """End what is traced. Refusal: it is also kept in `REFUSALS`."""
+    """Stop the traced function by raising Refusal, and store the reason in `REFUSALS`."""
     said = f"system: f must {why}"
     REFUSALS.get().append(said)
     raise Refusal(said)
 
 
 def as_formula(value: object) -> Formula | None:
-    """Return the formula of a symbol or a number; None for anything else. Refusal: not a float64."""
+    """Return the formula of a symbol or a number; None for any other object. Refusal: the number is not a float64."""
     if isinstance(value, Symbol):
         return value.formula
     if isinstance(value, np.ndarray) and value.shape == ():
@@ -69,10 +72,10 @@ def _refusal(what: str) -> Callable[..., Any]:
 
 
 class Symbol(NDArrayOperatorsMixin):
-    """A number that is not known yet: arithmetic with it gives a symbol of the resulting formula.
+    """An unknown number: arithmetic with it returns a symbol of the resulting formula.
 
-    Python's operators call NumPy's functions (the mixin), which ask `__array_ufunc__`. For the entries of an array,
-    NumPy calls methods instead.
+    Python's operators call NumPy's functions (the mixin), which call `__array_ufunc__`. For entries of an array, NumPy
+    calls methods instead.
     """
 
     def __init__(self, formula: Formula) -> None:
@@ -111,7 +114,7 @@ _REFUSED |= dict.fromkeys(["remainder", "floor_divide", "divmod"], _REMAINDER)
 
 
 def _sum(a: Formula, b: Formula) -> Formula:
-    """Return a + b without zero terms: Python's `sum` starts from zero."""
+    """Return a + b without zero terms, because Python's `sum` starts from zero."""
     return b if is_number(a, 0.0) else a if is_number(b, 0.0) else Operation("+", a, b)
 
 
@@ -138,7 +141,7 @@ def _power(a: Formula, b: Formula) -> Formula:
 
 
 def _root_of_squares(*formulas: Formula) -> Formula:
-    """Return √(a² + b²), or √(a²): defined, as a formula with derivatives, away from zero only."""
+    """Return √(a² + b²), or √(a²). As a formula with derivatives it is undefined at zero."""
     squares: list[Formula] = [Power(formula, 2.0) for formula in formulas]
     return Function("sqrt", squares[0] if len(squares) == 1 else Operation("+", *squares))
 
@@ -192,10 +195,10 @@ Dynamics = Callable[[Any, Any], Any]
 T = TypeVar("T")
 
 _Sequence = (list, tuple, np.ndarray)
-_SIZES, _DRAWS = np.logspace(-4, 6, 11), 6  # of each size, half of them positive: roots and logarithms need it
+_SIZES, _DRAWS = np.logspace(-4, 6, 11), 6  # draws of each size; half are positive, for roots and logarithms
 _IV = MPIntervalContext()
 _IV.prec = 53  # as float64 has
-_ROUNDING = 1e3  # times what the formula's operations may round: f may add in another order
+_ROUNDING = 1e3  # times the rounding error of the formula's operations: f may add in another order
 _LINALG = (
     "np.linalg takes plain numbers only: write the inverse out, which of [[a, b], [c, d]] is "
     "np.array([[d, -b], [-c, a]]) / (a * d - b * c)"
@@ -207,7 +210,7 @@ class NoFormulaError(ValueError):
 
 
 def trace(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[Formula, ...]:
-    """Return the formulas that f computes, one for each state. NoFormulaError: it computes none; says why."""
+    """Return the formulas that f computes, one for each state. NoFormulaError: there are none; the message says why."""
     one, other = (_formulas(f, states, inputs) for _ in range(2))
     shapes = Shapes()
     if any(shapes.of(a) != shapes.of(b) for a, b in zip(one, other, strict=True)):
@@ -221,7 +224,7 @@ def trace(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> tupl
 def require_same_values(
     f: Dynamics, formulas: Sequence[Formula], states: tuple[str, ...], inputs: tuple[str, ...]
 ) -> None:
-    """Compare f with its formulas at drawn numbers. NoFormulaError: it has other values, or is not defined there."""
+    """Compare f with its formulas at drawn numbers. NoFormulaError: values differ, or f is undefined there."""
     rng, n = np.random.default_rng(0), len(states)
     drawn = np.concatenate([size * rng.normal(size=(_DRAWS, n + len(inputs))) for size in _SIZES])
     drawn[::2] = abs(drawn[::2])
@@ -240,20 +243,20 @@ def require_same_values(
 
 
 def _seen(f: Dynamics, x: Array, u: Array) -> tuple[Array, str]:
-    """Return what f gives for numbers, NaN where it raises; and what it raises."""
+    """Return the values of f at numbers, NaN if it raises, and the exception as text."""
     try:
         with np.errstate(all="ignore"):
             found = np.asarray(f(x, u), dtype=float)
-    except (Exception, Refusal) as error:  # f is anybody's, and may have kept a symbol
+    except (Exception, Refusal) as error:  # f is the user's, and may raise anything; it may have stored a symbol
         return np.full(len(x), np.nan), f"raises {type(error).__name__} ({error})"
     return (found, "") if found.shape == x.shape else (np.full(len(x), np.nan), f"gives the shape {found.shape}")
 
 
 def _agree(formula: Formula, values: dict[str, float], seen: float, rounded: float) -> bool:
-    """Return whether a number may be that of the formula, of which `rounded` is the value in float64.
+    """Return whether the number `seen` may be the formula's value, given that value in float64, `rounded`.
 
-    Intervals in the precision of float64 say what operations may round. Where one of both values is not defined,
-    numbers may be too large on the way: then nothing is said.
+    Interval arithmetic in the precision of float64 bounds the rounding errors. If one of the values is undefined,
+    intermediate numbers may be too large: then the values count as equal.
     """
     width = _rounding_width(formula, values)
     if not np.isfinite(width) or not np.isfinite(rounded):
@@ -262,7 +265,7 @@ def _agree(formula: Formula, values: dict[str, float], seen: float, rounded: flo
 
 
 def _rounding_width(formula: Formula, values: dict[str, float]) -> float:
-    """Return the width of what rounding to float64 may make of the value; infinite where there may be none."""
+    """Return the width of an enclosure of all rounded values of the formula; infinite if it may be undefined."""
     try:
         found = evaluate(formula, {name: _IV.mpf(value) for name, value in values.items()}, _Intervals())
         return float(found.delta.b)
@@ -271,7 +274,7 @@ def _rounding_width(formula: Formula, values: dict[str, float]) -> float:
 
 
 class _Intervals:
-    """Intervals that hold what rounding to float64 may do."""
+    """Interval arithmetic that encloses all rounding errors of float64."""
 
     def constant(self, value: float) -> Any:
         return _IV.mpf(value)
@@ -290,9 +293,9 @@ class _Intervals:
 
 
 def formulas_of(call: Callable[[], Any], what: str) -> tuple[tuple[Formula, ...], tuple[Formula, ...]]:
-    """Call a function that returns a list of states and one of inputs, and return their formulas.
+    """Call a function that returns a list of states and a list of inputs, and return their formulas.
 
-    NoFormulaError: it returns something else; says what.
+    NoFormulaError: it returns something else; the message says what.
     """
 
     def both() -> tuple[tuple[Formula, ...], tuple[Formula, ...]]:
@@ -317,7 +320,7 @@ def _formulas(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> 
 
 
 def _call(call: Callable[[], T], what: str) -> T:
-    """Return what a call with symbols returns. NoFormulaError: it raises, or does what symbols refuse."""
+    """Return the result of a call with symbols. NoFormulaError: it raises, or uses an operation that symbols refuse."""
     refused: list[str] = []
     token = REFUSALS.set(refused)
     try:

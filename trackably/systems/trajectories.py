@@ -1,4 +1,4 @@
-"""States and inputs of a reference as functions of time, and the bounded quantities made of them."""
+"""States and inputs of a reference as functions of time, and the bounded quantities that they form."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -47,7 +47,7 @@ class Functional:
         return np.asarray(sum(terms, np.asarray(float(self.offset))))
 
     def _term(self, w: Array, signal: Callable[[Array], Array], t: Array) -> Array:
-        """Return Σ_j w_j z(t + j T_s): of a single shift, without the other ones."""
+        """Return Σ_j w_j z(t + j T_s); for a single shift, evaluate only that one."""
         (shifts,) = np.nonzero(w)
         if len(shifts) == 1:
             return np.asarray(w[shifts[0]] * signal(t + shifts[0] * self.sampling_time))
@@ -55,7 +55,7 @@ class Functional:
 
     @cached_property
     def rounded(self) -> list[tuple[int, Array]]:
-        """The pairs (c, w_c) of the signals with a weight other than zero, in float64."""
+        """The pairs (c, w_c) of the signals with a nonzero weight, in float64."""
         return [(c, np.array([float(w) for w in weights])) for c, weights in enumerate(self.weights) if any(weights)]
 
     def instants(self, t: Array, count: int) -> Array:
@@ -63,7 +63,7 @@ class Functional:
         return np.asarray(t + (self.sampling_time * np.arange(count)).reshape(-1, *(1,) * t.ndim))
 
     def at_rest(self, levels: Sequence[float]) -> float:
-        """Return q while every signal c is constant at `levels[c]`."""
+        """Return q if every signal c is constant at `levels[c]`."""
         return float(
             self.offset
             + sum((sum(w, Fraction(0)) * Fraction(m) for w, m in zip(self.weights, levels, strict=True)), Fraction(0))
@@ -71,7 +71,7 @@ class Functional:
 
     @property
     def later(self) -> Self:
-        """q(t + T_s)."""
+        """The functional q(t + T_s)."""
         return replace(self, weights=tuple((Fraction(0), *of) for of in self.weights))
 
     @property
@@ -108,7 +108,7 @@ _ITSELF = "q"
 class Trajectory:
     """q(t) = formula(q_1(t), …, q_k(t)), with the functionals q_i by name in `arguments`.
 
-    For a linear system, q is a functional: the formula is then its only argument.
+    For a linear system, q is itself a functional: the formula is then its only argument.
     """
 
     formula: Formula
@@ -116,18 +116,18 @@ class Trajectory:
 
     @classmethod
     def of(cls, functional: Functional) -> Self:
-        """Return the trajectory that is a functional itself."""
+        """Return the trajectory that equals a functional."""
         return cls(Name(_ITSELF), ((_ITSELF, functional),))
 
     @classmethod
     def of_formula(cls, formula: Formula, functionals: Mapping[str, Functional]) -> Self:
-        """Return the trajectory of a formula, with the functionals that it names."""
+        """Return the trajectory of a formula, with the functionals that it uses."""
         used = names(formula)
         return cls(formula, tuple((name, functional) for name, functional in functionals.items() if name in used))
 
     @property
     def functional(self) -> Functional | None:
-        """The functional, if the trajectory is one itself; otherwise None."""
+        """The functional if the trajectory equals one; otherwise None."""
         return self.arguments[0][1] if isinstance(self.formula, Name) else None
 
     @cached_property
@@ -144,20 +144,20 @@ class Trajectory:
 
     @property
     def sampling_time(self) -> float:
-        """T_s [s]."""
+        """The sampling time T_s [s]."""
         return self.arguments[0][1].sampling_time
 
     def __call__(self, signals: Signals, t: Array) -> Array:
-        """Return q at t [s]: the shape of t; NaN or infinite where it is not defined."""
+        """Return q at t [s]: the shape of t; NaN or infinite where it is undefined."""
         return self.value({name: functional(signals, t) for name, functional in self.arguments})
 
     def at_rest(self, levels: Sequence[float]) -> float:
-        """Return q while every signal c is constant at `levels[c]`; NaN or infinite if it is not defined there."""
+        """Return q if every signal c is constant at `levels[c]`; NaN or infinite if it is undefined there."""
         return float(self.value({name: np.asarray(q.at_rest(levels)) for name, q in self.arguments}))
 
     @property
     def rate(self) -> Self:
-        """(q(t + T_s) − q(t)) / T_s; of a functional, it is again one."""
+        """The trajectory (q(t + T_s) − q(t)) / T_s; a functional if q is one."""
         T = Fraction(self.sampling_time)
         if (q := self.functional) is not None:
             pairs = [zip(w, (*w[1:], Fraction(0)), strict=True) for w in q.later.weights]
@@ -168,7 +168,7 @@ class Trajectory:
         return type(self)(Operation("/", Operation("-", there, self.formula), Number(float(T))), arguments)
 
     def rates_at_rest(self, levels: Sequence[float]) -> Array:
-        """Return how q changes with each signal's level, per unit, while signal c is constant at `levels[c]`."""
+        """Return the derivatives of q by the levels of the signals, if signal c is constant at `levels[c]`."""
         slopes = self.slopes({name: np.asarray(q.at_rest(levels)) for name, q in self.arguments})
         gains = ((slopes[name], [float(sum(w)) for w in q.weights]) for name, q in self.arguments)
         return np.asarray(sum(slope * np.array(gain) for slope, gain in gains))
@@ -190,7 +190,7 @@ class Trajectory:
         return self._weights({name: slope.item() for name, slope in slopes.items()})
 
     def _weights(self, gains: Mapping[str, float]) -> list[tuple[int, Array]]:
-        """Return the weights of all signals in Σ_i gains[i] q_i that are not zero."""
+        """Return pairs (c, w_c) of the nonzero weights of Σ_i gains[i] q_i."""
         longest = max(len(w) for _, functional in self.arguments for w in functional.weights)
         weights = np.zeros((len(self.arguments[0][1].weights), longest))
         for name, functional in self.arguments:
@@ -205,7 +205,7 @@ class Trajectory:
 
 
 def single_signal(functional: Functional) -> Trajectory:
-    """Return a functional z_c(t + j T_s) as a formula, with the name that a flat form gives to it."""
+    """Return a functional z_c(t + j T_s) as a formula, with its name in flat forms."""
     ((c, j),) = ((c, j) for c, weights in enumerate(functional.weights) for j, w in enumerate(weights) if w)
     assert (functional.weights[c][j], functional.offset) == (Fraction(1), Fraction(0)), "a single shifted signal"
     name = shifted_name(c, j)
@@ -217,9 +217,9 @@ Coordinate = Functional | Trajectory
 
 
 def weighted_sum(row: Sequence[Fraction], coordinates: Sequence[Coordinate]) -> Trajectory:
-    """Return Σ_i row_i q_i; of functionals, it is again a functional, exactly.
+    """Return Σ_i row_i q_i; for functionals, it is exactly a functional.
 
-    Functionals beside formulas must be single shifted signals, as those of a flat form are.
+    Functionals beside formulas must be single shifted signals, as in a flat form.
     """
     every = list(zip(row, coordinates, strict=True))
     used = [(r, q) for r, q in every if r] or every
@@ -239,7 +239,7 @@ def weighted_sum(row: Sequence[Fraction], coordinates: Sequence[Coordinate]) -> 
 
 
 def shifted_outputs(form: FlatForm, sampling_time: float) -> dict[str, Functional]:
-    """Return all z_c(t + j T_s) by name, one step further than states and inputs need them."""
+    """Return all z_c(t + j T_s) by name, up to one step later than states and inputs need."""
     longest = 2 + max(form.orders)
     return {
         shifted_name(c, j): one_of(c, form.outputs, tuple(Fraction(int(i == j)) for i in range(longest)), sampling_time)
@@ -249,7 +249,7 @@ def shifted_outputs(form: FlatForm, sampling_time: float) -> dict[str, Functiona
 
 
 def one_of(signal: int, count: int, weights: tuple[Fraction, ...], sampling_time: float) -> Functional:
-    """Return Σ_j `weights`[j] z(t + j T_s) of one of `count` signals."""
+    """Return the functional Σ_j `weights`[j] z(t + j T_s) of one signal z among `count` signals."""
     zero = tuple(Fraction(0) for _ in weights)
     return Functional(tuple(weights if c == signal else zero for c in range(count)), Fraction(0), sampling_time)
 
@@ -259,7 +259,7 @@ def one_of(signal: int, count: int, weights: tuple[Fraction, ...], sampling_time
 
 @dataclass(frozen=True)
 class Quantity:
-    """A `trajectory` that must stay in `bounds`, and its name."""
+    """A `trajectory` that must stay in `bounds`, with its `name`."""
 
     name: str
     trajectory: Trajectory
@@ -267,20 +267,20 @@ class Quantity:
 
     @property
     def functional(self) -> Functional | None:
-        """The functional, if the trajectory is one itself; otherwise None."""
+        """The functional if the trajectory equals one; otherwise None."""
         return self.trajectory.functional
 
     def __call__(self, signals: Signals, t: Array) -> Array:
-        """Return the value at t [s]: the shape of t; NaN or infinite where it is not defined."""
+        """Return the value at t [s]: the shape of t; NaN or infinite where it is undefined."""
         return self.trajectory(signals, t)
 
     def margin(self, signals: Signals, t: Array) -> Array:
-        """Return the distance to the nearer bound at t [s]: negative outside, −∞ where the value is not defined."""
+        """Return the distance to the nearer bound at t [s]: negative outside, −∞ where the value is undefined."""
         margin = self.bounds.margin(self(signals, t))
         return np.asarray(np.where(np.isnan(margin), -np.inf, margin))
 
     def at_rest(self, levels: Sequence[float]) -> float:
-        """Return the value while every signal c is constant at `levels[c]`."""
+        """Return the value if every signal c is constant at `levels[c]`."""
         return self.trajectory.at_rest(levels)
 
 
@@ -291,7 +291,7 @@ Indices = npt.NDArray[np.intp]
 
 @dataclass(frozen=True, eq=False)
 class Quantities:
-    """Bounded `quantities` along the same `signals`, all evaluated with one sum of kernels."""
+    """Bounded `quantities` of the same `signals`, all evaluated with one sum of kernels."""
 
     quantities: tuple[Quantity, ...]
     signals: Signals
@@ -348,7 +348,7 @@ class Quantities:
 
     @cached
     def _functionals(self) -> list[Functional] | None:
-        """The quantities where all of them are functionals."""
+        """The quantities as functionals; None unless all of them are."""
         found = [quantity.functional for quantity in self.quantities if quantity.functional is not None]
         return found if len(found) == len(self) else None
 
@@ -358,7 +358,9 @@ class Quantities:
 
     @cached
     def _weights(self) -> list[tuple[int, Indices, Array]]:
-        """For each signal c that matters, c, the shifts j that matter, and the weights w_qj: shape (Q, shifts)."""
+        """For each signal with nonzero weights, its index c, the shifts j with nonzero weights,
+        and w_qj (Q, shifts).
+        """
         functionals, found = self._functionals or (), []
         for c in range(len(self.signals)):
             longest = max((len(functional.weights[c]) for functional in functionals), default=0)
