@@ -6,25 +6,25 @@ if __name__ == "__main__" and signal.getsignal(signal.SIGINT) is not signal.SIG_
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends the imports below without a traceback
 
 import sys
+import webbrowser
 from collections.abc import Callable
+from contextlib import ExitStack
 from importlib import import_module
 from pathlib import Path
 
 import click
 
-from pipeline.compare.command import compare
 from pipeline.experiments import PARAMS, Experiment, load_experiment, parameters_of
 from pipeline.reproduce import reproduce
-from pipeline.site.command import report
-from pipeline.site.paper import paper
 from pipeline.storage.logs import LogError
 from pipeline.storage.results import Results
 from pipeline.theorem import theorem
-from pipeline.viewer.command import view
 from trackably.codec import CodecError
 from trackably.errors import InputError, NoReferenceError
-from trackably.files import unwritable
+from trackably.files import unwritable, write_text
 
+_FILE = click.Path(dir_okay=False, path_type=Path)
+_FOLDER = click.Path(file_okay=False, path_type=Path)
 _NOTHING_FOUND, _UNUSABLE, _INTERRUPTED = 1, 2, 130
 
 
@@ -78,11 +78,103 @@ def _record() -> None:
     record()
 
 
-main.add_command(compare)
+@main.command("compare", short_help="Compare two sets of results, and check the claims.")
+@click.argument("base")
+@click.argument("new", default=".")
+@click.option(
+    "--tolerances", type=_FILE, default=Path("tolerances.yaml"), show_default=True, help="How far values may move."
+)
+@click.option("--claims", type=_FILE, default=Path("claims.yaml"), show_default=True, help="What the paper claims.")
+@click.option("--markdown", "markdown_file", type=_FILE, help="Also write a report for a pull request.")
+@click.option("--all", "list_all", is_flag=True, help="List identical artifacts too.")
+@click.pass_context
+def _compare(
+    context: click.Context,
+    base: str,
+    new: str,
+    tolerances: Path,
+    claims: Path,
+    markdown_file: Path | None,
+    list_all: bool,
+) -> None:
+    """Say what moved from BASE to NEW, by how much and where, and which of the paper's claims hold in each.
+
+    BASE and NEW are git revisions or folders, each of a project or of its results alone. If NEW is left out, it is this
+    project. Exit codes: 0 all artifacts are within tolerance and all claims hold in NEW; 1 otherwise; 2 something is
+    not usable.
+    """
+    # Imported late, like the stages: `--help` should wait for nothing.
+    from pipeline.compare.claims import load_claims  # noqa: PLC0415
+    from pipeline.compare.comparison import compare, laid_out  # noqa: PLC0415
+    from pipeline.compare.model import load_tolerances  # noqa: PLC0415
+    from pipeline.compare.reports import (  # noqa: PLC0415
+        everything,
+        remarkable,
+        to_markdown,
+        to_text,
+    )
+
+    rules, claimed = load_tolerances(tolerances), load_claims(claims)
+    with ExitStack() as stack:
+        folders = [stack.enter_context(laid_out(name)) for name in (base, new)]
+        comparison = compare(folders[0], folders[1], rules, claimed, base, new)
+    if markdown_file:
+        write_text(markdown_file, to_markdown(comparison))
+    click.echo(to_text(comparison, everything if list_all else remarkable), nl=False)
+    context.exit(0 if comparison.within else 1)
+
+
+@main.command("view", short_help="Show the logs of an experiment in a viewer in the browser.")
+@click.argument("experiment")
+@click.option("--params", type=click.Path(path_type=Path), default=PARAMS, show_default=True, help="Parameter file.")
+@click.option("--results", type=_FOLDER, default=Path("data/results"), show_default=True)
+@click.option("--port", type=int, default=0, help="Port to listen on; a free one by default.")
+@click.option("--browser/--no-browser", default=True, show_default=True, help="Open the page in the browser.")
+def _view(experiment: str, params: Path, results: Path, port: int, browser: bool) -> None:
+    """Show all logs of EXPERIMENT in a viewer, with a layout that is made for them.
+
+    The viewer comes from npm at a locked version, once. It is served on the loopback address until Ctrl-C.
+    """
+    from pipeline.viewer.view import address_of, fetched, server_of, shown  # noqa: PLC0415  as for the stages
+
+    loaded = load_experiment(experiment, params)
+    served = shown(loaded, Results(experiment, results), fetched())
+    with server_of(served, port) as server:
+        click.echo(f"{loaded.name}: {address_of(server)} until Ctrl-C")
+        if browser:
+            webbrowser.open(address_of(server))
+        try:
+            server.serve_forever()
+        except KeyboardInterrupt:
+            click.echo()
+
+
+@main.command("report", short_help="Write a static site: the documentation and all results.")
+@click.option("--project", type=_FOLDER, default=Path(), help="Where params.yaml and the results are.")
+@click.option("--output", type=_FOLDER, default=Path("report/site"), show_default=True)
+def _report(project: Path, output: Path) -> None:
+    """Write the documentation, and pages about what the stages left: claims, experiments, benchmarks, errata.
+
+    They need neither a server nor a network: open index.html.
+    """
+    from pipeline.site.build import build  # noqa: PLC0415  as for the stages
+
+    for warning in build(project, output):
+        click.echo(warning, err=True)
+    click.echo(output / "index.html")
+
+
+@main.command("paper", short_help="Write paper/paper.md: its text, with the numbers of the results.")
+@click.option("--project", type=click.Path(file_okay=False, path_type=Path), default=Path())
+def _paper(project: Path) -> None:
+    """Write paper/paper.md from paper/paper.md.j2 and the results."""
+    from pipeline.site.build import text_of  # noqa: PLC0415  as for the stages
+
+    write_text(path := project / "paper" / "paper.md", text_of(project))
+    click.echo(path)
+
+
 main.add_command(reproduce)
-main.add_command(view)
-main.add_command(paper)
-main.add_command(report)
 main.add_command(theorem)
 
 

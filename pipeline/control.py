@@ -9,15 +9,22 @@ from functools import cached_property
 import numpy as np
 from tqdm import tqdm
 
-from pipeline.disturbed.loops import disturbed_loops, prices
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
+from pipeline.loops.disturbed import disturbed_loops, prices
 from pipeline.loops.feasible_set import feasible_over_time
-from pipeline.loops.trajectory import ON, LoopTrajectory, first_untrackable_step, initial_states, loop_metrics
+from pipeline.loops.online import relearn
+from pipeline.loops.trajectory import (
+    ON,
+    ClosedLoops,
+    LoopTrajectory,
+    first_untrackable_step,
+    initial_states,
+    loop_metrics,
+    write_loops,
+)
 from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
-from pipeline.relearn import relearn
 from pipeline.storage.archive import Fitted
-from pipeline.storage.loops import ClosedLoops, write_loops
 from pipeline.storage.results import Results
 from trackably.arrays import Array
 from trackably.control.controller import Controller, scaled_controller

@@ -37,8 +37,7 @@ from pipeline.methods import (
 )
 from pipeline.published.ground_truth import GROUND_TRUTHS, draw
 from pipeline.storage.archive import Conservatism, Draws, Fitted, Study, Tightness, read_samples, write_fit
-from pipeline.storage.results import Results
-from pipeline.storage.tables import to_csv
+from pipeline.storage.results import Results, to_csv
 from trackably.arrays import Array
 from trackably.errors import DoubtfulInputWarning, NoReferenceError
 from trackably.explanation import IgnoresSamplesWarning, ignored, outlying

@@ -15,8 +15,7 @@ from pipeline.methods import HYPERPARAMETERS, JOINT, METHODS, UNCONSTRAINED, Lea
 from pipeline.published.algorithm1 import tail
 from pipeline.published.scalar import is_scalar, state_and_input
 from pipeline.storage.archive import Sampled, write_margins
-from pipeline.storage.results import Results
-from pipeline.storage.tables import to_csv
+from pipeline.storage.results import Results, to_csv
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import accepted_file, judged

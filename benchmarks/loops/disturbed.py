@@ -12,8 +12,8 @@ import numpy as np
 
 from benchmarks.duel import Row
 from benchmarks.loops.tube import HORIZON, RANDOM, TARGET, edge, seconds
-from pipeline.disturbed.counts import Case, experiments, random_systems
-from pipeline.disturbed.loops import disturbances
+from pipeline.disturbed import Case, experiments, random_systems
+from pipeline.loops.disturbed import disturbances
 from trackably.arrays import Array
 from trackably.control.controller import Controller, scaled_controller
 from trackably.control.stepping import Plan

@@ -9,7 +9,7 @@ from time import process_time
 import numpy as np
 
 from benchmarks.duel import Row
-from pipeline.disturbed.counts import Case, experiments, random_systems
+from pipeline.disturbed import Case, experiments, random_systems
 from trackably.arrays import Array
 from trackably.control.controller import Controller, scaled_controller
 from trackably.control.references import TabulatedReference, TrackedReference

@@ -11,7 +11,7 @@ from pipeline.compare.content import UnreadableError, json_leaves, numbers_of, r
 from pipeline.compare.model import ABSENT, Found, JudgedClaim, Value, Verdict, results_folder
 from pipeline.published.paper import printed_numbers
 from pipeline.storage.logs import TIME
-from pipeline.storage.tables import read_columns
+from pipeline.storage.results import read_columns
 from pipeline.yaml_file import Fields, read_yaml, validated
 from trackably.errors import InputError
 

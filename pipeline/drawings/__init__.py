@@ -1,5 +1,1 @@
-"""The figures of an experiment, and those of the paper."""
-
-from pipeline.drawings.experiment import drawings
-
-__all__ = ["drawings"]
+"""Figures, by what they show: references, Algorithm 1, predictions of scalar systems, loops."""

@@ -1,6 +1,7 @@
 """Figures of Algorithm 1: its iterations, the likelihood's landscape, and illustrations of its ideas."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import cycle
 from typing import Any, Final
 
@@ -15,7 +16,6 @@ from matplotlib.patches import FancyArrowPatch, Patch
 from matplotlib.path import Path
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
-from pipeline.drawings.landscape import Landscape
 from pipeline.drawings.style import (
     PUBLISHED,
     SYMBOLS,
@@ -43,9 +43,43 @@ from trackably.exports.figures import (
     reference_styles,
     styled,
 )
+from trackably.gp.posterior import IllConditioned
 from trackably.gp.samples import Samples
+from trackably.learning.problem import ConstrainedProblem
 from trackably.systems.polytopes import Interval
 from trackably.systems.reference import Reference
+
+
+@dataclass(frozen=True)
+class Landscape:
+    """l(θ) and the smallest relative margin at each (`theta1[j]`, `theta2[i]`), shapes (len(theta2), len(theta1)).
+
+    The point is feasible where `margin` ≥ 0. Both are NaN where K + σ_n² I cannot be factored.
+    """
+
+    theta1: Array
+    theta2: Array
+    objective: Array
+    margin: Array
+
+
+def evaluate_on_grid(problem: ConstrainedProblem, theta1: Array, theta2: Array) -> Landscape:
+    """Evaluate a problem on a grid of its two learned hyperparameters. ValueError unless there are two."""
+    if len(problem.prior.learned) != 2:
+        raise ValueError(f"a landscape needs two learned hyperparameters, got {', '.join(problem.prior.learned)}")
+    values = np.array([[_at(problem, np.log([first, second])) for first in theta1] for second in theta2])
+    return Landscape(theta1, theta2, values[..., 0], values[..., 1])
+
+
+def _at(problem: ConstrainedProblem, log_theta: Array) -> tuple[float, float]:
+    posterior = problem.posterior(log_theta)
+    try:
+        objective, _ = posterior.negative_log_marginal_likelihood()
+    except IllConditioned:
+        return np.nan, np.nan
+    margins = (constraint.closest(posterior)[1] for constraint in problem.constraints)
+    return objective, min((float(np.min(margin)) for margin in margins), default=np.inf)
+
 
 _STEP: Final = r"iteration $\bar{k}$ [steps]"
 _LIMIT: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.9, "linestyle": (0, (4, 1.5))}

@@ -1,14 +1,19 @@
-"""Closed loops over time: where they begin, their numbers, and the form in which they are logged and drawn."""
+"""Closed loops over time: where they begin, their numbers, and the form in which they are logged, read and drawn."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pipeline.storage.archive import read_stage, write_stage
+from pipeline.storage.logs import Series
+from pipeline.storage.results import Results
 from trackably.arrays import Array
 from trackably.control.references import TrackedReference
 from trackably.control.simulation import ClosedLoop
 from trackably.control.stepping import Plan
+from trackably.files import from_json, to_json
 from trackably.systems.constrained import ConstrainedSystem
 
 if TYPE_CHECKING:
@@ -137,3 +142,175 @@ class Runs:
     lowest: Array
     highest: Array
     single: Array
+
+
+_SCALARS = ("cost", "stage_cost", "slack")
+
+
+def loop_series(topic: str, plant: ConstrainedSystem, course: LoopTrajectory) -> Series:
+    """Return a loop as a series."""
+    columns = {
+        **_named(plant.system.states, "", course.states),
+        **_named(plant.system.inputs, "", course.inputs),
+        **_named(plant.system.states, "_reference", course.reference_states),
+        **_named(plant.system.inputs, "_reference", course.reference_inputs),
+        **dict(zip(_SCALARS, (course.costs, course.stage_costs, course.slacks), strict=True)),
+    }
+    finite = {name: np.where(np.isfinite(values), values, np.nan) for name, values in columns.items()}
+    return Series(topic, course.steps * plant.sampling_time, finite)
+
+
+def loop_of(series: Series, plant: ConstrainedSystem) -> LoopTrajectory:
+    """Return the loop that such a series holds."""
+
+    def together(names: Sequence[str], suffix: str = "") -> Array:
+        return np.stack([series.fields[name + suffix] for name in names], axis=-1)
+
+    states, inputs = plant.system.states, plant.system.inputs
+    return LoopTrajectory(
+        steps_of(series, plant),
+        together(states),
+        together(inputs),
+        together(states, "_reference"),
+        together(inputs, "_reference"),
+        *(series.fields[name] for name in _SCALARS),
+    )
+
+
+def _named(names: Sequence[str], suffix: str, values: Array) -> dict[str, Array]:
+    return {name + suffix: values[:, i] for i, name in enumerate(names)}
+
+
+def steps_of(series: Series, plant: ConstrainedSystem) -> Array:
+    """Return the steps of a series."""
+    return np.asarray(np.round(series.times / plant.sampling_time))
+
+
+Loops = Mapping[str, Mapping[str, Mapping[str, LoopTrajectory]]]
+"""By reference, controller and kind of disturbance."""
+
+_LOOPS, _RUNS, _RANGE = "disturbed", "disturbed_runs", "/disturbed_range"
+
+
+@dataclass(frozen=True, eq=False)
+class Disturbed:
+    """The `loops` one by one, and many `runs`."""
+
+    loops: Loops
+    runs: Runs
+
+
+def disturbed_series(plant: ConstrainedSystem, disturbed: Disturbed) -> list[Series]:
+    """Return loops and runs as series."""
+    found = [
+        loop_series(f"/{_LOOPS}/{reference}/{controller}/{kind}", plant, course)
+        for reference, by_controller in disturbed.loops.items()
+        for controller, by_kind in by_controller.items()
+        for kind, course in by_kind.items()
+    ]
+    runs, names = disturbed.runs, _coordinates(plant)
+    times = runs.steps * plant.sampling_time
+    ends = {f"{name}_lowest": runs.lowest[:, i] for i, name in enumerate(names)}
+    ends |= {f"{name}_highest": runs.highest[:, i] for i, name in enumerate(names)}
+    found.append(Series(_RANGE, times, ends))
+    for r, values in enumerate(runs.single):
+        found.append(Series(f"/{_RUNS}/{r}", times, {name: values[:, i] for i, name in enumerate(names)}))
+    return found
+
+
+def read_disturbed(topics: Mapping[str, Series], plant: ConstrainedSystem) -> Disturbed | None:
+    """Return what `disturbed_series` gave to a log; None where nothing was disturbed."""
+    if _RANGE not in topics:
+        return None
+    loops: dict[str, dict[str, dict[str, LoopTrajectory]]] = {}
+    single: dict[int, Array] = {}
+    names, range_of = _coordinates(plant), topics[_RANGE]
+    for topic, series in topics.items():
+        match topic.split("/")[1:]:
+            case ["disturbed", reference, controller, kind]:
+                loops.setdefault(reference, {}).setdefault(controller, {})[kind] = loop_of(series, plant)
+            case ["disturbed_runs", r]:
+                single[int(r)] = np.column_stack([series.fields[name] for name in names])
+    lowest, highest = (
+        np.column_stack([range_of.fields[name + end] for name in names]) for end in ("_lowest", "_highest")
+    )
+    return Disturbed(
+        loops, Runs(steps_of(range_of, plant), lowest, highest, np.array([single[r] for r in sorted(single)]))
+    )
+
+
+def _coordinates(plant: ConstrainedSystem) -> tuple[str, ...]:
+    return (*plant.system.states, *plant.system.inputs)
+
+
+STAGE = "control"
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedLoops:
+    """Closed loops of an experiment.
+
+    `courses` are by reference and by initial state. `feasible` states are columns by horizon. `online` is the loop
+    along references that are learned again; `offered` are the columns `step`, `taken` (1 or 0) and `widening` of these.
+    `disturbed` holds what was disturbed, if anything was.
+    """
+
+    courses: Mapping[str, Mapping[str, LoopTrajectory]]
+    feasible: Mapping[int, Mapping[str, Array]]
+    online: LoopTrajectory | None = None
+    offered: Mapping[str, Array] | None = None
+    disturbed: Disturbed | None = None
+
+
+def write_loops(results: Results, plant: ConstrainedSystem, closed: ClosedLoops, metrics: object) -> None:
+    """Write every loop losslessly, and the metrics as an attachment."""
+    series = [
+        loop_series(f"/loops/{reference}/{start}", plant, course)
+        for reference, by_start in closed.courses.items()
+        for start, course in by_start.items()
+    ]
+    series += [
+        _of_columns(f"/feasible/horizon_{horizon}", plant, columns)
+        for horizon, columns in closed.feasible.items()
+        if len(columns["step"])
+    ]
+    if closed.online is not None and closed.offered is not None:
+        series += [loop_series("/online", plant, closed.online), _of_columns("/offers", plant, closed.offered)]
+    if closed.disturbed is not None:
+        series += disturbed_series(plant, closed.disturbed)
+    write_stage(results, STAGE, series, {"control.json": to_json(metrics)})
+
+
+def read_loops(results: Results, plant: ConstrainedSystem) -> ClosedLoops:
+    """Read what `write_loops` wrote. Raises InputError where the stage has not run, and LogError for a damaged log."""
+    topics = {series.topic: series for series in read_stage(results, STAGE).series}
+    courses: dict[str, dict[str, LoopTrajectory]] = {}
+    feasible: dict[int, dict[str, Array]] = {}
+    for topic, series in topics.items():
+        match topic.split("/")[1:]:
+            case ["loops", reference, start]:
+                courses.setdefault(reference, {})[start] = loop_of(series, plant)
+            case ["feasible", horizon]:
+                feasible[int(horizon.removeprefix("horizon_"))] = _columns_of(series, plant)
+    disturbed = read_disturbed(topics, plant)
+    if "/online" not in topics:
+        return ClosedLoops(courses, feasible, disturbed=disturbed)
+    online, offered = loop_of(topics["/online"], plant), _columns_of(topics["/offers"], plant)
+    return ClosedLoops(courses, feasible, online, offered, disturbed)
+
+
+def read_loop_metrics(results: Results) -> dict[str, Any]:
+    """Read the metrics that the log holds. Raises as `read_loops`."""
+    metrics = from_json(read_stage(results, STAGE).attachments["control.json"])
+    assert isinstance(metrics, dict), "written as one"
+    return metrics
+
+
+def _of_columns(topic: str, plant: ConstrainedSystem, columns: Mapping[str, Array]) -> Series:
+    """Return columns over `step` as a series."""
+    others = {name: values for name, values in columns.items() if name != "step"}
+    return Series(topic, columns["step"] * plant.sampling_time, others)
+
+
+def _columns_of(series: Series, plant: ConstrainedSystem) -> dict[str, Array]:
+    return {"step": steps_of(series, plant), **series.fields}

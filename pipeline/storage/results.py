@@ -1,7 +1,16 @@
-"""The files of one experiment below data/results: what one stage writes, the next one reads."""
+"""The files of one experiment below data/results, what one stage writes and the next one reads, and tables as CSV."""
 
+import csv
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.errors import InputError
+from trackably.files import unreadable
 
 TIMINGS, ENVIRONMENT = "timings.json", "environment.json"
 
@@ -73,3 +82,42 @@ class Results:
 
     def figure(self, name: str) -> Path:
         return self.figures / f"{name}.svg"
+
+
+def read_columns(path: Path) -> dict[str, Array]:
+    """Return the columns of a CSV file of numbers by name; an empty cell is NaN.
+
+    Raises InputError that names file, line and column.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+    except OSError as error:
+        raise unreadable(path, error) from error
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"{path}: cannot be read ({error})") from error
+    if not rows:
+        raise InputError(f"{path}: holds no rows below its header")
+    return {
+        name: np.array([_number(path, line, name, row[name]) for line, row in enumerate(rows, start=2)])
+        for name in rows[0]
+    }
+
+
+def to_csv(columns: Mapping[str, Array]) -> str:
+    """Return named columns as CSV. Numbers are the shortest text that reads back the same; NaN is an empty cell."""
+    rows = zip(*columns.values(), strict=True)
+    return "\n".join([",".join(columns), *(",".join(map(_csv_cell, row)) for row in rows)]) + "\n"
+
+
+def _csv_cell(value: float) -> str:
+    return "" if np.isnan(value) else str(int(value)) if value == int(value) else repr(float(value))
+
+
+def _number(path: Path, line: int, name: str, cell: str | None) -> float:
+    if cell == "":
+        return math.nan
+    try:
+        return float(cell or "")
+    except ValueError:
+        raise InputError(f"{path}, line {line}: expected a number in column {name!r}, got {cell!r}") from None

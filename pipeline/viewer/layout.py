@@ -14,11 +14,10 @@ import numpy as np
 
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
-from pipeline.loops.trajectory import ON
+from pipeline.loops.trajectory import ON, ClosedLoops, read_loops
 from pipeline.methods import JOINT
 from pipeline.storage.archive import Fitted, write_stage
 from pipeline.storage.logs import Documents, Topic, topics_of
-from pipeline.storage.loops import ClosedLoops, read_loops
 from pipeline.storage.results import Results
 from pipeline.viewer.scene import (
     COLORS,

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import trackably
-from pipeline.site.reference import rooms
+from pipeline.site.extension import rooms
 from tests.project import ROOT
 
 DOCS = ROOT / "docs"

@@ -2,7 +2,7 @@
 
 import re
 
-from pipeline.site.paper import text_of
+from pipeline.site.build import text_of
 from tests.project import ROOT
 
 PAPER = ROOT / "paper"

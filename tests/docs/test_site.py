@@ -11,7 +11,7 @@ from sphinx.deprecation import RemovedInSphinx11Warning
 
 import trackably
 from pipeline.site.build import build
-from pipeline.site.reference import as_restructured_text
+from pipeline.site.extension import as_restructured_text
 from tests.project import ROOT
 
 

@@ -8,11 +8,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from unittest import mock
 
+from pipeline import figures
 from pipeline.compare.claims import Claims
 from pipeline.compare.comparison import compare
 from pipeline.compare.model import Row, Status, load_tolerances
-from pipeline.drawings import drawings, experiment
 from pipeline.experiments import load_experiment
+from pipeline.figures import drawings
 from pipeline.storage.results import Results
 from tests.pipeline.command import Done, call, few_periods, studies_here
 from tests.pipeline.params import written_to
@@ -42,7 +43,7 @@ def run_here(stage: str, folder: Path, experiment: str = "example1") -> Done:
 @contextlib.contextmanager
 def sketched() -> Iterator[None]:
     """Figures with a coarse landscape and panels at matplotlib's own places: tests of plots examine their layout."""
-    with mock.patch.object(experiment, "_GRID_POINTS", 8), mock.patch.object(style, "_LAYOUTS", 0):
+    with mock.patch.object(figures, "_GRID_POINTS", 8), mock.patch.object(style, "_LAYOUTS", 0):
         yield
 
 

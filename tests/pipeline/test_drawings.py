@@ -11,7 +11,7 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.mathtext import MathTextParser
 
 from pipeline.drawings import algorithm1, predictions, references
-from pipeline.drawings.landscape import landscape
+from pipeline.drawings.algorithm1 import evaluate_on_grid
 from pipeline.experiments import load_experiment
 from pipeline.experiments.load import read_fit_of
 from pipeline.margins import margin_profile
@@ -83,7 +83,7 @@ def test_the_sessions_own_style_neither_shows_nor_changes() -> None:
 
 
 def test_importing_touches_no_backend() -> None:
-    code = "import sys, pipeline.drawings; sys.exit('matplotlib.pyplot' in sys.modules)"
+    code = "import sys, pipeline.figures; sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
@@ -95,7 +95,7 @@ def problem(noise_std: float | Learned = 0.01) -> ConstrainedProblem:
 
 def test_each_point_of_a_landscape_agrees_with_the_problem_and_what_cannot_be_factored_is_not_a_number() -> None:
     theta1, theta2 = np.array([0.5, 1.1]), np.array([0.15, 0.22])
-    grid, of = landscape(problem(), theta1, theta2), problem()
+    grid, of = evaluate_on_grid(problem(), theta1, theta2), problem()
     k = np.arange(131) * 0.01
     for i, second in enumerate(theta2):
         for j, first in enumerate(theta1):
@@ -103,11 +103,11 @@ def test_each_point_of_a_landscape_agrees_with_the_problem_and_what_cannot_be_fa
             margins = [np.min(c.relative_margin(posterior, k[: 131 - n])) for n, c in enumerate(of.constraints)]
             assert grid.objective[i, j] == posterior.negative_log_marginal_likelihood()[0]
             assert grid.margin[i, j] == pytest.approx(min(margins), abs=1e-14)
-    lost = landscape(problem(1e-12), np.array([1.0]), np.array([0.1, 1e4]))
+    lost = evaluate_on_grid(problem(1e-12), np.array([1.0]), np.array([0.1, 1e4]))
     assert np.isfinite(lost.objective).ravel().tolist() == [True, False]
     assert np.isnan(lost.margin[1, 0])
     with pytest.raises(ValueError, match="two learned hyperparameters"):
-        landscape(problem(Learned(0.01)), np.ones(1), np.ones(1))
+        evaluate_on_grid(problem(Learned(0.01)), np.ones(1), np.ones(1))
 
 
 UNITS = {"vx": "m/s", "vy": "m/s", "x": "m", "q[1]": "rad", "flow_in": "m³/s"}

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipeline.disturbed import loops as runs
 from pipeline.experiments import Experiment, load_experiments
 from pipeline.experiments.load import read_fit_of
+from pipeline.loops import disturbed as runs
+from pipeline.loops.trajectory import ClosedLoops, read_loops
 from pipeline.storage.archive import Fitted, read_stage
-from pipeline.storage.loops import ClosedLoops, read_loops, table_of_loops, table_of_offers
-from pipeline.storage.results import Results
-from pipeline.storage.tables import read_columns, table_of_methods
+from pipeline.storage.results import Results, read_columns
+from pipeline.story import table_of_loops, table_of_methods, table_of_offers
 from tests.project import ROOT
 from trackably.checker import Proved, Refuted, check
 from trackably.codec import dumps

@@ -15,7 +15,7 @@ import pytest
 from pipeline.control import control
 from pipeline.experiments import load_experiment
 from pipeline.fit import mapped
-from pipeline.storage.loops import read_loops
+from pipeline.loops.trajectory import read_loops
 from pipeline.storage.results import Results
 from tests.pipeline.params import EXAMPLE1, PARAMS, changed, undisturbed, written_to
 from tests.pipeline.stages import (

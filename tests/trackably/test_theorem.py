@@ -14,8 +14,7 @@ import pytest
 from mpmath import mp, mpf
 
 from pipeline.storage.results import Results
-from pipeline.storage.theorems import Proved, files_of, proved_by_coq, read_record
-from pipeline.theorem import proved_in, run_coq
+from pipeline.theorem import Proved, files_of, proved_by_coq, proved_in, read_record, run_coq
 from tests.project import ROOT
 from trackably.__main__ import main
 from trackably.errors import InputError

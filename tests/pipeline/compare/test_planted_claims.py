@@ -9,7 +9,7 @@ import pytest
 from pipeline.compare.claims import Claims
 from pipeline.compare.comparison import compare
 from pipeline.compare.model import ABSENT, JudgedClaim
-from pipeline.storage.tables import read_columns, to_csv
+from pipeline.storage.results import read_columns, to_csv
 from tests.pipeline.compare.project import LEARNED, RESULTS, TOLERANCES, compared, edit_json, edit_text, moved
 
 BOUND = {"file": "example1/iterations.csv", "column": "bound"}

@@ -5,9 +5,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from pipeline.disturbed import counts
-from pipeline.disturbed.counts import Case, disturbed_runs, random_case
-from pipeline.disturbed.loops import Constant
+from pipeline import disturbed as counts
+from pipeline.disturbed import Case, disturbed_runs, random_case
+from pipeline.loops.disturbed import Constant
 
 SEEDS = (0, 3, 11, 12)
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from pipeline.control import control
-from pipeline.drawings import drawings
 from pipeline.experiments import Experiment, load_experiment
 from pipeline.experiments.load import read_fit_of
+from pipeline.figures import drawings
 from pipeline.storage.archive import read_margins
 from pipeline.storage.results import Results
 from pipeline.verify import verify

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pipeline.relearn import OnlineLoop, decide_update, receding_window, simulate_online
+from pipeline.loops.online import OnlineLoop, decide_update, receding_window, simulate_online
 from tests.trackably.control import instances
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.claim import OnWindow

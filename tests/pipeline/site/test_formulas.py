@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from pipeline.site.formulas import drawing, known
+from pipeline.site.extension import drawing, known
 from tests.project import ROOT
 
 _FORMULA = re.compile(r"\$\$(.+?)\$\$|(?<!\\)\$([^$\n]+)\$", re.DOTALL)

@@ -9,8 +9,7 @@ from pathlib import Path
 
 from sphinx.deprecation import RemovedInSphinx11Warning
 
-from pipeline.site.build import build
-from pipeline.site.sources import errata
+from pipeline.site.build import build, errata
 from tests.pipeline.site.conftest import NAME
 from tests.pipeline.viewer.browser import opened
 from tests.project import ROOT

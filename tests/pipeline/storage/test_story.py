@@ -11,8 +11,9 @@ import pytest
 from pipeline.experiments import load_experiments
 from pipeline.storage.archive import read_fit, read_margins
 from pipeline.storage.results import Results
-from pipeline.storage.story import (
+from pipeline.story import (
     printed_by_coq,
+    table_of_hyperparameters,
     told_of_disturbances,
     told_of_edges,
     told_of_loops,
@@ -22,8 +23,7 @@ from pipeline.storage.story import (
     told_of_theorems,
     told_of_unconstrained,
 )
-from pipeline.storage.tables import table_of_hyperparameters
-from pipeline.storage.theorems import Proved, write_record
+from pipeline.theorem import Proved, write_record
 from tests.project import ROOT
 from trackably.gp.hyperparameter import Learned
 from trackably.theorem import theorem

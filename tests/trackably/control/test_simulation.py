@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pipeline.relearn import concatenate
+from pipeline.loops.online import concatenate
 from tests.trackably.control import instances
 from trackably.control.controller import Controller
 from trackably.control.simulation import apply_fallback, simulate

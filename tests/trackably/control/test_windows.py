@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pipeline.relearn import receding_window, simulate_online
+from pipeline.loops.online import receding_window, simulate_online
 from tests.pipeline.loops.test_online import CONTROLLER, STREAM, certified_by_search
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.learning.joint.search import learn_function

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pipeline.disturbed.loops import Constant, Drawn, Greedy
+from pipeline.loops.disturbed import Constant, Drawn, Greedy
 from tests.trackably.control.instances import at_rest
 from tests.trackably.control.tube import naive
 from tests.trackably.control.tube.instances import LOOPS, STEPS, Loop

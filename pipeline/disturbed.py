@@ -1,4 +1,7 @@
-"""Counts of disturbed runs of the tube controller and of the nominal one: of experiments and of random systems."""
+"""Count what happens to the tube controller and to the nominal one: `python -m pipeline.disturbed [STEPS [RESULTS]]`.
+
+A million steps by default, under the disturbances of experiments and of random systems.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -7,10 +10,11 @@ from functools import cached_property
 from itertools import count
 from pathlib import Path
 
+import click
 import numpy as np
 
-from pipeline.disturbed.loops import disturbances, noise, start
 from pipeline.experiments import load_experiments
+from pipeline.loops.disturbed import disturbances, noise, start
 from pipeline.methods import JOINT, ROBUST
 from pipeline.storage.archive import read_fit
 from pipeline.storage.results import Results
@@ -229,3 +233,46 @@ def _broken(loop: ClosedLoop, plant: ConstrainedSystem) -> int:
     """Count the states and inputs outside of their sets, without any tolerance; the first state is a given one."""
     states, inputs = plant.state_set.margin(loop.states[1:]), plant.input_set.margin(loop.inputs)
     return int(np.sum(states < 0) + np.sum(inputs < 0))
+
+
+_RANDOM = 16
+
+
+def count_all(steps: int, results: Path) -> list[Counts]:
+    """Divide the steps equally among the experiments and some random systems, and print the counts of each."""
+    cases, found = [*experiments(results), *random_systems(_RANDOM)], []
+    for case in cases:
+        found.append(disturbed_runs(case, -(-steps // len(cases))))
+        print(found[-1], flush=True)
+    print(total(found))
+    return found
+
+
+def total(found: list[Counts]) -> Counts:
+    """Return the sums of all counts."""
+    every = Counts("all")
+    for of in found:
+        for name in (
+            "steps",
+            "runs",
+            "broken",
+            "without_plan",
+            "compared",
+            "nominal_failed",
+            "nominal_on_robust_failed",
+        ):
+            setattr(every, name, getattr(every, name) + getattr(of, name))
+        every.first_failures += of.first_failures
+    return every
+
+
+@click.command(context_settings={"help_option_names": ["-h", "--help"]})
+@click.argument("steps", type=click.IntRange(1), default=1_000_000)
+@click.argument("results", type=click.Path(exists=True, file_okay=False, path_type=Path), default=Path("data/results"))
+def command(steps: int, results: Path) -> None:
+    """Count what becomes of STEPS disturbed steps: of the experiments in RESULTS, and of random systems."""
+    count_all(steps, results)
+
+
+if __name__ == "__main__":
+    command()

@@ -1,15 +1,19 @@
-"""Sentences about the results of an experiment, for its notebook: other results, other words."""
+"""What notebooks and pages say of an experiment: sentences and tables of its results. Other results, other words."""
 
-from collections.abc import Iterable, Iterator, Mapping
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from pipeline.margins import MarginProfile
+from pipeline.methods import LearnedReference
 from pipeline.storage.archive import Fitted
 from pipeline.storage.results import Results
-from pipeline.storage.theorems import THEORY, proved_by_coq
+from pipeline.theorem import THEORY, proved_by_coq
 from trackably.files import read_json
 from trackably.fit import edges_of
+from trackably.learning.problem import ActiveBound
 from trackably.systems.constrained import ConstrainedSystem
 
 UNCONSTRAINED = "unconstrained"
@@ -213,3 +217,114 @@ def _counted(count: int, what: str) -> str:
 def _listed(parts: Iterable[str]) -> str:
     *others, last = parts
     return f"{', '.join(others)} and {last}" if others else last
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of text and numbers under column names; floats are shown with `digits` significant digits."""
+
+    columns: Sequence[str]
+    rows: Sequence[Sequence[object]]
+    digits: int = 6
+
+    def _repr_markdown_(self) -> str:
+        lines = [self.columns, ["---"] * len(self.columns), *([self._cell(v) for v in row] for row in self.rows)]
+        return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+    def __str__(self) -> str:
+        return self._repr_markdown_()
+
+    def _cell(self, value: object) -> str:
+        match value:
+            case None:
+                return "–"
+            case bool():
+                return "yes" if value else "no"
+            case float():
+                return f"{value:.{self.digits}g}"
+        return str(value)
+
+
+_COSTS = {"nlml": "l", "objective": "J", "price": "price"}
+_HEADINGS = {"misfit": "misfit", "rmse": "error to the truth", "held_out": "error on held-out samples"}
+
+
+def table_of_methods(results: Results) -> Table:
+    """Return l, J, the price, root mean square errors and whether there is a proof, for each method."""
+    metrics: Any = read_json(results.metrics)
+    first = next(iter(metrics.values()))
+    errors = {
+        key: _heading(key, kind) for kind in _HEADINGS for key in first if key == kind or key.startswith(f"{kind}_")
+    }
+    columns = _COSTS | errors
+    rows = [
+        [method, *(found[key] for key in columns), found["proof"].startswith("proved")]
+        for method, found in metrics.items()
+    ]
+    return Table(["", *columns.values(), "proved"], rows, digits=4)
+
+
+def _heading(key: str, kind: str) -> str:
+    name = key.removeprefix(kind).removeprefix("_")
+    return f"{_HEADINGS[kind]}, {name}" if name else _HEADINGS[kind]
+
+
+def table_of_hyperparameters(learned: Mapping[str, LearnedReference]) -> Table:
+    """Return what each method learned, and k̄ at the end of Algorithm 1 where it was run."""
+    names = next(iter(learned.values())).prior.hyperparameters
+    rows: list[list[object]] = [
+        [name, *(found.prior.hyperparameters[name] for found in learned.values())] for name in names
+    ]
+    steps = [found.final_step for found in learned.values()]
+    if any(step is not None for step in steps):
+        rows.append(["last step k̄ of Algorithm 1", *steps])
+    return Table(["", *learned], rows)
+
+
+def table_of_bounds(active: tuple[ActiveBound, ...]) -> Table:
+    """Return the bounds that hold a reference back, with their times and what each costs, in the order of time."""
+    ordered = sorted(active, key=lambda bound: (bound.time, bound.name))
+    rows = [[bound.name, bound.side, bound.time, bound.multiplier, bound.price] for bound in ordered]
+    return Table(["bound of", "side", "t [s]", "multiplier", "price"], rows, digits=4)
+
+
+_ROUNDING_OF_COSTS = 1e-12
+
+
+def table_of_loops(results: Results) -> Table:
+    """Return the metrics of every loop by reference and initial state, for a notebook.
+
+    A cost that rises by less than 1e-12 of the highest one rises by rounding.
+    """
+    metrics: Any = read_json(results.control)
+    by_loop = {
+        f"{reference}, {start}": found
+        for reference, of in metrics.items()
+        if reference not in ("horizon", "online", "disturbed", "price_of_room")
+        for start, found in of.items()
+        if isinstance(found, dict)
+    }
+    columns = {
+        "steps": "steps",
+        "infeasible_steps": "without a plan",
+        "first_infeasible_step": "first at",
+        "unsolved_steps": "without an answer",
+        "largest_rise": "largest rise of the cost",
+        "worst_state_margin": "worst state margin",
+        "worst_input_margin": "worst input margin",
+    }
+    highest = max((found["first_cost"] or 0.0 for found in by_loop.values()), default=0.0)
+    for found in by_loop.values():
+        if (found["largest_rise"] or math.inf) <= _ROUNDING_OF_COSTS * highest:
+            found["largest_rise"] = "rounding"
+    rows = [[name, *(found.get(key) for key in columns)] for name, found in by_loop.items()]
+    return Table(["reference, start", *columns.values()], rows, digits=3)
+
+
+def table_of_offers(results: Results) -> Table:
+    """Return, for every reference that was learned again, whether it was taken over, and why."""
+    metrics = read_json(results.control)
+    assert isinstance(metrics, dict)
+    offers = metrics.get("online", {}).get("offers", [])
+    rows = [[o["step"], "taken" if o["taken"] else "not taken", o["reason"]] for o in offers]
+    return Table(["step", "", "why"], rows)

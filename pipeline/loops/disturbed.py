@@ -8,10 +8,9 @@ from functools import cached_property, partial
 import numpy as np
 
 from pipeline.experiments import Experiment
-from pipeline.loops.trajectory import LoopTrajectory, Runs
+from pipeline.loops.trajectory import Disturbed, LoopTrajectory, Runs
 from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
 from pipeline.storage.archive import Fitted, Sampled
-from pipeline.storage.loops import Disturbed
 from trackably.arrays import Array
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.control.bounds import Inequalities

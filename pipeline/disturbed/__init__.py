@@ -1,1 +1,0 @@
-"""Count what happens to controllers under disturbances: `python -m pipeline.disturbed STEPS`."""
