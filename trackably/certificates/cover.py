@@ -2,7 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any, Self
 
 import numpy as np
 
@@ -11,6 +13,7 @@ from trackably.certificates.certificate import Cover
 from trackably.certificates.draft import TERMS, Draft, has_periodic_part
 from trackably.checker.boxes import Box
 from trackably.checker.floats.intervals import Floats
+from trackably.checker.quantities import Quantity
 from trackably.progress.work import done
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantities
@@ -19,6 +22,8 @@ _MOST_BOXES, _MOST_BY_CENTRE = 20_000, 8
 _MOST_HALVINGS, _NARROW_ENOUGH = 60, 4  # most halvings of a box; and the number after which most have to be accepted
 _EXACT_FROM, _MOST_EXACT = 12, 16  # halvings after which the checker is asked exactly, and about how many boxes at most
 _WIDTH, _NARROW = 2.0, 0.7  # correlation times: in wider boxes near a centre most proofs fail; below, hardly any
+_CENTRAL = 0.5  # of half a box: kinks so near to its middle divide it
+_BESIDE = 2.0**16  # spacings of float64: half of a box around a kink that lies between two of them
 _RATIOS = np.array([1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 26.0, 32.0, 64.0, 128.0])
 
 
@@ -45,27 +50,33 @@ def cover(
     if not asks:
         one = _joined(start, [np.vstack([boxes, _radii(draft, reference, *boxes)])])
         return {q.name: one for q in draft.quantities}
-    accepted: list[list[Array]] = [[] for _ in draft.quantities]
+    kinks, accepted = _Kinks.of(draft), [dict[float, Box]() for _ in draft.quantities]
+    exact = set[Box]()
     for halvings in range(_MOST_HALVINGS):
         tried = np.vstack([boxes, _radii(draft, reference, *boxes)])
         missing, reasons = _refused(draft, tried, wanted, exactly=False)
-        if halvings >= _EXACT_FROM and 0 < np.count_nonzero(np.any(missing, axis=0)) <= _MOST_EXACT:
+        refused = np.any(missing, axis=0)
+        if halvings >= _EXACT_FROM and 0 < refused.sum() <= _MOST_EXACT and not kinks.are_in(boxes[:, refused]):
+            before = missing
             missing, reasons = _refused(draft, tried, missing, exactly=True)
+            exact.update(Box(*box) for box in tried[:, np.any(before & ~missing, axis=0)].T.tolist())
         for found, kept in zip(accepted, wanted & ~missing, strict=True):
-            found.append(tried[:, kept])
-            for _ in range(np.count_nonzero(kept)):
+            for box in tried[:, kept].T.tolist():
+                found[box[0]] = Box(*box)
                 done("box")
-        if not np.any(missing):
-            return {q.name: _joined(start, found) for q, found in zip(draft.quantities, accepted, strict=True)}
-        if (given_up := _given_up(draft, reference, boxes, missing, halvings)) is not None:
-            q, b = given_up
-            name, first = draft.quantities[q].name, float(boxes[0, b])
-            reason = reasons.get((name, first), "") or "no enclosure found in this box is narrow enough"
-            return UncoveredBox(name, first, float(boxes[1, b]), reason)
-        split = np.any(missing, axis=0)
-        starts, middles, ends = boxes[0, split], _middles(boxes[:, split]), boxes[1, split]
-        boxes = np.stack([np.stack([starts, middles], axis=1).ravel(), np.stack([middles, ends], axis=1).ravel()])
-        wanted = np.repeat(missing[:, split], 2, axis=1)
+        if np.any(missing):
+            given_up = _given_up(draft, reference, boxes, missing, 0 if kinks.are_in(boxes[:, refused]) else halvings)
+            if given_up is not None:
+                q, b = given_up
+                name, first = draft.quantities[q].name, float(boxes[0, b])
+                reason = reasons.get((name, first), "") or "no enclosure found in this box is narrow enough"
+                return UncoveredBox(name, first, float(boxes[1, b]), reason)
+        else:
+            boxes, missing = _left(draft, accepted, exact)
+            if not boxes.size:
+                named = zip(draft.quantities, accepted, strict=True)
+                return {q.name: _joined(start, [np.array([*found.values()]).T]) for q, found in named}
+        boxes, wanted = _split(boxes, missing, kinks)
     raise AssertionError("after the last halving, it is given up")
 
 
@@ -90,6 +101,84 @@ def _given_up(
         q, b = np.argwhere(hopeless if np.any(hopeless) else missing)[0]
         return int(q), int(b)
     return None
+
+
+@dataclass(frozen=True)
+class _Kinks:
+    """Where signals have kinks [s], sorted: each is from `lower` to `upper`, its weight |c_i| is in `sizes`.
+
+    A Taylor polynomial goes on beyond a kink, and misses what a weight times a power of the time beyond it is. Boxes
+    that end at kinks miss nothing there: where kinks are, halves of boxes would have to be very narrow. A kink that is
+    no float64 has a narrow box of its own, wide enough for it to be in the middle for certain.
+    """
+
+    lower: Array
+    upper: Array
+    sizes: Array
+
+    @classmethod
+    def of(cls, draft: Draft) -> Self:
+        found = list[tuple[float, float, float]]()
+        for s, shift in _shifted(draft):
+            signal = draft.subject.signals[s]
+            if not signal.kernel.has_kink:
+                continue
+            for centre, weight in zip(signal.centres, signal.weights, strict=True):
+                exact = Fraction(centre) - shift
+                near = float(exact)
+                beside = _BESIDE * float(np.spacing(max(abs(centre), abs(near)))) if near != exact else 0.0
+                found.append((near - beside, near + beside, abs(weight)))
+        return cls(*np.array(sorted(found)).reshape(-1, 3).T)
+
+    def inside(self, start: float, end: float) -> slice:
+        """Return which lie in a box, not only at its ends."""
+        return slice(
+            int(np.searchsorted(self.upper, start, side="right")), int(np.searchsorted(self.lower, end, side="left"))
+        )
+
+    def are_in(self, boxes: Array) -> bool:
+        """Whether some of the boxes hold a kink that is not at their ends."""
+        return any(of.stop > of.start for of in (self.inside(*box) for box in boxes.T.tolist()))
+
+    def cuts(self, start: float, end: float) -> list[float]:
+        """Return where to divide a box: at the largest kink near its middle, or in the middle where it holds none."""
+        of = self.inside(start, end)
+        off = np.abs((self.lower[of] + self.upper[of]) - (start + end)) / (end - start)
+        if not len(off):
+            return [start + (end - start) / 2]
+        at = of.start + int(np.argmax(np.where(off < _CENTRAL, self.sizes[of], -off)))
+        return sorted({float(self.lower[at]), float(self.upper[at])} - {start, end})
+
+
+def _split(boxes: Array, missing: Flags, kinks: _Kinks) -> tuple[Array, Flags]:
+    """Return the parts of the boxes in which something is missing, and what is missing in them."""
+    parts, wanted = list[tuple[float, float]](), list[Flags]()
+    for (start, end), of in zip(boxes.T.tolist(), missing.T, strict=True):
+        if of.any():
+            pairs = list(pairwise([start, *kinks.cuts(start, end), end]))
+            parts += pairs
+            wanted += [of] * len(pairs)
+    return np.array(parts).T, np.array(wanted).T
+
+
+def _left(draft: Draft, accepted: list[dict[float, Box]], exact: set[Box]) -> tuple[Array, Flags]:
+    """Take those boxes away that float64 intervals do not accept when all are checked together, unless `exact`.
+
+    Return them (2, B) with what is missing in them (Q, B). Sums over centres are rounded in an order that depends on
+    the boxes that are enclosed together: a box that was accepted by a hair may be refused in the whole proof. Each
+    would be enclosed exactly there, which takes longer than all the others.
+    """
+    held = dict[Box, list[Quantity]]()
+    for q, boxes in zip(draft.quantities, accepted, strict=True):
+        for start in sorted(boxes):
+            held.setdefault(boxes[start], []).append(q)
+    names = [q.name for q in draft.quantities]
+    missing = dict[tuple[float, float], Flags]()
+    for box, q, _ in draft.refused(held, exactly=False):
+        if box not in exact:
+            del accepted[names.index(q.name)][box.start]
+            missing.setdefault(box[:2], np.zeros(len(names), dtype=bool))[names.index(q.name)] = True
+    return np.array([*missing]).reshape(-1, 2).T, np.array([*missing.values()]).reshape(-1, len(names)).T
 
 
 def _middles(boxes: Array) -> Array:
@@ -135,7 +224,7 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float, a
         edges = np.sort(np.concatenate([edges, edges[:-1][split] + widths[split] / 2]))
 
 
-def _shifted(draft: Draft) -> list[tuple[int, float]]:
+def _shifted(draft: Draft) -> list[tuple[int, Fraction]]:
     """Return the pairs of a signal's index s and a shift j T [s] that occur in the quantities."""
     arguments = [argument for q in draft.quantities for argument in q.arguments.values()]
     found = {
@@ -145,7 +234,7 @@ def _shifted(draft: Draft) -> list[tuple[int, float]]:
         for j, w in enumerate(weights)
         if w
     }
-    return [(s, j * draft.subject.system.sampling_time) for s, j in sorted(found)]
+    return [(s, j * Fraction(draft.subject.system.sampling_time)) for s, j in sorted(found)]
 
 
 def _radii(draft: Draft, reference: Reference, starts: Array, ends: Array) -> Array:
@@ -156,7 +245,7 @@ def _radii(draft: Draft, reference: Reference, starts: Array, ends: Array) -> Ar
         for s, shift in _shifted(draft):
             signal, kernel = draft.subject.signals[s], reference.kernel_sums[s].kernel
             on_disc: Any = signal.kernel.largest_on_disc  # of intervals of either arithmetic
-            centres, times = np.sort(signal.centres), middles + shift
+            centres, times = np.sort(signal.centres), middles + float(shift)
             after = np.minimum(np.searchsorted(centres, times), len(centres) - 1)
             nearest = np.minimum(np.abs(times - centres[after]), np.abs(times - centres[np.maximum(after - 1, 0)]))
             if has_periodic_part(kernel):  # maxima are near everywhere

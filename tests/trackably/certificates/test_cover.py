@@ -1,12 +1,22 @@
-"""Which boxes a proof consists of: no narrower than needed far from all centres, halves of halves everywhere."""
+"""Which boxes a proof consists of: what is likely is proved all the same, and boxes end at kinks."""
 
+import numpy as np
 import pytest
 
 from tests.trackably.certificates.instances import case, general_case
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
-from trackably.certificates.prove import prove
-from trackably.checker import Proved, check
+from trackably.certificates.prove import prove, prove_on_window
+from trackably.checker import Proved, boxes, check
+from trackably.gp.kernels.base import Kernel
+from trackably.gp.kernels.matern import Matern32, Matern52
+from trackably.gp.posterior import Posterior
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
+from trackably.systems.reference import Reference
 
 
 @pytest.mark.parametrize("make", [case, general_case])
@@ -19,3 +29,26 @@ def test_what_is_likely_is_proved_where_it_would_be_anyway(make):
         if isinstance(likely, Certificate) and isinstance(anyway, Certificate):
             assert type(likely.claim) is type(anyway.claim)
             assert isinstance(check(encode_certificate(likely)), Proved)
+
+
+def rough_on_its_bounds(kernel: Kernel, room: float) -> Reference:
+    """A posterior mean with a kink at each sample, whose input nearly reaches its bounds most of the time."""
+    times = 0.1 * np.arange(400)
+    zigzag = np.abs(times % 8 - 4) + 0.02 * np.random.default_rng(0).standard_normal(len(times))
+    signal = Posterior(Prior(kernel, 0.05, 2.0), Samples(times, zigzag)).signal
+    speeds = np.diff(signal(np.arange(0, 39.8, 0.001))[::10]) / 0.01
+    fastest = (1 + room) * float(np.max(np.abs(speeds)))
+    system = LinearSystem.scalar(1.0, 0.01, sampling_time=0.01)
+    plant = ConstrainedSystem(system, Polytope.box([-10.0], [10.0]), Polytope.box([-fastest], [fastest]))
+    return Reference((signal,), plant)
+
+
+@pytest.mark.parametrize("kernel", [Matern32(2.0, 15.0), Matern52(2.0, 5.0)])
+def test_boxes_end_at_kinks_and_none_is_left_to_exact_arithmetic(kernel, monkeypatch):
+    """Halves of boxes never end at a sample less a step: they would all have to be tiny, or be enclosed exactly."""
+    reference = rough_on_its_bounds(kernel, 1e-4)
+    found = prove_on_window(reference, 0.0, 39.0)
+    assert isinstance(found, Certificate)
+    assert sum(len(cover.radii) for cover in found.covers.values()) < 2000
+    monkeypatch.setattr(boxes, "enclose_signal", None)
+    assert isinstance(check(encode_certificate(found)), Proved)
