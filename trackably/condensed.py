@@ -1,4 +1,4 @@
-"""The samples of a short time as a few: exactly, for every signal that is a polynomial there.
+"""Replace the samples in a short time by a few, exactly for every signal that is a polynomial there.
 
 Let samples y_i = g(t_i) + ε_i have noise of variance σ_n²/w_i, and let g be a polynomial of a degree below d. Gauss's
 quadrature for the measure Σ_i w_i δ(t − t_i) has d nodes τ_a and masses λ_a > 0; the Lagrange polynomials L_a of these
@@ -6,10 +6,10 @@ nodes are orthogonal, Σ_i w_i L_a(t_i) L_b(t_i) = λ_a δ_ab. So
 
     Σ_i w_i (y_i − g(t_i))² = Σ_a λ_a (Y_a − g(τ_a))² + R,    Y_a = Σ_i w_i L_a(t_i) y_i / λ_a:
 
-d samples Y_a of g at τ_a with independent noise of variance σ_n²/λ_a, and a sum of squares R that g does not change.
+d samples Y_a of g at τ_a with independent noise of variance σ_n²/λ_a, and a sum of squares R that does not depend on g.
 
-Where there are many samples, a user asks for a given number of them, or for as few as the samples allow: then l and the
-mean of all samples are compared with those of the fewer ones.
+If there are many samples, a user chooses a number of centres that represent them, or "auto" for as few as the samples
+allow. l and the mean of all samples are then compared with those of the centres.
 """
 
 from collections.abc import Iterable, Mapping
@@ -32,11 +32,13 @@ from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.sampling import sampled_signals
 
 NODES = 4
-"""d: a smooth signal errs by its fourth derivative then."""
+"""d: the error for a smooth signal is then of fourth order."""
 
 
 class Condensed(NamedTuple):
-    """Samples at `times` [s] with `values` and `relative_noise`, all (m,), and what is left of more of them."""
+    """Samples at `times` [s] with `values` and `relative_noise`, all (m,), and the residuals of
+    those that they replace.
+    """
 
     times: Array
     values: Array
@@ -45,7 +47,7 @@ class Condensed(NamedTuple):
 
 
 def condensed_bin(times: Array, values: Array, relative_noise: Array) -> Condensed:
-    """Return `NODES` samples for n of them, all (n,); the same samples where n is no larger.
+    """Return `NODES` samples in place of n samples, all arrays (n,); the same samples if n is no larger.
 
     The orthonormal polynomials at the samples are the columns of Q in a QR decomposition of √w times the powers of t.
     The nodes are the eigenvalues of Qᵀ diag(t) Q, the Jacobi matrix (Golub and Welsch, 1969).
@@ -65,18 +67,18 @@ def condensed_bin(times: Array, values: Array, relative_noise: Array) -> Condens
     return Condensed(middle + half * nodes, along / root_of_mass, 1 / np.abs(root_of_mass), scatter)
 
 
-_OF_L = 4.0  # twice the log of likelihoods: as much as one hyperparameter gains by chance
+_OF_L = 4.0  # largest insignificant change of l: as much as one hyperparameter gains by chance
 _OF_NOISE = 0.1  # σ_n
 
 
 @dataclass(frozen=True)
 class Condensation:
-    """`centres` samples stood for `count` samples called `name`; they are compared with `beside` of them.
+    """The effect of replacing `count` samples called `name` by `centres` samples, compared with `beside` of them.
 
-    `change_of_l` is l of the compared samples minus l of the centres, for the same hyperparameters, and `apart` is how
-    far the two posterior means are apart at worst, at the times of both and halfway between these, in standard
-    deviations σ_n of the noise. Both are those of all samples if `beside` is `count`, and estimates otherwise. None:
-    they could not be computed in float64.
+    `change_of_l` is l of the compared samples minus l of the centres, for the same hyperparameters. `apart` is the
+    largest distance of the two posterior means, at the times of both and halfway between these, in standard deviations
+    σ_n of the noise. Both are exact if `beside` is `count`, and estimates otherwise. None: they could not be computed
+    in float64.
     """
 
     name: str
@@ -88,7 +90,7 @@ class Condensation:
 
     @classmethod
     def of(cls, name: str, prior: Prior, fewer: Samples, more: Samples) -> Self:
-        """Compare the posteriors of `fewer` and of `more` samples, which both stand for the same ones."""
+        """Compare the posteriors of `fewer` and of `more` samples, which both represent the same samples."""
         count = len(fewer) + fewer.scatter.count
 
         stencil = next(iter(fewer.by_name(name).values())).stencil
@@ -109,7 +111,7 @@ class Condensation:
 
     @property
     def is_large(self) -> bool:
-        """Whether all samples say something else: l by more than chance does, or the mean by more than is seen."""
+        """Whether the change is significant: of l more than by chance, or of the mean more than is visible."""
         return abs(self.change_of_l or 0.0) > _OF_L or (self.apart or 0.0) > _OF_NOISE
 
     def __str__(self) -> str:
@@ -121,17 +123,17 @@ class Condensation:
         return f"{said}: with {of}, l changes by {self.change_of_l:.2g} and {mean}"
 
 
-_LEAST_GAIN = 4  # samples for each centre: for fewer it is not worth the while
-_LOST = 0.01  # of the mean square of what polynomials leave
-_DEVIATIONS = 3.0  # standard deviations that are chance: a mean square of n normal numbers has √(2/n) of itself
+_LEAST_GAIN = 4  # samples for each centre: with fewer, condensing is not worthwhile
+_LOST = 0.01  # allowed relative increase of the mean square residual of polynomials
+_DEVIATIONS = 3.0  # allowed standard deviations; that of a mean square of n normal numbers is √(2/n) times itself
 
 
 def condensed(samples: Samples, centres: int) -> Samples:
-    """Return at most `centres` samples that stand for all of them; the same where they are no more.
+    """Return at most `centres` samples that represent all of them; the same samples if they are no more.
 
-    The time between the first sample and the last is divided into equal bins. In each the samples are those of
-    `condensed_bin`: nothing is lost of a signal that is a cubic polynomial in each bin. ValueError: fewer centres than
-    one bin needs, or samples of several kinds.
+    The time between the first sample and the last is divided into equal bins, and `condensed_bin` replaces the samples
+    in each. Nothing is lost for a signal that is a cubic polynomial in each bin. ValueError: fewer centres than one bin
+    needs, or samples of several kinds.
     """
     if len(samples) <= centres:
         return samples
@@ -148,14 +150,17 @@ def condensed(samples: Samples, centres: int) -> Samples:
 
 
 def condensed_enough(samples: Samples, noise_std: float | None = None) -> Samples:
-    """Return as few samples as leave hardly more of all to the noise; all of them where half is not enough.
+    """Return as few samples as possible without a significant increase of the residuals.
 
-    That is what samples say, whatever the kernel: `Condensation` says what they lose for a kernel.
+    All of them if half is not enough.
 
-    From a quarter on, centres are halved while the mean square of what polynomials leave grows by less than 1 % and
-    what chance explains: percentages of σ_n² where `noise_std` σ_n is known and larger. It would be wrong to begin with
-    few: two numbers of centres leave the same where neither resolves the signal. The fewest that pass are doubled, to
-    lose far less still. Where less than a quarter does not pass, a quarter does if it leaves no more than half of them.
+    This is judged from the samples alone; `Condensation` judges the loss for a kernel.
+
+    Beginning with a quarter of the samples, centres are halved while the mean square residual of the polynomials grows
+    by less than 1 %, plus an allowance for chance. These are percentages of σ_n² if `noise_std` σ_n is known and
+    larger. Beginning with few would be wrong, as two numbers of centres have equal residuals if neither resolves the
+    signal. The smallest number that passes is doubled, to lose far less still. If nothing below a quarter passes, a
+    quarter is used, provided that its residuals hardly exceed those of one half.
     """
     quarter, half = len(samples) // _LEAST_GAIN, len(samples) // 2
     for finest in (quarter, half):
@@ -168,14 +173,16 @@ def condensed_enough(samples: Samples, noise_std: float | None = None) -> Sample
 
 
 def _allowed(samples: Samples, finest: int, noise_std: float | None) -> float:
-    """Return the mean square that fewer centres than the `finest` may leave."""
+    """Return the largest allowed mean square residual of fewer centres than the `finest`."""
     least = _mean_square(condensed(samples, finest).scatter)
     chance = _DEVIATIONS * np.sqrt(2 / len(samples) * finest / (len(samples) - finest))
     return float(least + (_LOST + chance) * max(least, (noise_std or 0.0) ** 2))
 
 
 def finer(samples: Samples, fewer: Samples, most: int) -> Samples:
-    """Return samples to compare `fewer` with: all where they are no more than `most`, or twice as many as `fewer`."""
+    """Return samples for comparison with `fewer`: all samples if there are at most `most`,
+    otherwise twice as many as `fewer`.
+    """
     return samples if len(samples) <= most else condensed(samples, 2 * len(fewer))
 
 
@@ -188,14 +195,14 @@ def _mean_square(scatter: Scatter) -> float:
 
 
 MANY = 2000
-"""Samples of one name that are all learned from where nothing else is asked for."""
+"""Largest number of samples of one name that are not condensed by default."""
 
 Centres = int | Literal["auto"] | None
-"""At most so many centres for the samples of each name; None: every sample is one."""
+"""Largest number of centres for the samples of each name; None: every sample is a centre."""
 
 
 def checked_centres(given: object) -> Centres:
-    """Return what was asked for. TypeError or ValueError: neither "auto", None, nor a whole number that will do."""
+    """Return the option. TypeError or ValueError: it is neither "auto", None, nor a valid whole number."""
     if given is None:
         return None
     if isinstance(given, str):
@@ -213,10 +220,10 @@ def condensed_by_name(
     many: int = MANY,
     times: int = 1,
 ) -> dict[str, Samples]:
-    """Return the samples to learn from: "auto" leaves up to `many` of a name as they are.
+    """Return the samples to learn from; with "auto", up to `many` samples of a name are not condensed.
 
-    `kinds` are the names that show each flat output, the first with σ_n. "auto" takes as many centres as the samples
-    need alone, and `times` as many where the kernel needs more; all samples where that is more than half of them.
+    `kinds` are the names that depend on each flat output, the first with σ_n. "auto" chooses as many centres as the
+    samples need, multiplied by `times` if the kernel needs more; all samples if that is more than half of them.
     """
     known = {name: _known(noise_std, first) for first, *others in map(tuple, kinds) for name in (first, *others)}
     return {name: _condensed(samples, centres, known[name], many, times) for name, samples in given.items()}
@@ -225,9 +232,10 @@ def condensed_by_name(
 def cost_of(
     plant: ConstrainedSystem, given: Mapping[str, Samples], fewer: Mapping[str, Samples], prior: JointPrior
 ) -> tuple[Condensation, ...]:
-    """Return what it costs, for the hyperparameters of `prior`, that `fewer` samples stand for those `given`.
+    """Return the effect of learning from `fewer` samples instead of those `given`, for the hyperparameters of `prior`.
 
-    One for each flat output with fewer samples. They are compared with all where a dense matrix of these is feasible.
+    There is one for each flat output with fewer samples. They are compared with all samples if a dense matrix of these
+    is feasible.
     """
     most = LARGEST_DENSE // max(1, len(given) - plant.signal_count + 1)
     more = {name: finer(samples, fewer[name], most) for name, samples in given.items()}
@@ -249,6 +257,6 @@ def _condensed(samples: Samples, centres: Centres, noise_std: float | None, many
 
 
 def _known(noise_std: object, name: str) -> float | None:
-    """Return σ_n of a name where it is a number; None where it is learned."""
+    """Return σ_n of a name if it is a number; None if it is learned."""
     of = noise_std.get(name) if isinstance(noise_std, Mapping) else noise_std
     return float(of) if is_number(of) and not isinstance(of, Learned) else None

@@ -1,4 +1,6 @@
-"""Draws of states and inputs from the Gaussian process, given samples and bounds, and the bands that they make."""
+"""Draws of states and inputs from the Gaussian process, given samples and bounds, and intervals
+that contain most of them.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,7 +26,7 @@ from trackably.systems.trajectories import Coordinate, Functional
 class StepNormal:
     """The p = n + m states and inputs of a plant at `steps` (S,), as a normal distribution.
 
-    They are weighted sums of the learned signals at shifted times. For a nonlinear plant they are so to first order in
+    They are weighted sums of the learned signals at shifted times; for a nonlinear plant this holds to first order in
     the distance from the `reference`. The mean is that of the `posterior`, which may differ from the reference.
     """
 
@@ -34,7 +36,7 @@ class StepNormal:
 
     @cached_property
     def mean(self) -> Array:
-        """Shape (p, S)."""
+        """The mean, shape (p, S)."""
         off = self.rows.values(self.posterior.signals) - self.rows.values(self.reference.signals)
         at_reference = np.array([q(self.reference.signals, self._times) for q in self._coordinates])
         return np.asarray(at_reference + off.reshape(at_reference.shape))
@@ -50,7 +52,7 @@ class StepNormal:
 
     @cached_property
     def rows(self) -> Rows:
-        """What a small change of the signals adds to each state and input: p S rows, step by step for each of them.
+        """The derivatives of each state and input by the signals, as p S rows, step by step for each of them.
 
         Weights are NaN or infinite where an input has no derivative.
         """
@@ -80,11 +82,11 @@ class StepNormal:
 
 
 MOST_VALUES = 1200
-"""The most states and inputs, counted at all steps, that are drawn together."""
+"""Largest number of states and inputs, counted at all steps, that are drawn together."""
 
-_BETWEEN_SAMPLES = 50  # intervals between the steps at which bounds count, from the first sample to the last
-_LOOKED_AT = 5000  # steps between them at which the reference is evaluated
-_NEXT_TO = 1e-2  # of a bound's width
+_BETWEEN_SAMPLES = 50  # intervals between the steps with bounds, from the first sample to the last
+_LOOKED_AT = 5000  # steps at which the reference is evaluated to find small margins
+_NEXT_TO = 1e-2  # margin relative to a bound's width, below which bounds matter
 _PLACES = 50
 
 
@@ -114,12 +116,12 @@ def draws_within_bounds(
 ) -> Draws:
     """Return draws at steps k (any shape), given the `posterior`'s samples and the bounds at k and at the steps `also`.
 
-    Every draw keeps all bounds of the plant at all these steps, up to rounding; between them nothing is promised.
+    Every draw keeps all bounds of the plant at all these steps, up to rounding, but not necessarily between them.
     Inputs of a nonlinear plant are drawn, and bounded, to first order around the reference. Of redundant inputs the
-    smallest admissible ones are taken. The draws are those of a `BoundedNormal`: the same for the same seed.
+    smallest admissible ones are returned. The same seed gives the same draws (see `BoundedNormal`).
 
-    Raises ValueError for too many values, or where an input has no finite derivative; NoRoom where nothing lies between
-    the bounds; IllConditioned as the posterior does.
+    ValueError: too many values, or an input has no finite derivative. NoRoom: nothing lies between the bounds. Raises
+    IllConditioned as the posterior does.
     """
     plant, k = reference.plant, np.asarray(k, dtype=float)
     n, m, steps = len(plant.flatness.states), len(plant.flatness.inputs), np.union1d(k, also)
@@ -139,13 +141,15 @@ def draws_within_bounds(
 
 
 def band(draws: Array, coverage: float) -> Band:
-    """Return the shortest intervals that hold the part `coverage` of draws (count, …), for each coordinate alone.
+    """Return the shortest interval that contains the part `coverage` of the draws (count, …), for
+    each coordinate separately.
 
-    Their ends are draws, so that they are in every interval that all draws are in. Equal tails would leave out what is
-    next to a bound, though it may be most likely there (M.-H. Chen and Q.-M. Shao: Monte Carlo estimation of Bayesian
-    credible and HPD intervals. Journal of Computational and Graphical Statistics 8 (1999), 69–92).
+    The ends of an interval are draws, so that they satisfy all bounds that the draws satisfy. Intervals with equal
+    tails would exclude values next to a bound, though they may be the most likely ones (M.-H. Chen and Q.-M. Shao:
+    Monte Carlo estimation of Bayesian credible and HPD intervals. Journal of Computational and Graphical Statistics 8
+    (1999), 69–92).
 
-    Raises ValueError for a coverage that is not between 0 and 1, and for fewer than two draws.
+    ValueError: the coverage is not between 0 and 1, or there are fewer than two draws.
     """
     if not 0 < coverage < 1:
         raise ValueError(f"coverage: must be between 0 and 1, got {coverage!r}")
@@ -158,10 +162,10 @@ def band(draws: Array, coverage: float) -> Band:
 
 
 def bounded_steps(reference: Reference, samples: Sequence[Samples], span: tuple[float, float]) -> Array:
-    """Return the steps at which bounds matter, whichever steps are asked for, within the times `span` [s]: shape (S,).
+    """Return the steps at which bounds are imposed in addition to the requested ones, within `span` [s]: shape (S,).
 
-    They are between the first sample and the last: whole steps with 50 intervals at most, and up to 50 steps at which
-    the reference comes next to a bound, closer than 1e-2 of its width: the places that its program is about.
+    They lie between the first sample and the last: regular steps with 50 intervals at most, and up to 50 steps at which
+    the reference comes closer to a bound than 1e-2 of its width.
     """
     t_s = reference.plant.sampling_time
     first = max(np.ceil(min(of.times[0] for of in samples) / t_s), np.ceil(span[0] / t_s))
@@ -173,7 +177,7 @@ def bounded_steps(reference: Reference, samples: Sequence[Samples], span: tuple[
 
 
 def _next_to_a_bound(reference: Reference, steps: Array) -> Array:
-    """Return those of the steps at which some margin is smallest nearby, and small: the `_PLACES` smallest ones."""
+    """Return the steps at which some margin has a small local minimum: the `_PLACES` smallest ones."""
     times = steps * reference.plant.sampling_time
     found = list[tuple[float, float]]()
     for quantity in reference.quantities:
@@ -185,7 +189,7 @@ def _next_to_a_bound(reference: Reference, steps: Array) -> Array:
 
 
 def _given_bounds(normal: StepNormal, plant: ConstrainedSystem) -> BoundedNormal:
-    """Return w ~ N(0, I), given that mean + root w keeps all constraints of the plant at all steps."""
+    """Return w ~ N(0, I), given that mean + root w satisfies all constraints of the plant at all steps."""
     n = len(plant.flatness.states)
     rows = np.zeros((len(plant.constraints), len(normal.mean)))
     for row, constraint in zip(rows, plant.constraints, strict=True):

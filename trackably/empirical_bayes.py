@@ -1,4 +1,4 @@
-"""What is learned before bounds count: prior means, noise, and hyperparameters from samples of their own."""
+"""Learn prior means, noise, and hyperparameters from samples of their own, before any bounds are considered."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -29,8 +29,7 @@ from trackably.systems.trajectories import Quantity
 T = TypeVar("T")
 
 Mean = float | tuple[float, float] | None
-"""A prior mean that is known, learned between two values, or learned wherever it is likeliest (None); in the unit of
-what is sampled."""
+"""A prior mean in the unit of the samples: known, learned between two values, or learned without limits (None)."""
 
 Ends = tuple[tuple[float, float] | None, ...]
 """The interval of each flat output's mean; None where it is known."""
@@ -39,19 +38,19 @@ Indices = npt.NDArray[np.intp]
 
 _ANYWHERE = (-inf, inf)
 _NO_EVIDENCE = 1.0  # in −2 ln p
-_SEEN = 10.0  # times the least noise that is sought, a thousandth of the amplitude: less is none to be measured
-_ROOM = 1e-2, 1e-4, 1e-6  # of a bound's width, between it and a mean that is chosen: the first that leaves one
-_MOST_STEPS = 50  # to an admissible equilibrium: two for a linear system
+_SEEN = 10.0  # times the lower end of the noise's search interval: a smaller noise is not measurable
+_ROOM = 1e-2, 1e-4, 1e-6  # slacks of a chosen mean, relative to a width; the first that is possible is used
+_MOST_STEPS = 50  # to an admissible equilibrium; a linear system takes two
 _FAR_LIKELIER = 10.0  # in −2 ln p: odds of 150 to 1
-_SAME = 1e-9  # relative, of two steps
+_SAME = 1e-9  # relative difference of two steps that count as equal
 
 
 @dataclass(frozen=True)
 class EmpiricalPrior:
-    """The `prior` to go on with, and the sentences that ask about intervals which held it back.
+    """The `prior` for learning with bounds, and `questions` about intervals that may have been too narrow.
 
-    `likeliest` is the posterior without bounds from which means and noise were taken, None where all were given. In
-    `with_noise` the noise that is known in `prior` is learned; None where there is none such.
+    `likeliest` is the posterior without bounds from which means and noise were taken; None if all were given.
+    `with_noise` is the prior in which the noise that is known in `prior` is learned; None if there is none.
     """
 
     prior: JointPrior
@@ -61,15 +60,15 @@ class EmpiricalPrior:
 
     @property
     def likely(self) -> JointPrior:
-        """The prior with the likeliest hyperparameters, all known; as it is where they were not sought."""
+        """The prior with the likeliest hyperparameters, all known; the `prior` itself if they were not learned."""
         if self.likeliest is None:
             return self.prior
         return _with_means(self.likeliest.prior, [part.mean for part in self.prior.parts]).as_known()
 
     def best(self, learn: Callable[[JointPrior], T]) -> T:
-        """Return what is learned with the prior, or with its noise learned too where that is better.
+        """Return the result of learning with the prior, or with its noise learned too, if that result is better.
 
-        The noise is learned too only where no function is found for the one that is known: it would always cost less.
+        The noise is learned too only if no function is found for the known noise, because it would always cost less.
         """
         found = learn(self.prior)
         first = _solution_of(found)
@@ -80,7 +79,7 @@ class EmpiricalPrior:
         return other if second and (first is None or second.objective < first.objective) else found
 
     def _extra(self, solution: Solution) -> float:
-        """Return what bounds cost, in the unit of l."""
+        """Return the cost of the bounds, in the unit of l."""
         assert self.likeliest, "noise was learned from it"
         return solution.objective - self.likeliest.negative_log_marginal_likelihood()[0]
 
@@ -99,12 +98,12 @@ def empirical_prior(
     hold_noise: bool = False,
     at_rest: Sequence[Quantity] = (),
 ) -> EmpiricalPrior | NoSolution:
-    """Learn means, noise and hyperparameters from samples, without bounds: by maximum likelihood.
+    """Learn means, noise and hyperparameters from samples by maximum likelihood, without bounds.
 
-    `keep`: all of them are known from now on. Otherwise hyperparameters are learned again, with the bounds. Only means
-    that lie `between` two values are learned here and, with `hold_noise`, each σ_n without an interval of its own: what
-    bounds cost is no noise of a sensor. Where samples show no noise, it is learned again, too. Means that may lie
-    anywhere keep the bounds of the quantities `at_rest`.
+    With `keep`, all of them are known afterwards; otherwise hyperparameters are learned again, with the bounds. Only
+    means with an interval in `between` are learned here. With `hold_noise`, each σ_n without an interval of its own is
+    also learned and then kept, because the cost of bounds is not sensor noise; if samples show no noise, it is learned
+    again. Means without limits are chosen so that the quantities `at_rest` keep their bounds.
     """
     left_out = [hold_noise and _is_left_out(part) for part in prior.parts]
     if not (keep or any(between) or any(left_out)):
@@ -160,8 +159,11 @@ class LikelierKernel:
 def _likelier(
     likeliest: JointPosterior, prior: JointPrior, between: Ends, left_out: Sequence[bool], starts: int
 ) -> Iterator[LikelierKernel]:
-    """Yield what σ_n is learned with instead, where a squared exponential is too smooth for the motion: noise is the
-    sensor's, not the kernel's. Only σ_n that were `left_out` are."""
+    """Yield a kernel with which σ_n is learned instead, for each name whose squared exponential is too smooth.
+
+    Otherwise the misfit of the kernel would count as sensor noise. Only names with a σ_n that was `left_out` are
+    examined.
+    """
     parts = zip(prior.names, prior.parts, likeliest.parts, between, left_out, strict=True)
     for name, part, posterior, ends, may in parts:
         if not may or not isinstance(part.kernel, SquaredExponential) or not _go_on(posterior):
@@ -182,9 +184,9 @@ def _holding_noise(prior: JointPrior, noises: Mapping[str, float]) -> JointPrior
 
 
 def _go_on(posterior: Posterior) -> bool:
-    """Whether residuals are correlated with the next ones in time, more than by chance.
+    """Whether successive residuals are positively correlated, more than by chance.
 
-    Those of a kernel that fits are correlated negatively, as the posterior mean follows each sample a little.
+    Residuals of a suitable kernel are negatively correlated, as the posterior mean follows each sample a little.
     """
     residuals = posterior.weights * posterior.samples.relative_noise  # each in units of its noise
     along = float(residuals[1:] @ residuals[:-1])
@@ -194,9 +196,9 @@ def _go_on(posterior: Posterior) -> bool:
 def split_means(
     mean: Mean | Mapping[str, Mean], names: tuple[str, ...], samples: Mapping[str, Samples]
 ) -> tuple[dict[str, float], dict[str, tuple[float, float]]]:
-    """Return a mean for each name, and the intervals of those that are learned. ValueError: no such interval.
+    """Return a mean for each name, and the intervals of the learned ones. ValueError: an interval is invalid.
 
-    Those that are left out may lie anywhere; until they are learned, they are the average of the `samples`.
+    Means that are left out are learned without limits; until then, they are the average of the `samples`.
     """
     given = mean if isinstance(mean, Mapping) else dict.fromkeys(names, mean)
     known, between = dict[str, float](), dict[str, tuple[float, float]]()
@@ -213,7 +215,7 @@ def split_means(
 
 
 def levels(between: Mapping[str, tuple[float, float]], names: tuple[str, ...], samples: tuple[Samples, ...]) -> Ends:
-    """Return the intervals of the flat outputs' levels, from those of what is sampled."""
+    """Return the intervals of the flat outputs' levels, from those of the sampled names."""
     return tuple(_levels(between.get(name), of.of_level) for name, of in zip(names, samples, strict=True))
 
 
@@ -250,10 +252,10 @@ def _held_back(prior: JointPrior, between: Ends) -> list[str]:
 
 
 def _admissible(at_rest: Sequence[Quantity], likeliest: JointPosterior, free: Sequence[bool]) -> list[float]:
-    """Return the likeliest means of which the `free` ones are moved so that all quantities keep their bounds at rest.
+    """Return the likeliest means, with the `free` ones moved so that all quantities keep their bounds at rest.
 
-    They are the likeliest such means for these hyperparameters, as l is quadratic in the means. Where no equilibrium is
-    admissible, they are as they were.
+    As l is quadratic in the means, these are the likeliest such means for the hyperparameters. If no equilibrium is
+    admissible, the means are not moved.
     """
     means = [part.mean for part in likeliest.prior.parts]
     moving = np.flatnonzero(free)
@@ -265,10 +267,10 @@ def _admissible(at_rest: Sequence[Quantity], likeliest: JointPosterior, free: Se
 def _nearest(
     at_rest: Sequence[Quantity], means: list[float], moving: Indices, stiffness: Array, room: float
 ) -> list[float] | None:
-    """Return the means with `room` at each bound, a part of its width, so that Σ stiffness² · change² is least.
+    """Return means with a slack of `room` at each bound, relative to its width, that minimise Σ stiffness² · change².
 
-    Only `moving` means change, and what they do not move needs no room. Formulas are linearised, where the last step
-    led, until it leads nowhere else. None: no such means are found.
+    Only the means `moving` change, and quantities that do not depend on them need no slack. Formulas are linearised at
+    the last step, until the steps converge. None if no such means are found.
     """
     found, last = list(means), np.full(len(moving), inf)
     for _ in range(_MOST_STEPS):

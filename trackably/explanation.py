@@ -1,4 +1,4 @@
-"""What a fit says of itself, in plain sentences."""
+"""The explanation of a fit in plain sentences."""
 
 from collections.abc import Iterable, Sequence
 
@@ -33,7 +33,7 @@ class IgnoresSamplesWarning(UserWarning):
 
 
 def ignored(fit: Fit) -> str | None:
-    """Return a sentence if the reference ignores its samples, with what would help; None if it follows them."""
+    """Return a sentence with advice if the reference ignores its samples; None if it follows them."""
     large = [misfit for misfit in fit.misfits if misfit.is_large]
     if not large:
         return None
@@ -44,31 +44,33 @@ def ignored(fit: Fit) -> str | None:
 
 
 def kept_free(tightening: Tightening | None) -> str | None:
-    """Return which part of each width a margin keeps free; None without one."""
+    """Return a sentence on the part of each width that a margin keeps free; None without a margin."""
     if tightening is None or not tightening.margin:
         return None
     return f"{tightening.margin:g} of each width is kept free at either bound"
 
 
 def given_values(pinned: Sequence[Pinned]) -> list[str]:
-    """Return the values that were given at times: of many, the first ones and the last, and how many are between."""
+    """Return the given values as sentences; of many times, the first ones, the number of omitted ones, and the last."""
     said = list(map(str, pinned))
     left_out = len(said) - _SHOWN
     return said if left_out < 2 else [*said[: _SHOWN - 1], f"{left_out} more such times", said[-1]]
 
 
 def condensed(fit: Fit) -> str | None:
-    """Return how many samples are learned from by fewer centres, and what that costs; None where all are used."""
+    """Return a sentence on how many samples are represented by fewer centres, and the effect; None if all are used."""
     return f"learned {'; '.join(map(str, fit.condensed))}" if fit.condensed else None
 
 
 def distances(fit: Fit) -> str:
-    """Return how far the reference is from its samples, beside their noise and the unconstrained fit."""
+    """Return sentences on the distance of the reference from its samples, compared with noise
+    and the fit without bounds.
+    """
     return "; ".join(_distance(misfit) for misfit in fit.misfits)
 
 
 def at_edges(fit: Fit) -> str | None:
-    """Return which learned hyperparameters lie at an end of their search interval; None where none does."""
+    """Return a sentence on learned hyperparameters at an end of their search interval; None if there are none."""
     theta = fit.prior.hyperparameters
     limited = [
         f"{name} = {theta[name]:.4g}: float64 does not evaluate those twice as long as precisely as a proof needs"
@@ -78,7 +80,7 @@ def at_edges(fit: Fit) -> str | None:
 
 
 def unfinished(fit: Fit) -> str | None:
-    """Return how far J may be from the least one where a budget ended the search; None where it was finished."""
+    """Return a sentence on how far J may be from its least value, if a budget ended the search; otherwise None."""
     if fit.budget is None:
         return None
     return (
@@ -88,7 +90,10 @@ def unfinished(fit: Fit) -> str | None:
 
 
 def longer_than_memory(fit: Fit) -> str | None:
-    """Return that a stream is faster, where many samples last far longer than all kernels' memory; None elsewhere."""
+    """Return a sentence that a stream is faster, if many samples last far longer than all kernels' memory.
+
+    Otherwise None.
+    """
     kernels = [part.kernel for part in fit.prior.parts]
     count = max(len(samples) for samples in fit.samples)
     span = max(float(samples.times[-1] - samples.times[0]) for samples in fit.samples)
@@ -100,32 +105,32 @@ def longer_than_memory(fit: Fit) -> str | None:
 
 
 def given_too_narrowly(fit: Fit) -> str | None:
-    """Return a question if an interval that was given for a hyperparameter holds it back; None where none does."""
+    """Return a question if a hyperparameter lies at an end of the interval that the user gave; otherwise None."""
     said = "; ".join(f"{edge}, {edge.interval}" for edge in fit.edges if edge.is_given)
     return f"{said}: was it meant as a limit?" if said else None
 
 
 def means(prior: JointPrior, samples: tuple[Samples, ...], likeliest: JointPrior) -> str:
-    """Return the prior means, and the likeliest ones where these are no admissible equilibrium."""
+    """Return sentences on the prior means, and on the likeliest ones if these are no admissible equilibrium."""
     return "; ".join(map(_mean, prior.names, samples, prior.parts, likeliest.parts))
 
 
 def inflated(fit: Fit) -> str | None:
-    """Return a question if noise that is learned with the bounds differs by more than a half from that without them."""
+    """Return a question if noise learned with the bounds differs by more than a half from that learned without them."""
     parts = zip(fit.prior.names, fit.prior.parts, fit.unconstrained_prior.parts, strict=True)
     return "; ".join(_inflated(*part) for part in parts if _is_inflated(*part[1:])) or None
 
 
 def outlying(misfits: Iterable[Misfit]) -> str | None:
-    """Return a question if a few samples are far off the fit without bounds, and most are not; None otherwise.
+    """Return a question if a few samples are far off the fit without bounds while most are not; None otherwise.
 
-    One such sample is enough to raise the noise that is learned, and so to pull the reference off all others.
+    One such sample is enough to raise the learned noise, and so to pull the reference away from all others.
     """
     return "; ".join(said for misfit in misfits if (said := _outliers(misfit))) or None
 
 
 def costs(fit: Fit) -> str:
-    """Return what the bounds cost, which of them and when."""
+    """Return sentences on the cost of the bounds, and on which bounds are active when."""
     of = "bounds and given values" if fit.pinned else "bounds"
     said = [f"the {of} cost {fit.price:.3g} in −2 ln p"]
     dearest = [str(contact) for contact in fit.contacts[:_DEAREST] if contact.price > 0]

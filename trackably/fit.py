@@ -1,7 +1,8 @@
-"""A reference with what it was learned from: how far it is from its samples, and what its bounds cost.
+"""A reference with its learning results: its distance from its samples, and the cost of its bounds.
 
-A misfit is that of one name, beside what it is without bounds. A contact is a bound that holds the function back for a
-while: active bounds at single times are joined. An edge is a hyperparameter at an end of its search interval.
+A misfit belongs to the samples of one name, and is compared with the misfit without bounds. A contact is a bound that
+is active for some time: active bounds at neighbouring times are joined. An edge is a hyperparameter at an end of its
+search interval.
 """
 
 import math
@@ -46,9 +47,11 @@ class Contact:
 
 
 def contacts(active: Iterable[ActiveBound], apart: float) -> tuple[Contact, ...]:
-    """Join active bounds of the same quantity and side that are less than `apart` [s] apart; the dearest come first.
+    """Join active bounds of the same quantity and side that are less than `apart` [s] apart.
 
-    Given values stay alone.
+    The most expensive come first.
+
+    Given values are not joined.
     """
     found: list[Contact] = []
     for bound in sorted(active, key=lambda bound: (bound.name, bound.side, bound.time)):
@@ -68,11 +71,12 @@ _OF_SPREAD = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Misfit:
-    """The samples called `name`, minus the reference (`off`) and minus the `unconstrained` fit, each of shape (n,).
+    """The residuals of the samples called `name`: `off` from the reference, and `unconstrained`
+    from the fit without bounds.
 
-    `noise_std` is σ_n of the reference, `noise_unconstrained` that of the unconstrained fit, learned from the samples
-    if `is_learned` holds. Where the samples stand for more of them, sizes are those of all, each weighted by its
-    relative noise.
+    Both have shape (n,). `noise_std` is σ_n of the reference, `noise_unconstrained` that of the fit without bounds,
+    learned from the samples if `is_learned` holds. If the samples are centres that represent more samples, sizes are
+    those of all, each weighted by its relative noise.
     """
 
     name: str
@@ -90,7 +94,7 @@ class Misfit:
 
     @property
     def size_unconstrained(self) -> float:
-        """The same of the unconstrained fit."""
+        """The root mean square of `unconstrained`, in the unit of the samples."""
         return self._size(self.unconstrained)
 
     @property
@@ -102,10 +106,10 @@ class Misfit:
     def is_large(self) -> bool:
         """Whether the reference ignores the samples.
 
-        Three conditions have to hold; samples count by their relative noise. The reference is more than 3 times as far
-        off as the unconstrained fit: so neither the kernel nor the noise explains it. It is off by more than the noise
-        of that fit: one that passes through all samples is no measure. It is off by more than a tenth of their spread:
-        less is hardly seen in a plot, however small the noise.
+        Three conditions have to hold; residuals are weighted by relative noise. They are more than 3 times those of the
+        fit without bounds: then neither the kernel nor the noise explains them. They exceed the noise of that fit,
+        because a fit through all samples is no measure. They exceed a tenth of the samples' spread, because less is
+        hardly visible in a plot.
         """
         w = self.samples.relative_noise**-2
         about = self.samples.values - np.average(self.samples.values, weights=w)
@@ -124,12 +128,12 @@ class Misfit:
         return float(np.sqrt(squares / (len(values) + scatter.count)))
 
 
-_AT_EDGE = 1e-4  # of ln θ: an optimiser stops there where its bound holds it back
+_AT_EDGE = 1e-4  # in ln θ: an optimiser stops so close to an active limit
 
 
 @dataclass(frozen=True)
 class Edge:
-    """A learned hyperparameter that lies at an end of its search `interval`; `is_given` if the user chose it."""
+    """A learned hyperparameter at an end of its search `interval`; `is_given` if the user chose the interval."""
 
     name: str
     value: float
@@ -138,7 +142,7 @@ class Edge:
 
     @classmethod
     def of(cls, name: str, value: float, interval: Interval) -> Self | None:
-        """Return the edge at which a value lies; None where it lies inside."""
+        """Return the edge at which a value lies; None if it lies inside."""
         inside = np.log([value / interval.lower, interval.upper / value]) > _AT_EDGE
         given = isinstance(value, Learned) and value.interval is not None
         return None if inside.all() else cls(name, float(value), interval, given)
@@ -157,14 +161,14 @@ def edges_of(prior: JointPrior, samples: tuple[Samples, ...]) -> tuple[Edge, ...
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A `reference` learned from `samples` of the flat outputs: all that is known of it beside its proof.
+    """The learning results of a `reference` learned from `samples` of the flat outputs, without its proof.
 
-    `prior` has the learned hyperparameters, `unconstrained_prior` those of the least l that was found without bounds.
-    `objective` is J = l + D; `method` says whether the function was learned or its hyperparameters alone (then D = 0).
-    `active_bounds` are those that hold the function back, with multipliers and prices. At some times the values of
-    states or inputs are `pinned`. Of samples that stand for more of them, `condensed` says what that costs. The length
-    scales in `limited` were sought only up to where float64 can evaluate the reference. The search was
-    ended by a `budget` [s], or not (None). `spread` is by how much J differed between functions from several starts.
+    `prior` has the learned hyperparameters, `unconstrained_prior` those of the least l found without bounds.
+    `objective` is J = l + D; `method` says whether the function was learned, or its hyperparameters alone (then D = 0).
+    `active_bounds` are those that are active, with multipliers and prices. `pinned` are the required values of states
+    or inputs at given times. `condensed` is the effect of replacing samples by fewer ones. The length scales in
+    `limited` were searched only up to where float64 can evaluate the reference. The search was ended by a `budget` [s],
+    or not (None). `spread` is the range of J among functions from several starts.
     """
 
     reference: Reference
@@ -191,7 +195,10 @@ class Fit:
         limited: tuple[str, ...] = (),
         budget: float | None = None,
     ) -> Self:
-        """Return the fit of a solution; of it and the `unconstrained` posterior, the one with smaller l is compared."""
+        """Return the fit of a solution.
+
+        Its comparison without bounds is `unconstrained` or itself, the one with smaller l.
+        """
         learned = solution.posterior
         least = min(unconstrained, learned, key=lambda posterior: posterior.negative_log_marginal_likelihood()[0])
         return cls(
@@ -211,7 +218,7 @@ class Fit:
 
     @property
     def method(self) -> Method:
-        """What was learned."""
+        """What was learned: the function with its hyperparameters, or the hyperparameters alone."""
         return self.moved
 
     @cached_property
@@ -224,22 +231,22 @@ class Fit:
 
     @cached_property
     def price(self) -> float:
-        """J minus the least l."""
+        """J minus the least l found without bounds."""
         return self.objective - self.unconstrained_posterior.negative_log_marginal_likelihood()[0]
 
     @cached_property
     def solution(self) -> Solution:
-        """The solution from which a search for another one goes on."""
+        """The solution from which a search for another one can start."""
         places = places_of(self.active_bounds, [quantity.name for quantity in self.reference.quantities])
         found = self.posterior, self.reference.kernel_sums, self.objective, places, 0
         return Solution(*found, active_bounds=self.active_bounds, method=self.method)
 
     @property
     def duality_gap(self) -> float:
-        """An upper bound of how much J could fall for the same hyperparameters: 2 Σ_a λ_a (q_a − bound_a) ≥ 0.
+        """An upper bound of a further decrease of J for the same hyperparameters: 2 Σ_a λ_a (q_a − bound_a) ≥ 0.
 
-        The bounds are those of the plant, not those that were drawn in for the proof. Weak duality makes it a bound for
-        linear systems; for formulas it holds to first order. Given values count nothing: they are met exactly.
+        The bounds are those of the plant, not those tightened for the proof. By weak duality it is a bound for linear
+        systems; for formulas it holds to first order. Given values do not contribute, because they are met exactly.
         """
         return sum(
             2 * bound.multiplier * self._distance(bound) for bound in self.active_bounds if bound.side != "equal"
@@ -247,18 +254,18 @@ class Fit:
 
     @property
     def contacts(self) -> tuple[Contact, ...]:
-        """The active bounds, joined where they are less than a correlation time apart; the dearest come first."""
+        """The active bounds, joined if they are less than a correlation time apart; the most expensive come first."""
         return contacts(
             self.active_bounds, min(signal.kernel.correlation_time for signal in self.reference.kernel_sums)
         )
 
     @cached_property
     def misfits(self) -> tuple[Misfit, ...]:
-        """How far the reference and the unconstrained fit are from the samples of each name."""
+        """The residuals of the reference and of the fit without bounds, for the samples of each name."""
         return self.misfits_to(self.samples)
 
     def misfits_to(self, samples: tuple[Samples, ...]) -> tuple[Misfit, ...]:
-        """Return the same for other samples of each flat output, such as all that the fit's own stand for."""
+        """Return the misfits to other samples of each flat output, such as all samples that the fit's own represent."""
         off, free = (self._off(reference, samples) for reference in (self.reference, self.unconstrained))
         parts = zip(self.prior.names, samples, self.prior.parts, self.unconstrained_prior.parts, strict=True)
         return tuple(
@@ -276,7 +283,7 @@ class Fit:
 
     @cached_property
     def unconstrained(self) -> Reference:
-        """The reference of least l, which need not keep any bounds."""
+        """The reference of least l found without bounds; it may violate any bound."""
         return Reference(self.unconstrained_posterior.signals, self.reference.plant)
 
     def std_of(self, coordinates: Iterable[Coordinate], t: Array) -> Array:
@@ -285,7 +292,7 @@ class Fit:
         return np.asarray(np.sqrt(np.stack(np.broadcast_arrays(*variances), axis=-1)))
 
     def _variance(self, q: Coordinate, t: Array) -> Array:
-        """Return the posterior variance at t [s]: the shape of t. Of formulas it is to first order, at each t anew."""
+        """Return the posterior variance at t [s]: the shape of t. Formulas are linearised at each t."""
         if isinstance(q, Functional):
             return self.posterior.variance_of(q.rounded, t, q.sampling_time)
         each = [
@@ -295,7 +302,7 @@ class Fit:
         return np.array(each).reshape(t.shape)
 
     def _off(self, reference: Reference, samples: tuple[Samples, ...]) -> dict[str, Array]:
-        """Return samples minus what a reference says of them."""
+        """Return, by name, samples minus their values for a reference."""
         flat = zip(self.prior.names, samples, reference.kernel_sums, strict=True)
         return {
             name: of.values - of.stencil.measured(signal, of.times)
@@ -304,7 +311,7 @@ class Fit:
         }
 
     def _distance(self, bound: ActiveBound) -> float:
-        """Return how far the reference stays inside an active bound, in the quantity's unit."""
+        """Return the slack of the reference at an active bound, in the quantity's unit."""
         quantity = self.reference.quantity(bound.name)
         value = quantity(self.reference.kernel_sums, np.asarray(bound.time)).item()
         return value - quantity.bounds.lower if bound.side == "lower" else quantity.bounds.upper - value

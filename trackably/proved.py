@@ -17,7 +17,9 @@ from trackably.systems.reference import Reference, Window
 
 
 def where_it_is(reference: Reference) -> str:
-    """Return where a reference's kernels of weights other than zero are, or its pieces, and its first states."""
+    """Return the times of a reference's kernels with nonzero weights, or of its pieces, and its
+    first states, as text.
+    """
     span = _pieces(reference) if reference.pieces else _kernels(reference)
     begun = max((float(z.breakpoints[0]) for z in reference.pieces if z.beyond == "end"), default=0.0)
     states = zip(reference.plant.system.states, reference.state_at(np.asarray(begun)), strict=True)
@@ -36,18 +38,19 @@ def _pieces(reference: Reference) -> str:
 
 
 class ProvedReference(ExportMixin, ABC):
-    """A `reference` with its proof: the system can follow it at all times that `certificate` names.
+    """A `reference` with its proof: the system can follow it at all times that `certificate` claims.
 
-    `pin_certificates` prove values that were asked for at single times. Steps outside of what is proved are refused
-    with a ValueError, and so are steps at |t| > `certificate.last_time`; `reference` has values there too, but no
-    guarantee.
+    `pin_certificates` prove required values at single times. Steps that are not proved are refused with a ValueError,
+    and so are steps at |t| > `certificate.last_time`; `reference` has values there too, but without guarantee.
     """
 
     certificate: Certificate
     pin_certificates: tuple[Certificate, ...] = ()
 
     def __post_init__(self) -> None:
-        """Raise NotTrackableError where the checker refuses a certificate, ValueError for one of another reference."""
+        """Raise NotTrackableError if the checker refuses a certificate, ValueError if one is
+        about another reference.
+        """
         for certificate in (self.certificate, *self.pin_certificates):
             found_or_raise(judged(certificate))
             if certificate.reference is not self.reference and _fingerprint(certificate.reference) != self.fingerprint:
@@ -56,28 +59,30 @@ class ProvedReference(ExportMixin, ABC):
     @property
     @abstractmethod
     def reference(self) -> Reference:
-        """The reference itself, at all times."""
+        """The reference itself, with values at all times."""
 
     @property
     @abstractmethod
     def explanation(self) -> str:
-        """What is proved, and what there is to know beside it."""
+        """The proved statement, and what else is known about the reference."""
 
     def state(self, k: Array | int) -> Array:
-        """Return x_r(k) at steps k of any shape: (*k.shape, n). ValueError for steps outside of what is proved."""
+        """Return x_r(k) at steps k of any shape: (*k.shape, n). ValueError: a step is not proved."""
         self._refuse_unproved(k)
         return self.reference.state(k)
 
     def input(self, k: Array | int) -> Array:
-        """Return u_r(k), which takes x_r(k) to x_r(k + 1): shape (*k.shape, m). ValueError as for states."""
+        """Return u_r(k), which moves the state from x_r(k) to x_r(k + 1): shape (*k.shape, m).
+
+        ValueError as for states.
+        """
         self._refuse_unproved(k)
         return self.reference.input(k)
 
     def window(self, k: int, horizon: int) -> Window:
         """Return states k … k + `horizon` and the inputs between them, for a predictive controller at step k.
 
-        ValueError for steps outside of what is proved or a horizon below one step, TypeError for one that is no whole
-        number.
+        ValueError: a step is not proved, or the horizon is below one step. TypeError: the horizon is no whole number.
         """
         if whole("window: horizon", horizon) < 1:
             raise ValueError(f"window: a horizon of one step at least is needed, got {horizon}")
@@ -86,18 +91,20 @@ class ProvedReference(ExportMixin, ABC):
 
     @property
     def fingerprint(self) -> str:
-        """SHA-256 of what defines states and inputs, as the checker prints it for certificates about this reference."""
+        """The SHA-256 of the data that define states and inputs, as the checker prints it for
+        certificates of this reference.
+        """
         return _fingerprint(self.reference)
 
     @property
     def identity(self) -> str:
-        """Which reference this is, as the checker says it: its fingerprint, where it is, and its start."""
+        """The reference's identity in the checker's words: its fingerprint, its times, and its first states."""
         return f"SHA-256 {self.fingerprint}, {where_it_is(self.reference)}"
 
     def save_certificate(self, path: Path | str) -> tuple[Path, ...]:
         """Write the proof alone, for `python -m trackably check FILE`; return the files. Raises OSError.
 
-        Certificates of values at single times are written beside it: proof.at1.json, proof.at2.json, … for proof.json.
+        Certificates of required values are written beside it: proof.at1.json, proof.at2.json, … for proof.json.
         """
         path = new_file("save_certificate", path)
         beside = [path.with_suffix(f".at{i + 1}{path.suffix}") for i in range(len(self.pin_certificates))]

@@ -1,4 +1,4 @@
-"""The folder of a fleet: a folder with files and a row for each recording, and one table."""
+"""The folder of a fleet: for each recording its own folder with files and a row, and one table."""
 
 import hashlib
 import re
@@ -16,7 +16,7 @@ from trackably.reference import TrackableReference
 from trackably.streams.reference import StreamReference
 
 Outcome = Literal["proved", "infeasible", "unproved", "refuted", "unusable"]
-"""What became of a recording.
+"""The result for a recording.
 
 "proved": its reference is trackable. "infeasible": no reference was found. "unproved": one was found, but not proved.
 "refuted": it certainly breaks a bound. "unusable": the recording cannot be read, or does not fit the plant.
@@ -27,12 +27,12 @@ STREAM = "stream"
 
 @dataclass(frozen=True)
 class Row:
-    """What became of the recording `name`, and why, in a `sentence`.
+    """The result for the recording `name`, with the reason in a `sentence`.
 
-    `request` is the SHA-256 of all that the answer depends on: samples, plant, kernels, options and the library's
-    version. `files` holds the SHA-256 of each file that was written, by its name. Of a proved reference the row has
-    what `TrackableReference` says: misfits and hyperparameters are by name, in the units of what is sampled;
-    `questions` are the warnings. The method of a `StreamReference` is "stream"; it says nothing of prices.
+    `request` is the SHA-256 of all data that the answer depends on: samples, plant, kernels, options and the library's
+    version. `files` holds the SHA-256 of each written file, by its name. For a proved reference, the other fields are
+    those of `TrackableReference`: misfits and hyperparameters are by name, in the units of the samples; `questions` are
+    the warnings. The method of a `StreamReference` is "stream", and it has no price.
     """
 
     name: str
@@ -84,7 +84,7 @@ class Row:
         )
 
     def columns(self) -> dict[str, str | float | int | None]:
-        """Return the cells of the table by the names of its columns; `request` and `files` are in row.json alone."""
+        """Return the cells of the table by the names of its columns; `request` and `files` are only in row.json."""
         by_name = {
             f"{what} [{name}]": value
             for what, values in (
@@ -113,7 +113,7 @@ def _utf8(text: str) -> str:
 
 
 def outcome_of(failure: NotTrackableError) -> Outcome:
-    """Return which of the three answers without a proof this is."""
+    """Return the outcome for an answer without a proof."""
     match failure.outcome:
         case Counterexample():
             return "refuted"
@@ -125,7 +125,7 @@ def outcome_of(failure: NotTrackableError) -> Outcome:
 ROW, TABLE = "row.json", "fleet.csv"
 
 _UNSAFE = rb"[^A-Za-z0-9_.~ -]|\A\.|[. ]\Z"
-"""Bytes that some file system refuses, hides, drops at the end, or writes in two ways (as the bytes of \u00e4)."""
+"""Bytes that some file system refuses, hides, drops at the end, or encodes in two ways (such as those of \u00e4)."""
 
 _TAKEN = re.compile(
     r"(con|prn|aux|nul|(com|lpt)[0-9]) *(\..*)?|(row|reference|certificate|counterexample)\.json|fleet\.csv",
@@ -134,25 +134,28 @@ _TAKEN = re.compile(
 """Names of devices on Windows, and of files that a fleet writes."""
 
 _RUN_BY_SPREADSHEETS = re.compile(r"['=+\-@\t\r\n\uff0b\uff0d\uff1d\uff20]")
-"""With what a formula begins, and the apostrophe that makes a text of it."""
+"""First characters of a formula in a spreadsheet, and the apostrophe that marks a text."""
 
 
 @dataclass(frozen=True)
 class FleetFolder:
-    """Where the answers are kept. A recording's row is written last: where it is, its other files are whole."""
+    """The folder of the answers.
+
+    A recording's row is written last, so its other files are complete if the row exists.
+    """
 
     path: Path
 
     def of(self, name: str) -> Path:
-        """Return the folder of a recording, below which no other has its files, whatever the file system.
+        """Return the folder of a recording, in which no other recording has files, on any file system.
 
-        A slash in the name separates folders. What is unsafe in a part stands as %XX, an empty part as %, and a part
-        with capital letters ends with ^ and their places in hexadecimal, for file systems that do not tell case apart.
+        A slash in the name separates folders. Unsafe bytes of a part are written as %XX, and an empty part as %. A part
+        with capital letters ends with ^ and their positions in hexadecimal, for file systems that ignore case.
         """
         return self.path.joinpath(*map(_part, name.split("/")))
 
     def kept(self, name: str) -> Row | None:
-        """Return what is known of a recording from before; None where a file is missing, damaged or changed."""
+        """Return the existing row of a recording; None if a file is missing, damaged or changed."""
         folder = self.of(name)
         try:
             row = loads(Row, read_bytes(folder / ROW))
@@ -178,7 +181,7 @@ class FleetFolder:
 
 
 def _part(text: str) -> str:
-    """Return the name of one folder, other than that of any other text. `row.name` is its inverse."""
+    """Return the name of one folder; different texts have different names, and `row.name` is the inverse."""
     unsafe = rb"\A.|" + _UNSAFE if _TAKEN.fullmatch(text) else _UNSAFE
     escaped = re.sub(unsafe, lambda byte: b"%%%02X" % byte[0][0], text.encode("utf-8", "surrogatepass")).decode()
     capitals = sum(1 << i for i, letter in enumerate(text) if "A" <= letter <= "Z")
@@ -186,7 +189,7 @@ def _part(text: str) -> str:
 
 
 def _cell(value: str | float | None) -> str:
-    """Return a cell of CSV; a text that begins like a formula, or with an apostrophe, has an apostrophe before it."""
+    """Return a cell of CSV; an apostrophe is put before a text that begins like a formula, or with an apostrophe."""
     text = "" if value is None else str(value)
     if isinstance(value, str) and _RUN_BY_SPREADSHEETS.match(text):
         text = f"'{text}"
@@ -194,9 +197,9 @@ def _cell(value: str | float | None) -> str:
 
 
 def columns(rows: Sequence[Row]) -> dict[str, list[str | float | int | None]]:
-    """Return the table by columns, None where a row has no value; numbers by name stand in the order of their names.
+    """Return the table by columns, None if a row has no value; columns of numbers by name are sorted by name.
 
-    What UTF-8 cannot hold of a name stands as an escape sequence.
+    Characters of a name that UTF-8 cannot encode are written as escape sequences.
     """
     cells = [row.columns() for row in rows]
     named = {name for row in cells for name in row if "[" in name}

@@ -1,4 +1,4 @@
-"""From many recordings to references with proofs, and one table."""
+"""Learn references with proofs from many recordings, and write one table."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ L = TypeVar("L", bound=Learned)
 
 @dataclass(frozen=True)
 class Fleet:
-    """What became of each recording, in the order given: `rows`, and in `folder` the files of each and one table.
+    """The results for all recordings, in the order given: `rows`, and in `folder` the files of each and one table.
 
     A recording NAME has folder/NAME/reference.json, folder/NAME/certificate.json (or counterexample.json) and row.json.
-    In NAME, what some file systems refuse stands as %XX, a part between slashes that is empty as %, and a part with
-    capital letters ends with ^ and a number that says where they are: "/Monday" is folder/%/Monday^1. What stands at
-    other places, as versions before this rule wrote it, is neither read nor removed.
+    In NAME, bytes that some file systems refuse are written as %XX, and an empty part between slashes as %. A part with
+    capital letters ends with ^ and a number that gives their positions: "/Monday" is folder/%/Monday^1. Files in other
+    places, which versions before this rule wrote, are neither read nor removed.
     """
 
     folder: Path
@@ -46,7 +46,7 @@ class Fleet:
 
     @property
     def table(self) -> Path:
-        """The table as CSV: one line for each recording, failures too."""
+        """The table as CSV, with one line for each recording, including failures."""
         return self.folder / TABLE
 
     def __iter__(self) -> Iterator[Row]:
@@ -55,11 +55,14 @@ class Fleet:
 
     @property
     def proved(self) -> tuple[Row, ...]:
-        """The rows of recordings whose reference is trackable."""
+        """The rows of recordings with a trackable reference."""
         return tuple(row for row in self.rows if row.outcome == "proved")
 
     def reference(self, name: str) -> TrackableReference:
-        """Return the reference of a recording; it is proved again. InputError: it has none, or not that of its row."""
+        """Return the reference of a recording, after proving it again.
+
+        InputError: it has none, or the file has changed.
+        """
         return self._loaded(name, TrackableReference.load, is_stream=False)
 
     def stream(self, name: str) -> StreamReference:
@@ -84,7 +87,7 @@ class Fleet:
         return found
 
     def columns(self) -> dict[str, list[str | float | int | None]]:
-        """Return the table by columns, for `pandas.DataFrame(fleet.columns())` and the like."""
+        """Return the table by columns, for example for `pandas.DataFrame(fleet.columns())`."""
         return columns(self.rows)
 
     def to_parquet(self, path: Path | str) -> None:
@@ -111,7 +114,7 @@ class Fleet:
 
 
 def _first(lines: list[str]) -> list[str]:
-    """Return some lines, and how many more there are; what is not printable, as in names of topics, is escaped."""
+    """Return the first lines, and a line on how many more there are; unprintable characters are escaped."""
     shown = ["".join(c if c.isprintable() else ascii(c)[1:-1] for c in line) for line in lines[:_MOST_SHOWN]]
     return [*shown, f"… and {len(lines) - _MOST_SHOWN} more"] if len(lines) > _MOST_SHOWN else shown
 
@@ -197,7 +200,7 @@ def learn_many(
 
 
 def _write_answer(where: FleetFolder, answer: Answer) -> Row:
-    """Write an answer and return its row; another row where the files cannot have this name."""
+    """Write an answer and return its row; if its folder cannot have this name, return a row that says so."""
     try:
         where.write(answer.row, answer.files)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""What is asked of each recording of a fleet, and how workers answer it."""
+"""The request that all recordings of a fleet share, and how workers answer it."""
 
 import dataclasses
 import hashlib
@@ -56,9 +56,9 @@ _KNOWN: tuple[Learn, ...] = learn_reference, learn_stream
 
 @dataclass(frozen=True, eq=False)
 class Request:
-    """The arguments of `learn` that all recordings share; `options` are those by keyword.
+    """The arguments of `learn` that all recordings share; `options` are its keyword arguments.
 
-    TypeError: it is another function than `learn_reference` and `learn_stream`, or an argument cannot be compared.
+    TypeError: `learn` is neither `learn_reference` nor `learn_stream`, or an argument cannot be compared between runs.
     """
 
     plant: ConstrainedSystem
@@ -87,7 +87,7 @@ class Request:
         )
 
     def fingerprint(self, samples: Samples | Mapping[str, Samples]) -> str:
-        """Return SHA-256 of all that the answer for these samples depends on, as 64 hexadecimal digits."""
+        """Return the SHA-256 of all data that the answer for these samples depends on, as 64 hexadecimal digits."""
         content = json.dumps([self._shared, _plain(samples)], sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(content.encode()).hexdigest()
 
@@ -98,7 +98,7 @@ class Request:
 
 
 def _refuse_options(options: Mapping[str, object], learn: Learn) -> None:
-    """Raise TypeError for an option that `learn` does not take, and where it lacks one."""
+    """Raise TypeError for an option that `learn` does not take, and for a missing one."""
     try:
         inspect.signature(learn).bind("samples", "plant", "kernel", "claim", **options)
     except TypeError as error:
@@ -106,7 +106,9 @@ def _refuse_options(options: Mapping[str, object], learn: Learn) -> None:
 
 
 def _recorded(samples: Samples | Mapping[str, Samples], step: float) -> tuple[float, float]:
-    """Return the times [s] of the first sample and the last one, moved outwards to steps: a loop takes these."""
+    """Return the times [s] of the first and the last sample, moved outwards to steps, at which a
+    control loop evaluates.
+    """
     times = [of.times for of in ([samples] if isinstance(samples, Samples) else samples.values())]
     first, last = float(min(each[0] for each in times)), float(max(each[-1] for each in times))
     before, after = math.floor(first / step + _ROUNDING), math.ceil(last / step - _ROUNDING)
@@ -114,7 +116,7 @@ def _recorded(samples: Samples | Mapping[str, Samples], step: float) -> tuple[fl
 
 
 def _plain(value: object) -> Any:
-    """Return an argument as lists, dicts, texts and numbers. TypeError: it has no such form."""
+    """Return an argument as nested lists, dicts, texts and numbers. TypeError: it has no such form."""
     match value:
         case None | bool() | int() | float() | str():
             return value
@@ -129,12 +131,12 @@ def _plain(value: object) -> Any:
     raise TypeError(f"learn_many: cannot compare an argument of type {type(value).__name__} between runs")
 
 
-_UNREAD = "0" * 64  # no content, so nothing is known again
+_UNREAD = "0" * 64  # the digest of a recording that could not be read
 
 
 @dataclass(frozen=True)
 class Answer:
-    """A recording's row, and the content of its files by their names; `is_kept` where both were there before."""
+    """A recording's row, and the contents of its files by name; `is_kept` if both already existed."""
 
     row: Row
     files: Mapping[str, bytes]
@@ -144,7 +146,7 @@ class Answer:
 def answer(source: Source, request: Request, kept: Row | None) -> Answer:
     """Learn from one recording, unless `kept` is the answer to the same request.
 
-    What the recording is to blame for becomes a row. TypeError: an argument that all recordings share is wrong.
+    Errors caused by the recording become a row. TypeError: an argument that all recordings share is wrong.
     """
     try:
         samples = _samples(source.read())
@@ -178,7 +180,7 @@ def _samples(measured: Measured) -> Samples | Mapping[str, Samples]:
 
 @contextmanager
 def _questions() -> Iterator[list[str]]:
-    """Collect the sentences of the library's warnings; other warnings go where they always go."""
+    """Collect the sentences of the library's warnings; issue other warnings as usual."""
     asked: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", DoubtfulInputWarning)
@@ -194,7 +196,7 @@ _OURS = (DoubtfulInputWarning, IgnoresSamplesWarning)
 
 
 def _file_contents(**saves: Callable[[Path], object]) -> dict[str, bytes]:
-    """Return what each of these writes as `name`.json."""
+    """Return the contents that each of these functions writes to `name`.json."""
     with TemporaryDirectory() as folder:
         paths = {Path(folder) / f"{name}.json": save for name, save in saves.items()}
         for path, save in paths.items():
@@ -206,7 +208,7 @@ def _digests(files: Mapping[str, bytes]) -> dict[str, str]:
     return {name: digest(content) for name, content in files.items()}
 
 
-_LOOKED_EVERY = 0.5  # seconds, for the parent of a worker
+_LOOKED_EVERY = 0.5  # seconds between a worker's checks that its parent process runs
 
 
 def answers(
@@ -214,7 +216,7 @@ def answers(
 ) -> Generator[Answer, None, None]:
     """Yield answers as they are ready, in any order. MissingExtra: joblib or distributed is not installed.
 
-    What is not answered when the iterator is closed is given up. An answer never depends on who finds it.
+    When the iterator is closed, remaining work is cancelled. An answer does not depend on the worker that computes it.
     """
     if cluster is None and workers == 1:
         yield from (answer(source, request, kept) for source, kept in asked)
@@ -241,7 +243,7 @@ def answers(
 
 
 def _begin_worker(parent: int) -> None:
-    """Leave interrupts to the parent, which ends its workers, and end this process where the parent was killed."""
+    """Ignore interrupts in a worker, because the parent handles them; exit if the parent was killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def watch() -> None:
@@ -254,7 +256,7 @@ def _begin_worker(parent: int) -> None:
 
 @contextmanager
 def _on(cluster: str | None) -> Iterator[None]:
-    """Send what joblib runs in this context to a Dask cluster, if there is one."""
+    """Send joblib's tasks in this context to a Dask cluster, if one is given."""
     if cluster is None:
         yield
         return

@@ -1,4 +1,4 @@
-"""Where recordings of a fleet come from: each has a name, and is read where it is learned from."""
+"""Sources of a fleet's recordings: each has a name, and is read by the worker that learns from it."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ if TYPE_CHECKING:
     from trackably.recordings.mcap_file import Field
 
 Measured = Samples | Mapping[str, Samples] | Recording
-"""What can be learned from: samples, samples by name, or a recording whose signals have the names of states."""
+"""Measured data: samples, samples by name, or a recording whose signals have the names of states."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """A recording that is read when it is needed: its `name` in the fleet, and `read`, which returns it.
+    """A recording with its `name` in the fleet; `read` returns it when it is needed.
 
-    Workers call `read`, so it must be possible to send it to them; where they run on other machines, files need to be
-    there under the same path. What `read` raises (InputError, ValueError, TypeError or OSError) becomes a row.
+    Workers call `read`, so it must be possible to send it to them; on other machines, files have to exist under the
+    same path. An exception of `read` (InputError, ValueError, TypeError or OSError) becomes a row.
     """
 
     name: str
@@ -43,11 +43,11 @@ class Source:
 
 
 def recordings_in(where: Path | str, read: Callable[[Path], Measured]) -> tuple[Source, ...]:
-    """Return a source for each file of a folder, or for each that a pattern such as "measured/**/*.csv" names.
+    """Return a source for each file of a folder, or for each file that matches a pattern such as "measured/**/*.csv".
 
     `read` takes a path: `lambda path: read_csv(path, "t", "s", {"position": "x"})`. Names are paths below the folder,
-    or below the part of the pattern without wildcards, with their endings left out where this keeps them apart. Files
-    and folders whose names begin with a dot are left out. InputError: there is no such file.
+    or below the part of the pattern without wildcards; suffixes are removed if the names stay different. Files and
+    folders whose names begin with a dot are left out. InputError: there is no such file.
     """
     where = path_of("recordings_in", where)
     folder, pattern = (where, "*") if where.is_dir() else _split(where)
@@ -76,9 +76,9 @@ def _given(measured: Measured) -> Measured:
 
 
 def sources_of(recordings: Mapping[str, Measured] | Iterable[Source]) -> tuple[Source, ...]:
-    """Return sources, in the order given.
+    """Return the recordings as sources, in the order given.
 
-    TypeError: something else is among them. ValueError: there is none, or a name appears twice.
+    TypeError: one is no source. ValueError: there is none, or a name appears twice.
     """
     if isinstance(recordings, Mapping):
         found = tuple(
@@ -116,10 +116,10 @@ def parts_of_csv(
     repairs: Sequence[Repair | str] = (),
     origin: Origin = None,
 ) -> tuple[Source, ...]:
-    """Return a source for each name in the column `by`, with the rows that have it; the rest as of `read_csv`.
+    """Return a source for each name in the column `by`, with the rows of this name; other arguments as in `read_csv`.
 
-    The file is read once, here; its cells become numbers where they are learned from. InputError: the file is
-    unreadable, lacks a column, or a row has no name.
+    The file is read once, here; workers convert its cells to numbers. InputError: the file is unreadable, lacks a
+    column, or a row has no name.
     """
     reading = csv_reading(path, time, time_unit, signals, layout, repairs, origin)
     return _parts(reading, csv_file.read_cells(reading.path, layout, [*dict.fromkeys((*reading.names, by))]), by)
@@ -134,9 +134,9 @@ def parts_of_parquet(
     repairs: Sequence[Repair | str] = (),
     origin: Origin = None,
 ) -> tuple[Source, ...]:
-    """Return a source for each name or number in the column `by`; the rest as of `read_parquet`.
+    """Return a source for each name or number in the column `by`; other arguments as in `read_parquet`.
 
-    InputError: the file is unreadable, lacks a column, or a row has no name; pyarrow is not installed.
+    InputError: the file is unreadable, lacks a column, or a row has no name; or pyarrow is not installed.
     """
     reading = parquet_reading(path, time, time_unit, signals, repairs, origin)
     return _parts(reading, parquet_file.read_cells(reading.path, [*dict.fromkeys((*reading.names, by))]), by)
@@ -145,12 +145,11 @@ def parts_of_parquet(
 def topics_of(
     path: str | Path, signals: Mapping[str, Field], repairs: Sequence[Repair | str] = (), origin: Origin = None
 ) -> tuple[Source, ...]:
-    """Return a source for each name that takes the place of {name} in the topics of an MCAP file.
+    """Return a source for each name that can replace {name} in the topics of an MCAP file.
 
-    `signals` are as of `read_mcap`, with {name} in each topic: {"position": Field("/{name}/pose", "x")} finds
-    /left/pose and /right/pose as "left" and "right". A name needs the topics of all signals. Messages are read where
-    they are learned from. InputError: the file is unreadable, or has no such topics. MissingExtra: MCAP's packages are
-    not installed.
+    `signals` are those of `read_mcap`, with {name} in each topic: {"position": Field("/{name}/pose", "x")} finds
+    /left/pose and /right/pose as "left" and "right". A name needs the topics of all signals. Workers read the messages.
+    InputError: the file is unreadable, or has no such topics. MissingExtra: MCAP's packages are not installed.
     """
     with optional("topics_of"):
         from trackably.recordings.mcap_file import read_mcap, topics_in  # noqa: PLC0415
@@ -179,7 +178,7 @@ def _named(signals: Mapping[str, Field], name: str) -> dict[str, Field]:
 
 
 def _parts(reading: TableReading, cells: Cells, by: str) -> tuple[Source, ...]:
-    """Return a source for each name in a column, in the order of first appearance, with the rows that have it."""
+    """Return a source for each name in a column, in the order of first appearance, with the rows of this name."""
     rows: dict[str, list[int]] = {}
     for row, (place, name) in enumerate(zip(cells.places, cells.columns[by], strict=True)):
         if reading.form.is_missing(name) or not isinstance(name, str | int) or not str(name).strip():

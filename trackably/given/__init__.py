@@ -1,1 +1,1 @@
-"""Trajectories that others made: certified, refuted or repaired."""
+"""Trajectories from other tools: certified, refuted or repaired."""

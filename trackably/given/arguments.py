@@ -1,4 +1,4 @@
-"""What `python -m trackably certify` takes: declared here, as nothing else has to be loaded to say it."""
+"""The arguments of `python -m trackably certify`, in a module that loads nothing else."""
 
 from argparse import ArgumentParser
 from pathlib import Path
@@ -10,7 +10,7 @@ does not fit; 3 neither proved nor refuted: what a proof lacks is printed; 130 i
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Declare what the command takes."""
+    """Declare the arguments of the command."""
     parser.add_argument("table", type=Path, metavar="TABLE", help="CSV: k or t, then states and inputs by name")
     parser.add_argument(
         "--system", type=Path, metavar="FILE", required=True, help="YAML or JSON: system, state_set, input_set"

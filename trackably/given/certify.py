@@ -1,4 +1,4 @@
-"""Certify a trajectory that somebody else made: a proof, a counterexample, or what a proof lacks."""
+"""Certify a trajectory from another tool: a proof, a counterexample, or what a proof lacks."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from trackably.systems.sampling import default_sample, shows_level, stencils_by_
 
 @dataclass(frozen=True, eq=False)
 class CertifiedReference(ProvedReference):
-    """A given reference with its proof: the system can follow it at all times that `certificate` names.
+    """A given reference with its proof: the system can follow it at all times that `certificate` claims.
 
-    `off` says how far the states that were given are from those of the reference at most, by name and in their units:
-    a sampled system follows a curve in discrete time, which a curve of continuous time is not exactly. `moved` says how
-    far a repair moved them; it is None where nothing was repaired.
+    `off` is the largest distance of the reference's states from the given ones, by name and in their units: a system in
+    discrete time follows a continuous curve only approximately. `moved` is the change by a repair; None without a
+    repair.
     """
 
     given: Reference
@@ -40,12 +40,12 @@ class CertifiedReference(ProvedReference):
 
     @property
     def reference(self) -> Reference:
-        """The reference itself, at all times."""
+        """The reference itself, with values at all times."""
         return self.given
 
     @property
     def explanation(self) -> str:
-        """What is proved, and how far the states are from those that were given."""
+        """The proved statement, and the distances of the states from the given ones."""
         said = [self.certificate.explanation]
         if self.moved is not None:
             said += [f"{name} was moved by {moved}" for name, moved in self.moved.items()]
@@ -60,7 +60,7 @@ class CertifiedReference(ProvedReference):
 
 @dataclass(frozen=True)
 class Moved:
-    """How far a repair moved a trajectory: at most, and as a root mean square, in its unit."""
+    """The distance by which a repair moved a trajectory: the largest, and the root mean square, in its unit."""
 
     most: float
     rms: float
@@ -124,7 +124,9 @@ def certify(
 
 @dataclass(frozen=True)
 class Given:
-    """Curves by name, in the order of the flat outputs, with the stencils by which these show them."""
+    """Curves by name, in the order of the flat outputs, each with the stencil by which it
+    depends on its flat output.
+    """
 
     curves: Mapping[str, PolynomialPieces]
     stencils: Mapping[str, Stencil]
@@ -166,7 +168,7 @@ class Given:
 
     @property
     def span(self) -> tuple[float, float]:
-        """From when to when the claim is about more than rest, or the first period [s]."""
+        """The first and the last time [s] at which the claimed motion is not at rest, or the first period."""
         last = max(float(curve.breakpoints[-1]) for curve in self.curves.values())
         if self.beyond == "period":
             first = min(float(curve.breakpoints[0]) for curve in self.curves.values())
@@ -174,11 +176,11 @@ class Given:
         return self.window or (0.0, last)
 
     def prove(self) -> Outcome:
-        """Prove the claim about the reference. ValueError: it does not fit the curves."""
+        """Prove the claim about the reference. ValueError: the claim does not fit the curves."""
         return prove_on_window(self.reference, *self.window) if self.window else prove(self.reference)
 
     def off(self, certificate: Certificate) -> dict[str, float]:
-        """Return how far states are from the given curves, by name."""
+        """Return the distances of states from the given curves, by name."""
         reference = self.reference
         return {
             name: distance(curve, signal, self.stencils[name], reference, certificate.claim)

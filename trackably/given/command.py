@@ -1,4 +1,4 @@
-"""`python -m trackably certify TABLE --system FILE`: what the answer is, in words and as an exit code."""
+"""The command `python -m trackably certify TABLE --system FILE`: its answer in words and as an exit code."""
 
 import sys
 from argparse import Namespace
@@ -22,7 +22,7 @@ Answer = CertifiedReference | CertifiedTable | Counterexample | RefutedTable | U
 
 
 def run(given: Namespace) -> int:
-    """Print the answer, save it where that is asked for, and return the exit code."""
+    """Print the answer, save it if asked to, and return the exit code."""
     try:
         plant = read_plant(given.system)
         with progress_bar("certify"):
@@ -50,7 +50,7 @@ def _of_curves(given: Namespace, plant: ConstrainedSystem) -> Answer:
 
 
 def _save(answer: Answer, path: Path) -> None:
-    """Write a proof or a counterexample; where there is neither, there is nothing to write. Raises OSError."""
+    """Write a proof or a counterexample; write nothing if there is neither. Raises OSError."""
     match answer:
         case CertifiedReference() | CertifiedTable():
             answer.save_certificate(path)

@@ -1,5 +1,6 @@
-"""Curves that people have as polynomial pieces: SciPy's splines, samples with the name of an interpolation, and flat
-trajectories of python-control."""
+"""Convert curves to polynomial pieces: splines of SciPy, samples with an interpolation,
+trajectories of python-control.
+"""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -24,21 +25,21 @@ from trackably.gp.samples import Samples
 from trackably.systems.pieces import Beyond, PolynomialPieces
 
 _DEFAULT_END = 1.0  # of a basis of python-control [s]
-_MISSED = 1e-9  # of the largest value: more is no rounding
+_MISSED = 1e-9  # largest rounding error, relative to the largest value
 
 
 def is_flat_trajectory(given: Any) -> bool:
-    """Return whether something is like a `control.flatsys.SystemTrajectory`."""
+    """Return whether an object has the attributes of a `control.flatsys.SystemTrajectory`."""
     return all(hasattr(given, name) for name in ("basis", "coeffs", "flaglen", "eval"))
 
 
 def states_as_pieces(given: Any, beyond: Beyond, span: tuple[float, float] | None) -> list[PolynomialPieces]:
     """Return all states of a flat trajectory, from zero, or its first breakpoint, to the end of its basis.
 
-    A basis without breakpoints whose T is the default, 1 s, does not say when a trajectory ends: the polynomials hold
-    from start to end of the `span` [s] that somebody claims.
+    If a basis has no breakpoints and its T is the default, 1 s, the end of the trajectory is unknown: then the
+    polynomials are used on the claimed `span` [s].
 
-    ValueError: states are no polynomials, as of systems that are not linear, or there is no span where one is needed.
+    ValueError: states are no polynomials, because the system is not linear, or a span is needed but missing.
     """
     ends = np.unique(np.asarray(_ends(given.basis, span), dtype=float))
     nodes = np.cos(np.pi * np.arange(2 * given.basis.N + 1) / (2 * given.basis.N))[::-1] / 2 + 0.5
@@ -87,7 +88,7 @@ _ACCEPTED = (
 
 
 def repeats(given: Any) -> bool:
-    """Return whether a curve says of itself that it is periodic."""
+    """Return whether a curve is marked as periodic."""
     if isinstance(given, PolynomialPieces):
         return given.beyond == "period"
     return getattr(given, "extrapolate", None) == "periodic"
@@ -96,12 +97,12 @@ def repeats(given: Any) -> bool:
 def as_pieces(
     given: Any, beyond: Beyond, interpolation: Interpolation | None = None, step: float | None = None
 ) -> PolynomialPieces:
-    """Return a curve as polynomial pieces; `step` [s] is the time between samples that have no times.
+    """Return a curve as polynomial pieces; `step` [s] is the time between samples without times.
 
-    What is proved are the float64 coefficients of the pieces. Those of B-splines are computed, and rounded.
+    Proofs are about the float64 coefficients of the pieces. Those of B-splines are computed, and rounded.
 
-    Raises TypeError for what is no curve, and ValueError for one of several values, an unknown interpolation, or
-    breakpoints that decrease or are no numbers.
+    TypeError: it is no curve. ValueError: it has several values, the interpolation is unknown, or breakpoints decrease
+    or are no numbers.
     """
     if isinstance(given, PolynomialPieces):
         return PolynomialPieces(given.breakpoints, given.coefficients, beyond)
@@ -123,7 +124,7 @@ def as_pieces(
 
 
 def _from_b_spline(spline: Any) -> Any:
-    """Return the pieces between the knots where all B-splines are known: others lie outside of what it interpolates."""
+    """Return the pieces between the knots on which a B-spline is fully defined; outside, it would be extrapolated."""
     found, k = PPoly.from_spline(spline), int(spline.k)
     inside = slice(k, len(spline.t) - k - 1)
     return PPoly(found.c[:, inside], np.append(found.x[inside], found.x[inside.stop]))
@@ -142,7 +143,9 @@ def _samples(given: Any, step: float | None) -> tuple[Array, Array]:
 
 
 def interpolated(times: Array, values: Array, how: Interpolation | None, beyond: Beyond) -> Any:
-    """Return the interpolation of samples. Splines come to rest with zero slopes, or are periodic, or free at ends.
+    """Return the interpolation of samples.
+
+    Depending on `beyond`, splines are clamped, periodic, or not-a-knot at their ends.
 
     ValueError: the interpolation is unknown or None, there are too few samples for it, or they do not close a period.
     """

@@ -1,4 +1,4 @@
-"""What the command line reads: a system with its sets, as params.yaml writes them, and a table of rows."""
+"""The files of the command line: a system with its sets, in the form of params.yaml, and a table of rows."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,12 +28,12 @@ _SET = {"lower", "upper", "H", "h", "rows"}
 
 
 def read_plant(path: Path) -> ConstrainedSystem:
-    """Return what a file says: `system`, `state_set`, `input_set`.
+    """Return the plant in a file with `system`, `state_set` and `input_set`.
 
     A system is linear (A, B, c, continuous, states, inputs, sampling_time), or a `model` of the library by its name
-    (sampling_time, parameters). One that is `continuous` is sampled with its input held. A set is a box (lower, upper),
-    the half-spaces H x ≤ h, or both; or the sums `rows` of coordinates between lower and upper. Bounds that are null
-    are none, and so is a set that is null. Raises InputError with the file and what is wrong.
+    (sampling_time, parameters). A `continuous` system is sampled with its input held. A set is a box (lower, upper),
+    the half-spaces H x ≤ h, or both; or sums `rows` of coordinates between lower and upper. null as a bound or a set
+    means unbounded. Raises InputError with the file and what is wrong.
     """
     try:
         content = _fields(_content(path), "the file", _PARTS)
@@ -123,14 +123,14 @@ def _require(what: str, given: dict[str, Any], *fields: str) -> None:
 
 _STEPS, _TIMES = ("k", "step"), ("t", "time")
 _LAYOUT = CsvLayout(missing=("",))
-_OFF = 1e-6  # of a sampling time: times in a table of steps may be off by so much
+_OFF = 1e-6  # tolerance of times in a table of steps, in sampling times
 
 
 @dataclass(frozen=True)
 class Columns:
-    """The columns of a file by the names of their heads, without units in brackets; NaN where a cell is empty.
+    """The columns of a file by their headings, without units in brackets; NaN for an empty cell.
 
-    `places` name the rows, as "line 2".
+    `places` name the rows, for example "line 2".
     """
 
     path: Path
@@ -174,7 +174,7 @@ class Columns:
             raise InputError(f"{self.path}: {error}") from error
 
     def samples(self, plant: ConstrainedSystem) -> dict[str, Samples]:
-        """Return samples of the flat outputs, by state, from the columns that there are. InputError: there are none."""
+        """Return samples of the flat outputs, by state, from the columns of the file. InputError: there are none."""
         flat = [f"z{i + 1}" for i in range(plant.signal_count)]
         named = [name for name in (*plant.system.states, *flat) if name in self.values]
         seen: dict[int, str] = {}
@@ -196,13 +196,16 @@ class Columns:
 
 
 def _shown(plant: ConstrainedSystem, name: str) -> int | None:
-    """Return the flat output that a state shows with its level; None where it shows none, or several."""
+    """Return the flat output whose level a state shows; None if it shows none, or several."""
     seen = plant.flatness.states[plant.system.states.index(name)].stencil
     return seen[0] if seen is not None and shows_level(seen[1]) else None
 
 
 def read_columns(path: Path) -> Columns:
-    """Read a CSV file with a header: commas, semicolons or tabs between cells. InputError says what is wrong in it."""
+    """Read a CSV file with a header, with commas, semicolons or tabs between cells.
+
+    InputError says what is wrong in it.
+    """
     cells = read_cells(path, _LAYOUT)
     rows = zip(*cells.columns.values(), strict=True)
     cells = cells.part([i for i, row in enumerate(rows) if not all(map(_LAYOUT.is_missing, row))])

@@ -1,4 +1,4 @@
-"""From curves of states to the flat outputs of a sampled system, and how far its states are from the curves then."""
+"""Compute flat outputs of a sampled system from curves of states, and the distance of its states from the curves."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -18,15 +18,16 @@ from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
 
 _PARTS = tuple(1e-13 * 8.0**k for k in range(16))
-"""Parts of the size of a curve by which a distance may be larger than what is seen of it."""
+"""Allowances, relative to the size of a curve, that are added to a distance found in float64 until it is proved."""
 
 
 def flat_output(curve: PolynomialPieces, stencil: Stencil, order: int, step: float) -> PolynomialPieces:
-    """Return the flat output z that is nearest, to second order in the step [s], to showing a curve p by a stencil.
+    """Return the flat output z whose state, given by a stencil, is closest to a curve p, to second
+    order in the step [s].
 
-    The stencil shows y(t) = offset + Σ_j w_j z(t + j step), which is g z(t + τ) + offset up to second derivatives, with
-    the gain g = Σ w_j and the delay τ = Σ j w_j step/g. So z(t) = (p(t − τ) − offset)/g. A curve that ends is continued
-    by its first piece to where it begins itself, and by its last one for the `order` steps that inputs look ahead.
+    The state is y(t) = offset + Σ_j w_j z(t + j step). Up to second derivatives this is g z(t + τ) + offset with the
+    gain g = Σ w_j and the delay τ = Σ j w_j step/g. So z(t) = (p(t − τ) − offset)/g. A curve that ends is extended by
+    its first piece to its own first time, and by its last piece for the `order` steps that inputs look ahead.
     """
     gain = sum(stencil.weights)
     delay = sum(j * w for j, w in enumerate(stencil.weights)) / gain * step
@@ -42,7 +43,7 @@ def flat_output(curve: PolynomialPieces, stencil: Stencil, order: int, step: flo
 
 
 def _repeating(curve: PolynomialPieces, delay: float) -> Array:
-    """Return later breakpoints with the same period: those of the curve itself where float64 has no such numbers."""
+    """Return delayed breakpoints with the same period; those of the curve itself if float64 has no such numbers."""
     ends = curve.breakpoints + delay
     coarse = 4 * np.spacing(np.max(np.abs(ends)))  # multiples of this have differences that are exact
     ends[0] = np.round(ends[0] / coarse) * coarse
@@ -60,9 +61,9 @@ def _moved(coefficients: Array, by: float) -> Array:
 def distance(
     curve: PolynomialPieces, output: PolynomialPieces, stencil: Stencil, reference: Reference, claim: Claim
 ) -> float:
-    """Return the largest distance of what the stencil shows from the curve, at the times of a claim; rounded up.
+    """Return the largest distance between the stencil's values and the curve at the times of a claim, rounded up.
 
-    It is sought in float64, and the checker's arithmetic is asked whether it is any larger.
+    The distance is sought in float64, and then verified by the checker's arithmetic.
     """
     first, last = claim.span
     start = max(first, 0.0) if curve.beyond != "end" else first
@@ -91,6 +92,6 @@ def distance(
 
 
 def _size(curve: PolynomialPieces) -> float:
-    """Return a bound of |z|; zero for the zero curve only."""
+    """Return a bound of |z|; it is zero only for the zero curve."""
     powers = np.diff(curve.breakpoints)[:, None] ** np.arange(curve.degree + 1)
     return float(np.max(np.sum(np.abs(curve.coefficients) * powers, axis=1)))

@@ -1,4 +1,4 @@
-"""Repair a trajectory that breaks its bounds: the nearest spline that is proved, by quadratic programs."""
+"""Repair a trajectory that violates its bounds: find the nearest spline that can be proved, by quadratic programs."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ _INSTANTS = 6  # for each interval between knots
 
 @dataclass(frozen=True, eq=False)
 class Splines:
-    """One spline of a `degree` for each flat output, with the same `knots` [s]: those of its ends are not repeated.
+    """One spline of a `degree` for each flat output, with the same `knots` [s], without repetitions at the ends.
 
-    States at the first knot are `held`, shape (n,), or free if it is None.
+    States at the first knot are fixed to `held`, shape (n,), or free if it is None.
     """
 
     given: Given
@@ -45,7 +45,7 @@ class Splines:
 
     @classmethod
     def of(cls, given: Given, held: Array | None) -> Splines:
-        """Choose knots: four in each piece of the curves, 64 to 400, and not closer than the steps."""
+        """Choose knots: four in each piece of the curves, 64 to 400, and no closer than the steps."""
         step, orders = given.plant.sampling_time, given.plant.flatness.orders
         first, last = given.span
         if given.beyond == "end":
@@ -62,7 +62,7 @@ class Splines:
 
     @cached_property
     def padded(self) -> Array:
-        """Knots as SciPy wants them: repeated at the ends, or continued by a period."""
+        """Knots in SciPy's form: repeated at the ends, or continued by a period."""
         k, inner = self.degree, self.knots
         if self.given.beyond != "period":
             return np.concatenate([np.full(k, inner[0]), inner, np.full(k, inner[-1])])
@@ -71,17 +71,19 @@ class Splines:
 
     @cached_property
     def instants(self) -> Array:
-        """Times of the claim [s] at which bounds count first: some for each interval between knots."""
+        """Times [s] at which bounds are imposed first: some in each interval between knots."""
         first, last = self.given.span
         return np.linspace(first, last, _INSTANTS * (len(self.knots) - 1) + 1)
 
     def signals(self, coefficients: Array) -> tuple[PolynomialPieces, ...]:
-        """Return the splines of coefficients, shape (signals, count)."""
+        """Return the splines with these coefficients, shape (signals, count)."""
         wrapped = [np.resize(c, self.count + self.degree) if self.given.beyond == "period" else c for c in coefficients]
         return tuple(as_pieces(BSpline(self.padded, c, self.degree), self.given.beyond) for c in wrapped)
 
     def basis(self, t: Array) -> sparse.csr_array:
-        """Return the splines at t [s] as rows of the coefficients of one signal: shape (len(t), count)."""
+        """Return the values of the basis splines at t [s], as rows for the coefficients of one
+        signal: shape (len(t), count).
+        """
         first, last = self.knots[0], self.knots[-1]
         if self.given.beyond == "period":
             t = first + np.mod(t - first, last - first)
@@ -92,7 +94,7 @@ class Splines:
         return sparse.csr_array(found @ sparse.csr_array((np.ones(columns.size), (np.arange(columns.size), columns))))
 
     def rows(self, functional: Functional, t: Array) -> sparse.csr_array:
-        """Return a functional at t [s], without its offset, as rows of all coefficients."""
+        """Return a functional at t [s], without its offset, as rows for all coefficients."""
         blocks = []
         for weights in functional.weights:
             terms = [float(w) * self.basis(t + j * functional.sampling_time) for j, w in enumerate(weights) if w]
@@ -100,9 +102,9 @@ class Splines:
         return sparse.csr_array(sparse.hstack(blocks))
 
     def nearest(self, times: Array, backoff: float) -> Array | None:
-        """Return the coefficients that are nearest to the curves and keep the drawn in bounds at some times [s].
+        """Return the coefficients nearest to the curves that keep the tightened bounds at some times [s].
 
-        None: there are none.
+        None if there are none.
         """
         unknown, plant = cp.Variable(len(self.given.curves) * self.count), self.given.plant
         constraints = self._begun(unknown)
@@ -123,7 +125,7 @@ class Splines:
         return np.asarray(unknown.value).reshape(-1, self.count)
 
     def _begun(self, unknown: cp.Variable) -> list[cp.Constraint]:
-        """Return that the states at the start are those that are held."""
+        """Return the constraint that the states at the start equal `held`; empty if they are free."""
         if self.held is None:
             return []
         states, found = [_required(trajectory) for trajectory in self.given.plant.flatness.states], []
@@ -134,7 +136,7 @@ class Splines:
         return found
 
     def _apart(self, unknown: cp.Variable) -> Sequence[cp.Expression]:
-        """Return what the flat outputs show, minus the curves, each as a part of its range."""
+        """Return the states or flat outputs that the curves give, minus the curves, each relative to its range."""
         found, t, n = [], self.instants, len(self.given.curves)
         for i, (name, curve) in enumerate(self.given.curves.items()):
             stencil, values = self.given.stencils[name], curve(t)
@@ -147,7 +149,9 @@ class Splines:
         return found
 
     def broken_between(self, coefficients: Array, times: Array, finer: int, room: float) -> Array:
-        """Return local minima of margins that are less than `room` of a width, on a grid that is `finer` [s]."""
+        """Return the times of local minima of margins below `room` (relative to a width), on a
+        grid `finer` times as dense.
+        """
         fine = np.interp(np.arange((len(times) - 1) * finer + 1) / finer, np.arange(len(times)), times)
         found = []
         for q in self.given.plant.quantities:
@@ -165,10 +169,10 @@ def _required(functional: Coordinate | None) -> Functional:
 
 
 Start = Literal["given", "free"]
-"""Whether a repaired trajectory begins with the states that were given, or may begin with others."""
+"""Whether a repaired trajectory has to begin with the given states, or may begin with others."""
 
 _BACKOFFS = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
-"""Parts of the widths of bounds by which they are drawn in, for the solver's tolerance and times between instants."""
+"""Back-offs relative to the widths of bounds, for the solver's tolerance and for times between instants."""
 
 _FINER, _EXCHANGES = 8, 3
 
@@ -180,18 +184,17 @@ def repair(
     interpolation: Interpolation | None = None,
     start: Start = "given",
 ) -> CertifiedReference | Counterexample | Unproved:
-    """Return the trajectory itself where it is proved, and otherwise the nearest spline that is.
+    """Return the trajectory itself if it is proved, and otherwise the nearest spline that is.
 
     Arguments and exceptions are those of `certify`. The spline has degree 5, or one more than the system looks ahead,
-    and up to 400 pieces. It is nearest in the root mean square of all curves, each as a part of its own range.
-    It begins with the states of what is given, to the precision of the solver, as a system that is there cannot begin
-    elsewhere. With a `start` that is "free" it may begin with others, and so it does where curves repeat, or where the
-    given states break a bound at the start.
-    Quadratic programs find it, with bounds at many times, which are drawn in by a small part of their width until the
-    proof succeeds. `CertifiedReference.moved` says how far each curve was moved, at most and in the root mean square.
+    and up to 400 pieces. It is nearest in the root mean square of all curves, each relative to its own range. It begins
+    with the given states, to the precision of the solver, because a system in these states cannot begin elsewhere. With
+    `start` "free" it may begin with others. It also may if curves are periodic, or if the given states violate a bound
+    at the start. Quadratic programs with bounds at many times find the spline. The bounds are tightened by a small part
+    of their width until the proof succeeds. `CertifiedReference.moved` is the distance by which each curve was moved.
 
-    Returns Unproved where no such spline was found within the bounds: another one may exist. A Counterexample is what
-    still broke a bound after the last attempt.
+    Returns Unproved if no such spline was found within the bounds; another one may exist. Returns a Counterexample if a
+    bound was still violated after the last attempt.
 
     ValueError: `start` is neither "given" nor "free".
     """
@@ -217,9 +220,9 @@ def repair(
 
 
 def _solved(splines: Splines, times: Array, backoff: float) -> tuple[Array | None, Array]:
-    """Return coefficients that keep the bounds at many times [s], and nearly between them; None where none do.
+    """Return coefficients that keep the bounds at many times [s], and nearly between them, with these times.
 
-    The times are those that are given, and local minima of margins between them, which are returned as well.
+    The times are the given ones and local minima of margins between them. None as coefficients if there are none.
     """
     found = None
     for _ in range(_EXCHANGES):
@@ -231,7 +234,10 @@ def _solved(splines: Splines, times: Array, backoff: float) -> tuple[Array | Non
 
 
 def _held(given: Given) -> Array | None:
-    """Return the states at the start, shape (n,), if they can be kept; None where all repeats, or a bound is broken."""
+    """Return the states at the start, shape (n,), which a repair has to keep.
+
+    None if the curves are periodic, or if the states at the start violate a bound.
+    """
     if given.beyond == "period":
         return None
     at_start = given.reference.state_at(np.asarray(given.span[0]))
@@ -250,7 +256,7 @@ def _not_found(broken: Counterexample, backoff: float, splines: Splines) -> Unpr
 
 
 def _moved(given: Given, reference: Reference, certificate: Certificate) -> dict[str, Moved]:
-    """Return how far the states that were given are from those of a reference."""
+    """Return the distances of the given states from those of a reference."""
     times, found = np.linspace(*given.span, 20_001), {}
     for (name, curve), signal in zip(given.curves.items(), reference.pieces, strict=True):
         stencil = given.stencils[name]

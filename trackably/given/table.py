@@ -1,4 +1,4 @@
-"""Tables of states and inputs at the steps: bounds and dynamics are proved at these instants, and nothing between."""
+"""Tables of states and inputs at the steps: bounds and dynamics are proved at these instants, but not between them."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -29,7 +29,7 @@ from trackably.systems.polytopes import Interval, rounded
 class Table:
     """States x(k), shape (N, n), and inputs u(k), shape (N, m) or (N − 1, m), at the steps k from `first_step` on.
 
-    The input of the last state leads nowhere: it may be left out, and has to keep its bounds if it is there.
+    The input at the last state has no successor: it may be left out, and has to keep its bounds if it is given.
     ValueError: shapes do not fit, there are less than two states, or a number is not finite.
     """
 
@@ -59,9 +59,9 @@ class Table:
 
 @dataclass(frozen=True, eq=False)
 class CertifiedTable:
-    """A table that keeps its bounds at its steps, where |x(k + 1) − f(x(k), u(k))| ≤ `tolerance` for each state.
+    """A table that keeps its bounds at its steps, with |x(k + 1) − f(x(k), u(k))| ≤ `tolerance` for each state.
 
-    `defect` is the largest of these differences, rounded up. Nothing is said about times between the steps.
+    `defect` is the largest of these differences, rounded up. Nothing is claimed about times between the steps.
     """
 
     table: Table
@@ -71,7 +71,7 @@ class CertifiedTable:
 
     @property
     def explanation(self) -> str:
-        """What is proved, in a sentence."""
+        """The proved statement in a sentence."""
         kept = ", ".join(f"{limit.name} in {limit.bounds}" for limit in self.plant.given_constraints)
         return (
             f"proved for the steps {self.table.first_step} to {self.table.last_step}, and for no time between them: "
@@ -86,15 +86,15 @@ class CertifiedTable:
 
     @property
     def content(self) -> dict[str, Any]:
-        """What its file says."""
+        """The content of its file."""
         return {"format": FORMAT, "version": VERSION, **_written(self.table, self.plant, self.tolerance)}
 
 
 @dataclass(frozen=True, eq=False)
 class RefutedTable:
-    """At `step`, at `time` [s], the table certainly breaks a bound, or the dynamics, by `violation` at least.
+    """At `step`, at `time` [s], the table certainly violates a bound, or the dynamics, by at least `violation`.
 
-    `what` says which: the row or the state with this `index` of a `part`.
+    `what` describes the row or the state, which has this `index` in a `part` of the table.
     """
 
     step: int
@@ -112,13 +112,13 @@ class RefutedTable:
         return f"at step {self.step} (t = {self.time:.6g} s) {self.what}, by at least {rounded(self.violation, 'down')}"
 
     def save_counterexample(self, path: Path | str) -> Path:
-        """Write the table and where it is broken for `python -m trackably check`; return the path. Raises OSError."""
+        """Write the table and its violation for `python -m trackably check`; return the path. Raises OSError."""
         write_json(path := new_file("save_counterexample", path), self.content)
         return path
 
     @property
     def content(self) -> dict[str, Any]:
-        """What its file says."""
+        """The content of its file."""
         at = {"step": self.step, "part": self.part, "index": self.index, "violation": self.violation}
         return {"format": REFUTED, "version": VERSION, **_written(self.table, self.plant, self.tolerance), "at": at}
 
@@ -136,8 +136,8 @@ _SMALLEST = 5e-324  # a positive float64
 def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> CertifiedTable | RefutedTable | Unproved:
     """Prove that a table keeps the plant's bounds at its steps, and its dynamics within a tolerance; or refute it.
 
-    The tolerance is that of each state, in its unit. Of all violations the largest one is told, as a part of the width
-    of its bound, or of the tolerance. Unproved are formulas that may not be defined at a step.
+    The tolerance applies to each state, in its unit. The largest violation is reported, relative to the width of its
+    bound or to the tolerance. Returns Unproved if formulas may be undefined at a step.
 
     ValueError: the table does not fit the plant, or the tolerance is not positive.
     """
@@ -169,9 +169,9 @@ def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> C
 
 
 def _judged(found: CertifiedTable | RefutedTable) -> CertifiedTable | RefutedTable | Unproved:
-    """Return what the checker accepts, and Unproved where it refuses it.
+    """Return the result if the checker accepts it, and Unproved if it refuses it.
 
-    The defect is what it accepts as a tolerance, too: it is the tolerance itself where it does not.
+    The defect is reported only if the checker also accepts it as a tolerance; otherwise the tolerance is reported.
     """
     _, verdict = judged_file(found.content)
     if isinstance(found, CertifiedTable) and isinstance(verdict, Proved):
@@ -202,7 +202,7 @@ def _unproved(plant: ConstrainedSystem, step: int, tolerance: float, short: floa
 def _broken(
     table: checked.Table, plant: ConstrainedSystem, refuted: Callable[..., RefutedTable]
 ) -> Iterator[tuple[float, RefutedTable]]:
-    """Yield where bounds are broken, with the part of the width."""
+    """Yield violations of bounds, each with its size relative to the width."""
     sides: tuple[tuple[Part, Side, tuple[tuple[float, ...], ...], Polytope], ...] = (
         ("states", "state", table.states, table.state_set),
         ("inputs", "input", table.inputs, table.input_set),
@@ -218,7 +218,10 @@ def _broken(
 
 
 def _defects(table: checked.Table, row: int) -> list[tuple[Fraction, Fraction]]:
-    """Return bounds of |x⁺ − f(x, u)| for each state, which are equal for linear systems. Raise UndefinedError."""
+    """Return lower and upper bounds of |x⁺ − f(x, u)| for each state, which are equal for linear systems.
+
+    Raises UndefinedError.
+    """
     found = differences(table, row)
     if isinstance(found, str):
         raise UndefinedError(found)

@@ -1,1 +1,1 @@
-"""Joints: limits that trajectories keep between the points, and a gate for what is streamed to them."""
+"""Joints: limits that trajectories keep between their points, and a gate for streamed motions."""

@@ -1,4 +1,4 @@
-"""Certify trajectories of joints: a proof that all limits hold between the points, or what is broken first."""
+"""Certify trajectories of joints: a proof that all limits hold between the points, or the first violation."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ from trackably.joints.trajectory import JointTrajectory, derivative
 from trackably.systems.polytopes import Interval, rounded
 
 TOLERANCE = 1e-9
-"""Of jumps between pieces, in the unit of what jumps: less is rounding."""
+"""Largest jump between pieces that counts as rounding, in the unit of the derivative."""
 
 
 class NotAcceptedError(ValueError):
-    """The checker does not accept what is said of a trajectory; the message has its reason."""
+    """The checker does not accept a statement about a trajectory; the message has its reason."""
 
 
 @dataclass(frozen=True, eq=False)
 class CertifiedTrajectory:
-    """A `trajectory` that keeps all limits of `joints` between its points, as the checker has accepted.
+    """A `trajectory` that keeps all limits of `joints` between its points, as accepted by the checker.
 
-    Derivatives below a joint's highest limited one jump by `tolerance` at most from piece to piece, each in its unit.
-    `moved` says how far a repair moved each joint, `factor` by how much it was slowed down.
+    Derivatives below a joint's highest limited one jump by at most `tolerance` from piece to piece, each in its unit.
+    `moved` is the distance by which a repair moved each joint, and `factor` by how much the trajectory was slowed down.
 
     NotAcceptedError (a ValueError): the checker does not accept it.
     """
@@ -56,7 +56,7 @@ class CertifiedTrajectory:
 
     @property
     def explanation(self) -> str:
-        """What is proved, in a sentence."""
+        """The proved statement in a sentence."""
         first, last = self.trajectory.span
         until = f"t ≥ {first:.6g} s, at rest from" if self.trajectory.rests else f"t from {first:.6g} s to"
         names = ", ".join(self.joints.names)
@@ -75,10 +75,11 @@ class CertifiedTrajectory:
 
 @dataclass(frozen=True)
 class BrokenLimit:
-    """A joint's derivative leaves its `limits` at `begins` [s], about, and is outside by `violation` at `time` [s].
+    """A violation of a joint's `limits` that begins at about `begins` [s]; at `time` [s] it is `violation`.
 
-    It does so on one piece, and `violation` is the most that is seen there. Where it `jumps`, limits of the next higher
-    derivative are broken beyond any number, and `violation` is the jump. The checker has accepted the violation.
+    It is about one piece, and `violation` is the largest one found there. If the derivative `jumps`, the limits of the
+    next higher derivative are violated beyond any number, and `violation` is the jump. The checker has accepted the
+    violation.
     """
 
     joint: str
@@ -101,7 +102,8 @@ class BrokenLimit:
 
 @dataclass(frozen=True, eq=False)
 class BrokenLimits:
-    """What each joint breaks first along a `trajectory`: an entry of `broken` for each joint that breaks a limit.
+    """The first violation of each joint along a `trajectory`: an entry of `broken` for each joint
+    that violates a limit.
 
     NotAcceptedError (a ValueError): the checker does not accept it.
     """
@@ -119,16 +121,16 @@ class BrokenLimits:
 
     @property
     def first(self) -> BrokenLimit:
-        """What is broken first of all."""
+        """The earliest violation of all."""
         return min(self.broken, key=lambda broken: broken.begins)
 
     @property
     def explanation(self) -> str:
-        """What each joint breaks first, in the order of time."""
+        """The first violation of each joint, in the order of time."""
         return "; ".join(map(str, sorted(self.broken, key=lambda broken: broken.begins)))
 
     def save_counterexample(self, path: Path | str) -> Path:
-        """Write what is broken for `python -m trackably check FILE`; return the path. Raises OSError."""
+        """Write the violations for `python -m trackably check FILE`; return the path. Raises OSError."""
         write_atomically(file := new_file("save_counterexample", path), vars(self)["accepted"])
         return file
 
@@ -187,15 +189,15 @@ def certify_joints(
 def stretch_joints(
     trajectory: Any, joints: Joints, tolerance: float = TOLERANCE
 ) -> CertifiedTrajectory | BrokenLimits | Unproved:
-    """Return a trajectory in the least common multiple of its time that keeps all limits, itself where it keeps them.
+    """Return the trajectory slowed down by the least factor with which it keeps all limits; itself if it keeps them.
 
-    With s times the time, a derivative of order r is s⁻ʳ times as large: so the least s is the largest of
+    With s times the duration, a derivative of order r is s⁻ʳ times as large. So the least s is the largest of
     (q^(r)/limit)^(1/r), over all joints, orders and times. It is rounded up until the proof succeeds, by 1e-9 at most.
     `CertifiedTrajectory.factor` is s. Arguments are those of `certify_joints`.
 
-    Returns BrokenLimits where time does not help: a position is outside, or a derivative jumps.
+    Returns BrokenLimits if slowing down does not help: a position is outside its limits, or a derivative jumps.
 
-    ValueError: zero is not inside of the limits of some derivative, so that a joint may not rest; else as
+    ValueError: zero is not inside the limits of some derivative, so that a joint may not rest; else as
     `certify_joints`.
     """
     given, outcome = fitted(trajectory, joints), certify_joints(trajectory, joints, tolerance)
@@ -212,7 +214,7 @@ def stretch_joints(
 
 
 def unproved(given: JointTrajectory, joints: Joints, reason: str) -> Unproved:
-    """Return that limits, of which the first one is named, are not proved, and why."""
+    """Return the outcome that limits are not proved, with the reason; it names the first of them."""
     r, j = np.argwhere(np.isfinite(joints.limits[:, :, 0]))[0].tolist()
     bounds = Interval(*joints.limits[r, j].tolist())
     return Unproved(f"{ORDERS[r]} of {joints.names[j]}", bounds, given.span, 0.0, reason)
@@ -241,7 +243,7 @@ def _positive(tolerance: float) -> float:
 
 
 def _accepted(found: CertifiedTrajectory | BrokenLimits, content: Mapping[str, object], wanted: type[Verdict]) -> None:
-    """Ask the checker, and keep the bytes that it accepts. NotAcceptedError: it does not."""
+    """Ask the checker, and store the bytes that it accepts. NotAcceptedError: it refuses them."""
     data, verdict = judged_file(content)
     if not isinstance(verdict, wanted):
         raise NotAcceptedError(f"the checker does not accept it ({verdict})")
@@ -274,7 +276,9 @@ def _limited(joints: Joints) -> str:
 
 
 def bernstein(c: Array, widths: Array) -> Array:
-    """Return Bernstein coefficients on pieces, along the last axis: polynomials lie between the least and the largest.
+    """Return Bernstein coefficients on pieces, along the last axis.
+
+    A polynomial lies between its least and largest one.
 
     `c` has the shape (…, K, n), and `widths` (K,) [s].
     """
@@ -288,9 +292,9 @@ def _to_bernstein(n: int) -> Array:
 
 
 def room(c: Array, widths: Array, joints: Joints) -> Array:
-    """Return for each piece how far Bernstein coefficients are inside of all limits, as a part of each width: (K,).
+    """Return for each piece the least slack of its Bernstein coefficients, relative to each limit's width: (K,).
 
-    Where it is not negative, limits are kept, up to rounding.
+    If it is not negative, limits are kept, up to rounding.
     """
     found = np.full(len(widths), np.inf)
     for r in range(joints.order + 1):
@@ -303,7 +307,7 @@ def room(c: Array, widths: Array, joints: Joints) -> Array:
 
 
 def extremes(polynomial: Array, width: float) -> Array:
-    """Return the times since a breakpoint at which a polynomial may be least or largest, ends included."""
+    """Return the times since a breakpoint at which a polynomial may have its minimum or maximum, ends included."""
     d = derivative(polynomial, 1)
     used = np.flatnonzero(np.abs(d) * width ** np.arange(float(len(d))) > 1e-14 * np.max(np.abs(polynomial)))
     inner = np.roots(d[: used[-1] + 1][::-1]) if len(used) and used[-1] else np.zeros(0)
@@ -314,7 +318,7 @@ def extremes(polynomial: Array, width: float) -> Array:
 def _first_broken(
     given: JointTrajectory, joints: Joints, tolerance: float
 ) -> Iterator[tuple[BrokenLimit, dict[str, Any]]]:
-    """Yield what each joint breaks first, and where the checker finds it."""
+    """Yield the first violation of each joint, and its place as the checker finds it."""
     subject: Subject = read_joints({"version": VERSION, **_content(given, joints, tolerance)})
     limits, jumps = undecided(subject)
     at: dict[tuple[int, int], list[tuple[bool, int]]] = {}
@@ -332,7 +336,7 @@ def _first_broken(
 
 
 def _jump(subject: Subject, j: int, r: int, i: int) -> Iterator[tuple[BrokenLimit, dict[str, Any]]]:
-    """Yield that a derivative jumps at a breakpoint, if it does."""
+    """Yield a violation if a derivative jumps at a breakpoint."""
     by, t = abs(subject.jump(j, r, i)), subject.breakpoints[i]
     if by > Fraction(subject.jumps[r]):
         broken = BrokenLimit(subject.joints[j].name, ORDERS[r], None, t, t, _below(by), True)
@@ -340,7 +344,7 @@ def _jump(subject: Subject, j: int, r: int, i: int) -> Iterator[tuple[BrokenLimi
 
 
 def _outside(subject: Subject, j: int, r: int, i: int) -> Iterator[tuple[BrokenLimit, dict[str, Any]]]:
-    """Yield where on a piece a derivative is outside, if it is."""
+    """Yield a violation if a derivative leaves its limits on a piece."""
     limit, width = subject.joints[j].limits[r], subject.width(i)
     assert limit is not None, "it is one of those that are not decided"
     exact = subject.polynomial(j, i, r)
@@ -360,7 +364,7 @@ def _outside(subject: Subject, j: int, r: int, i: int) -> Iterator[tuple[BrokenL
 
 
 def _leaves(margin: Array, h: float) -> float:
-    """Return when a polynomial becomes negative first; h where it does not."""
+    """Return the first time at which a polynomial becomes negative; h if it does not."""
     times = extremes(margin, h)
     values = np.polynomial.polynomial.polyval(times, margin)
     if not np.any(values < 0):
@@ -380,7 +384,7 @@ def _below(by: Fraction) -> float:
 
 
 def _least_factor(given: JointTrajectory, joints: Joints) -> float:
-    """Return the least s for which derivatives of order r, divided by s^r, are inside of their limits; 1 at least."""
+    """Return the least s ≥ 1 for which derivatives of order r, divided by s^r, are inside their limits."""
     widths, s = np.diff(given.breakpoints), 1.0
     for r in range(1, joints.order + 1):
         d = derivative(given.coefficients, r)

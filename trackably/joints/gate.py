@@ -1,4 +1,4 @@
-"""A gate for streamed chunks of motion: nothing runs that is not proved, and behind its end there is a proved stop."""
+"""A gate for streamed chunks of motion: it only lets proved motion run, and a proved stop follows the end of it."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from trackably.joints.trajectory import JointTrajectory, derivative, hermite, sh
 
 _CLOSEST = 1e-6  # s; pieces are no shorter
 _SHORTEST, _LONGEST, _STOPS = 0.01, 20.0, 40
-"""The times that a stop may take [s], and how many are tried."""
+"""Shortest and longest duration of a stop [s], and the number of durations tried."""
 
 
 @dataclass(frozen=True, eq=False)
 class GateAnswer:
-    """What runs from now on: `running`, proved for all times, at rest from its end on. `reason` says why.
+    """The motion `running` from now on, proved for all times and at rest after its end, and the `reason` for it.
 
-    `kind` is "stitched": the chunk, from the time on at which the running motion meets it; "repaired": the nearest
-    motion to the chunk that can be reached from the running one; "stopped": a stop; "kept": what ran before, to its
-    stop, as nothing of the chunk can be run.
+    `kind` is "stitched": the chunk, from the time at which the running motion joins it; "repaired": the motion nearest
+    to the chunk that can be reached from the running one; "stopped": a stop; "kept": the motion that ran before, up to
+    its stop, because nothing of the chunk can be run.
     """
 
     kind: Literal["stitched", "repaired", "stopped", "kept"]
@@ -38,14 +38,14 @@ class GateAnswer:
 class Gate:
     """Let chunks of motion through to `joints`, as a policy or a planner streams them: `gate(chunk, running, now)`.
 
-    The gate has no state and no clock: what runs is a value, which an answer has, and the next call takes. All times
-    are of one clock, that of chunks and of `now` [s]. A new motion begins `lead` [s] after `now`, when whoever executes
-    it has it. Where the chunk is elsewhere then, the running motion goes over to it in one polynomial of degree 2 R − 1
-    for limits up to order R, which begins and ends with the derivatives of both below R. It meets the chunk at the
-    first of its points at which this keeps all limits. Behind the end of a chunk that does not end at rest it brakes,
-    in the shortest of some times in which all limits are kept; where there is none, the chunk is cut at an earlier
-    point. Positions of continuous joints may be whole turns apart. Where all this finds nothing, quadratic programs
-    look for the nearest motion (`repair_joints`), as long as `budget` [s] of computation is not used up.
+    The gate has no state and no clock: the running motion is a value that an answer contains and the next call takes.
+    Chunks and `now` [s] use the same clock. A new motion begins `lead` [s] after `now`, so that the receiver has it in
+    time. If the chunk is elsewhere at that time, the running motion joins it by one polynomial of degree 2 R − 1 for
+    limits up to order R, with the derivatives of both below order R at its ends. It joins at the first point of the
+    chunk for which the polynomial keeps all limits. A chunk that does not end at rest is followed by the shortest stop,
+    among some durations, that keeps all limits; if there is none, the chunk is cut at an earlier point. Positions of
+    continuous joints may differ by whole turns. If all this fails, quadratic programs look for the nearest motion
+    (`repair_joints`), as long as `budget` [s] of computation is not used up.
 
     ValueError: `lead` is negative, or `budget` or `tolerance` is not positive.
     """
@@ -64,9 +64,9 @@ class Gate:
                 raise ValueError(f"gate: {name} must be positive, got {getattr(self, name)}")
 
     def at_rest(self, positions: ArrayLike, now: float) -> CertifiedTrajectory:
-        """Return what runs at first: joints that stay where they are, from `now` [s] on, positions of shape (J,).
+        """Return the first running motion: joints at rest at positions of shape (J,), from `now` [s] on.
 
-        ValueError: a position is outside of its limits, or the shape does not fit.
+        ValueError: a position is outside its limits, or the shape does not fit.
         """
         q, t = numbers("gate: positions", positions), real("gate: now", now)
         if q.shape != (len(self.joints.names),):
@@ -74,10 +74,10 @@ class Gate:
         return self._proved(t + np.array([0.0, 1.0]), q[:, None, None])
 
     def __call__(self, chunk: Any, running: CertifiedTrajectory, now: float) -> GateAnswer:
-        """Return what runs from `now` [s] on, of a chunk that begins and ends at times of the same clock.
+        """Return the motion that runs from `now` [s] on, given a chunk in times of the same clock.
 
-        The chunk is what `certify_joints` takes. ValueError: the chunk has other joints, `running` does not rest at its
-        end or begins after `now`. TypeError: the chunk is none, or `running` is not proved.
+        The chunk is an argument of `certify_joints`. ValueError: the chunk has other joints, or `running` does not rest
+        at its end or begins after `now`. TypeError: the chunk is no trajectory, or `running` is not proved.
         """
         began, given = perf_counter(), fitted(chunk, self.joints)
         before = self._until(running, now)
@@ -101,7 +101,10 @@ class Gate:
         return GateAnswer("kept", running, reason)
 
     def stop(self, running: CertifiedTrajectory, now: float) -> GateAnswer:
-        """Return the shortest stop that begins `lead` after `now` [s], or what runs, to its own. Raises as a call."""
+        """Return the shortest stop that begins `lead` after `now` [s], or the running motion up to its own.
+
+        Raises as a call.
+        """
         before = self._until(running, now)
         end = self._braked(before.state(before.span[1], self._order)[:, None], before.breakpoints[-1:])
         if end is not None and before.span[1] + end[0][0] < running.trajectory.span[1]:
@@ -121,7 +124,9 @@ class Gate:
         return CertifiedTrajectory(JointTrajectory(self.joints.names, ends, c), self.joints, self.tolerance)
 
     def _until(self, running: CertifiedTrajectory, now: float) -> JointTrajectory:
-        """Return what runs from the piece that holds `now` on, until something new may begin [s]."""
+        """Return the running motion from the piece at `now` up to the earliest time [s] at which
+        a new one may begin.
+        """
         instance("gate: running", running, CertifiedTrajectory, "a CertifiedTrajectory, as of at_rest or of an answer")
         motion, t = running.trajectory, real("gate: now", now)
         if not motion.rests or motion.names != self.joints.names:
@@ -143,7 +148,7 @@ class Gate:
         return JointTrajectory(motion.names, np.append(ends[i:k], start), c[:, i:k], rests=False)
 
     def _turned(self, given: JointTrajectory, before: JointTrajectory) -> JointTrajectory:
-        """Return a chunk with continuous joints moved by whole turns to where they are."""
+        """Return a chunk with continuous joints moved by whole turns to near their current positions."""
         if not np.any(self.joints.is_turning):
             return given
         t = max(before.span[1], given.span[0])
@@ -153,7 +158,10 @@ class Gate:
         return JointTrajectory(given.names, given.breakpoints, c, given.rests)
 
     def _entry(self, given: JointTrajectory, before: JointTrajectory) -> tuple[Array, Array] | None:
-        """Return breakpoints and pieces from where the running motion ends to the end of the chunk; None for no way."""
+        """Return breakpoints and pieces from the end of the running motion to the end of the chunk.
+
+        None if there is no way.
+        """
         start, R = before.span[1], self._order
         state = before.state(start, R)
         ends = given.breakpoints
@@ -173,7 +181,7 @@ class Gate:
         return np.append(start, ends[k:]), _side_by_side(bridge, rest)
 
     def _stopping(self, ends: Array, c: Array) -> tuple[Array, Array] | None:
-        """Return pieces that end at rest: with a stop behind the last of them that has one."""
+        """Return pieces that end at rest, by a stop after the last piece from which one is possible."""
         R = self._order
         states = _states_at_ends(ends, c, R)
         if np.all(np.abs(states[1:, -1]) <= self.tolerance / 2):
@@ -187,10 +195,11 @@ class Gate:
         return None
 
     def _braked(self, states: Array, ends: Array) -> tuple[Array, Array, int] | None:
-        """Return the width [s] and the piece of a stop from the last of some states, (R, M, J), that has one.
+        """Return the duration [s] and the pieces of a stop, and the index of its start: the last
+        possible of states (R, M, J).
 
-        The velocity is the polynomial of least degree that has the derivatives of both ends, so that the position is
-        where it ends. With limits of the velocity alone, it may jump, and a stop takes no time but the shortest.
+        The velocity is the polynomial of least degree with the derivatives of both ends; the end position follows. If
+        only velocities are limited, they may jump, and a stop takes the shortest duration.
         """
         R, M, J = states.shape
         widths = np.tile(np.geomspace(_SHORTEST, _LONGEST, _STOPS), M)
@@ -209,7 +218,7 @@ class Gate:
         return widths[[best]], c[:, [best]], int(of[best])
 
     def _repaired(self, given: JointTrajectory, before: JointTrajectory, left: float) -> CertifiedTrajectory | None:
-        """Return the nearest motion to a chunk from where the running one ends, with time to stop behind it."""
+        """Return the motion nearest to a chunk from the end of the running one, with time for a stop after it."""
         start, R = before.span[1], self._order
         state = before.state(start, R)
         ends = np.unique([start, *given.breakpoints[given.breakpoints > start + _CLOSEST]])
@@ -237,11 +246,11 @@ def _states_at_ends(ends: Array, c: Array, R: int) -> Array:
 
 
 def _side_by_side(*parts: Array) -> Array:
-    """Return pieces one after the other, (J, K, n), of the largest degree of them."""
+    """Return consecutive pieces, (J, K, n), of the largest degree of them."""
     n = max(part.shape[2] for part in parts)
     return np.concatenate([np.pad(part, ((0, 0), (0, 0), (0, n - part.shape[2]))) for part in parts], axis=1)
 
 
 def _joined(before: JointTrajectory, ends: Array, c: Array) -> tuple[Array, Array]:
-    """Return a motion and what follows it."""
+    """Return a motion followed by further pieces."""
     return np.concatenate([before.breakpoints, ends[1:]]), _side_by_side(before.coefficients, c)

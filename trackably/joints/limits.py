@@ -1,4 +1,4 @@
-"""Joints and their limits, as robots' descriptions have them, and the chains of integrators that follow commands."""
+"""Joints and their limits, as in robot descriptions, and chains of integrators as their plants."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ _NAMELESS = "joints: give names=, or limits by name, as velocity={'elbow': 2.0}"
 class Joints:
     """Named joints with limits of their position and of its time derivatives, each of shape (J, 2): [lower, upper].
 
-    A number l stands for [−l, l]; of a position, give both ends. None stands for no limit, and so do two infinite ends.
-    Units are those of the positions (rad or m), per s, s², s³ and s⁴. Joints that are `continuous` turn without end:
-    their positions have no limits, and whole turns of 2π make no difference where a motion begins.
+    A number l means [−l, l]; give both ends for a position. None means no limit, and so do two infinite ends. Units are
+    those of the positions (rad or m), per s, s², s³ and s⁴. Joints that are `continuous` turn without end: their
+    positions have no limits, and may differ by whole turns of 2π at the start of a motion.
 
     ValueError: no joint or no limit, names that repeat or are unknown, a limit that is empty, NaN or infinite at one
     end, or a position that is limited by one number. TypeError: a limit is no number and no pair.
@@ -87,11 +87,13 @@ class Joints:
 
     @property
     def is_turning(self) -> npt.NDArray[np.bool_]:
-        """Which joints are continuous: shape (J,)."""
+        """Whether each joint is continuous: shape (J,)."""
         return np.array([name in self.continuous for name in self.names])
 
     def widened(self, part: float) -> Self:
-        """Return limits that are wider by a part of their widths, or narrower, where it is negative: 1e-9 for rounding.
+        """Return limits that are wider by a part of their widths, for example 1e-9 for rounding.
+
+        Narrower if it is negative.
 
         ValueError: nothing is left inside.
         """
@@ -104,8 +106,8 @@ class Joints:
     def plant(self, sampling_time: float) -> ConstrainedSystem:
         """Return the chains of integrators from the highest limited derivative, held over each step [s], to positions.
 
-        States are position, velocity, … of each joint in turn, as `elbow`, `elbow_velocity`; inputs are the highest
-        derivatives, as `elbow_jerk`. It is exact at the steps for whoever holds this derivative over each of them.
+        States are position, velocity, … of each joint in turn, named `elbow`, `elbow_velocity`; inputs are the highest
+        derivatives, such as `elbow_jerk`. The model is exact at the steps if this derivative is held over each of them.
         ValueError: only positions are limited, or a name is no identifier.
         """
         n, count = self.order, len(self.names)
@@ -122,24 +124,24 @@ class Joints:
 
     @classmethod
     def from_urdf(cls, path: Path | str, acceleration: Limits = None, jerk: Limits = None, snap: Limits = None) -> Self:
-        """Return the joints of a robot's URDF that move by themselves, with the limits of position and velocity.
+        """Return the actuated joints of a robot's URDF, with their limits of position and velocity.
 
-        URDF says nothing of accelerations and of jerk: give them. Joints that are fixed, floating, planar or mimic
-        another one are left out. InputError: the file cannot be read, is no URDF, declares entities or a document type
-        (which could be any size), or has a joint without its limits.
+        URDF has no limits of acceleration and jerk: give them. Joints that are fixed, floating, planar or mimic another
+        one are left out. InputError: the file cannot be read, is no URDF, declares entities or a document type (which
+        could be of any size), or has a joint without its limits.
         """
         with _of_file(path) as file:
             return cls(**_of_urdf(file), acceleration=acceleration, jerk=jerk, snap=snap)
 
     @classmethod
     def from_joint_limits_yaml(cls, path: Path | str) -> Self:
-        """Return the joints of a `joint_limits.yaml`, as MoveIt and ros2_control write it.
+        """Return the joints of a `joint_limits.yaml`, in the form of MoveIt and ros2_control.
 
         There, `joint_limits` has, by joint, has_velocity_limits and max_velocity, min_position and max_position, and
-        likewise for acceleration and jerk; it may be inside of `ros__parameters`. A limit counts where its `has_…` says
-        so. Where decelerations have a limit of their own, the smaller one counts for both. Joints with angle_wraparound
+        likewise for acceleration and jerk; it may be inside `ros__parameters`. A limit is used only if its `has_…` is
+        true. If decelerations have a limit of their own, the smaller one is used for both. Joints with angle_wraparound
         and no limits of position are continuous. Effort and soft limits are not read. InputError: the file cannot be
-        read, says something else, or a limit that it has is missing or negative.
+        read, has another form, or a limit that it declares is missing or negative.
         """
         with _of_file(path) as file:
             return cls(**_of_yaml(file))
@@ -201,7 +203,7 @@ def _limit(what: str, given: Any) -> tuple[float, float]:
 
 @contextmanager
 def _of_file(path: Path | str) -> Iterator[Path]:
-    """Raise InputError, which names the file, where what is read of it does not do."""
+    """Raise InputError, which names the file, if its content is invalid."""
     file = path_of("joints", path)
     try:
         yield file
@@ -271,7 +273,7 @@ def _of_yaml(path: Path) -> dict[str, Any]:
 
 
 def _joint_limits(content: Any) -> Mapping[str, Any] | None:
-    """Return what is called joint_limits, at the top, or inside of nodes and of their ros__parameters."""
+    """Return the value of `joint_limits`, at the top or inside nodes and their ros__parameters."""
     for _ in range(5):
         if not isinstance(content, Mapping):
             return None

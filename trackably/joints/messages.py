@@ -1,4 +1,4 @@
-"""Messages of ROS 2 as files, in both directions: `trajectory_msgs/msg/JointTrajectory`, without ROS."""
+"""Messages of ROS 2 as files, read and written without ROS: `trajectory_msgs/msg/JointTrajectory`."""
 
 from __future__ import annotations
 
@@ -29,11 +29,12 @@ def read_joint_trajectory(
 ) -> JointTrajectory:
     """Return a `trajectory_msgs/msg/JointTrajectory` of an .mcap or .yaml file, as the controller of ROS 2 runs it.
 
-    Of an MCAP file, it is the message of this number on the topic, which may be left out where there is one topic.
-    Times count from the message's start. Pieces have the degree that the fields of both their points give, as
-    `JointTrajectory.through` says, and `upsampled` as there. Points without positions are integrated by the trapezoidal
-    rule from the point before, as `Trajectory::deduce_from_derivatives` does (the same file and commit). Where a
-    trajectory begins later than its start, the controller begins where the joints are: that piece is left out.
+    In an MCAP file, it is the message with this number on the topic, which may be left out if there is only one. Times
+    count from the message's start. Pieces have the degree that the fields of both their points give; see
+    `JointTrajectory.through` for this and for `upsampled`. Points without positions are integrated by the trapezoidal
+    rule from the point before, as `Trajectory::deduce_from_derivatives` does (the same file and commit). If a
+    trajectory begins later than its start, the controller begins at the joints' actual positions: that piece is left
+    out.
 
     InputError: the file cannot be read, has no such message, or its points do not fit its joints.
     """
@@ -58,15 +59,18 @@ def read_joint_trajectory(
 
 @dataclass(frozen=True)
 class Point:
-    """A time [ns] since the message's start, and what is known of all joints there, by order: empty for nothing."""
+    """A time [ns] since the message's start, and the known fields of all joints, by order of the derivative.
+
+    Else empty.
+    """
 
     time: int
     fields: tuple[Array, Array, Array]
 
     def deduced(self, before: Point) -> tuple[Point, Point]:
-        """Return the point before and this one, with positions that are integrated where there are none.
+        """Return the point before and this one, with integrated positions if they have none.
 
-        What of the point before is needed and not known is zero, and stays so.
+        Fields of the point before that are needed and unknown are set to zero.
         """
         position, reached, acceleration = self.fields
         if position.size:
@@ -154,11 +158,11 @@ def _field(node: Any, name: str) -> Any:
 def write_joint_trajectory(trajectory: JointTrajectory, path: Path | str, topic: str = "/joint_trajectory") -> Path:
     """Write a `trajectory_msgs/msg/JointTrajectory` to an .mcap or .yaml file; return the path. Raises OSError.
 
-    Points are at the breakpoints, at times since the first one that are rounded to nanoseconds, with the fields from
-    which the controller makes pieces of this degree. What is written is not what was proved, digit by digit: prove what
-    `read_joint_trajectory` reads.
+    Points are the breakpoints, at times since the first one rounded to nanoseconds, with the fields from which the
+    controller makes pieces of this degree. Because of rounding, the file is not exactly the proved trajectory: prove
+    the result of `read_joint_trajectory`.
 
-    ValueError: the degree is above 5, pieces of it need derivatives that jump, or another kind of file.
+    ValueError: the degree is above 5, derivatives in the points jump, or the kind of file is unknown.
     """
     if trajectory.degree > 5:
         raise ValueError(

@@ -1,8 +1,9 @@
-"""Repair a trajectory of joints: the nearest spline that keeps all limits between its knots, by quadratic programs.
+"""Repair a trajectory of joints: find the nearest spline that keeps all limits between its knots,
+by quadratic programs.
 
-A derivative of a B-spline is a B-spline of a lower degree, and lies between the least and the largest of its own
-coefficients. These are linear in those of the positions: limits that hold between the points are a few hundred linear
-inequalities for each joint, and no joint waits for another. No time has to be looked at again.
+A derivative of a B-spline is a B-spline of a lower degree, and lies between its least and its largest coefficient.
+These are linear in the coefficients of the positions: limits between the points are a few hundred linear inequalities
+for each joint, and joints are independent. So bounds never have to be checked between the points.
 """
 
 from __future__ import annotations
@@ -36,26 +37,26 @@ from trackably.joints.trajectory import JointTrajectory, on_pieces
 
 _DEGREE, _FEWEST, _LOOKS = 5, 40, 4
 _BACKOFFS = (1e-7, 1e-5, 1e-3)
-"""Parts of the widths of limits by which they are drawn in, for the solver's tolerance."""
+"""Back-offs relative to the widths of limits, for the solver's tolerance."""
 
 
 def repair_joints(
     trajectory: Any, joints: Joints, start: Any = None, tolerance: float = TOLERANCE, seconds: float = np.inf
 ) -> CertifiedTrajectory | Unproved:
-    """Return the trajectory itself where it is proved, and otherwise the nearest spline that is.
+    """Return the trajectory itself if it is proved, and otherwise the nearest spline that is.
 
-    The spline has degree 5 and knots at the breakpoints, with further ones between where these are few. It takes the
-    same time, and rests where the given one rests. It is nearest in the root mean square of each joint's positions,
-    among splines whose B-spline coefficients keep the limits (`Joints`), which is a little less than all that do.
-    `CertifiedTrajectory.moved` says how far each joint was moved, at most and in the root mean square.
+    The spline has degree 5 and knots at the breakpoints, with further ones in between if these are few. It takes the
+    same time, and rests where the given trajectory rests. It is nearest in the root mean square of each joint's
+    positions, among splines whose B-spline coefficients keep the limits (`Joints`). These are slightly fewer than all
+    splines that keep them. `CertifiedTrajectory.moved` is the distance by which each joint was moved.
 
     Parameters
     ----------
     trajectory, joints, tolerance
-        As of `certify_joints`.
+        As in `certify_joints`.
     start
-        What is running where it begins, shape (orders, J): positions, velocities, accelerations, … of the joints in
-        their order; what is left out is zero. Left out as a whole, it is the trajectory's own.
+        The running state at the start, shape (orders, J): positions, velocities, accelerations, … of the joints in
+        their order; missing orders are zero. By default it is the trajectory's own state.
     seconds
         After this time, no further quadratic program is begun.
 
@@ -69,10 +70,9 @@ def repair_joints(
     Raises
     ------
     ValueError
-        As `certify_joints`, and where `start` has another shape.
+        As `certify_joints`, and if `start` has another shape.
     TypeError
         As `certify_joints`.
-
     """
     given, until = fitted(trajectory, joints), perf_counter() + seconds
     held = _held(given, joints, start)
@@ -95,7 +95,7 @@ def repair_joints(
 
 
 def _held(given: JointTrajectory, joints: Joints, start: Any) -> Array:
-    """Return what is held at the start: shape (R, J)."""
+    """Return the state that is fixed at the start: shape (R, J)."""
     R = max(joints.order, 1)
     if start is None:
         return given.state(given.span[0], R)
@@ -110,9 +110,9 @@ def _held(given: JointTrajectory, joints: Joints, start: Any) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Splines:
-    """B-splines of degree 5 with these `knots` [s], the first and the last of which count six times.
+    """B-splines of degree 5 with these `knots` [s]; the first and the last knot are sixfold.
 
-    The first `order` coefficients are held; where splines come to `rest`, the last `order` ones are equal.
+    The first `order` coefficients are fixed; if the splines end at rest (`rests`), the last `order` ones are equal.
     """
 
     knots: Array
@@ -121,7 +121,7 @@ class Splines:
 
     @classmethod
     def of(cls, given: JointTrajectory, order: int) -> Splines:
-        """Return splines with knots at the breakpoints of a trajectory, and some between where they are few."""
+        """Return splines with knots at the breakpoints of a trajectory, and some in between if these are few."""
         ends = given.breakpoints
         parts = np.maximum(np.ceil(_FEWEST * np.diff(ends) / (ends[-1] - ends[0])), 1).astype(int)
         inner = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(ends[:-1], ends[1:], parts, strict=True)]
@@ -148,14 +148,14 @@ class Splines:
 
     @cached_property
     def free(self) -> Any:
-        """The matrix from what is free to all coefficients: zero for those that are held."""
+        """The matrix from the free coefficients to all coefficients; its rows for fixed coefficients are zero."""
         last = self.count - (self.order - 1 if self.rests else 0)  # those from last − 1 on are equal
         columns = np.minimum(np.arange(self.order, self.count), last - 1) - self.order
         rows, ones = np.arange(self.order, self.count), np.ones(self.count - self.order)
         return sparse.csc_array((ones, (rows, columns)), shape=(self.count, last - self.order))
 
     def begun(self, state: Array) -> Array:
-        """Return coefficients that begin with a state (R,), and are zero beyond what that holds."""
+        """Return coefficients that begin with a state (R,), and are zero where they are free."""
         c = np.zeros(self.count)
         R = self.order
         first = np.stack([D[[0], :R].toarray()[0] for D in self.coefficients_of[:R]])
@@ -164,12 +164,12 @@ class Splines:
 
     @cached_property
     def looks(self) -> tuple[Array, Any]:
-        """Times at which positions are compared [s], and the splines there."""
+        """Times [s] at which positions are compared, and the basis splines there."""
         fine = np.interp(np.arange(_LOOKS * (len(self.knots) - 1) + 1) / _LOOKS, np.arange(len(self.knots)), self.knots)
         return fine, sparse.csr_array(BSpline.design_matrix(fine, self.padded, _DEGREE))
 
     def trajectory(self, coefficients: Array, given: JointTrajectory) -> JointTrajectory:
-        """Return the splines of coefficients (J, count) as pieces."""
+        """Return the splines with coefficients (J, count) as pieces."""
         inside = slice(_DEGREE, self.count)
         parts = [PPoly.from_spline((self.padded, c, _DEGREE)).c[::-1, inside].T for c in coefficients]
         return JointTrajectory(given.names, self.knots, np.stack(parts), given.rests)
@@ -178,7 +178,7 @@ class Splines:
 def _solved(
     splines: Splines, given: JointTrajectory, joints: Joints, held: Array, backoff: float, until: float
 ) -> Iterator[Array]:
-    """Yield the coefficients of one joint after the other, as long as some are found in time."""
+    """Yield the coefficients of each joint in turn, until one has no solution or the time is over."""
     times, design = splines.looks
     wanted, E = given(times), splines.free
     A = [sparse.csr_array(D @ E) for D in splines.coefficients_of]
@@ -213,7 +213,9 @@ def _solved(
 
 
 def _moved(given: JointTrajectory, found: JointTrajectory) -> dict[str, Moved]:
-    """Return how far joints were moved: at most, over-estimated on each piece, and in the root mean square."""
+    """Return the distances by which joints were moved: the largest, over-estimated on each
+    piece, and the root mean square.
+    """
     ends, n = found.breakpoints, max(found.degree, given.degree) + 1
     before, after = (
         np.pad(c, ((0, 0), (0, 0), (0, n - c.shape[2])))

@@ -20,15 +20,15 @@ _ACCEPTED = (
     "a spline of SciPy with a column for each joint, splines by name of a joint, a trajectory of Ruckig or of TOPP-RA, "
     "or a JointTrajectory"
 )
-_OFF = 1e-9  # how far what is read may be from what its planner says, of the largest position: more is no rounding
+_OFF = 1e-9  # largest rounding error of pieces that are read, relative to the largest position
 
 
 @dataclass(frozen=True, eq=False)
 class JointTrajectory:
     """Joint j is q_j(t) = Σ_k c_jik (t − t_i)^k for t_i ≤ t ≤ t_(i+1), with `breakpoints` t_i [s], c = `coefficients`.
 
-    Shapes (K + 1,) and (J, K, degree + 1), with J `names`. The stored float64 numbers are exact; pieces need not meet.
-    Where it `rests`, all joints stay where they end; else nothing is said about later times.
+    Shapes (K + 1,) and (J, K, degree + 1), with J `names`. The stored float64 numbers are exact, and pieces may jump.
+    If it `rests`, all joints stay at their last positions; otherwise nothing is defined at later times.
 
     ValueError: shapes do not fit, breakpoints do not increase, a number is not finite, or names repeat.
     """
@@ -68,13 +68,15 @@ class JointTrajectory:
 
     @classmethod
     def of(cls, given: Any, names: Sequence[str] | None = None, rests: bool = True) -> Self:
-        """Return what a planner gives: a spline of SciPy with a column for each joint: `CubicSpline(t, q)`, q (N, J).
+        """Convert a planner's trajectory, for example a spline of SciPy with a column for each joint.
 
-        Or splines by name of a joint, a `Trajectory` of Ruckig, or what TOPP-RA's `compute_trajectory` returns. Left
-        out, names are q1, q2, …. What is proved later are the float64 coefficients; those of B-splines, of Ruckig's
-        profiles and of TOPP-RA's constant accelerations are computed, and rounded.
+        An example is `CubicSpline(t, q)` with q (N, J). It may also be splines by name of a joint, a `Trajectory` of
+        Ruckig, or the result of TOPP-RA's `compute_trajectory`. By default, names are q1, q2, …. Later proofs are about
+        the float64 coefficients; those of B-splines, of Ruckig's profiles and of TOPP-RA's constant accelerations are
+        computed, and rounded.
 
-        TypeError: something else. ValueError: a spline has no column for each name, or a planner's own values differ.
+        TypeError: it is something else. ValueError: a spline has no column for each name, or a planner's own values
+        differ.
         """
         if isinstance(given, JointTrajectory):
             return replace(given, rests=rests)  # type: ignore[return-value]
@@ -116,17 +118,19 @@ class JointTrajectory:
         upsampled: bool = False,
         rests: bool = True,
     ) -> Self:
-        """Return what ROS 2's joint_trajectory_controller makes of points at `times` (N,) [s], each field (N, J).
+        """Return the trajectory that ROS 2's joint_trajectory_controller interpolates through
+        points at `times` (N,) [s].
 
-        Between two points it is linear where they have positions alone, cubic where both have velocities, and quintic
-        where both have accelerations too. `upsampled`, as its parameter positions_upsampling: velocities of positions
-        alone are those of the cubic spline that begins and ends at rest. Formulas are those of
-        `Trajectory::interpolate_between_points` and `fill_cubic_spline_velocities`, in ros2_controllers,
-        joint_trajectory_controller/src/trajectory.cpp at commit 94e74de35f9d04f313aca8f29df66c3a76004aa7, solved here
-        from their conditions at both ends. What the controller adds in evaluating them in float64 is left out.
+        Each field has the shape (N, J). A piece is linear if its points have positions only, cubic if both have
+        velocities, and quintic if both have accelerations too. With `upsampled` (the controller's parameter
+        positions_upsampling), positions without velocities get those of the cubic spline that begins and ends at rest.
+        Formulas are those of `Trajectory::interpolate_between_points` and `fill_cubic_spline_velocities`, in
+        ros2_controllers, joint_trajectory_controller/src/trajectory.cpp at commit
+        94e74de35f9d04f313aca8f29df66c3a76004aa7, solved here from their conditions at both ends. Rounding errors of the
+        controller's evaluation in float64 are not included.
 
-        ValueError: shapes do not fit, times do not increase, or there are accelerations without velocities (the
-        controller commands zero positions then).
+        ValueError: shapes do not fit, times do not increase, or there are accelerations without velocities (for which
+        the controller commands zero positions).
         """
         t, q = numbers("trajectory: times", times), numbers("trajectory: positions", positions)
         given = {"velocities": velocities, "accelerations": accelerations}
@@ -155,14 +159,14 @@ class JointTrajectory:
 
     @property
     def span(self) -> tuple[float, float]:
-        """When it begins and ends [s]."""
+        """The first and the last time [s]."""
         return float(self.breakpoints[0]), float(self.breakpoints[-1])
 
     def __call__(self, t: ArrayLike, order: int = 0) -> Array:
         """Return positions of all joints, or their derivatives of an order, at t [s]: shape (*t.shape, J).
 
-        At a breakpoint they are those of the piece that begins there; after the end, those of the last piece there,
-        or, where the trajectory rests, zero derivatives. Before the start, they are those of the first piece there.
+        At a breakpoint they are those of the piece that begins there. Before the start they are those at the start, and
+        after the end those at the end; but derivatives are zero after the end if the trajectory rests.
         """
         times = np.clip(np.asarray(t, dtype=float), *self.span)
         i = np.clip(np.searchsorted(self.breakpoints, times, side="right") - 1, 0, len(self.breakpoints) - 2)
@@ -174,11 +178,14 @@ class JointTrajectory:
         return np.asarray(np.moveaxis(found, 0, -1))
 
     def state(self, t: float, orders: int) -> Array:
-        """Return positions and their derivatives below an order at one time [s]: shape (orders, J)."""
+        """Return positions and their derivatives below order `orders` at one time [s]: shape (orders, J)."""
         return np.stack([self(t, order) for order in range(orders)])
 
     def slowed(self, factor: float) -> Self:
-        """Return the same path in `factor` times the time, from the same start on. ValueError: it is not above 0."""
+        """Return the same path with `factor` times the duration, from the same start on.
+
+        ValueError: the factor is not positive.
+        """
         if not (s := real("slowed: factor", factor)) > 0:
             raise ValueError(f"slowed: factor must be above 0, got {s}")
         first = self.breakpoints[0]
@@ -186,7 +193,7 @@ class JointTrajectory:
         return replace(self, breakpoints=first + s * (self.breakpoints - first), coefficients=scaled)
 
     def delayed(self, by: float) -> Self:
-        """Return the same motion later [s]."""
+        """Return the same motion, `by` [s] later."""
         return replace(self, breakpoints=self.breakpoints + real("delayed: by", by))
 
 
@@ -216,14 +223,16 @@ def hermite(start: Array, end: Array, widths: Array) -> Array:
 
 @cache
 def _at_end(R: int) -> tuple[Array, Array]:
-    """Return what the lower powers of x say at x = 1, by C(k, r), and the inverse of what the upper ones say."""
+    """Return the matrix from lower powers of x to derivatives at x = 1, C(k, r), and the inverse
+    of that for upper powers.
+    """
     lower, upper = (np.array([[comb(k, r) for k in of] for r in range(R)], dtype=float)
                     for of in (range(R), range(R, 2 * R)))  # fmt: skip
     return lower, np.rint(np.linalg.inv(upper))
 
 
 def shifted(c: Array, by: Array) -> Array:
-    """Return the coefficients of p(t + by), along the last axis; `by` has the shape of the others, or broadcasts."""
+    """Return the coefficients of p(t + by), along the last axis; `by` broadcasts with the other axes."""
     found = c.copy()
     for i in range(c.shape[-1] - 1):
         for k in range(c.shape[-1] - 2, i - 1, -1):
@@ -244,14 +253,17 @@ def _shared(ends: Sequence[Array]) -> Array:
 
 
 def on_pieces(ends: Array, own: Array, c: Array) -> Array:
-    """Return the coefficients of a curve on finer pieces, (J, K, n); breakpoints as near as rounding are its own."""
+    """Return the coefficients of a curve on finer pieces, (J, K, n).
+
+    Breakpoints that agree up to rounding count as equal.
+    """
     middle = (ends[:-1] + ends[1:]) / 2
     i = np.clip(np.searchsorted(own, middle, side="right") - 1, 0, len(own) - 2)
     return shifted(c[:, i], ends[:-1] - own[i])
 
 
 def _beside(parts: Sequence[Array]) -> Array:
-    """Return curves of several degrees as one array."""
+    """Return curves of different degrees as one array."""
     n = max(part.shape[2] for part in parts)
     return np.concatenate([np.pad(part, ((0, 0), (0, 0), (0, n - part.shape[2]))) for part in parts])
 
@@ -331,7 +343,10 @@ def _composed(p: Array, inner: Array) -> Array:
 
 
 def _verified(ends: Array, c: Array, values: Any, planner: str) -> tuple[Array, Array]:
-    """Return pieces that have the values of a planner, halfway between breakpoints. ValueError: they have not."""
+    """Return pieces after comparing them with a planner's values halfway between breakpoints.
+
+    ValueError: they differ.
+    """
     middle = (ends[:-1] + ends[1:]) / 2
     wanted = np.array([np.asarray(values(float(t))) for t in middle]).reshape(len(middle), -1).T
     since, found = middle - ends[:-1], np.zeros(wanted.shape)

@@ -1,4 +1,4 @@
-"""Convert time stamps of a file to seconds, numbers of ticks or dates with a time of day, and count from an origin."""
+"""Convert time stamps of a file (numbers of ticks, or dates with a time of day) to seconds since an origin."""
 
 import math
 import re
@@ -55,7 +55,7 @@ class DateTimes:
             )
 
     def seconds(self, stamp: str) -> Decimal:
-        """Return the time [s] since 1970, UTC, exactly. ValueError: a text that is no such stamp."""
+        """Return the time [s] since 1970, UTC, exactly. ValueError: the text is no such stamp."""
         try:
             moment, fraction = self._read_iso(stamp.strip()) if self.format is None else self._read(stamp.strip())
         except ValueError:
@@ -107,7 +107,9 @@ class DateTimes:
 
 
 def _tells_a_date(format_: str) -> bool:
-    """Whether a date written in this format is read back unchanged; %Z is refused, as strptime ignores the name.
+    """Whether a date written in this format is read back unchanged.
+
+    %Z is refused, because strptime ignores the zone's name.
 
     A format without a time of day means midnight.
     """
@@ -121,9 +123,9 @@ def _tells_a_date(format_: str) -> bool:
 
 @dataclass(frozen=True)
 class Ticks:
-    """Stamps that count ticks of `length` [s] since some zero; `absolute` if that is 1970-01-01 00:00 UTC.
+    """Stamps that count ticks of `length` [s] since some zero; `absolute` if this zero is 1970-01-01 00:00 UTC.
 
-    InputError: a length that is not positive and finite.
+    InputError: the length is not positive and finite.
     """
 
     length: Decimal
@@ -165,9 +167,9 @@ def frames(rate: float) -> Ticks:
 
 
 def doubt(clock: Clock, first: Decimal) -> str | None:
-    """Return a question if the `first` time [s] of a clock is hardly what was meant; None otherwise.
+    """Return a question if the `first` time [s] of a clock is implausible; None otherwise.
 
-    Stamps since 1970 lie between 2000 and 2100 in one unit only; so they tell their unit.
+    Stamps that count from 1970 give a year from 2000 to 2100 in one unit only, which reveals the unit.
     """
     if not isinstance(clock, Ticks) or (clock.absolute and _is_likely(first)):
         return None
@@ -187,7 +189,7 @@ def doubt(clock: Clock, first: Decimal) -> str | None:
 
 
 def first_doubt(clock: Clock, stamps: Sequence[Decimal | None]) -> str | None:
-    """Return the `doubt` of the first time [s] that there is."""
+    """Return the `doubt` about the first existing time [s]."""
     first = next((stamp for stamp in stamps if stamp is not None), None)
     return None if first is None else doubt(clock, first)
 
@@ -212,7 +214,7 @@ _EPOCH = datetime(1970, 1, 1)
 
 
 def checked_origin(origin: object) -> Origin:
-    """Return the origin as given, a NumPy integer as int. InputError: anything else."""
+    """Return the origin, with a NumPy integer as int. InputError: it is no origin."""
     match origin:
         case None:
             return None
@@ -228,9 +230,9 @@ def checked_origin(origin: object) -> Origin:
 
 
 def zero_of(origin: Origin, absolute: bool, first: Decimal) -> int:
-    """Return the origin [ns], where the stamp [s] of the first sample is `first`: that time, rounded down, or its own.
+    """Return the origin [ns] given the stamp [s] of the first sample: that time, rounded down, or the given origin.
 
-    None is "first" if the stamps are `absolute`, otherwise the file's own zero.
+    None means "first" if the stamps are `absolute`, otherwise the file's own zero.
     """
     if origin is None:
         origin = "first" if absolute else 0

@@ -36,9 +36,9 @@ _UTF16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 def read_text(path: Path, encoding: str) -> str:
-    """Return the whole text, without a byte order mark of UTF-8; what is packed with gzip is unpacked.
+    """Return the whole text of a file, unpacked if it is a gzip file, without a byte order mark of UTF-8.
 
-    InputError: unreadable, or not in `encoding`.
+    InputError: it is unreadable, or not in `encoding`.
     """
     data = _unpack(path, read_bytes(path))
     try:
@@ -52,7 +52,7 @@ def read_text(path: Path, encoding: str) -> str:
 
 
 def _unpack(path: Path, data: bytes) -> bytes:
-    """Unpack a gzip file; anything else stays as it is."""
+    """Unpack a gzip file; return any other data unchanged."""
     if not data.startswith(GZIP):
         return data
     try:
@@ -99,12 +99,11 @@ MISSING = ("", "-", "na", "n/a", "nan", "null")
 class CsvLayout:
     """The format of a CSV file.
 
-    `separator`: one character; None finds comma, semicolon or tab by the header. `decimal`: the mark in front of a
-    fraction, "." or ",". `encoding`: as Python names it. `comment`: lines that start with it are ignored; none if it is
-    empty. `skip`: numbers, from 1, of further lines to ignore, such as units below the header. `missing`: texts that
-    stand for a missing value, in upper or lower case. `columns`: the names of the columns of a file without a header.
-    Messages about files name these fields, which have the same names in files that describe recordings.
-    InputError: an impossible value.
+    `separator`: one character; None detects comma, semicolon or tab by the header. `decimal`: the decimal mark, "." or
+    ",". `encoding`: its name in Python. `comment`: lines that start with it are ignored; empty for none. `skip`:
+    numbers, from 1, of further lines to ignore, such as units below the header. `missing`: texts that mean a missing
+    value, in upper or lower case. `columns`: the names of the columns of a file without a header. Messages about files
+    use these names, which are the same in files that describe recordings. InputError: a value is invalid.
     """
 
     separator: str | None = None
@@ -137,7 +136,7 @@ class CsvLayout:
             raise InputError(f"CSV layout: expected one character as separator, got {self.separator!r}")
 
     def is_missing(self, cell: str) -> bool:
-        """Whether the cell stands for a missing value."""
+        """Whether the cell means a missing value."""
         return cell.strip().casefold() in self._missing
 
     @cached_property
@@ -156,7 +155,10 @@ KITTI = CsvLayout(" ", columns=("r11", "r12", "r13", "x", "r21", "r22", "r23", "
 
 
 def read_cells(path: Path, layout: CsvLayout, names: Collection[str] | None = None) -> Cells:
-    """Read columns, all without `names`. InputError: unreadable or ragged, or one is missing or appears twice."""
+    """Read the columns `names`, by default all.
+
+    InputError: a row is unreadable or too short, or a column is missing or repeated.
+    """
     text = read_text(path, layout.encoding)
     separator, header = _header(path, text, layout, names)
     lines, rows = [], []
@@ -207,7 +209,10 @@ def csv_reading(
 
 
 def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | None) -> tuple[str, list[str]]:
-    """Return the separator and the names in the header: with this separator most of those that are wanted are found."""
+    """Return the separator and the names in the header.
+
+    A separator is chosen by the number of wanted names it finds.
+    """
     names, found = wanted or (), {}
     refused = []
     for separator in SEPARATORS if layout.separator is None else (layout.separator,):
@@ -238,7 +243,10 @@ def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | 
 
 
 def _header_below(text: str, layout: CsvLayout, names: Collection[str]) -> str:
-    """Return a hint at the first line further down that names all columns, as below a title; nothing without one."""
+    """Return a hint at the first later line that names all columns, such as a header below a title.
+
+    "" if there is none.
+    """
     for separator in SEPARATORS if layout.separator is None else (layout.separator,):
         with suppress(_NoCsvError):
             for line, cells in islice(_records(text, layout, separator), 1, _TITLE):
@@ -301,29 +309,28 @@ def read_csv(
     signals
         By the name that a signal gets in the recording: a `Column`, or the name of a column.
     layout
-        Separator, decimal mark, encoding, comments, lines to skip, texts that stand for a missing value, and the names
-        of columns where there is no header. `TUM` and `KITTI` are layouts.
+        Separator, decimal mark, encoding, comments, lines to skip, texts that mean a missing value, and the names
+        of columns if there is no header. `TUM` and `KITTI` are layouts.
     repairs
-        Functions, or names of `REPAIRS`, applied in this order. What they do not mend is refused.
+        Functions, or names of `REPAIRS`, applied in this order. Remaining errors are refused.
     origin
         The time zero [ns] on the file's clock, or "first" for the first sample of all signals. By default the file's
         own zero, or the first sample if stamps are dates or count from 1970.
     between
-        Read the samples with start ≤ time ≤ end [s] alone: of other rows, nothing but the time has to be readable.
+        Read only the samples with start ≤ time ≤ end [s]; of other rows, only the time has to be readable.
 
     Cells without a value are left out and reported in `Recording.cleanings`.
 
     Warns
     -----
     DoubtfulInputWarning
-        For stamps that are hardly in the unit that is said: as seconds since 1970 where they are milliseconds.
-        Where `average_repeated` averages values at one time that noise does not explain.
+        For implausible stamps, for example milliseconds that are read as seconds since 1970, and if
+        `average_repeated` averages values at one time that differ by more than noise explains.
 
     Raises
     ------
     InputError
-        For a file that cannot be read, and for anything wrong in it that no repair mends: names file and line.
-
+        For a file that cannot be read, and for any error in it that no repair removes; names file and line.
     """
     reading = csv_reading(path, time, time_unit, signals, layout, repairs, origin, between)
     return reading.recording(read_cells(reading.path, layout, reading.names))

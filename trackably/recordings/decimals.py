@@ -1,4 +1,4 @@
-"""Numbers as they are written in a file: kept exactly, and rounded once, to float64, at the end.
+"""Numbers as written in a file: kept exactly, and rounded to float64 once, at the end.
 
 Stamps since 1970 have more digits than a float64, and 64.1 mm becomes 0.0641 m only if the product is rounded once.
 """
@@ -35,7 +35,7 @@ def parse(text: str, mark: str) -> Decimal:
 
 
 def exact(value: object) -> Decimal | None:
-    """Convert a decoded number without rounding; None and NaN become None. ValueError: no finite number."""
+    """Convert a decoded number without rounding; None and NaN become None. ValueError: it is no finite number."""
     match value:
         case None:
             return None
@@ -51,9 +51,9 @@ def exact(value: object) -> Decimal | None:
 
 
 def scale_once(number: Decimal, scale: float, offset: float = 0.0) -> float:
-    """Return `number` times `scale` plus `offset` (as they are written in decimal), rounded once.
+    """Return `number` times `scale` plus `offset` (these as written in decimal), rounded once.
 
-    ValueError: too large for float64.
+    ValueError: the result is too large for float64.
     """
     product = number if scale == 1 else EXACT.multiply(number, Decimal(repr(float(scale))))
     result = float(EXACT.add(product, Decimal(repr(float(offset)))) if offset else product)
@@ -63,7 +63,7 @@ def scale_once(number: Decimal, scale: float, offset: float = 0.0) -> float:
 
 
 def check_scale(name: str, scale: object, offset: object = 0.0) -> None:
-    """Raise InputError if `scale` or `offset` of the values of `name` is no finite number, or the scale zero."""
+    """Raise InputError if `scale` or `offset` for the values of `name` is no finite number, or the scale is zero."""
     if not is_number(offset) or not math.isfinite(offset):
         raise InputError(f"{name!r}: expected a finite number as offset, got {offset!r}")
     if not is_number(scale):

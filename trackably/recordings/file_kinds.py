@@ -1,4 +1,4 @@
-"""What readers are asked for, and which files they refuse by how these begin."""
+"""Arguments that all readers share, and files that they refuse because of their first bytes."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,14 +9,14 @@ from trackably.errors import InputError
 
 
 def path_given(given: object) -> Path:
-    """Return a path that is given as such, or as a text. InputError: anything else."""
+    """Return the path of a file, given as a path or a text. InputError: it is neither."""
     if not isinstance(given, str | Path):
         raise InputError(f"path: expected the path of a file, got {short(given)}")
     return Path(given)
 
 
 def check_mapping(path: Path, signals: object, described: str) -> None:
-    """Raise InputError if `signals` are no mapping from names, or empty."""
+    """Raise InputError if `signals` is no mapping from names, or empty."""
     if not isinstance(signals, Mapping):
         raise InputError(f"signals: expected {described}, got {short(signals)}")
     if not signals:
@@ -40,7 +40,7 @@ GZIP = b"\x1f\x8b"
 MCAP = b"\x89MCAP"
 
 LARGEST = 400_000_000
-"""Bytes to which a packed file, or what is kept of one, may unpack: a few kilobytes can hold gigabytes of zeros."""
+"""Largest unpacked size of a file, or of the data kept from it, in bytes: few kilobytes can unpack to gigabytes."""
 
 _SAVE = "save it as CSV"
 _CONVERT = "`mcap convert` of the MCAP project makes an MCAP file of it"
@@ -57,14 +57,14 @@ _KINDS = (
 
 
 def refuse_other_kinds(path: Path, data: bytes) -> None:
-    """Raise InputError for a file that begins as one that no reader reads."""
+    """Raise InputError for a file of a kind that no reader reads, recognised by its first bytes."""
     for start, kind, help_ in _KINDS:
         if data.startswith(start):
             raise InputError(f"{path}: this is {kind}: {help_}")
 
 
 def refuse_no_mcap(path: Path, data: bytes) -> None:
-    """Raise InputError for a file that does not begin as an MCAP file, with what it is."""
+    """Raise InputError for a file that is no MCAP file, with the kind of file that it is."""
     if not data or data.startswith(MCAP):
         return
     refuse_other_kinds(path, data)

@@ -44,9 +44,11 @@ _LISTED = 60
 
 
 def find(node: object, path: str) -> object:
-    """Return the value at `path`; None if it, or a message around it, is unset or null. LookupError: no such field.
+    """Return the value at `path`; None if it, or a message around it, is unset or null.
 
-    ValueError: several entries of a list have the name that the path gives.
+    LookupError: there is no such field.
+
+    ValueError: several entries of a list have the name in the path.
     """
     if not path or node is None:
         return node
@@ -70,19 +72,21 @@ def find(node: object, path: str) -> object:
 
 
 def leaves(message: object) -> list[str]:
-    """List the paths of numbers and texts in a message: of a list only its first entry, and not too many in all."""
+    """List the paths of numbers and texts in a message: of each list only the first entry, and a
+    limited number in all.
+    """
     found = list(islice(_leaves(message, "", _DEPTH), _LISTED + 1))
     return found if len(found) <= _LISTED else [*found[:_LISTED], "…"]
 
 
 def labels(message: object, path: str) -> tuple[str, ...]:
-    """Return what names the entries that a path takes by their number: a transform's child frame, or a name."""
+    """Return the names of the list entries that a path selects by number: a transform's child frame, or a name."""
     entries = [find(message, path[: number.end()]) for number in _NUMBERED.finditer(path)]
     return tuple(label for entry in entries if (label := _label(entry)))
 
 
 def label_field(message: object, path: str) -> str:
-    """Return the path with a name instead of the first number in it."""
+    """Return the path with its first number replaced by the name of the entry."""
     number = _NUMBERED.search(path)
     assert number is not None
     entry = find(message, path[: number.end()])
@@ -103,7 +107,10 @@ def _text(entry: object, name: str) -> str:
 
 
 def _entry(entries: Sequence[object], field: str, value: str) -> object:
-    """Return the entry with this text in a field. LookupError: there is none. ValueError: there are several."""
+    """Return the entry of a list with this text in a field.
+
+    LookupError: there is none. ValueError: there are several.
+    """
     found = [entry for entry in entries if _text(entry, field) == value]
     if len(found) > 1:
         raise ValueError(f"expected one entry with {field} = {value!r}, got {len(found)}")
@@ -113,7 +120,7 @@ def _entry(entries: Sequence[object], field: str, value: str) -> object:
 
 
 def _splits(path: str) -> Iterator[tuple[str, str]]:
-    """Yield each name that the path may start with, the longest first, and the rest of the path."""
+    """Yield each possible first name of the path, the longest first, with the rest of the path."""
     yield path, ""
     for end in range(len(path) - 1, 0, -1):
         if path[end] in ".[":
@@ -121,7 +128,7 @@ def _splits(path: str) -> Iterator[tuple[str, str]]:
 
 
 def _attribute(node: object, name: str) -> object:
-    """Return a field of a Protobuf or ROS 2 message; None if it is unset and its type distinguishes that from zero."""
+    """Return a field of a Protobuf or ROS 2 message; None if it is unset and its type distinguishes unset from zero."""
     if isinstance(node, Protobuf):
         field = node.DESCRIPTOR.fields_by_name[name]
         return None if field.has_presence and not node.HasField(name) else getattr(node, name)
@@ -167,7 +174,9 @@ _START = 512  # bytes that tell what kind of file it is
 
 @dataclass(frozen=True)
 class Received:
-    """An undecoded message: its `place` for error messages, its times [ns] since the recorder's zero, often 1970."""
+    """An undecoded message: its `place` for error messages, and its times [ns] since the
+    recorder's zero, often 1970.
+    """
 
     place: str
     log_time: int
@@ -186,8 +195,8 @@ class Received:
 def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Received]]:
     """Read the messages of each topic, in the order of their log times.
 
-    InputError, with the name and topics of the file: no MCAP file, damaged or cut off; no such topic; no messages on
-    it; an encoding that is not supported.
+    InputError, with the name and topics of the file: it is no MCAP file, damaged or cut off; it has no such topic, or
+    no messages on it; an encoding is not supported.
     """
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
@@ -229,12 +238,12 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
 
 
 def topics_in(path: Path) -> list[str]:
-    """Return the topics of a file, sorted by name. InputError: no MCAP file, damaged or cut off."""
+    """Return the topics of a file, sorted by name. InputError: it is no MCAP file, damaged or cut off."""
     return sorted({record.topic for record in _records(path) if isinstance(record, Channel)})
 
 
 def _records(path: Path) -> Iterator[McapRecord]:
-    """Yield all records in the order of the file, checking its checksums."""
+    """Yield all records in the order of the file, and verify its checksums."""
     try:
         with opened(path) as file:
             refuse_no_mcap(path, file.read(_START))
@@ -255,7 +264,7 @@ def _records(path: Path) -> Iterator[McapRecord]:
 
 
 def _unpack(path: Path, chunk: Chunk) -> Chunk:
-    """Return the chunk without compression. InputError: it is larger than it says, or than any recorder makes it."""
+    """Return the chunk unpacked. InputError: it is larger than declared, or larger than recorders make chunks."""
     size = len(chunk.data) if chunk.compression not in _UNPACK else chunk.uncompressed_size
     if size > _CHUNK:
         raise InputError(f"{path}: a chunk of {size} bytes, where {_CHUNK} are read at most")
@@ -271,7 +280,7 @@ _UNPACK: dict[str, Callable[[bytes, int], bytes]] = {
     "zstd": lambda data, most: ZstdDecompressor().stream_reader(data).read(most),
     "lz4": lambda data, most: LZ4FrameDecompressor().decompress(data, max_length=most),
 }
-"""By the name of a compression: what unpacks so many bytes at most."""
+"""Functions that unpack data up to a number of bytes, by the name of the compression."""
 
 
 def _reason(error: Exception) -> str:
@@ -351,7 +360,7 @@ class Stamp:
 
     @property
     def absolute(self) -> bool:
-        """Whether stamps count from 1970, not from the file's own zero."""
+        """Whether stamps count from 1970, and not from the file's own zero."""
         return self.unit is None or clock_named(self.unit).absolute
 
     def seconds(self, _message: Received, content: object) -> Decimal | None:
@@ -436,12 +445,12 @@ def read_mcap(
     signals
         By the name that a signal gets in the recording: a `Field`.
     repairs
-        Functions, or names of `REPAIRS`, applied in this order. What they do not mend is refused.
+        Functions, or names of `REPAIRS`, applied in this order. Remaining errors are refused.
     origin
         The time zero [ns] on the file's clock, or "first" for the first sample of all signals. By default the first
         sample too, or the file's own zero if stamps are numbers in a unit that does not count from 1970.
     between
-        Read the samples with start ≤ time ≤ end [s] alone: times of other messages may repeat or go back.
+        Read only the samples with start ≤ time ≤ end [s]; times of other messages may repeat or decrease.
 
     Messages are read in the order of their log times. Fields without a value (unset, null, NaN, absent from some
     messages) are left out and reported in `Recording.cleanings`.
@@ -449,8 +458,7 @@ def read_mcap(
     Raises
     ------
     InputError
-        For a file that cannot be read, and for anything wrong in it that no repair mends: names file, topic, message.
-
+        For a file that cannot be read, and for any error in it that no repair removes; names file, topic, message.
     """
     path = path_given(path)
     check_mapping(path, signals, 'a mapping from names to fields, as {"position": Field("/topic", "x")}')
@@ -512,7 +520,10 @@ def _rows(path: Path, messages: Sequence[Received], topic: str, time: MessageTim
 
 
 class _Column(Generic[_T]):
-    """The values that `read` returns for each message, None if missing; `found` says if any message has the field."""
+    """The values that `read` returns for each message, None if missing.
+
+    `found` tells whether any message has the field.
+    """
 
     def __init__(self, path: str | None, read: Callable[[Received, object], _T | None]) -> None:
         self.path, self.read = path, read
@@ -533,7 +544,7 @@ class _Column(Generic[_T]):
         self.values.append(value)
 
     def _refuse_others(self, message: Received, content: object) -> None:
-        """Raise InputError where the number in a path means another frame than it did before, as in `/tf`."""
+        """Raise InputError if the number in a path selects another frame than before, as may happen on `/tf`."""
         if self.path is None or "[" not in self.path:
             return
         named = labels(content, self.path)

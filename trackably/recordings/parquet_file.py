@@ -26,7 +26,7 @@ def read_parquet(
     repairs: Sequence[Repair | str] = (),
     origin: Origin = None,
 ) -> Recording:
-    """Read signals from a Parquet file; its cells without a value (null, NaN) are left out and reported.
+    """Read signals from a Parquet file; cells without a value (null, NaN) are left out and reported.
 
     Parameters
     ----------
@@ -35,22 +35,21 @@ def read_parquet(
     time
         The name of the column of time stamps.
     time_unit
-        As of `read_csv`, for stamps that are numbers. Stamps of a date and time type are dates: "ISO 8601".
+        As in `read_csv`, for stamps that are numbers. For columns of a date and time type: "ISO 8601".
     signals, repairs, origin
-        As of `read_csv`.
+        As in `read_csv`.
 
     Warns
     -----
     DoubtfulInputWarning
-        For stamps that are hardly in the unit that is said, and where `average_repeated` averages values at one time
-        that noise does not explain.
+        For implausible stamps, and if `average_repeated` averages values at one time that differ by more than noise
+        explains.
 
     Raises
     ------
     InputError
-        For a file that cannot be read, where pyarrow is not installed, and for anything wrong in the file that no
-        repair mends: names file and row, counted from 1.
-
+        For a file that cannot be read, if pyarrow is not installed, and for any error in the file that no repair
+        removes; names file and row, counted from 1.
     """
     reading = parquet_reading(path, time, time_unit, signals, repairs, origin)
     return reading.recording(read_cells(reading.path, reading.names))
@@ -95,7 +94,7 @@ def read_cells(path: Path, names: Sequence[str]) -> Cells:
 
 
 def _size(metadata: Any, wanted: Sequence[str]) -> int:
-    """Return the bytes that these columns have when they are unpacked: as stored, and 8 for each cell."""
+    """Return the unpacked size of these columns in bytes: as stored, plus 8 for each cell."""
     groups = (metadata.row_group(i) for i in range(metadata.num_row_groups))
     parts = (group.column(j) for group in groups for j in range(group.num_columns))
     stored = sum(part.total_uncompressed_size for part in parts if part.path_in_schema.split(".")[0] in wanted)

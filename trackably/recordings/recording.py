@@ -1,4 +1,4 @@
-"""A recording: named signals, each with its own times, one common time origin, and a report of what was repaired."""
+"""A recording: named signals, each with its own times, one common time origin, and a report of repairs."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -16,9 +16,9 @@ from trackably.systems.polytopes import ends_shown
 
 @dataclass(frozen=True)
 class Finding:
-    """`what` was wrong in `count` rows or values, and what became of them; the first one is in `first`.
+    """A kind of error, described by `what` with its repair, in `count` rows or values, the first of which is `first`.
 
-    Readers warn of a finding that `is_doubtful`: it is hardly what the chosen repair is for.
+    Readers warn of a finding that `is_doubtful`: the chosen repair is hardly meant for it.
     """
 
     what: str
@@ -32,7 +32,10 @@ class Finding:
 
 @dataclass(frozen=True)
 class Cleaning:
-    """All findings in the `rows` (a number) of the file or topic `source`, to be printed. None if it was clean."""
+    """The findings in the `rows` (a number) of the file or topic `source`, for printing.
+
+    None if there were no errors.
+    """
 
     source: str
     rows: int
@@ -40,7 +43,7 @@ class Cleaning:
 
     @property
     def questions(self) -> list[str]:
-        """What readers warn of."""
+        """The sentences of which readers warn."""
         return [f"{self.source}: {finding}" for finding in self.findings if finding.is_doubtful]
 
     def __str__(self) -> str:
@@ -53,7 +56,7 @@ class Signal:
     """`values` at strictly increasing `times` [s], both of shape (n,), n ≥ 1.
 
     `noise_std` (n,) is the standard deviation of each sample, in the unit of the values; None if it is not known.
-    Raises ValueError, which names the first wrong entry: shapes, order, or numbers that are not finite or positive.
+    ValueError, which names the first wrong entry: shapes or order are wrong, or numbers are not finite or positive.
     """
 
     times: Array
@@ -101,8 +104,8 @@ class Signal:
     def every(self, seconds: float) -> "Signal":
         """Thin out to samples about `seconds` apart.
 
-        After each sample follows the one nearest to `seconds` later, and at least half of it later. Gaps stay gaps, and
-        thinning again by the same time changes nothing. InputError: `seconds` is not positive and finite.
+        Each sample is followed by the one nearest to `seconds` later, among those at least half of it later. Gaps are
+        kept, and thinning again by the same time changes nothing. InputError: `seconds` is not positive and finite.
         """
         if not (is_number(seconds) and 0 < seconds < np.inf):
             raise InputError(f"expected a time between samples above 0 s, got {seconds!r} s")
@@ -128,7 +131,7 @@ class Recording:
     """`signals` by name, each with its own times [s] since the common `origin` [ns].
 
     The origin is exact, on the file's own clock. It is `absolute` if that clock counts from 1970, as epoch stamps,
-    dates and most log times do. `cleanings` has a report of what was found and repaired for each table or topic.
+    dates and most log times do. `cleanings` are the reports of errors and repairs for each table or topic.
     """
 
     signals: Mapping[str, Signal]
@@ -142,7 +145,7 @@ class Recording:
         return self.signals[name]
 
     def samples(self, name: str) -> Samples:
-        """Return the samples of a signal, to learn from. InputError: no signal has that name; it lists the names."""
+        """Return the samples of a signal, to learn from. InputError, which lists the names: no signal has this name."""
         return self[name].samples()
 
     def select(self, start: float, end: float) -> "Recording":
@@ -184,7 +187,7 @@ def _span(signal: Signal) -> tuple[str, str]:
 
 
 def _gaps(signal: Signal) -> str:
-    """Return where the longest gap is and how many there are; nothing where there is none."""
+    """Return a text on the longest gap and the number of gaps; "" if there is none."""
     if not (gaps := signal.samples().gaps):
         return ""
     start, end = max(gaps, key=lambda gap: gap[1] - gap[0])

@@ -1,4 +1,4 @@
-"""Rows of a file, before any repair: repairs, refusals of what is still wrong, and the recording that they make."""
+"""Rows of a file before any repair, the repairs, the refusal of remaining errors, and the resulting recording."""
 
 import math
 import warnings
@@ -18,7 +18,7 @@ from trackably.recordings.recording import Cleaning, Finding, Recording, Signal
 
 
 def rows_between(stamps: Sequence[Decimal | None], ends: tuple[float, float], origin: int) -> list[int]:
-    """Return which rows have start ≤ time ≤ end [s] since `origin` [ns], or no time."""
+    """Return the indices of the rows with start ≤ time ≤ end [s] since `origin` [ns], or without a time."""
     zero = EXACT.multiply(Decimal(origin), NANOSECOND)
     first, last = (EXACT.add(zero, Decimal(repr(float(end)))) for end in ends)
     return [row for row, at in enumerate(stamps) if at is None or first <= at <= last]
@@ -28,8 +28,8 @@ def rows_between(stamps: Sequence[Decimal | None], ends: tuple[float, float], or
 class Rows:
     """n rows of one table or topic, the `source`: each has a time stamp, and values of some or all signals.
 
-    `places` names each row, "line 12" or "message 3". `stamps` [s] are exact, None if missing. `values`, and
-    `noise_std` of the signals that have one for each sample, are arrays (n,) by signal, NaN if missing.
+    `places` names each row, "line 12" or "message 3". `stamps` [s] are exact, None if missing. `values` are arrays (n,)
+    by signal, NaN if missing, and so is `noise_std`, for the signals with a standard deviation for each sample.
     """
 
     source: str
@@ -46,7 +46,7 @@ class Rows:
         return f"{self.source}, {self.places[row]}"
 
     def timed(self) -> Sequence[Decimal]:
-        """Return the stamps. InputError: a row without a time."""
+        """Return the stamps. InputError: a row has no time."""
         for row, stamp in enumerate(self.stamps):
             if stamp is None:
                 raise InputError(
@@ -93,8 +93,9 @@ class Rows:
 def out_of_order(stamps: Sequence[Decimal]) -> list[int]:
     """Return the fewest rows whose removal leaves non-decreasing stamps; of two swapped rows, the later one.
 
-    These are not simply the rows earlier than their predecessor: after one stamp far in the future, that would be all
-    others. The rest is a longest non-decreasing subsequence, found by patience sorting from the end in O(n log n).
+    These are not simply the rows earlier than their predecessor: after one stamp far in the future, those would be all
+    others. The remaining rows are a longest non-decreasing subsequence, found by patience sorting from the end in O(n
+    log n).
     """
     smallest: list[Decimal] = []  # [k]: over all chains of k + 1 rows found so far, the latest first stamp, negated
     starts: list[int] = []  # [k]: the row of that stamp
@@ -114,15 +115,15 @@ def out_of_order(stamps: Sequence[Decimal]) -> list[int]:
 
 
 _TIMES_NOISE = 6.0  # times the root of the sum of two variances
-_TIMES_USUAL = 15.0  # times what neighbours in time usually differ by, which noise does too
-_FEWEST = 10  # neighbours: among fewer, no difference is the usual one
+_TIMES_USUAL = 15.0  # times the usual difference of neighbours in time, which includes noise
+_FEWEST = 10  # neighbours: with fewer, there is no usual difference
 
 
 def far_apart(rows: Rows) -> tuple[Finding, ...]:
     """Return a doubtful finding for each signal with values at one time that differ by more than noise explains.
 
-    Noise is that of each sample, if it is known; otherwise what neighbours in time usually differ by is a bound of it.
-    InputError: a row without a time.
+    The noise is that of each sample, if it is known; otherwise it is bounded by the usual difference of neighbours in
+    time. InputError: a row has no time.
     """
     found: dict[str, list[tuple[float, int, float]]] = {}
     repeats = list(rows.repeats())
@@ -150,10 +151,10 @@ def _noise(deviations: Array) -> float:
 
 
 def _usual(rows: Rows, name: str) -> float:
-    """Return how far apart values may be; infinity where too few neighbours differ to say so.
+    """Return the largest plausible difference of values at one time; infinite if there are too few neighbours to tell.
 
-    Neighbours in time differ by what their smallest or their largest values differ by, whichever is less: two sensors
-    with values at each time are neighbours of themselves.
+    The difference of neighbours in time is that of their smallest or of their largest values, whichever is less. So two
+    sensors with values at each time do not count as different neighbours.
     """
     stamps, ends = rows.timed(), dict[Decimal, tuple[float, float]]()
     for row in np.flatnonzero(rows.present(name)).tolist():
@@ -174,7 +175,7 @@ def drop_rows_without_time(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
 
 
 def drop_zero_rows(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
-    """Drop rows in which every signal is zero, as some devices write them when they have lost their target.
+    """Drop rows in which every signal is zero, which some devices write after losing their target.
 
     If only one signal is read, a true zero looks the same: read all axes of the device together with this repair.
     """
@@ -206,8 +207,8 @@ def keep_last_of_repeated(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
 def average_repeated(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
     """Replace several values of a signal at one time by their mean.
 
-    Its standard deviation is that of the mean of independent samples. Values that are further apart than noise explains
-    are found doubtful: they may be of two sensors, or of wrong stamps. InputError: a row without a time.
+    Its standard deviation is that of the mean of independent samples. Values that differ by more than noise explains
+    are reported as doubtful: they may come from two sensors, or have wrong stamps. InputError: a row has no time.
     """
     averaged, found = _merge(rows, lambda column, summary: summary(column) / len(column), "time repeated, averaged")
     return averaged, (*found, *far_apart(rows))
@@ -259,10 +260,10 @@ def _finding(rows: Rows, found: Sequence[int], what: str) -> tuple[Finding, ...]
 def _merge(
     rows: Rows, merged: Callable[[Array, Callable[[Array], float]], float], what: str
 ) -> tuple[Rows, tuple[Finding, ...]]:
-    """Merge several values of a signal at one time into the first of their rows; other signals stay in their rows.
+    """Merge several values of a signal at one time into the first of their rows; other signals are kept in their rows.
 
-    `merged` gets the values, and a function that adds them up: the sum, or for standard deviations the root of the sum
-    of squares.
+    `merged` receives the values, and a function that combines them: the sum, or for standard deviations the root of the
+    sum of squares.
     """
     values = {name: column.copy() for name, column in rows.values.items()}
     noise_std = {name: column.copy() for name, column in rows.noise_std.items()}
@@ -278,12 +279,12 @@ def _merge(
 
 
 def _root_of_squares(deviations: Array) -> float:
-    """Return √Σσ², or NaN if some σ is not positive: the sum would hide it, NaN is refused later."""
+    """Return √Σσ², or NaN if some σ is not positive: the sum would hide it, but NaN is refused later."""
     return math.hypot(*deviations) if np.all(deviations > 0) else math.nan
 
 
 def recording_of_table(rows: Rows, clock: Clock, repairs: Sequence[Repair], origin: Origin) -> Recording:
-    """Return the signals of one table as `recording_from_rows` does; warn of what is doubtful, stamps too."""
+    """Return the signals of one table by `recording_from_rows`; warn of doubtful findings and of implausible stamps."""
     if origin is None and (question := first_doubt(clock, rows.stamps)):
         warnings.warn(f"{rows.source}: {question}", DoubtfulInputWarning, stacklevel=4)
     recording = recording_from_rows([rows], clock.absolute, repairs, origin)
@@ -296,8 +297,8 @@ def recording_of_table(rows: Rows, clock: Clock, repairs: Sequence[Repair], orig
 def recording_from_rows(tables: Sequence[Rows], absolute: bool, repairs: Sequence[Repair], origin: Origin) -> Recording:
     """Return the signals of one or more tables or topics, with times [s] since `origin` [ns].
 
-    "first" is the first sample of all signals. None is the same if the stamps are `absolute`, otherwise the file's own
-    zero. InputError, with the place: something is wrong that no chosen repair mends, or a signal has no value.
+    "first" is the first sample of all signals. None means "first" if the stamps are `absolute`, otherwise the file's
+    own zero. InputError, with the place: an error is left that no chosen repair removes, or a signal has no value.
     """
     repaired = [_repair_and_check(rows, repairs) for rows in tables]
     zero = zero_of(origin, absolute, min(_first(rows) for rows, _ in repaired))

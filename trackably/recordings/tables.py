@@ -1,4 +1,6 @@
-"""Tables of named columns, from whatever kind of file: their cells become numbers and times, or an error names one."""
+"""Tables of named columns from any kind of file: convert cells to numbers and times, or raise
+an error that names a cell.
+"""
 
 from __future__ import annotations
 
@@ -25,10 +27,9 @@ _T = TypeVar("_T")
 class Column:
     """The column `name`; its numbers are multiplied by `scale` (1e-3 converts millimetres to metres).
 
-    Then `offset` is added, in the new unit: 273.15 makes kelvins of degrees Celsius, and -0.012 takes away what a
-    sensor shows at zero. `noise_std` names the column with the standard deviation of each sample, in the file's unit of
-    the values; it is scaled too. InputError: a scale or an offset that is not finite, a scale of zero, or names that
-    are none.
+    Then `offset` is added, in the new unit: 273.15 converts degrees Celsius to kelvins, and -0.012 removes a sensor's
+    value at zero. `noise_std` names the column with the standard deviation of each sample, in the file's unit of the
+    values; it is scaled too. InputError: scale or offset is not finite, the scale is zero, or a name is no text.
     """
 
     name: str
@@ -57,18 +58,18 @@ class Cells:
 
 
 class Form(NamedTuple):
-    """How a kind of file writes values in its cells. ValueError: a cell holds something else."""
+    """How a kind of file writes values in its cells. ValueError: a cell has another content."""
 
     is_missing: Callable[[Any], bool]
     number: Callable[[Any], Decimal]
     date: Callable[[DateTimes, Any], Decimal]
     hint: Callable[[Any], str]
-    """Says what may help where a cell is refused."""
+    """Returns advice for a refused cell."""
 
 
 @dataclass(frozen=True)
 class TableReading:
-    """The columns of a file with their names in the recording, its clock and its form, and what mends its rows."""
+    """The columns of a file with their names in the recording, its clock, its form, and the repairs."""
 
     path: Path
     form: Form
@@ -91,7 +92,7 @@ class TableReading:
         origin: Origin,
         between: tuple[float, float] | None = None,
     ) -> Self:
-        """Return the arguments of a reader, checked. InputError: one of them is wrong."""
+        """Check and return the arguments of a reader. InputError: one of them is wrong."""
         check_mapping(path, signals, 'a mapping from names to columns, as {"position": "x"}')
         columns = {name: _column(name, wanted) for name, wanted in signals.items()}
         clock, chosen, zero = clock_named(time_unit), tuple(chosen_repairs(repairs)), checked_origin(origin)
@@ -99,12 +100,12 @@ class TableReading:
 
     @property
     def names(self) -> list[str]:
-        """The columns that have to be in the file, each once."""
+        """The columns that the file has to have, without duplicates."""
         names = (self.time, *(name for column in self.columns.values() for name in (column.name, column.noise_std)))
         return list(dict.fromkeys(name for name in names if name is not None))
 
     def recording(self, cells: Cells) -> Recording:
-        """Return the recording of a table with these columns. Raises InputError; warns of stamps in another unit."""
+        """Return the recording of a table with these columns. Raises InputError; warns of implausible stamps."""
         stamps, origin = self._stamps(cells), self.origin
         if self.between:
             origin = zero_of(origin, self.clock.absolute, self._first(cells, stamps))
@@ -132,7 +133,7 @@ class TableReading:
         return self._convert(cells, self.time, lambda cell: clock.seconds(form.number(cell)))
 
     def _first(self, cells: Cells, stamps: Sequence[Decimal | None]) -> Decimal:
-        """Return the first stamp [s] of a row that has a value in one of the columns; 0 where there is none."""
+        """Return the first stamp [s] of a row that has a value in one of the columns; 0 if there is none."""
         rows = zip(*(cells.columns[column.name] for column in self.columns.values()), strict=True)
         pairs = zip(stamps, rows, strict=True)
         timed = (t for t, row in pairs if t is not None and not all(map(self.form.is_missing, row)))
@@ -154,7 +155,7 @@ class TableReading:
 
 
 def _column(signal: str, wanted: object) -> Column:
-    """Return a column that is given as such, or by its name. InputError: anything else."""
+    """Return a column, given as such or by its name. InputError: it is neither."""
     if isinstance(wanted, Column):
         return wanted
     if isinstance(wanted, str):

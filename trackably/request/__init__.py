@@ -1,1 +1,1 @@
-"""What users ask of `learn_reference` and the like, checked where it enters."""
+"""The arguments of `learn_reference` and similar functions, checked where they enter."""

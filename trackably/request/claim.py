@@ -1,4 +1,4 @@
-"""Whether the prior mean can be followed for as long as is claimed."""
+"""Check that the prior mean can be followed for as long as the claim requires."""
 
 from trackably.certificates.goal import Claim
 from trackably.gp.joint import JointPrior
@@ -9,14 +9,17 @@ from trackably.systems.trajectories import Quantity
 
 
 def refuse_mean(claim: Claim, prior: JointPrior, plant: ConstrainedSystem, drawn_in: Tightening | None = None) -> None:
-    """Raise ValueError where the mean cannot be followed for ever, of a plant whose bounds may be `drawn_in`."""
+    """Raise ValueError if the claim needs the prior mean to be followed for ever, and this is not possible.
+
+    If the bounds of the plant were tightened, `drawn_in` is the tightening.
+    """
     if kept_at_rest(claim, plant):
         why = "what fades to it" if claim == "all_times" else "what swings about it"
         check_rest(prior, plant, drawn_in, f"{why} could not be followed for ever", ", or claim a window (start, end)")
 
 
 def kept_at_rest(claim: Claim, plant: ConstrainedSystem) -> tuple[Quantity, ...]:
-    """Return what has to keep its bounds while the prior mean is held for ever, for this claim: all, or nothing."""
+    """Return the quantities that have to keep their bounds while the prior mean is held for ever, for this claim."""
     # A vehicle may move for ever: it has to come to rest only where the kernel decays.
     held = not isinstance(claim, tuple) and not (plant.flat_form and claim == "all_phases")
     return plant.quantities if held else ()
@@ -25,7 +28,10 @@ def kept_at_rest(claim: Claim, plant: ConstrainedSystem) -> tuple[Quantity, ...]
 def check_rest(
     prior: JointPrior, plant: ConstrainedSystem, drawn_in: Tightening | None, why: str, or_else: str = ""
 ) -> None:
-    """Raise ValueError where the prior mean is no equilibrium inside the bounds; `why` it has to be, and a way out."""
+    """Raise ValueError if the prior mean is no equilibrium inside the bounds.
+
+    The message gives the reason `why` it has to be one, and an alternative, `or_else`.
+    """
     means = [part.mean for part in prior.parts]
     for quantity in plant.quantities:
         level = quantity.bounds.snapped(quantity.at_rest(means))
@@ -36,13 +42,13 @@ def check_rest(
 
 
 def _left(quantity: Quantity, drawn_in: Tightening) -> str:
-    """Say of which bounds these are left, if disturbances or a margin have taken a part."""
+    """Return the given bounds as text, if disturbances, noise or a margin have tightened them."""
     given = {whole.name: whole.bounds for whole in drawn_in.given.quantities}.get(quantity.name, quantity.bounds)
     return "" if given == quantity.bounds else f"; disturbance, noise and margin leave no more of {given}"
 
 
 def _instead(quantity: Quantity, level: float, prior: JointPrior) -> str:
-    """Say which mean will do, where the quantity is one that is sampled: the mean is in its unit."""
+    """Suggest another mean, if the quantity is a sampled state, whose unit the mean has."""
     if quantity.name not in prior.names or quantity.bounds.lower <= level <= quantity.bounds.upper:
         return ""
     ends = ", ".join(ends_shown(quantity.bounds.lower, quantity.bounds.upper))
@@ -50,7 +56,7 @@ def _instead(quantity: Quantity, level: float, prior: JointPrior) -> str:
 
 
 def _placed(quantity: Quantity, level: float, why: str, or_else: str) -> str:
-    """Say where a quantity at rest lies: on a bound of it, or outside of them."""
+    """Describe where a quantity lies at rest: on one of its bounds, or outside them."""
     at, bounds = f"the {quantity.name} is {quantity.bounds.shown(level)}", quantity.bounds
     if level in {bounds.lower, bounds.upper}:
         return (

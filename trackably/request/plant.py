@@ -1,4 +1,4 @@
-"""The plant that a reference is learned for, and its bounds drawn in for disturbances."""
+"""The plant for learning, with its bounds tightened for disturbances."""
 
 from trackably.arguments import instance
 from trackably.arrays import ArrayLike
@@ -9,7 +9,7 @@ from trackably.systems.tightening import Tightening, tightening
 
 
 def checked_plant(plant: object) -> None:
-    """Raise TypeError for anything but a system with its sets."""
+    """Raise TypeError unless `plant` is a system with its sets."""
     instance("plant", plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)")
 
 
@@ -21,7 +21,7 @@ def drawn_in(
     noise: DisturbanceSet | None,
     model_error: ModelError | None = None,
 ) -> tuple[ConstrainedSystem, Tightening | None]:
-    """Return the plant to learn for, and how its bounds were drawn in; None where nothing asks for it.
+    """Return the plant with tightened bounds, and the tightening; the plant itself and None if nothing requires it.
 
     TypeError: it is no plant. Raises as `tightening`, too.
     """

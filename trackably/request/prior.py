@@ -10,7 +10,7 @@ from trackably.gp.prior import Prior
 T = TypeVar("T")
 
 Noise = float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None
-"""σ_n of samples, given as a hyperparameter is: for all names, or by name."""
+"""σ_n of samples, given like a hyperparameter, for all names or by name."""
 
 
 def priors_by_name(
@@ -19,7 +19,7 @@ def priors_by_name(
     noise_std: Noise,
     mean: float | Mapping[str, float],
 ) -> dict[str, Prior]:
-    """Return the prior of each name. TypeError or ValueError says of which name something is wrong, or missing."""
+    """Return the prior of each name. TypeError or ValueError, which says the name: something is wrong or missing."""
     names = tuple(names)
     for what, given in (("kernel", kernel), ("noise_std", noise_std), ("mean", mean)):
         _refuse_unknown(what, given, names)
@@ -32,7 +32,7 @@ def priors_by_name(
 
 
 def value_of(given: T | Mapping[str, T], name: str, what: str) -> T:
-    """Return what is given for a name: for all names, or by name. ValueError: `what` is missing for it."""
+    """Return the value for a name, given for all names or by name. ValueError: `what` is missing for it."""
     if not isinstance(given, Mapping):
         return given
     if name not in given:
@@ -51,7 +51,7 @@ def _prior(name: str, kernel: object, noise_std: float | tuple[float, float] | N
 
 
 def _refuse_unknown(what: str, given: object, names: tuple[str, ...]) -> None:
-    """Raise ValueError for a name that is not sampled: what is given for it would be forgotten without a word."""
+    """Raise ValueError for a value of a name that is not sampled, because it would be ignored silently."""
     if isinstance(given, Mapping) and set(names) < set(given):
         unknown = next(name for name in given if name not in names)
         raise ValueError(f"{what}: is given for {unknown}, expected for {', '.join(names)} only")

@@ -1,4 +1,4 @@
-"""The samples to learn from: by name, with their relative noise, and fewer of them where there are many."""
+"""The samples to learn from: by name, with their relative noise, and condensed if there are many."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -47,12 +47,12 @@ class FrameLike(Protocol):
 
 
 def is_frame(given: object) -> TypeGuard[FrameLike]:
-    """Whether something is a table of columns, as a pandas DataFrame is."""
+    """Whether an object is a table of columns, like a pandas DataFrame."""
     return isinstance(given, FrameLike)
 
 
 def is_column(given: object) -> TypeGuard[SeriesLike]:
-    """Whether something is one column with an index, as a pandas Series is."""
+    """Whether an object is one column with an index, like a pandas Series."""
     return isinstance(given, SeriesLike) and not isinstance(given, FrameLike)
 
 
@@ -64,8 +64,8 @@ def samples_of_frame(what: str, frame: FrameLike) -> dict[str, Samples]:
 def samples_of_column(what: str, column: SeriesLike) -> Samples:
     """Return the values of a column at the times [s] of its index; a time without a value (NaN) is no sample.
 
-    Times may be durations (timedelta64). Raises TypeError where they are dates, whose zero would be a guess, and where
-    the index only counts rows; ValueError as `Samples` does, with their order.
+    Times may be durations (timedelta64). TypeError: they are dates, whose zero is unknown, or the index only counts
+    rows. ValueError as `Samples`, which includes their order.
     """
     times, values = _times(what, column.index), numbers(what, column.to_numpy())
     there = ~np.isnan(values)
@@ -84,15 +84,15 @@ def _times(what: str, index: Iterable[object]) -> Array:
 T = TypeVar("T")
 
 SamplesLike = Samples | SeriesLike | FrameLike | Mapping[str, Samples | SeriesLike]
-"""Samples as users have them: pandas Series and DataFrames too, with an index of times [s]."""
+"""Samples in the forms that users have, including pandas Series and DataFrames with an index of times [s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Measurements:
     """Samples of a `plant` by name, with the noise `noise_std` of each.
 
-    `kinds` are the names that show each flat output; noise is relative to that of the first of them. Of more than
-    `many` samples of a name, fewer are learned from, as `centres` says; see `condensed_by_name` for `times`.
+    `kinds` are the names that depend on each flat output; noise is relative to that of the first of them. If a name has
+    more than `many` samples, they are condensed according to `centres`; see `condensed_by_name` for `times`.
     """
 
     plant: ConstrainedSystem
@@ -112,13 +112,13 @@ class Measurements:
         centres: Centres,
         many: int = MANY,
     ) -> Self:
-        """Return what was given, checked. Raises TypeError and ValueError, as `learn_reference` says."""
+        """Check and return the samples. TypeError and ValueError as in `learn_reference`."""
         given, centres = samples_by_name(samples, plant), checked_centres(centres)
         return cls(plant, given, names_of_each(plant, given), noise_std, centres, many)
 
     @cached_property
     def all(self) -> dict[str, Samples]:
-        """All samples by name. ValueError: the noise of names that show one flat output is not known."""
+        """All samples by name. ValueError: the noise of names that depend on the same flat output is not known."""
         return with_noise(self.given, self.kinds, self.noise_std)
 
     @cached_property
@@ -128,7 +128,7 @@ class Measurements:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """The name of each flat output: of those that show it, the first."""
+        """The name of each flat output: the first of the names that depend on it."""
         return tuple(first for first, *_ in self.kinds)
 
     @cached_property
@@ -142,25 +142,26 @@ class Measurements:
         return sampled_signals(self.plant, self.fewer)[1]
 
     def others(self, what: str, samples: SamplesLike) -> Self:
-        """Return the same of other samples; `what` names them in messages. Raises as `same_states`."""
+        """Return measurements of other samples; `what` names them in messages. Raises as `same_states`."""
         return replace(self, given=_of_states(what, samples, self.plant, self.kinds), times=1)
 
     def learned(
         self, learn: Callable[[tuple[Samples, ...]], T], prior_of: Callable[[T], JointPrior]
     ) -> tuple[T, tuple[Condensation, ...]]:
-        """Return what is learned from samples of each flat output, and what it costs that they are fewer than all.
+        """Return the result of learning from samples of each flat output, and the effect of condensing them.
 
-        It is learned again where more centres are needed for the hyperparameters that it has.
+        If the learned hyperparameters need more centres, learning is repeated.
         """
         found = learn(self.signals)
         enough, cost = self.enough_for(prior_of(found))
         return (found, cost) if enough is self else enough.learned(learn, prior_of)
 
     def enough_for(self, prior: JointPrior) -> tuple[Self, tuple[Condensation, ...]]:
-        """Return these with as many centres as a prior needs whose hyperparameters are known, and what that costs.
+        """Return the measurements with enough centres for a prior with known hyperparameters, and
+        the effect of condensing.
 
-        "auto" takes twice as many until the cost is small, and all samples in the end. The same, and no cost, where
-        hyperparameters are learned.
+        "auto" doubles the number of centres until the effect is small, or all samples are used. If hyperparameters are
+        learned, return the same measurements and no effect.
         """
         cost = () if prior.learned else self.cost(prior)
         if self.centres != "auto" or not any(each.is_large for each in cost):
@@ -172,17 +173,20 @@ class Measurements:
         return priors_by_name(self.names, kernel, noise_of_first(self.noise_std, self.kinds), mean)
 
     def cost(self, prior: JointPrior) -> tuple[Condensation, ...]:
-        """Return what it costs that fewer samples stand for all of them."""
+        """Return the effect of condensing the samples."""
         return cost_of(self.plant, self.all, self.fewer, prior)
 
 
 def names_of_each(plant: ConstrainedSystem, names: Iterable[str]) -> list[tuple[str, ...]]:
-    """Return the names that show each flat output, one of its level first. ValueError as `kinds_by_name`."""
+    """Return the names that depend on each flat output, first one that shows its level.
+
+    ValueError as `kinds_by_name`.
+    """
     return [tuple(shown) for shown in kinds_by_name(plant, names)]
 
 
 def samples_by_name(given: SamplesLike, plant: ConstrainedSystem, what: str = "samples") -> dict[str, Samples]:
-    """Return samples by the name of what is sampled. TypeError: something else was given."""
+    """Return samples by the sampled name. TypeError: they are no samples."""
     if is_frame(given):
         return samples_of_frame(what, given)
     if isinstance(given, Samples) or is_column(given):
@@ -208,9 +212,9 @@ def with_noise(
     kinds: Iterable[Iterable[str]],
     noise_std: Noise,
 ) -> dict[str, Samples]:
-    """Return samples whose noise is relative to σ_n of the first name that shows the same flat output.
+    """Return samples whose noise is relative to σ_n of the first name for the same flat output.
 
-    `kinds` are the names that show each flat output. ValueError: several do, and their noise is not known.
+    `kinds` are the names that depend on each flat output. ValueError: there are several, and their noise is not known.
     """
     shown = [tuple(names) for names in kinds]
     several = [names for names in shown if len(names) > 1]
@@ -227,7 +231,7 @@ def same_states(
 ) -> dict[str, Samples]:
     """Return other samples by name, with their relative noise; `what` names them in messages.
 
-    ValueError: they are not of the states of the first samples, which have these `kinds`.
+    ValueError: they are not of the same states as the first samples, which have these `kinds`.
     """
     return with_noise(_of_states(what, samples, plant, kinds), kinds, noise_std)
 
@@ -243,7 +247,7 @@ def _of_states(
 
 
 def noise_of_first(noise_std: T | Mapping[str, T], kinds: Iterable[Iterable[str]]) -> T | dict[str, T]:
-    """Return the noise without that of other names than the first that shows a flat output."""
+    """Return the noise of the first name for each flat output; that of other names is left out."""
     if not isinstance(noise_std, Mapping):
         return noise_std
     others = {name for _, *rest in kinds for name in rest}

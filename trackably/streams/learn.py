@@ -1,4 +1,4 @@
-"""From a long stream of samples to one reference with a proof, in one call."""
+"""Learn one reference with a proof from a long stream of samples, in one call."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ from trackably.systems.reference import Reference
 from trackably.threads import one_blas_thread
 from trackably.waypoints import Waypoints, waypoints
 
-_CALLER = 3  # frames up: the decorator of `learn_stream` is one of them
+_CALLER = 3  # stack frames up to the user's line, counting the decorator of `learn_stream`
 _INSTEAD = {
     "method": "a stream is always learned as a function, with the hyperparameters of its first window; leave it out",
     "learn_from": "learn hyperparameters by `learn_reference` from these samples, and give them as known: numbers in "
     "the kernel and for noise_std",
 }
-_MANY = 500  # samples of one name, from which on a stream is learned from fewer
+_MANY = 500  # samples of one name; more are condensed by default
 
 
 @one_blas_thread()
@@ -73,44 +73,44 @@ def learn_stream(
 ) -> StreamReference:
     """Learn one reference from a stream that is much longer than the memory of its kernel, and prove it.
 
-    The samples are learned from window after window. Each adds to the sum of kernels that is known what its samples say
-    beside it, given all samples before: without bounds, this is the posterior mean of all samples. Each keeps the
-    bounds until the function is at rest at the prior mean, so that the next one always has a solution: to add nothing.
-    Time grows with the number of windows. The sum is not quite the best for all samples at once, as bounds of later
-    windows do not move earlier ones by more than the kernel's memory.
+    The samples are learned from window by window. Each window adds kernels to the sum learned so far, for the
+    information that its samples add to all earlier ones: without bounds, the result is the posterior mean given all
+    samples. In each window the bounds are kept until the function is at rest at the prior mean. So the next window
+    always has a solution, which is to add nothing. Computing time grows with the number of windows. The result is not
+    quite the best function for all samples at once: bounds of later windows change it in earlier windows only within
+    the kernel's memory.
 
     Parameters
     ----------
     samples, plant, kernel, noise_std, mean, centres, starts, progress
-        As of `learn_reference`; "auto" takes fewer of more than 500 samples. Kernels have to decay. Hyperparameters
-        that are not known are learned from the first window, with its bounds; means and noise that are left out are
-        learned from it without bounds.
+        As in `learn_reference`; "auto" condenses more than 500 samples. Kernels have to decay. Unknown hyperparameters
+        are learned from the first window, with its bounds; means and noise that are left out are learned from it
+        without bounds.
     claim
-        "all_times", or (start, end) in seconds: what is proved of the whole.
+        "all_times", or (start, end) in seconds: the claim about the whole reference.
     window
         The length of each window [s]: several times the kernel's correlation time.
     at, at_tolerance
-        As of `learn_reference`; each value is met by the window that holds its time, and kept by those that follow.
+        As in `learn_reference`; the window with its time meets each value, and later windows keep it.
     others
-        None: `learn_from` and `method` are options of `learn_reference` alone.
+        None: `learn_from` and `method` are options of `learn_reference` only.
 
     Warns
     -----
     DoubtfulInputWarning
         As `learn_reference`.
     IgnoresSamplesWarning
-        Where the reference is off by more than 3 times the noise, and by more than a tenth of the samples' spread.
+        If the reference is off by more than 3 times the noise, and by more than a tenth of the samples' spread.
 
     Raises
     ------
     TypeError
-        Where an argument is of another type, or an option is none of these: the message names it.
+        If an argument is of another type, or an option is unknown: the message names it.
     ValueError
-        Where samples, kernels, claim and options do not fit together, where a kernel does not decay, and where the
-        prior mean is no admissible equilibrium.
+        If samples, kernels, claim and options do not fit together, a kernel does not decay, or the prior mean is no
+        admissible equilibrium.
     NotTrackableError
-        Where no reference was found, or none that is proved.
-
+        If no reference was found, or none that is proved.
     """
     _refuse(others)
     plant, tightening = drawn_in(plant, disturbance, feedback, margin, measurement_noise)
@@ -160,7 +160,7 @@ def _refuse(others: Mapping[str, object]) -> None:
 
 
 def _first(measured: Measurements, length: float) -> Measurements:
-    """Return the samples of the first window. ValueError: one of the names has none there."""
+    """Return the samples of the first window. ValueError: a name has no sample there."""
     start = min(float(of.times[0]) for of in measured.given.values())
     begun = {name: part_of(of, -float("inf"), start + length) for name, of in measured.given.items()}
     found = {name: of for name, of in begun.items() if of is not None}
@@ -175,7 +175,10 @@ def _part_of(centres: Centres, share: float) -> Centres:
 
 
 def _known(begun: Measurements, first: EmpiricalPrior, plant: ConstrainedSystem, starts: int) -> JointPrior:
-    """Return the prior with the hyperparameters of least J, all known. NotTrackableError: no function keeps bounds."""
+    """Return the prior with the hyperparameters of least J, all known.
+
+    NotTrackableError: no function keeps the bounds.
+    """
     if not first.prior.learned:
         return first.prior.as_known()
 

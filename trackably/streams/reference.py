@@ -1,6 +1,6 @@
-"""A reference learned window by window, with the proof of the whole.
+"""A reference learned window by window, with a proof of the whole.
 
-All that it was learned from is saved with it; its proof is found again when it is read.
+It is saved with all data that it was learned from; when it is read, it is proved again.
 """
 
 from __future__ import annotations
@@ -29,7 +29,10 @@ from trackably.systems.tightening import Tightening
 
 @dataclass(frozen=True, eq=False)
 class SavedStream(Saved):
-    """A reference `learned` in windows of a `length` [s], with the times of its proof. ValueError: parts do not fit."""
+    """A reference `learned` in windows of a `length` [s], with the claimed times.
+
+    ValueError: parts do not fit together.
+    """
 
     learned: Reference
     samples: tuple[Samples, ...]
@@ -53,7 +56,7 @@ class SavedStream(Saved):
 
     @property
     def stream(self) -> Stream:
-        """What the reference was learned from."""
+        """The stream that the reference was learned from."""
         start, end = self.proved_from, self.proved_until
         claim: Claim = "all_times" if start is None or end is None else (start, end)
         return Stream(self.samples, self.prior, self.learned.plant, self.length, claim, self.pinned)
@@ -61,13 +64,13 @@ class SavedStream(Saved):
 
 @dataclass(frozen=True, eq=False)
 class StreamReference(ProvedReference):
-    """One reference for a whole stream: the system can follow it at all times that `certificate` names.
+    """One reference for a whole stream: the system can follow it at all times that `certificate` claims.
 
-    Nothing is handed over between windows: the signals are one sum of kernels, to which each window has added, and the
-    proof is about the sum. `stream` holds the samples that were learned from and the prior, `condensed` what it costs
-    that they are fewer than were given. `tightening` tells how the plant's bounds were drawn in, for disturbances or by
-    a margin; `reference` keeps what is left. `pin_certificates` prove the values of `stream.pinned`,
-    in that order.
+    The signals are one sum of kernels, to which each window has added, and the proof is about the sum; so there are no
+    transitions between windows. `stream` holds the prior and the samples that were learned from, `condensed` the effect
+    of replacing the given samples by fewer ones. `tightening` tells how the plant's bounds were tightened, for
+    disturbances or by a margin; `reference` keeps the tightened bounds. `pin_certificates` prove the values of
+    `stream.pinned`, in that order.
     """
 
     learned: Reference
@@ -79,12 +82,12 @@ class StreamReference(ProvedReference):
 
     @property
     def reference(self) -> Reference:
-        """The reference itself, at all times."""
+        """The reference itself, with values at all times."""
         return self.learned
 
     @property
     def samples(self) -> tuple[Samples, ...]:
-        """The samples of the flat outputs: where they were too many, the fewer ones that stand for them."""
+        """The samples of the flat outputs; if they were condensed, the fewer ones that represent them."""
         return self.stream.samples
 
     @property
@@ -94,12 +97,12 @@ class StreamReference(ProvedReference):
 
     @property
     def misfit(self) -> dict[str, float]:
-        """The root mean square of samples minus reference, by name of what is sampled and in its unit."""
+        """The root mean square of samples minus reference, by sampled name, in its unit."""
         return {misfit.name: misfit.size for misfit in self.misfits}
 
     @property
     def explanation(self) -> str:
-        """What is proved, how it was learned, and how far it is from the samples."""
+        """The proved statement, how the reference was learned, and its distance from the samples."""
         off = [
             f"it is {misfit.size:.3g} off the samples of {misfit.name} (root mean square), {misfit.in_noise:.3g} times "
             "their noise"
@@ -129,14 +132,17 @@ class StreamReference(ProvedReference):
 
     @classmethod
     def load(cls, path: Path | str) -> Self:
-        """The inverse of `save`: what is read is proved again. Raises as `TrackableReference.load`."""
+        """Read a saved reference and prove it again. Raises as `TrackableReference.load`."""
         saved = SavedStream.read(path_of("load", path))
         proof, pinned = found_or_raise(saved.proof()), found_or_raise(prove_pinned(saved.learned, saved.pinned))
         return cls(saved.learned, proof, saved.stream, saved.condensed, saved.drawn_in, pinned)
 
     @cached_property
     def misfits(self) -> tuple[Misfit, ...]:
-        """How far the reference is from the samples of each name, beside a fit that is off by their noise."""
+        """The residuals for the samples of each name.
+
+        In place of a fit without bounds, they are compared with the noise.
+        """
         found = []
         prior, signals = self.stream.prior, self.learned.kernel_sums
         for process, part, of, signal in zip(prior.names, prior.parts, self.samples, signals, strict=True):

@@ -1,4 +1,4 @@
-"""Learning in the loop as users write it: `WindowLearner` for samples by name, and references that can be saved."""
+"""Learning in a running control loop: `Relearner` takes samples by name and returns references that can be saved."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from trackably.systems.sampling import sampled_signals
 class Relearner:
     """Learn a reference again from each window of samples that arrives, while a loop runs.
 
-    Each window begins where the last one ended, as that of a `WindowLearner`: with its hyperparameters, and with the
-    times at which bounds held it back. Prior means stay those of the first reference, and so does noise that was
-    learned without bounds. In every `moving_every`-th window the hyperparameters move too, which takes a
-    few times longer; with 0 they stay as they are. Times of samples are those of the loop: step k is at k T_s.
+    Each window starts from the result of the last one, as in a `WindowLearner`: from its hyperparameters, and from the
+    times at which bounds were active. Prior means stay those of the first reference, and so does noise that was learned
+    without bounds. In every `moving_every`-th window the hyperparameters are learned again too, which takes a few times
+    longer; with 0 they are fixed. Times of samples are those of the loop: step k is at k T_s.
 
-    `reference` is the one that the loop tracks, at first the one that is given. It holds for all times, so that a loop
-    tracks it for as long as it has no other. `step` goes over to the last one that was learned within the `budget` [s],
-    if the controller has a plan that ends on it; who decides otherwise when to go over sets `reference`. `seconds` are
-    what the windows have taken by the `clock`, late ones too. `noise_std` is needed where several states show one flat
-    output, as in `learn_reference`.
+    `reference` is the one that the loop tracks, at first the given one. It holds for all times, so that the loop can
+    track it until there is another one. `step` switches to the last one that was learned within the `budget` [s], if
+    the controller has a plan that ends on it; to switch by another rule, set `reference`. `seconds` are the durations
+    of the windows by the `clock`, late ones included. `noise_std` is needed if several states show one flat output, as
+    in `learn_reference`.
 
-    Raises TypeError and ValueError for other arguments, for a reference that is proved for a window only, and where
-    hyperparameters shall move and all of them are known.
+    TypeError or ValueError: another argument is invalid, the reference is proved for a window only, or hyperparameters
+    are to be learned but all of them are known.
     """
 
     reference: TrackableReference
@@ -65,18 +65,18 @@ class Relearner:
 
     @property
     def seconds(self) -> list[float]:
-        """What each window has taken [s]."""
+        """The duration of each window's learning [s]."""
         return self._windows.seconds
 
     def __call__(
         self, samples: SamplesLike
     ) -> TrackableReference | BudgetExceeded | NoSolution | Counterexample | Unproved:
-        """Return a reference learned from a window of samples, with its proof; or why there is none in time.
+        """Return a reference with a proof, learned from a window of samples; or the reason why there is none in time.
 
-        `reference` stays as it is until the next `step`: whether the loop can go over depends on the state then.
-        The samples are of the same states as those of the first reference, and count in this window alone. Every answer
-        has an `explanation`. The next window begins where the last proof was found, a late one too. Raises TypeError
-        and ValueError for samples that do not fit.
+        `reference` does not change until the next `step`, because the loop can switch only if the state then allows it.
+        The samples are of the same states as those of the first reference, and are used in this window only. Every
+        answer has an `explanation`. The next window starts from the last proved result, even a late one. TypeError or
+        ValueError: the samples do not fit.
         """
         plant = self.reference.reference.plant
         kinds = names_of_each(plant, self.reference.sampled)
@@ -90,11 +90,13 @@ class Relearner:
     def step(
         self, controller: SteppedController, k: int, state: ArrayLike, initial_guess: ArrayLike | None = None
     ) -> StepResult:
-        """Return the controller's plan at step `k` from `state` (n,), or why there is none, as `Controller.step` does.
+        """Return the controller's plan at step `k` from `state` (n,), or the reason why there is
+        none, as `Controller.step` does.
 
-        The first step after a reference was learned tries to go over to it: if there is a plan that keeps the bounds,
-        not only up to a tolerance, and ends on it, that is the answer, and `reference` is the new one from then on.
-        Otherwise the loop stays on the old one, on which plans can always be continued, and tries the new one no more.
+        The first step after a reference was learned tries to switch to it. If there is a plan that ends on it and keeps
+        the bounds strictly, not only up to a tolerance, that plan is returned, and `reference` is the new one from then
+        on. Otherwise the loop stays on the old reference, on which plans can always be continued, and discards the new
+        one.
         """
         learned, self._learned = self._learned, None
         if learned is not None:
@@ -106,14 +108,14 @@ class Relearner:
 
 
 def _certified(reference: TrackableReference) -> Certified:
-    """Return a reference as a search goes on from it."""
+    """Return a reference in the form from which a search can continue."""
     fit = reference.fit
     space = SearchSpace.around(fit.samples, fit.prior)
     return Certified(fit.solution, reference.reference, reference.certificate, 0.0, 0.0, 0, space)
 
 
 def _with_proof(found: Certified, last: TrackableReference) -> TrackableReference:
-    """Return what was found for the plant of the last reference; without bounds, l is that of the same θ."""
+    """Return the result as a reference for the plant of the last one; its l without bounds is that of the same θ."""
     fit = Fit.of(found.reference, found.solution, found.solution.posterior, ())
     certificate = replace(found.certificate, robust=robust_of(last.tightening))
     return TrackableReference(fit, certificate, tightening=last.tightening)

@@ -1,4 +1,4 @@
-"""Windows of samples from which a reference is learned again: what this gives, and how it goes on from the last one."""
+"""Learn a reference again from each window of samples, starting from the result of the last window."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -24,7 +24,7 @@ _MOVING = replace(JOINT, fallback=None)
 
 @dataclass(frozen=True)
 class BudgetExceeded:
-    """A reference was not ready within the `budget` [s] for learning and proof: that took `seconds`."""
+    """Learning and proof took `seconds`, longer than the `budget` [s]."""
 
     seconds: float
     budget: float
@@ -36,20 +36,20 @@ class BudgetExceeded:
 
 LearningResult = Certified | NoSolution | Counterexample | Unproved | BudgetExceeded
 LearnFromWindow = Callable[[tuple[Samples, ...]], LearningResult]
-"""Returns a reference with a proof, in absolute time, from the samples of a window; or why there is none."""
+"""Returns a reference with a proof, in absolute time, from the samples of a window; or the reason why there is none."""
 
 
 @dataclass
 class WindowLearner:
-    """Learn from each window, beginning where the `last` one ended: a `LearnFromWindow` that remembers.
+    """Learn from each window, starting from the result of the `last` one: a `LearnFromWindow` with a memory.
 
-    The function is learned again for each window, beginning with the places at which the last one was held back, and is
-    proved for all times. In every `moving_every`-th window the hyperparameters move too, from those of the last one to
-    the next local minimum of J: that takes a few times longer. With 0 they stay as they are. What takes longer than
-    `budget` [s] by the `clock` is `BudgetExceeded`: then the old reference stays, which is certified for ever, and the
-    next window begins where the late one ended. `seconds` are what the windows have taken.
+    The function is learned again for each window, starting with the places at which the last one had active bounds, and
+    is proved for all times. In every `moving_every`-th window the hyperparameters are learned too, from their last
+    values to the next local minimum of J, which takes a few times longer; with 0 they are fixed. If learning takes
+    longer than `budget` [s] by the `clock`, the answer is `BudgetExceeded`: the old reference then stays in use, which
+    is certified for ever, and the next window starts from the late result. `seconds` are the durations of the windows.
 
-    Raises ValueError where hyperparameters shall move and all of them are known.
+    ValueError: hyperparameters are to be learned, but all of them are known.
     """
 
     last: Certified
@@ -67,7 +67,10 @@ class WindowLearner:
             )
 
     def __call__(self, samples: tuple[Samples, ...]) -> LearningResult:
-        """Return a reference with a proof from the samples of a window; or why there is none, or none in time."""
+        """Return a reference with a proof from the samples of a window.
+
+        Or the reason why there is none, or none in time.
+        """
         begun = self.clock()
         moves = self.moving_every > 0 and (len(self.seconds) + 1) % self.moving_every == 0
         found = self._learned(samples, *(self._from_movable() if moves else self._from_known()))
@@ -88,7 +91,9 @@ class WindowLearner:
         return FUNCTION, _with_prior(self.last.solution, self.last.solution.posterior.prior.as_known())
 
     def _from_movable(self) -> tuple[Learner, Solution]:
-        """Return the learner of both, and the last solution with its hyperparameters as learned ones."""
+        """Return the learner of function and hyperparameters, and the last solution with its
+        hyperparameters as learned ones.
+        """
         values = self.last.solution.posterior.prior.hyperparameters
         log_theta = np.log([values[name] for name in self._prior.learned])
         return _MOVING, _with_prior(self.last.solution, self._prior.with_log_hyperparameters(log_theta))
@@ -99,5 +104,5 @@ def _with_prior(solution: Solution, prior: JointPrior) -> Solution:
 
 
 def holds_for_all_times(learned: Certified) -> bool:
-    """Whether the certificate covers every step from now on, whenever that is."""
+    """Whether the certificate covers every step from any time on."""
     return isinstance(learned.certificate.claim, AllTimes | AllPhases)

@@ -31,7 +31,7 @@ from trackably.systems.reference import Reference
 
 @dataclass(frozen=True)
 class Continued(Posterior):
-    """The posterior of a process whose mean is `base` before these samples: its kernel is the prior's, all is known."""
+    """The posterior of a process whose prior mean is the function `base`, with the kernel of the prior, all known."""
 
     base: KernelSum
 
@@ -45,7 +45,7 @@ class Continued(Posterior):
 
 @dataclass(frozen=True)
 class JointlyContinued(JointPosterior):
-    """Processes whose means are `bases` before their samples."""
+    """Posteriors of processes whose prior means are the functions `bases`."""
 
     bases: tuple[KernelSum, ...]
 
@@ -57,7 +57,7 @@ class JointlyContinued(JointPosterior):
 
 @dataclass(frozen=True)
 class ContinuedProblem(ConstrainedProblem):
-    """Learn how functions go on from `bases`, for hyperparameters that are all known."""
+    """The problem of continuing the functions `bases`, for known hyperparameters."""
 
     bases: tuple[KernelSum, ...] = ()
 
@@ -66,13 +66,13 @@ class ContinuedProblem(ConstrainedProblem):
 
 
 def together(base: KernelSum, more: KernelSum) -> KernelSum:
-    """Return the sum of two deviations from one mean."""
+    """Return the sum of two functions with the same prior mean, counting the mean once."""
     centres, weights = np.append(base.centres, more.centres), np.append(base.weights, more.weights)
     return KernelSum.of_terms(base.kernel, base.mean, centres, weights)
 
 
 def part_of(samples: Samples, start: float, end: float) -> Samples | None:
-    """Return the samples from `start` up to before `end` [s], without what others say of the noise; None: none."""
+    """Return the samples from `start` up to before `end` [s], without the `scatters`; None if there are none."""
     at = np.flatnonzero((start <= samples.times) & (samples.times < end))
     if not len(at):
         return None
@@ -80,9 +80,9 @@ def part_of(samples: Samples, start: float, end: float) -> Samples | None:
 
 
 def with_memory(samples: Samples, base: KernelSum, since: float, now: float, end: float) -> Samples | None:
-    """Return the samples from `now` to `end` [s], after those since `since`, whose values are those of `base`.
+    """Return the samples from `now` to `end` [s], preceded by those since `since` with the values of `base`.
 
-    Where there are none since then, the last one before is all. None where there are none before `end`.
+    If there are none since then, the last sample before is included. None if there are none before `end`.
     """
     found = part_of(samples, since, end)
     if found is None and samples.times[0] < since:
@@ -93,8 +93,8 @@ def with_memory(samples: Samples, base: KernelSum, since: float, now: float, end
     return Samples(found.times, values, found.relative_noise, found.stencil)
 
 
-_MEMORY = 12.0  # correlation times: what lies further back moves a function by less than a thousandth of the noise
-_SHORTEST = 1.0  # correlation times: of a window that is divided because its program has too many places
+_MEMORY = 12.0  # correlation times: older samples change a function by less than a thousandth of the noise
+_SHORTEST = 1.0  # correlation times: shortest part of a window that is divided because of too many places
 _BACKOFFS = 1e-5, 1e-4, 1e-3, 1e-2
 
 
@@ -102,7 +102,8 @@ _BACKOFFS = 1e-5, 1e-4, 1e-3, 1e-2
 class Stream:
     """All `samples` of the flat outputs of a `plant`, with a `prior` whose hyperparameters are known.
 
-    Windows have a `length` [s]; the first begins with the first sample. At some times values are `pinned`.
+    Windows have a `length` [s]; the first begins with the first sample. `pinned` are the required values at given
+    times.
     """
 
     samples: tuple[Samples, ...]
@@ -114,12 +115,12 @@ class Stream:
 
     @property
     def memory(self) -> float:
-        """How far back [s] samples count, and how far ahead a function has to keep its bounds until it is at rest."""
+        """The time [s] for which samples matter, and within which a function comes to rest."""
         return _MEMORY * max(part.kernel.correlation_time for part in self.prior.parts)
 
     @property
     def windows(self) -> Iterator[tuple[float, float]]:
-        """The first time of each window, and the first time after it [s]; the last one holds the last sample."""
+        """The first time of each window, and the first time after it [s]; the last window contains the last sample."""
         first = min(float(of.times[0]) for of in self.samples)
         last = max(float(of.times[-1]) for of in self.samples)
         count = max(1, int(np.ceil((last - first) / self.length)))
@@ -128,9 +129,9 @@ class Stream:
 
 
 def learn_proved(stream: Stream) -> tuple[Reference, Certificate] | NoSolution | Failure:
-    """Return a reference of all windows with its proof, or why there is none.
+    """Return a reference of all windows with its proof, or the reason why there is none.
 
-    Where the proof fails, all windows are learned again with bounds drawn in further.
+    If the proof fails, all windows are learned again with a larger back-off.
     """
     outcome: Failure | None = None
     for backoff in _BACKOFFS:
@@ -148,9 +149,9 @@ def learn_proved(stream: Stream) -> tuple[Reference, Certificate] | NoSolution |
 
 
 def _signals(stream: Stream, backoff: float) -> tuple[KernelSum, ...] | NoSolution:
-    """Learn window after window. To go on as before keeps the bounds, so that each window has a solution.
+    """Learn window by window. Each window has a solution, because adding nothing keeps the bounds.
 
-    A rough function touches its bounds at more places than a program can have: then the window is divided.
+    The program of a rough function may need too many places; then the window is divided.
     """
     signals = tuple(KernelSum(part.kernel, part.mean, np.empty(0), np.empty(0)) for part in stream.prior.parts)
     shortest = _SHORTEST * stream.memory / _MEMORY
@@ -175,9 +176,9 @@ def _problem(
 ) -> ConstrainedProblem | None:
     """Return the problem of the window from `now` to `end` [s].
 
-    None where no flat output has samples there, or one has none before its end. Others without samples there go on as
-    before, as far as bounds let them. Bounds are constrained from as far back as a change reaches, until the function
-    is at rest.
+    None if no flat output has samples there, or if one has none before its end. A flat output without samples there is
+    continued, as far as bounds allow. Bounds are constrained from as far back as a change has an effect, until the
+    function is at rest.
     """
     memory = stream.memory
     if all(part_of(of, now, end) is None for of in stream.samples):
@@ -197,7 +198,7 @@ def _problem(
 
 
 def _pins(stream: Stream, times: Window) -> tuple[Pin, ...]:
-    """Return the given values that a window can still move, and those that it has to prepare for.
+    """Return the required values that a window can still change, and those that it has to prepare for.
 
     Times before the first sample belong to the first window, and times after the last sample to the last one.
     """
@@ -207,7 +208,7 @@ def _pins(stream: Stream, times: Window) -> tuple[Pin, ...]:
 
 
 def constraints_at(times: Window, plant: ConstrainedSystem, backoff: float = _BACKOFFS[0]) -> tuple[Constraint, ...]:
-    """Return the bounds of a plant at these times, drawn in by a part `backoff` of their width."""
+    """Return the bounds of a plant at these times, tightened by a part `backoff` of their width."""
     return tuple(
         Constraint(replace(q, bounds=q.bounds.shrunk(backoff / 2 * q.bounds.width)), times, backoff / 2)
         for q in plant.quantities
