@@ -31,7 +31,7 @@ from pipeline.storage.archive import Fitted, read_margins
 from pipeline.storage.results import Results, read_columns
 from pipeline.viewer.layout import write_scene
 from trackably.arrays import Array
-from trackably.control.error_set import ErrorSet
+from trackably.control.tube import ErrorSet
 from trackably.exports import figures as curves
 from trackably.gp.joint import JointPrior
 from trackably.learning.problem import ConstrainedProblem

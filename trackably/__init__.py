@@ -34,11 +34,11 @@ if TYPE_CHECKING:
     from trackably.checking import check as check
     from trackably.control.controller import Controller as Controller
     from trackably.control.simulation import simulate as simulate
+    from trackably.control.simulation import worst_plant as worst_plant
     from trackably.control.stepping import Infeasible as Infeasible
     from trackably.control.stepping import Plan as Plan
     from trackably.control.stepping import Unsolved as Unsolved
     from trackably.control.tube import TubeController as TubeController
-    from trackably.control.worst_plant import worst_plant as worst_plant
     from trackably.errors import DoubtfulInputWarning as DoubtfulInputWarning
     from trackably.errors import InputError as InputError
     from trackably.explanation import IgnoresSamplesWarning as IgnoresSamplesWarning
@@ -91,10 +91,11 @@ if TYPE_CHECKING:
     from trackably.reference import TrackableReference as TrackableReference
     from trackably.streams.learn import learn_stream as learn_stream
     from trackably.streams.reference import StreamReference as StreamReference
+    from trackably.streams.relearner import BudgetExceeded as BudgetExceeded
     from trackably.streams.relearner import Relearner as Relearner
-    from trackably.streams.window_learner import BudgetExceeded as BudgetExceeded
     from trackably.systems.constrained import ConstrainedSystem as ConstrainedSystem
     from trackably.systems.disturbances import ConvexHull as ConvexHull
+    from trackably.systems.disturbances import ModelError as ModelError
     from trackably.systems.disturbances import Zonotope as Zonotope
     from trackably.systems.flat_forms import FlatForm as FlatForm
     from trackably.systems.library import kinematic_bicycle as kinematic_bicycle
@@ -103,7 +104,6 @@ if TYPE_CHECKING:
     from trackably.systems.library import tank as tank
     from trackably.systems.library import two_tanks as two_tanks
     from trackably.systems.linear import LinearSystem as LinearSystem
-    from trackably.systems.model_error import ModelError as ModelError
     from trackably.systems.nonlinear import NonlinearSystem as NonlinearSystem
     from trackably.systems.pieces import PolynomialPieces as PolynomialPieces
     from trackably.systems.polytopes import Polytope as Polytope
@@ -114,7 +114,7 @@ __version__ = "0.2.0"
 _MODULES = {
     "BrokenLimit": "joints.certify",
     "BrokenLimits": "joints.certify",
-    "BudgetExceeded": "streams.window_learner",
+    "BudgetExceeded": "streams.relearner",
     "CertifiedReference": "given.certify",
     "CertifiedTable": "given.table",
     "CertifiedTrajectory": "joints.certify",
@@ -143,7 +143,7 @@ _MODULES = {
     "Matern32": "gp.kernels.matern",
     "Matern52": "gp.kernels.matern",
     "Matern72": "gp.kernels.matern",
-    "ModelError": "systems.model_error",
+    "ModelError": "systems.disturbances",
     "NoSignal": "certificates.outcome",
     "NonlinearSystem": "systems.nonlinear",
     "NotACertificate": "checker",
@@ -198,7 +198,7 @@ _MODULES = {
     "tank": "systems.library",
     "topics_of": "fleet.sources",
     "two_tanks": "systems.library",
-    "worst_plant": "control.worst_plant",
+    "worst_plant": "control.simulation",
     "write_joint_trajectory": "joints.messages",
 }
 """The module of each public name. A test compares this table with the imports above, which only type checkers see."""

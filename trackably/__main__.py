@@ -15,7 +15,6 @@ from trackably.checker.__main__ import INTERRUPTED, UNUSABLE, report
 from trackably.checking import check
 from trackably.errors import InputError
 from trackably.files import write_text
-from trackably.given.arguments import CODES, add_arguments
 from trackably.progress.bar import LOG
 from trackably.theorem import SILENT, theorem
 
@@ -23,6 +22,11 @@ _CODES = """Exit codes: 0 FILE is proved, and what it proves is printed; 1 a ste
 used; 3 not decided within N seconds; 4 FILE is a valid counterexample: its reference is not trackable; 5 FILE
 is a valid contradiction: no reference keeps its bounds and values; 130 interrupted.
 """
+
+_ANSWERS = """Exit codes: 0 proved; 1 refuted: the time, the bound and the amount are printed; 2 a file cannot be
+used, or does not fit; 3 neither proved nor refuted: what a proof lacks is printed; 130 interrupted.
+"""
+_INTERPOLATIONS = ("linear", "cubic", "quintic", "pchip", "akima")
 
 
 def main(arguments: list[str]) -> int:
@@ -44,8 +48,8 @@ def main(arguments: list[str]) -> int:
         "--seconds", type=_positive, metavar="N", help="answer within about this time: 3 if undecided"
     )
     checking.add_argument("--exact", action="store_true", help="without float64 intervals; takes longer")
-    certifying = commands.add_parser("certify", help="prove or refute a trajectory that is given", epilog=CODES)
-    add_arguments(certifying)
+    certifying = commands.add_parser("certify", help="prove or refute a trajectory that is given", epilog=_ANSWERS)
+    _certify_arguments(certifying)
     stating = commands.add_parser("theorem", help="write a certificate as a file for the proof assistant Coq")
     stating.add_argument(
         "file",
@@ -69,6 +73,24 @@ def main(arguments: list[str]) -> int:
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         return UNUSABLE
+
+
+def _certify_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command."""
+    parser.add_argument("table", type=Path, metavar="TABLE", help="CSV: k or t, then states and inputs by name")
+    parser.add_argument(
+        "--system", type=Path, metavar="FILE", required=True, help="YAML or JSON: system, state_set, input_set"
+    )
+    parser.add_argument(
+        "--interpolation",
+        choices=_INTERPOLATIONS,
+        help="prove all times between the rows; left out, the rows alone, as states and inputs at the steps",
+    )
+    parser.add_argument("--claim", choices=("all_times", "all_phases"), help="left out, from the first row to the last")
+    parser.add_argument(
+        "--tolerance", type=float, default=1e-9, metavar="X", help="of the next state, where the rows alone are proved"
+    )
+    parser.add_argument("--save", type=Path, metavar="OUT", help="write certificate or counterexample, for `check`")
 
 
 def _state(file: Path, output: Path, emulated: bool) -> int:

@@ -23,7 +23,7 @@ from trackably.certificates.robust import robust_of
 from trackably.condensed import Centres, Condensation
 from trackably.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, levels, split_means
 from trackably.explanation import IgnoresSamplesWarning, given_too_narrowly, ignored, inflated, outlying
-from trackably.feasibility.impossible import impossible
+from trackably.feasibility import impossible
 from trackably.fit import Fit
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.base import Kernel
@@ -40,12 +40,11 @@ from trackably.progress.bar import progress_bar
 from trackably.progress.work import BudgetEnded, until
 from trackably.reference import TrackableReference
 from trackably.request.claim import kept_at_rest, refuse_mean
-from trackably.request.plant import drawn_in
 from trackably.request.prior import Noise
 from trackably.request.samples import Measurements, SamplesLike
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbances import DisturbanceSet
-from trackably.systems.model_error import ModelError
+from trackably.systems.disturbances import DisturbanceSet, ModelError
+from trackably.systems.tightening import tighten_plant
 from trackably.threads import one_blas_thread
 from trackably.truth import TruthLike, signal_classes, with_truth
 from trackably.waypoints import Waypoints, waypoints
@@ -203,7 +202,7 @@ def learn_reference(
 
     """
     end = _end_of(budget)
-    plant, tightening = drawn_in(plant, disturbance, feedback, margin, measurement_noise, model_error)
+    plant, tightening = tighten_plant(plant, disturbance, feedback, margin, measurement_noise, model_error)
     claim, learner = checked_claim(claim), _learner(method, at, learn_from, near)
     measured = Measurements.of(samples, plant, noise_std, centres)
     classes = signal_classes(truth, measured.given, plant)

@@ -1,19 +1,181 @@
 """A reference with its proof, however it was found: states and inputs at proved times, and the proof as a file."""
 
+from __future__ import annotations
+
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from trackably.arguments import numbers, whole
-from trackably.arrays import Array
+from trackably.arrays import Array, ArrayLike
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_subject
 from trackably.certificates.judge import accepted_file, found_or_raise, judged
 from trackably.checker.form import subject_of
-from trackably.exports.mixin import ExportMixin
-from trackably.files import new_file, write_atomically
+from trackably.exports.proved import Proved, proved_times
+from trackably.files import new_file, path_of, write_atomically
+from trackably.gp.samples import Samples
 from trackably.systems.reference import Reference, Window
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from trackably.exports.acados import SlidingReferences
+    from trackably.exports.control import FlatTrajectory
+    from trackably.exports.do_mpc import Parameters, TimeVarying
+    from trackably.exports.ros2 import Joints
+    from trackably.exports.table import Units
+
+
+# The methods of every proved reference for its users, in conventions that they know.
+
+
+class Values(NamedTuple):
+    """States x_r(t), shape (*t.shape, n), and inputs u_r(t), shape (*t.shape, m), in the units of the system."""
+
+    states: Array
+    inputs: Array
+
+
+class ExportMixin:
+    """Evaluation at times, a figure, a table for notebooks, and exports, for classes with a reference and a proof.
+
+    Times are seconds, in any array, list or pandas Series. Times that are not proved are refused with a ValueError.
+    Modules of exports are loaded when they are first needed.
+    """
+
+    @property
+    def sampled(self) -> Mapping[str, Samples]:
+        """The samples that the reference was learned from, by the name of the state; empty if it was not learned."""
+        return {}
+
+    def __call__(self: Proved, t: ArrayLike) -> Array:
+        """Return the states x_r(t) at times t [s]: shape (*t.shape, n), and (n,) for one number."""
+        return self.reference.state_at(proved_times(self, t))
+
+    def eval(self: Proved, times: ArrayLike) -> Values:
+        """Return states and inputs at times t [s]: shapes (*t.shape, n) and (*t.shape, m).
+
+        The input u_r(t), held for one sampling time T_s, moves the state from x_r(t) to x_r(t + T_s).
+        """
+        t = proved_times(self, times)
+        return Values(self.reference.state_at(t), self.reference.input_at(t))
+
+    def plot(self: Proved, start: float | None = None, end: float | None = None) -> Figure:
+        """Draw states and inputs between their bounds from `start` to `end` [s], and the samples if there are any.
+
+        By default these are the ends of the claim. If all times are proved, the default is one period, or the time
+        until the reference has settled, but at most twice the time of its last kernel or piece. ValueError: a time is
+        not proved. MissingExtra: matplotlib is not installed.
+        """
+        from trackably.exports.proved import figure  # noqa: PLC0415
+
+        return figure(self, start, end)
+
+    def _repr_html_(self: Proved) -> str:
+        from trackably.exports.proved import html  # noqa: PLC0415  loaded for notebooks only
+
+        return html(self)
+
+    def to_do_mpc(
+        self: Proved, controller: Any, parameters: Parameters | None = None, start: float = 0.0
+    ) -> TimeVarying:
+        """Return the `tvp_fun` of a do-mpc controller or simulator: states and inputs over its horizon.
+
+        The model declares the parameters that it needs, for example by set_variable('_tvp', 'position_ref'): they are
+        named after states and inputs, with _ref. `parameters` gives other names: {'x_ref': ['position', 'velocity'],
+        'u_ref': 'force'}. The controller's time zero is `start` [s] of the reference. Stage j at time t holds x_r and
+        u_r at t + j T_s.
+
+        ValueError: the controller's t_step is not T_s, or a parameter is not declared. The returned function raises
+        ValueError if the horizon reaches times that are not proved.
+        """
+        from trackably.exports.do_mpc import tvp_function  # noqa: PLC0415
+
+        return tvp_function(self, controller, parameters, start)
+
+    def to_acados(self: Proved, horizon: int) -> SlidingReferences:
+        """Return the references of an acados solver with N = `horizon` stages of T_s each.
+
+        `.at(k)` returns the arrays yref (N, n + m) and yref_e (n,) at step k, and `.set_in(solver, k)` sets them in a
+        solver. If a state is a heading, pass the plant's state too: whole turns are then added to bring the heading
+        near it.
+        """
+        from trackably.exports.acados import SlidingReferences  # noqa: PLC0415
+
+        return SlidingReferences(self, whole("to_acados: horizon", horizon, least=1))
+
+    def to_control(self: Proved) -> FlatTrajectory:
+        """Return the reference as a trajectory of a flat system in python-control: `.eval(times)`, `.response(times)`.
+
+        Signals are rows there and times are columns: shapes (n, N) and (m, N).
+        """
+        from trackably.exports.control import FlatTrajectory  # noqa: PLC0415
+
+        return FlatTrajectory(self)
+
+    def to_csv(
+        self: Proved, path: Path | str, first: int | None = None, count: int | None = None, units: Units | None = None
+    ) -> Path:
+        """Write time, states and inputs at `count` steps from `first` on as a CSV file; return its path.
+
+        By default these are the steps that `plot` shows. `units` by name go into the header, for example {'position':
+        'm'}. Reading the numbers gives the same float64 again. Raises OSError, and ValueError for steps that are not
+        proved.
+        """
+        from trackably.exports.table import write_csv  # noqa: PLC0415
+
+        return write_csv(self, path, first, count, units)
+
+    def to_parquet(
+        self: Proved, path: Path | str, first: int | None = None, count: int | None = None, units: Units | None = None
+    ) -> Path:
+        """Write the table of `to_csv` as a Parquet file. MissingExtra: pyarrow is not installed."""
+        from trackably.exports.table import write_parquet  # noqa: PLC0415
+
+        return write_parquet(self, path, first, count, units)
+
+    def to_ros2(
+        self: Proved,
+        path: Path | str,
+        joints: Joints,
+        first: int | None = None,
+        count: int | None = None,
+        topic: str = "/joint_trajectory",
+        stamp: int = 0,
+    ) -> Path:
+        """Write a `trajectory_msgs/msg/JointTrajectory` to an .mcap or .yaml file; return the path.
+
+        `joints` names the state or input for each field of a joint's points: {'shoulder': {'positions': 'angle',
+        'velocities': 'speed', 'effort': 'torque'}}, in the units that ROS expects (rad or m, and s). Points are steps,
+        as in `to_csv`. `stamp` [ns] is the time of the message in an MCAP file, under `topic`.
+
+        The proof holds at the points. Between them a ROS controller interpolates in its own way. MissingExtra: an MCAP
+        file needs mcap-ros2-support.
+        """
+        from trackably.exports.ros2 import write_mcap, write_yaml  # noqa: PLC0415
+
+        match path_of("to_ros2", path).suffix:
+            case ".yaml" | ".yml":
+                return write_yaml(self, path, joints, first, count)
+            case ".mcap":
+                return write_mcap(self, path, joints, first, count, topic, stamp)
+        raise ValueError(f"to_ros2: expected the name of an .mcap or .yaml file, got {path}")
+
+    def to_c(self: Proved, path: Path | str, name: str = "reference") -> Path:
+        """Write a header in plain C99 with coefficients and functions; return its path.
+
+        `name_at(t, x, u)` and `name_step(k, x, u)` use the operations whose rounding errors are certified: values
+        differ from the exact ones by at most the certificate's `evaluation_error`. For times that are not proved, they
+        return 1 and no values. Of redundant inputs they give the smallest, as `input` does. ValueError: a formula has
+        no counterpart in C.
+        """
+        from trackably.exports.c99 import write_header  # noqa: PLC0415
+
+        return write_header(self, path, name)
 
 
 def where_it_is(reference: Reference) -> str:

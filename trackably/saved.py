@@ -20,9 +20,8 @@ from trackably.errors import InputError
 from trackably.files import LEFT_OUT, read_bytes, write_atomically
 from trackably.fit import Fit
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbances import DisturbanceSet, Zonotope
+from trackably.systems.disturbances import DisturbanceSet, ModelError, Zonotope
 from trackably.systems.linear import LinearSystem
-from trackably.systems.model_error import ModelError
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening, tightening
 
@@ -77,8 +76,7 @@ class Saved(ABC):
     @classmethod
     def read(cls, path: Path) -> Self:
         """Read a file. Raises InputError for one that holds a certificate or cannot be read, CodecError else."""
-        from trackably.codec import loads  # noqa: PLC0415  loaded for files only
-        from trackably.codec.values import CodecError  # noqa: PLC0415  loaded for files only
+        from trackably.codec import CodecError, loads  # noqa: PLC0415  loaded for files only
 
         content = read_bytes(path)
         if re.search(rb'"format": "track(ably|able) certificate"', content):

@@ -15,7 +15,7 @@ from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.learner import JOINT
 from trackably.learning.space import SearchSpace
-from trackably.streams.window_learner import WindowLearner
+from trackably.streams.relearner import WindowLearner
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Interval, Polytope

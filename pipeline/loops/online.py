@@ -22,7 +22,7 @@ from trackably.control.stepping import Infeasible, Unsolved
 from trackably.errors import InputError, NoReferenceError
 from trackably.gp.samples import Samples
 from trackably.learning.learner import JOINT
-from trackably.streams.window_learner import BudgetExceeded, LearnFromWindow, LearningResult, holds_for_all_times
+from trackably.streams.relearner import BudgetExceeded, LearnFromWindow, LearningResult, holds_for_all_times
 from trackably.systems.reference import Reference
 from trackably.systems.sampling import sampled_signals
 

@@ -22,8 +22,7 @@ from tests.trackably.checker.pieces import instances as pieces
 from tests.trackably.given.test_table import AXIS, ROBOT, TANK, followed
 from trackably import CertifiedTable, RefutedTable, Table, certify_table
 from trackably.checker import Proved, Refuted
-from trackably.codec.converter import decode
-from trackably.codec.values import CodecError
+from trackably.codec import CodecError, decode
 from trackably.systems.pieces import PolynomialPieces, Signal
 
 _DIGITS = 30

@@ -7,7 +7,7 @@ from mpmath import mp
 from tests.trackably.certificates import naive
 from tests.trackably.certificates.decoded import decode_certificate
 from tests.trackably.checker.truth import as_stored, is_true, statement
-from trackably.codec.converter import decode
+from trackably.codec import decode
 from trackably.systems.reference import Reference
 
 _TOLERANCE = 1e-9

@@ -11,10 +11,9 @@ import scipy
 
 from trackably.arguments import array, instance, whole
 from trackably.arrays import Array, ArrayLike
-from trackably.control.angles import unwrap_near
 from trackably.control.bounds import weight_in_widths
 from trackably.control.problem import TOLERANCE, Formulation, StepProblem
-from trackably.control.references import TrackedReference
+from trackably.control.references import TrackedReference, unwrap_near
 from trackably.control.search import solve_by_linearisation
 from trackably.control.stepping import Infeasible, Plan, StepResult, answer_step
 from trackably.systems.constrained import ConstrainedSystem

@@ -7,7 +7,7 @@ import numpy as np
 
 from trackably.arguments import whole
 from trackably.arrays import Array
-from trackably.control.angles import unwrap_near
+from trackably.control.references import unwrap_near
 from trackably.exports.proved import Proved, proved_steps
 
 

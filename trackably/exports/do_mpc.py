@@ -10,7 +10,7 @@ import numpy as np
 
 from trackably.arguments import real
 from trackably.arrays import Array, ArrayLike
-from trackably.control.angles import angles_of
+from trackably.control.references import angles_of
 from trackably.exports.proved import Proved, continuous, places, proved_times, require_known
 
 Parameters = Mapping[str, str | Sequence[str]]

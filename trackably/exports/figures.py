@@ -22,7 +22,7 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.mathtext import MathTextParser, VectorParse
 
 from trackably.arrays import Array
-from trackably.control.angles import angles_of
+from trackably.control.references import angles_of
 from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.polytopes import Interval

@@ -17,11 +17,10 @@ from trackably.gp.samples import Samples
 from trackably.recordings import csv_file, parquet_file
 from trackably.recordings.clocks import Clock, Origin
 from trackably.recordings.csv_file import PLAIN, CsvLayout, csv_reading
-from trackably.recordings.file_kinds import path_given
 from trackably.recordings.parquet_file import parquet_reading
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
-from trackably.recordings.tables import Cells, Column, TableReading
+from trackably.recordings.tables import Cells, Column, TableReading, path_given
 
 if TYPE_CHECKING:
     from trackably.recordings.mcap_file import Field

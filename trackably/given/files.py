@@ -13,8 +13,8 @@ from trackably.errors import InputError
 from trackably.files import from_json, from_yaml, read_bytes
 from trackably.given.table import Table
 from trackably.gp.samples import Samples
+from trackably.recordings.clocks import POINT, parse, scale_once
 from trackably.recordings.csv_file import CsvLayout, read_cells
-from trackably.recordings.decimals import POINT, parse, scale_once
 from trackably.systems.constrained import ConstrainedSystem, System
 from trackably.systems.library import model_of
 from trackably.systems.linear import LinearSystem

@@ -19,9 +19,8 @@ from trackably.certificates.goal import Claim
 from trackably.certificates.judge import judged
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import prove, prove_on_window
-from trackably.given.certify import CertifiedReference, Given, Moved
+from trackably.given.certify import CertifiedReference, Given, Moved, distance
 from trackably.given.conversion import Interpolation, as_pieces
-from trackably.given.flat_outputs import distance
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference

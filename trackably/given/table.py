@@ -124,7 +124,7 @@ class RefutedTable:
 
 
 def _written(table: Table, plant: ConstrainedSystem, tolerance: float) -> dict[str, Any]:
-    from trackably.codec.converter import encode  # noqa: PLC0415  loaded for files only
+    from trackably.codec import encode  # noqa: PLC0415  loaded for files only
 
     rows = {"first_step": table.first_step, "states": table.states.tolist(), "inputs": table.inputs.tolist()}
     return {"table": rows, "plant": encode(plant), "tolerance": tolerance}

@@ -17,18 +17,20 @@ from pathlib import Path
 
 from trackably.errors import InputError
 from trackably.files import read_bytes
-from trackably.recordings.clocks import Clock, DateTimes, Origin
-from trackably.recordings.decimals import DECIMAL_MARKS, POINT, parse
-from trackably.recordings.file_kinds import (
+from trackably.recordings.clocks import DECIMAL_MARKS, POINT, Clock, DateTimes, Origin, parse
+from trackably.recordings.recording import Recording
+from trackably.recordings.rows import Repair
+from trackably.recordings.tables import (
     GZIP,
     LARGEST,
     MCAP,
+    Cells,
+    Column,
+    Form,
+    TableReading,
     path_given,
     refuse_other_kinds,
 )
-from trackably.recordings.recording import Recording
-from trackably.recordings.rows import Repair
-from trackably.recordings.tables import Cells, Column, Form, TableReading
 
 _UTF8 = ("utf-8", "utf-8-sig")
 _UTF8_MARK = b"\xef\xbb\xbf"

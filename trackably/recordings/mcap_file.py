@@ -28,11 +28,24 @@ from zstandard import ZstdDecompressor
 from trackably.arrays import Array
 from trackably.errors import DoubtfulInputWarning, InputError
 from trackably.files import opened
-from trackably.recordings.clocks import Clock, DateTimes, Origin, checked_origin, clock_named, first_doubt, zero_of
-from trackably.recordings.decimals import EXACT, NANOSECOND, check_scale, exact, scale_once, shorten
-from trackably.recordings.file_kinds import LARGEST, check_mapping, checked_window, path_given, refuse_no_mcap
+from trackably.recordings.clocks import (
+    EXACT,
+    NANOSECOND,
+    Clock,
+    DateTimes,
+    Origin,
+    check_scale,
+    checked_origin,
+    clock_named,
+    exact,
+    first_doubt,
+    scale_once,
+    shorten,
+    zero_of,
+)
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair, Rows, chosen_repairs, recording_from_rows, rows_between
+from trackably.recordings.tables import LARGEST, check_mapping, checked_window, path_given, refuse_no_mcap
 
 _NAME = re.compile(r"[^.\[]+")
 _INDEX = re.compile(r"\[(\d+)\]\.?", re.ASCII)

@@ -10,12 +10,10 @@ from typing import Any
 
 from trackably.errors import InputError
 from trackably.extras import optional
-from trackably.recordings.clocks import Clock, DateTimes, Origin
-from trackably.recordings.decimals import EXACT, NANOSECOND, exact
-from trackably.recordings.file_kinds import LARGEST, path_given
+from trackably.recordings.clocks import EXACT, NANOSECOND, Clock, DateTimes, Origin, exact
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
-from trackably.recordings.tables import Cells, Column, Form, TableReading
+from trackably.recordings.tables import LARGEST, Cells, Column, Form, TableReading, path_given
 
 
 def read_parquet(

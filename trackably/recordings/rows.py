@@ -12,8 +12,7 @@ import numpy.typing as npt
 
 from trackably.arrays import Array
 from trackably.errors import DoubtfulInputWarning, InputError
-from trackably.recordings.clocks import Clock, Origin, first_doubt, zero_of
-from trackably.recordings.decimals import EXACT, NANOSECOND, plain
+from trackably.recordings.clocks import EXACT, NANOSECOND, Clock, Origin, first_doubt, plain, zero_of
 from trackably.recordings.recording import Cleaning, Finding, Recording, Signal
 
 

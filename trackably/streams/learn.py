@@ -17,7 +17,7 @@ from trackably.certificates.robust import robust_of
 from trackably.condensed import NODES, Centres
 from trackably.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, levels, split_means
 from trackably.explanation import IgnoresSamplesWarning, ignored
-from trackably.feasibility.impossible import impossible
+from trackably.feasibility import impossible
 from trackably.fit import Fit, edges_of
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
@@ -30,7 +30,6 @@ from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.space import SearchSpace
 from trackably.progress.bar import progress_bar
 from trackably.request.claim import check_rest
-from trackably.request.plant import drawn_in
 from trackably.request.prior import Noise
 from trackably.request.samples import Measurements, SamplesLike
 from trackably.streams.reference import StreamReference
@@ -38,6 +37,7 @@ from trackably.streams.windows import Stream, constraints_at, learn_proved, part
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet
 from trackably.systems.reference import Reference
+from trackably.systems.tightening import tighten_plant
 from trackably.threads import one_blas_thread
 from trackably.waypoints import Waypoints, waypoints
 
@@ -113,7 +113,7 @@ def learn_stream(
         If no reference was found, or none that is proved.
     """
     _refuse(others)
-    plant, tightening = drawn_in(plant, disturbance, feedback, margin, measurement_noise)
+    plant, tightening = tighten_plant(plant, disturbance, feedback, margin, measurement_noise)
     claim = checked_claim(claim)
     measured = Measurements.of(samples, plant, noise_std, centres, _MANY)
     if (length := real("window", window)) <= 0:

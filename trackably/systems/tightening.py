@@ -12,9 +12,15 @@ import scipy
 from trackably.arguments import array, instance, real
 from trackably.arrays import Array, ArrayLike
 from trackably.systems.constrained import ConstrainedSystem, LinearConstraint
-from trackably.systems.disturbances import DisturbanceSet, Measured, Zonotope, require_disturbance, with_noise_set
+from trackably.systems.disturbances import (
+    DisturbanceSet,
+    Measured,
+    ModelError,
+    Zonotope,
+    require_disturbance,
+    with_noise_set,
+)
 from trackably.systems.linear import LinearSystem
-from trackably.systems.model_error import ModelError
 from trackably.systems.polytopes import Polytope, deepest, squares_in_widths, unit_scales
 from trackably.systems.rationals import exact, float_below, whole
 
@@ -481,3 +487,28 @@ def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:
     room, (low, high) = 1 - 2 * margin, by.T / half * most
     limits = np.append(middle + room, room - middle)
     return most * deepest(np.vstack([matrix, -matrix]), np.append(high, low), limits)[0]
+
+
+# The plant for learning, with its bounds tightened for disturbances.
+
+
+def require_plant(plant: object) -> None:
+    """Raise TypeError unless `plant` is a system with its sets."""
+    instance("plant", plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)")
+
+
+def tighten_plant(
+    plant: ConstrainedSystem,
+    disturbance: DisturbanceSet | None,
+    feedback: ArrayLike | None,
+    margin: float,
+    noise: DisturbanceSet | None,
+    model_error: ModelError | None = None,
+) -> tuple[ConstrainedSystem, Tightening | None]:
+    """Return the plant with tightened bounds, and the tightening; the plant itself and None if nothing requires it.
+
+    TypeError: it is no plant. Raises as `tightening`, too.
+    """
+    require_plant(plant)
+    found = tightening(plant, disturbance, feedback, margin, noise, model_error)
+    return (found.plant, found) if found.margin or found.invariant is not None else (plant, None)

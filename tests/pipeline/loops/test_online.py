@@ -18,7 +18,7 @@ from trackably.gp.samples import Samples
 from trackably.learning.learner import JOINT
 from trackably.learning.problem import NoSolution
 from trackably.learning.space import SearchSpace
-from trackably.streams.window_learner import LearningResult
+from trackably.streams.relearner import LearningResult
 from trackably.systems.polytopes import Interval
 
 PLANT = instances.example1().plant

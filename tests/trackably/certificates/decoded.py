@@ -8,7 +8,7 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import AllPhases, AllTimes, AtInstants, OnWindow
 from trackably.certificates.cover import Cover
 from trackably.certificates.robust import Robust
-from trackably.codec.converter import decode
+from trackably.codec import decode
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope, with_noise_set
 from trackably.systems.linear import LinearSystem

@@ -5,9 +5,8 @@ import pytest
 
 from tests.trackably.control import naive
 from tests.trackably.systems.forms.instances import T_S, robot
-from trackably.control.angles import unwrap_near
 from trackably.control.controller import Controller
-from trackably.control.references import TabulatedReference
+from trackably.control.references import TabulatedReference, unwrap_near
 from trackably.control.simulation import simulate
 from trackably.control.stepping import Plan
 from trackably.systems.constrained import ConstrainedSystem

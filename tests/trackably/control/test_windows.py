@@ -12,7 +12,7 @@ from trackably.learning.joint.search import learn_function
 from trackably.learning.learner import JOINT
 from trackably.learning.problem import ConstrainedProblem, Pin, UnmetBounds
 from trackably.learning.space import SearchSpace
-from trackably.streams.window_learner import BudgetExceeded, WindowLearner
+from trackably.streams.relearner import BudgetExceeded, WindowLearner
 
 WINDOWS = [receding_window(STREAM, 0.8 + 0.1 * i, 8) for i in range(8)]
 

@@ -9,9 +9,8 @@ import pytest
 
 from tests.trackably.exports.references import EVERY, on_window, periodic
 from tests.trackably.plants import AXIS, SAMPLES
-from trackably.exports.mixin import ExportMixin
-from trackably.exports.proved import margins_found
-from trackably.exports.shown import html
+from trackably.exports.proved import html, margins_found
+from trackably.proved import ExportMixin
 from trackably.request.samples import samples_by_name
 from trackably.systems.reference import Reference
 

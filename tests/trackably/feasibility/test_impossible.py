@@ -24,13 +24,12 @@ from trackably import (
     checker,
     learn_reference,
 )
+from trackably import feasibility as proposing
 from trackably import learn as learning
 from trackably.certificates.goal import Claim
 from trackably.certificates.judge import accepted_file
 from trackably.checker.contradiction import Value
-from trackably.feasibility import impossible as proposing
-from trackably.feasibility.impossible import impossible
-from trackably.feasibility.steps import Steps, least
+from trackably.feasibility import Steps, impossible, least
 from trackably.streams import learn as streams
 from trackably.systems.tightening import tightening
 from trackably.waypoints import Waypoints, waypoints

@@ -20,7 +20,7 @@ from trackably import (
 )
 from trackably import learn as learning
 from trackably.certificates.goal import Claim
-from trackably.feasibility.impossible import impossible
+from trackably.feasibility import impossible
 from trackably.waypoints import Waypoints, waypoints
 
 SEEDS = range(10)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackably.recordings.decimals import exact, parse, scale_once, shorten
+from trackably.recordings.clocks import exact, parse, scale_once, shorten
 
 FLOATS = st.floats(allow_nan=False, allow_infinity=False)
 

@@ -7,7 +7,7 @@ import pytest
 from tests.trackably.control.tube.instances import LOOPS, TWO_CARTS
 from tests.trackably.control.tube.naive import in_error_set
 from tests.trackably.systems.disturbance.instances import ALL
-from trackably.control.error_set import ErrorSet, Nearest
+from trackably.control.tube import ErrorSet, Nearest
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import Zonotope
 from trackably.systems.polytopes import Polytope

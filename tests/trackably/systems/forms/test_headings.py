@@ -14,7 +14,7 @@ from trackably.certificates.outcome import Unproved
 from trackably.certificates.prove import prove, prove_on_window
 from trackably.checker import Failed, Proved, check
 from trackably.checker.formulas import Angle, Name
-from trackably.codec.converter import dumps, loads
+from trackably.codec import dumps, loads
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem

@@ -5,8 +5,7 @@ import pytest
 from scipy.interpolate import Akima1DInterpolator, CubicSpline, PPoly
 
 from tests.trackably.plants import AXIS
-from trackably.codec.converter import decode, encode
-from trackably.codec.values import CodecError
+from trackably.codec import CodecError, decode, encode
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
 

@@ -6,6 +6,8 @@ lists, and a system with formulas f is nonlinear.
 """
 
 import dataclasses
+import re
+import sys
 from collections.abc import Callable, Set
 from fractions import Fraction
 from functools import cache
@@ -18,12 +20,11 @@ from cattrs import BaseValidationError, Converter, StructureHandlerNotFoundError
 from cattrs.cols import is_frozenset
 from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn
 
+from trackably.arrays import Array
 from trackably.checker.form import a_formula
 from trackably.checker.formulas import Formula
-from trackably.codec.hyperparameters import read_hyperparameter, write_hyperparameter
-from trackably.codec.values import CodecError, read_array, read_float, read_fraction
 from trackably.files import LEFT_OUT, from_json, to_json
-from trackably.gp.hyperparameter import Hyperparameter
+from trackably.gp.hyperparameter import Hyperparameter, Learned
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.registry import KERNELS, name_of
 from trackably.gp.signal import KernelSum
@@ -34,6 +35,68 @@ from trackably.systems.formulas import to_lists
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.pieces import PolynomialPieces, Signal
+
+# A hyperparameter as JSON: a number is known; an object with `learned` and `interval` is learned.
+
+
+def read_hyperparameter(data: Any, _: Any) -> float:
+    """Read a hyperparameter, with its present value. CodecError for anything else."""
+    if not isinstance(data, dict):
+        return read_float(data, float)
+    if data.keys() != {"learned", "interval"}:
+        raise CodecError(f"a learned hyperparameter must be an object with learned and interval, got {short(data)}")
+    value, interval = read_float(data["learned"], float), data["interval"]
+    if interval is None:
+        return Learned(value)
+    if not isinstance(interval, list) or len(interval) != 2:
+        raise CodecError(f"the interval of a hyperparameter must be two numbers, got {short(interval)}")
+    return Learned(value, (read_float(interval[0], float), read_float(interval[1], float)))
+
+
+def write_hyperparameter(value: float) -> Any:
+    """Return the JSON of a hyperparameter."""
+    if not isinstance(value, Learned):
+        return float(value)
+    return {"learned": float(value), "interval": list(value.interval) if value.interval else None}
+
+
+# Numbers and arrays from JSON, read strictly.
+
+
+class CodecError(ValueError):
+    """A value cannot be written as JSON, or JSON cannot be read as a value; the message says where ($ is the root)."""
+
+
+def read_float(value: Any, _: Any) -> float:
+    """Return a finite number that float64 holds exactly. Raise CodecError for anything else."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise CodecError(f"must be a number, got {short(value)}")
+    if not (abs(value) <= sys.float_info.max and float(value) == value):
+        raise CodecError(f"must be finite, and exact in float64, got {short(value)}")
+    return float(value)
+
+
+def read_fraction(value: Any, _: Any) -> Fraction:
+    """Return the rational number of a text such as -3/4. Raise CodecError for anything else."""
+    if not isinstance(value, str) or not re.fullmatch(r"-?[0-9]+(/0*[1-9][0-9]*)?", value):
+        raise CodecError(f"must be a rational number such as -3/4, got {short(value)}")
+    return Fraction(value)
+
+
+def read_array(values: Any, _: Any) -> Array:
+    """Return numbers in lists as an array; nested lists must have one length. Raise CodecError for anything else."""
+    if not isinstance(values, list):
+        raise CodecError(f"must be a list of numbers, got {short(values)}")
+    items: list[Any] = []
+    for i, value in enumerate(values):
+        try:
+            items.append(read_array(value, float) if isinstance(value, list) else read_float(value, float))
+        except CodecError as error:
+            raise CodecError(f"[{i}] {error}") from error
+    if len({np.shape(item) for item in items}) > 1:
+        raise CodecError(f"must be lists of one length, got {short(values)}")
+    return np.array(items, dtype=float)
+
 
 _MAY_BE_MISSING = {"flat", "angles", "positive", "scatters"}  # fields of systems and samples, which know no files
 

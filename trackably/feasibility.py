@@ -1,0 +1,387 @@
+"""Bounds and given values that no reference can satisfy, whatever its kernel and its samples."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy
+
+from trackably.arrays import Array, Flags
+from trackably.certificates.form import as_written
+from trackably.certificates.goal import Claim, span_of
+from trackably.certificates.judge import judged_contradiction
+from trackably.certificates.outcome import Impossible, InfeasibleTightening
+from trackably.certificates.pinned import WINDOW, Pinned, extent
+from trackably.checker import subject
+from trackably.checker.contradiction import FORMAT, VERSION, Contradiction, Gap, Value, wanted_boxes
+from trackably.checker.form import a_plant
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.tightening import Tightening
+
+# Consecutive steps of a system, with bounds and given values: what every reference has to satisfy at them.
+#
+# Of a linear system, a linear program says by how much they would have to give way; of a nonlinear one, boxes step by
+# step say what cannot be reached. Both are plain float64 and may be wrong: the checker verifies what they find.
+
+_MOST_UNKNOWNS = 2000
+"""States and inputs of all steps. Further steps are left out: fewer are a relaxation too, and programs stay small."""
+
+
+@dataclass(frozen=True, eq=False)
+class Steps:
+    """x_{k+1} = A x_k + B u_k + c with x_k ∈ X, u_k ∈ U and given values, at t = `start` + k T_s for k < `count`.
+
+    A vector of all unknowns is (x_0, u_0, x_1, u_1, …). Each of `rows` has a `lower` and an `upper` bound: first come
+    the rows of X and of U at each step, then one for each of the `values`.
+    """
+
+    plant: ConstrainedSystem
+    start: float
+    count: int
+    values: tuple[Value, ...] = ()
+
+    @property
+    def size(self) -> int:
+        """The number of states and inputs."""
+        return len(self.names)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        system = self.plant.system
+        return (*system.states, *system.inputs)
+
+    @property
+    def rows(self) -> scipy.sparse.csr_array:
+        """Each row of the bounds, (r, count · (n + m))."""
+        X, U = self.plant.state_set.rows, self.plant.input_set.rows
+        bounded = scipy.sparse.kron(scipy.sparse.eye_array(self.count), scipy.linalg.block_diag(X, U))
+        at = [value.step * self.size + self.names.index(value.name) for value in self.values]
+        shape = len(at), self.count * self.size
+        given = scipy.sparse.csr_array((np.ones(len(at)), (range(len(at)), at)), shape=shape)
+        return scipy.sparse.csr_array(scipy.sparse.vstack([bounded, given]))
+
+    @property
+    def lower(self) -> Array:
+        X, U = self.plant.state_set, self.plant.input_set
+        return np.append(np.tile([*X.lower, *U.lower], self.count), [value.lower for value in self.values])
+
+    @property
+    def upper(self) -> Array:
+        X, U = self.plant.state_set, self.plant.input_set
+        return np.append(np.tile([*X.upper, *U.upper], self.count), [value.upper for value in self.values])
+
+    @property
+    def is_given(self) -> Flags:
+        """Which rows are those of given values."""
+        return np.arange(len(self.lower)) >= len(self.lower) - len(self.values)
+
+    @property
+    def scales(self) -> Array:
+        """The width of each state and input, 1 where nothing bounds it: (n + m,)."""
+        extents = [extent(self.plant, name) for name in self.names]
+        return np.array([of.width if of else 1.0 for of in extents])
+
+    @property
+    def widths(self) -> Array:
+        """The width of each row: of given values, that of the state or input."""
+        X, U = self.plant.state_set, self.plant.input_set
+        scale = dict(zip(self.names, self.scales.tolist(), strict=True))
+        return np.append(np.tile([*X.widths, *U.widths], self.count), [scale[value.name] for value in self.values])
+
+    def with_values(self, values: tuple[Value, ...]) -> Steps:
+        return replace(self, values=values)
+
+    def time(self, step: int) -> float:
+        """Return the time of a step [s]."""
+        return self.start + step * self.plant.sampling_time
+
+
+def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Pinned]) -> Iterator[Steps]:
+    """Yield the claimed steps through each set of given values that whole steps link; without any, from the start on.
+
+    Between such sets there is nothing but the kernel. Values hold in a short window around their times, which is why
+    times that a whole number of steps separates up to this window count as linked.
+    """
+    step, most = plant.sampling_time, _MOST_UNKNOWNS // (len(plant.system.states) + len(plant.system.inputs))
+    first, last = span_of(claim)
+    for linked in _linked(sorted(pinned, key=lambda of: of.time), step):
+        start = linked[0].time if linked else (first if math.isfinite(first) else 0.0)
+        before, after = (_whole(time, start, step, most) for time in (start - first, last - start))
+        at = [round((of.time - start) / step) for of in linked]
+        early = min(before, max(0, (most - max(at, default=0)) // 2))
+        count = early + min(after, most - early) + 1
+        values = tuple(
+            Value(early + k, name, value - of.tolerances[name], value + of.tolerances[name])
+            for k, of in zip(at, linked, strict=True)
+            for name, value in of.values.items()
+            if early + k < count
+        )
+        yield Steps(plant, start - early * step, count, values)
+
+
+def _linked(pinned: list[Pinned], step: float) -> list[list[Pinned]]:
+    found: list[list[Pinned]] = []
+    for one in pinned:
+        for others in found:
+            steps = (one.time - others[0].time) / step
+            if abs(steps - round(steps)) < WINDOW:
+                others.append(one)
+                break
+        else:
+            found.append([one])
+    return found or [[]]
+
+
+def _whole(time: float, start: float, step: float, most: int) -> int:
+    """Return how many whole steps fit, up to the rounding of times, and at most as many as are examined.
+
+    Bounds at a step that is outside of the claim ask nothing, however close to its ends it is.
+    """
+    rounding = 4 * float(np.spacing(max(abs(start), min(time, most * step))))
+    return math.floor(min((time + rounding) / step, most))
+
+
+@dataclass(frozen=True, eq=False)
+class Least:
+    """The least d ≥ 0 for which a sequence has every row between lower - d `elastic` and upper + d `elastic`.
+
+    `at_lower` and `at_upper` are multipliers λ ≥ 0 of the rows, in their own units. `missing` is d up to the solver's
+    tolerance: the checker says what is certain of it.
+    """
+
+    steps: Steps
+    elastic: Array
+    missing: float
+    at_lower: Array
+    at_upper: Array
+
+
+def least(steps: Steps, elastic: Array) -> Least | None:
+    """Return the least d; None where there is none, as rows that are not elastic contradict each other.
+
+    Unknowns and rows are divided by their widths, as tolerances of solvers are absolute.
+    """
+    widths, scales = steps.widths, np.tile(steps.scales, steps.count)
+    rows = scipy.sparse.diags_array(1 / widths) @ steps.rows @ scipy.sparse.diags_array(scales)
+    by = scipy.sparse.csr_array((elastic / widths)[:, None])
+    dynamics, constant = _dynamics(steps)
+    sides = [scipy.sparse.hstack([of, -by]) for of in (rows, -rows)]
+    found = scipy.optimize.linprog(
+        np.append(np.zeros(len(scales)), 1.0),
+        A_ub=scipy.sparse.vstack(sides, format="csc"),
+        b_ub=np.concatenate([steps.upper, -steps.lower]) / np.tile(widths, 2),
+        A_eq=scipy.sparse.hstack([dynamics, scipy.sparse.csr_array((len(constant), 1))], format="csc"),
+        b_eq=constant,
+        bounds=[(-np.inf, np.inf)] * len(scales) + [(0.0, np.inf)],
+        method="highs-ds",
+    )
+    if found.fun is None:
+        return None
+    at_upper, at_lower = np.split(np.maximum(-found.ineqlin.marginals, 0), 2) / widths
+    return Least(steps, elastic, float(found.fun), at_lower, at_upper)
+
+
+def _dynamics(steps: Steps) -> tuple[scipy.sparse.csr_array, Array]:
+    """Return x_{k+1} - A x_k - B u_k = c for each step, in widths of the states."""
+    system, scales = steps.plant.linear, steps.scales
+    n, size, last = len(system.A), steps.size, steps.count - 1
+    of_states = 1 / scales[:n, None]
+    here = scipy.sparse.csr_array(-np.hstack([system.A, system.B]) * scales * of_states)
+    there = scipy.sparse.csr_array(np.eye(n, size))
+    every = scipy.sparse.eye_array
+    rows = scipy.sparse.kron(every(last, last + 1), here) + scipy.sparse.kron(every(last, last + 1, k=1), there)
+    return scipy.sparse.csr_array(rows), np.tile(system.c * of_states[:, 0], last)
+
+
+def first_gap(steps: Steps) -> tuple[Gap, float] | None:
+    """Return what cannot be where bounds and values want it, for x(k+1) = f(x(k), u(k)), and by how much it is apart.
+
+    Each state is enclosed by itself, for all others in their intervals: more than can be reached. None: nothing is.
+    """
+    system, state_set, input_set = a_plant(as_written(steps.plant), "plant")[:3]
+    assert isinstance(system, subject.NonlinearSystem), "of linear systems, a program says more"
+    asked = Contradiction(system, state_set, input_set, steps.start, steps.count, steps.values, 0.0, Gap(0, ""))
+    last, before = max((value.step for value in steps.values), default=0), None
+    for k, wanted in enumerate(wanted_boxes(asked, system)):
+        box = {name: (float(low), float(high)) for name, (low, high) in wanted.items()}
+        for name, (low, high) in box.items():
+            if low > high:
+                return Gap(k, name), low - high
+        if k > last and box == before:
+            return None
+        before = box
+    return None
+
+
+_NOTHING = 1e-6  # of a width: solvers find no less
+_ACTIVE = 1e-6  # of the largest multiplier
+_PARTS = (1 - 1e-9, 1 - 1e-6, 1 - 1e-3, 0.9, 0.5, 0.1)
+"""Parts of what a solver finds to be missing: the checker is asked about each until it accepts one."""
+
+
+def impossible(
+    plant: ConstrainedSystem,
+    claim: Claim,
+    pinned: Sequence[Pinned],
+    means: Sequence[float],
+    tightening: Tightening | None = None,
+) -> Impossible | InfeasibleTightening | None:
+    """Return what contradicts what at steps that are claimed; None where no contradiction is certain.
+
+    Where `plant` is what a `tightening` leaves, the given plant is asked first: only its own bounds exclude every
+    reference. What is said is proved: programs say where to look and by how much, and what is returned is a file that
+    the checker has accepted. It is not complete: no times between steps are examined, of nonlinear systems boxes that
+    can be reached only, and of vehicles nothing. Without `pinned` values there is nothing to ask where the plant may
+    rest at the `means` of its flat outputs.
+    """
+    if tightening is None:
+        return _of_bounds(plant, claim, pinned, means)
+    found = _of_bounds(tightening.given, claim, pinned, means)
+    if found is None and (drawn_in := _of_bounds(plant, claim, pinned, means)):
+        return InfeasibleTightening(
+            drawn_in.given, drawn_in.missing, drawn_in.among, drawn_in.contradiction, tightening
+        )
+    return found
+
+
+def _of_bounds(
+    plant: ConstrainedSystem, claim: Claim, pinned: Sequence[Pinned], means: Sequence[float]
+) -> Impossible | None:
+    rests = all(q.bounds.strictly_contains(q.at_rest(means)) for q in plant.quantities)
+    if rests and not pinned:
+        return None
+    every = steps_of(plant, claim, pinned)
+    return next(filter(None, map(_of_linear if isinstance(plant.system, LinearSystem) else _of_nonlinear, every)), None)
+
+
+def _of_linear(steps: Steps) -> Impossible | None:
+    found = _contradiction(steps)
+    return None if found is None or found.missing <= 0 else _accepted(_told(found))
+
+
+def _accepted(found: Impossible) -> Impossible | None:
+    """Return nearly as much as what was found to be missing, as the checker accepts it; None where it does not."""
+    for part in _PARTS:
+        missing = part * found.missing
+        nearly = replace(found, missing=missing, contradiction={**found.contradiction, "missing": missing})
+        if judged_contradiction(nearly) is nearly:
+            return nearly
+    return None
+
+
+def _file(steps: Steps, first: int, count: int, missing: float, proof: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what the checker reads about so many steps from the `first` on."""
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "plant": as_written(steps.plant),
+        "start": steps.time(first),
+        "steps": count,
+        "values": [
+            {**vars(value), "step": value.step - first} for value in steps.values if first <= value.step < first + count
+        ],
+        "missing": missing,
+        "proof": proof,
+    }
+
+
+def _of_nonlinear(steps: Steps) -> Impossible | None:
+    """Return what cannot be reached; None of vehicles, whose headings count up to whole turns only."""
+    system = steps.plant.system
+    if not isinstance(system, NonlinearSystem) or (system.flat and system.flat.angles):
+        return None
+    if (found := first_gap(steps)) is None:
+        return None
+    gap, missing = found
+    bounds = {name: extent(steps.plant, name) for name in steps.names}
+    before = [value for value in steps.values if value.step <= gap.step]
+    values = [f"{of.name} = {(of.lower + of.upper) / 2:.6g} at t = {steps.time(of.step):.6g} s" for of in before]
+    given = (said for said, of in zip(values, before, strict=True) if (of.step, of.name) == (gap.step, gap.name))
+    wanted = next(given, f"{gap.name} in {bounds[gap.name]} at t = {steps.time(gap.step):.6g} s")
+    among = [said for said in values if said != wanted] + [f"{name} in {of}" for name, of in bounds.items() if of]
+    proof = {"kind": "boxes", **vars(gap)}
+    return _accepted(Impossible(wanted, missing, tuple(among), _file(steps, 0, gap.step + 1, missing, proof)))
+
+
+def _contradiction(steps: Steps) -> Least | None:
+    """Return the program of the first value that cannot be had beside those before it; of bounds, where they alone do.
+
+    None where all rows are satisfied up to what solvers find.
+    """
+    all_values = least(steps, np.where(steps.is_given, steps.widths, 0.0))
+    if all_values is None:
+        bounds = steps.with_values(())
+        return least(bounds, bounds.widths)
+    if all_values.missing <= _NOTHING:
+        return None
+    for count in range(1, len(steps.values) + 1):
+        some = steps.with_values(steps.values[:count])
+        found = least(some, np.append(np.zeros(len(some.widths) - 1), some.widths[-1]))
+        if found is not None and found.missing > _NOTHING:
+            return found
+    return None
+
+
+def _told(found: Least) -> Impossible:
+    steps = found.steps
+    if not steps.values:
+        return Impossible("", found.missing, (*_bounds(found),), _multipliers(found, found.missing))
+    *others, last = _values(found)
+    missing, among = found.missing * steps.widths[-1].item(), (*filter(None, others), *_bounds(found))
+    return Impossible(last, missing, among, _multipliers(found, missing))
+
+
+def _multipliers(found: Least, missing: float) -> dict[str, Any]:
+    """Return the contradiction's file: the steps from the first to the last one that matters, n of them at least."""
+    steps, r = found.steps, len(found.steps.plant.state_set.rows)
+    signed, rows = found.at_upper - found.at_lower, len(found.at_upper) - len(found.steps.values)
+    of_bounds, of_values = signed[:rows].reshape(steps.count, -1), signed[rows:].tolist()
+    that_matter = [value.step for value, y in zip(steps.values, of_values, strict=True) if y]
+    active = [*np.flatnonzero(np.any(of_bounds, axis=1)).tolist(), *that_matter]
+    first, last = (min(active), max(active)) if active else (0, steps.count - 1)
+    first = max(0, min(first, steps.count - len(steps.plant.system.states)))
+    last = min(max(last, first + len(steps.plant.system.states) - 1), steps.count - 1)
+    within = of_bounds[first : last + 1]
+    proof = {
+        "kind": "multipliers",
+        "states": within[:, :r].tolist(),
+        "inputs": within[:, r:].tolist(),
+        "values": [y for value, y in zip(steps.values, of_values, strict=True) if first <= value.step <= last],
+    }
+    return _file(steps, first, last + 1 - first, missing, proof)
+
+
+def _values(found: Least) -> Iterator[str]:
+    """Yield the given values, an empty text for those that do not matter."""
+    steps, price = found.steps, (found.at_lower + found.at_upper) * found.steps.widths
+    first = len(price) - len(steps.values)
+    for value, of in zip(steps.values, price[first:].tolist(), strict=True):
+        middle = (value.lower + value.upper) / 2
+        yield f"{value.name} = {middle:.6g} at t = {steps.time(value.step):.6g} s" if of > _least(price) else ""
+
+
+def _bounds(found: Least) -> Iterator[str]:
+    """Yield the bounds that matter, each with the first and the last time at which it does."""
+    steps, constraints = found.steps, found.steps.plant.given_constraints
+    times: dict[tuple[int, str], list[float]] = defaultdict(list)
+    for side, multipliers in (("lower", found.at_lower), ("upper", found.at_upper)):
+        price = multipliers * steps.widths
+        for i in np.flatnonzero(price[: steps.count * len(constraints)] > _least(price)).tolist():
+            step, row = divmod(i, len(constraints))
+            times[row, side].append(steps.time(step))
+    for (row, side), at in times.items():
+        of = constraints[row]
+        bound = of.bounds.lower if side == "lower" else of.bounds.upper
+        when = f"at t = {at[0]:.6g} s" if len(at) == 1 else f"from t = {at[0]:.6g} s to {at[-1]:.6g} s"
+        yield f"{of.name} ({side} bound {bound:.6g}) {when}"
+
+
+def _least(price: Array) -> float:
+    return _ACTIVE * float(np.max(price))
