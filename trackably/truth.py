@@ -291,45 +291,47 @@ _WORST, _AT_ONCE, _DERIVED, _BESIDE = 0.95, 10, 120, 12
 
 
 def _derive(of: SignalClass, t: float) -> Derived | None:
-    """Bound the signal at time t [s] by all nearby measurements together, with multipliers of linear programs."""
+    """Return what near measurements together say of a signal at a time, by the multipliers of linear programs."""
     n = len(of.samples.times)
-    sides = [(np.array(of.samples.times), 0), *([(np.array(of.rates.times), n)] if of.rates else [])]
     which: list[int] = []
-    for times, first in sides:
-        place = int(np.searchsorted(times, t))
-        which += range(first + max(0, place - _BESIDE), first + min(len(times), place + _BESIDE))
+    for measured, first in ((of.samples, 0), (of.rates, n)):
+        if measured:
+            place = int(np.searchsorted(measured.times, t))
+            which += range(first + max(0, place - _BESIDE), first + min(len(measured.times), place + _BESIDE))
     some = replace(_only(of, which), slope=None)
-    program = _Program.of(some, (t,), cells=4)
-    cost = np.zeros(program.seen.shape[1])
-    cost[int(np.searchsorted(program.knots, t))] = 1.0
+    signals = Signals.of(some, (t,))
     found = []
     for sign in (-1.0, 1.0):  # the largest value, then the least one
-        solved = program.solve(sign * cost)
-        if solved.x is None:
-            return None
-        prices = solved.ineqlin.marginals
-        half = len(prices) // 2
-        multipliers = _sum_to(some, sign * (prices[:half] - prices[half:]), t)
+        solved = signals.courses.minimise(sign * signals.value_at(t))
+        prices = None if solved.x is None else solved.ineqlin.marginals.reshape(2, -1)
+        multipliers = None if prices is None else _rationals(some, sign * (prices[0] - prices[1]), 1, Fraction(t))
         if multipliers is None:
             return None
         found.append(tuple((which[i], m) for i, m in enumerate(multipliers) if m))
     return Derived(t, *found)
 
 
-def _sum_to(of: SignalClass, multipliers: Array, t: float) -> list[Fraction] | None:
-    """Return rational multipliers near the given ones whose weighted sum is exact at t [s] for every straight line."""
-    times = [Fraction(s) for s in of.samples.times]
+def _rationals(of: SignalClass, multipliers: Array, total: int, moment: Fraction) -> list[Fraction] | None:
+    """Return rational multipliers μ_i of samples and ν_j of rates near these, with Σ μ_i = total exactly.
+
+    If the second derivative is bounded, Σ μ_i t_i + Σ ν_j = moment, too, so that they say the same of each straight
+    line. None if there are too few samples.
+    """
+    n, times = len(of.samples.times), [Fraction(s) for s in of.samples.times]
     exact = [
-        Fraction(round(m * 2**30), 2**30) if abs(m) > _NO_MULTIPLIER else Fraction(0) for m in multipliers.tolist()
+        Fraction(round(m * 2**40), 2**40) if abs(m) > _NO_MULTIPLIER else Fraction(0) for m in multipliers.tolist()
     ]
-    used = [i for i in range(len(times)) if exact[i]]
-    first, last = (used[0], used[-1]) if len(used) > 1 else (0, len(times) - 1)
-    if first == last:
+    used = [i for i in range(n) if exact[i]]
+    first, last = (used[0], used[-1]) if len(used) > 1 else (0, n - 1)
+    if first >= last:
         return None
+    if of.second_derivative is None:
+        exact[first] += total - sum(exact)
+        return exact
     exact[first] = exact[last] = Fraction(0)
-    left = 1 - sum(exact[: len(times)])
-    moment = Fraction(t) - sum(m * s for m, s in zip(exact, times, strict=False)) - sum(exact[len(times) :])
-    exact[last] = (moment - left * times[first]) / (times[last] - times[first])
+    left = total - sum(exact[:n])
+    short = moment - sum(m * s for m, s in zip(exact, times, strict=False)) - sum(exact[n:])
+    exact[last] = (short - left * times[first]) / (times[last] - times[first])
     exact[first] = left - exact[last]
     return exact
 
@@ -373,77 +375,97 @@ def _of_plant(proved: TrueSignal, robust: Robust, state: int) -> float:
     return float_above(Fraction(proved.error) + max(sides))
 
 
-# Linear programs over signals with piecewise constant highest derivatives: each of their signals is in the class.
+# Linear programs over the courses of a chain, such as a plant, or signals with piecewise constant highest derivatives.
 
 
 @dataclass(frozen=True, eq=False)
-class _Program:
-    """A linear program in values, slopes and accelerations at `knots`, in units in which the samples' noise is 1.
+class Courses:
+    """Courses x_(k+1) = A_k x_k + B_k u_k + c, as v = (x_0, …, x_K, u_0, …, u_(K−1)), and a number e.
 
-    The measurements are the rows `seen` @ x; `equal` @ x = 0 joins the pieces.
+    Shapes of A and B are (K, n, n) and (K, n, m). For `rows` of v, lower − e growth ≤ rows v ≤ upper + e growth, and
+    all entries of v have `bounds`.
     """
 
-    equal: Any
-    seen: Any
-    values: Array
-    noise: Array
-    bounds: list[tuple[float | None, float | None]]
+    A: Array
+    B: Array
+    c: Array
+    rows: Any
+    lower: Array
+    upper: Array
+    growth: Array
+    bounds: Sequence[tuple[float | None, float | None]]
+
+    def minimise(self, cost: Array, most: float | None = 0.0) -> Any:
+        """Minimise cost · (v, e) over 0 ≤ e ≤ most. Multipliers are those of the upper ends, then of the lower ones."""
+        sparse, (K, n, m) = _scipy.sparse, self.B.shape
+        blocks = np.arange(K), np.arange(K + 1)
+        now = sparse.bsr_array((self.A, *blocks), shape=(K * n, (K + 1) * n))
+        inputs = sparse.bsr_array((self.B, *blocks), shape=(K * n, K * m))
+        equal = sparse.hstack([sparse.eye_array(K * n, (K + 1) * n, k=n) - now, -inputs, np.zeros((K * n, 1))])
+        grown = -self.growth[:, None]
+        limited = sparse.vstack([sparse.hstack([self.rows, grown]), sparse.hstack([-self.rows, grown])])
+        return _scipy.optimize.linprog(
+            cost,
+            A_ub=limited,
+            b_ub=np.append(self.upper, -self.lower),
+            A_eq=equal,
+            b_eq=np.tile(self.c, K),
+            bounds=[*self.bounds, (0.0, most)],
+            method="highs",
+        )
+
+
+def _picked(columns: Any, count: int) -> Any:
+    """Return rows that pick these entries of `count`."""
+    each = np.arange(len(columns))
+    return _scipy.sparse.csr_array((np.ones(len(each)), (each, columns)), shape=(len(each), count))
+
+
+@dataclass(frozen=True, eq=False)
+class Signals:
+    """Signals of a class as `courses` from knot to knot: of values, and of slopes if the second derivative is bounded.
+
+    The highest derivative is constant between two `knots` [s]. Values are in a `unit`, the noise of samples.
+    """
+
+    courses: Courses
     knots: Array
     unit: float
 
     @classmethod
-    def of(cls, of: SignalClass, also: tuple[float, ...] = (), cells: int = 4) -> "_Program":
+    def of(cls, of: SignalClass, also: tuple[float, ...] = (), cells: int = 4) -> Self:
+        """Return signals with knots at all measurements, at further times, and at others between them."""
         rates = of.rates or Measured((), (), 0.0)
         own = np.unique([*of.samples.times, *rates.times, *also])
         cells = max(1, min(cells, _KNOTS // max(1, len(own))))
-        parts = [np.linspace(a, b, cells + 1)[:-1] for a, b in pairwise(own)]
-        knots = np.concatenate([*parts, own[-1:]])
-        K, h, M, L = len(knots), np.diff(knots), of.second_derivative, of.slope
+        knots = np.concatenate([*(np.linspace(a, b, cells + 1)[:-1] for a, b in pairwise(own)), own[-1:]])
         unit = of.samples.noise or max(float(np.ptp(of.samples.values)) * 1e-3, 1e-9)
-        # x = (values, slopes, accelerations) / unit; without a bound M, slopes are constant in cells
-        rows = K - 1
-        equal = _scipy.sparse.lil_array((rows if M is None else 2 * rows, 2 * K + rows))
-        for k in range(rows):
-            equal[k, k], equal[k, k + 1] = -1.0, 1.0
-            equal[k, K + k] = -h[k]
-            if M is not None:
-                equal[k, 2 * K + k] = -(h[k] ** 2) / 2
-                equal[rows + k, K + k], equal[rows + k, K + k + 1], equal[rows + k, 2 * K + k] = -1.0, 1.0, -h[k]
-        slope, second = (None if bound is None else bound / unit for bound in (L, M))
-        bounds = [(None, None)] * K + [(None if slope is None else -slope, slope)] * K
-        bounds += [(None, None) if second is None else (-second, second)] * rows
-        seen = _scipy.sparse.lil_array((len(of.samples.times) + len(rates.times), 2 * K + rows))
-        places = [*np.searchsorted(knots, of.samples.times), *(K + np.searchsorted(knots, rates.times))]
-        for row, place in enumerate(places):
-            seen[row, place] = 1.0
-        noise = np.array([of.samples.noise] * len(of.samples.times) + [rates.noise] * len(rates.times)) / unit
+        slope, second = (None if bound is None else (-bound / unit, bound / unit)
+                         for bound in (of.slope, of.second_derivative))  # fmt: skip
+        h, free = np.diff(knots), (None, None)
+        one = np.ones(len(h))
+        if second is None:
+            A, B, bounds = one[:, None, None], h[:, None, None], [free] * len(knots) + [slope or free] * len(h)
+        else:
+            A = np.moveaxis(np.array([[one, h], [0 * h, one]]), 2, 0)
+            B = np.stack([h**2 / 2, h], axis=1)[:, :, None]
+            bounds = [free, slope or free] * len(knots) + [second] * len(h)
+        n = A.shape[1]
+        places = [*(n * np.searchsorted(knots, of.samples.times)), *(n * np.searchsorted(knots, rates.times) + 1)]
         values = np.array([*of.samples.values, *rates.values]) / unit
-        return cls(equal.tocsr(), seen.tocsr(), values, noise, bounds, knots, unit)
+        noise = np.array([of.samples.noise] * len(of.samples.times) + [rates.noise] * len(rates.times)) / unit
+        rows, growth = _picked(places, len(bounds)), np.where(noise > 0, noise, 1.0)
+        return cls(Courses(A, B, np.zeros(n), rows, values - noise, values + noise, growth, bounds), knots, unit)
 
-    def solve(self, cost: Array, growth: Array | None = None) -> Any:
-        """Minimise cost @ x subject to the bounds.
-
-        With `growth`, the last variable widens the noise by its multiple of `growth`.
-        """
-        seen, equal, bounds = self.seen, self.equal, self.bounds
-        both = _scipy.sparse.vstack([seen, -seen])
-        if growth is not None:
-            both = _scipy.sparse.hstack([both, -np.concatenate([growth, growth])[:, None]])
-            equal = _scipy.sparse.hstack([equal, np.zeros((equal.shape[0], 1))])
-            bounds = [*bounds, (0.0, None)]
-        limits = np.concatenate([self.values + self.noise, self.noise - self.values])
-        return _scipy.optimize.linprog(
-            cost, A_ub=both, b_ub=limits, A_eq=equal, b_eq=np.zeros(equal.shape[0]), bounds=bounds, method="highs"
-        )
+    def value_at(self, t: float) -> Array:
+        """Return the cost that is the value at a knot."""
+        cost = np.zeros(len(self.courses.bounds) + 1)
+        cost[self.courses.A.shape[1] * int(np.searchsorted(self.knots, t))] = 1.0
+        return cost
 
     def ends_at(self, t: float) -> tuple[float, float] | None:
-        """Return the least and the largest value of a signal at the knot t [s].
-
-        None if no signal explains the measurements.
-        """
-        cost = np.zeros(self.seen.shape[1])
-        cost[int(np.searchsorted(self.knots, t))] = 1.0
-        low, high = self.solve(cost), self.solve(-cost)
+        """Return the least and the largest value at a knot; None where there is none."""
+        low, high = (self.courses.minimise(sign * self.value_at(t)) for sign in (1.0, -1.0))
         return None if low.x is None or high.x is None else (low.fun * self.unit, -high.fun * self.unit)
 
 
@@ -470,8 +492,12 @@ def _contradiction(name: str, of: SignalClass) -> NoSignal | None:
         if fewer and _contradicting(_only(of, fewer), 16)[0]:
             which, some = fewer, _only(of, fewer)
     kept, multipliers = _contradicting(some, 64)
-    found = _exact(some, multipliers) if kept else None
-    if found is None or isinstance(shown := contradiction_of(found), str):
+    exact = _rationals(some, multipliers, 0, Fraction(0)) if kept else None
+    if exact is None:
+        return None
+    n = len(some.samples.times)
+    found = ContradictedSamples(some, tuple(exact[:n]), tuple(exact[n:]))
+    if isinstance(shown := contradiction_of(found), str):
         return None
     excess, weight, size, bound = shown
     missing = float(excess / weight) if weight else 0.0
@@ -479,36 +505,26 @@ def _contradiction(name: str, of: SignalClass) -> NoSignal | None:
     if some.rates:
         among += [f"rate {v:.6g} at t = {t:.6g} s" for t, v in zip(some.rates.times, some.rates.values, strict=True)]
     written = as_written(found)
-    left_out = {key: value for key, value in written["of"].items() if value is not None}
-    rates = {"rates": written["rates"]} if written["rates"] else {}
-    content = {
-        "format": CONTRADICTION,
-        "version": VERSION,
-        "of": left_out,
-        "samples": written["samples"],
-        **rates,
-    }
+    written["of"] = {key: value for key, value in written["of"].items() if value is not None}
+    content = {"format": CONTRADICTION, "version": VERSION} | {key: value for key, value in written.items() if value}
     answer = NoSignal(name, missing, tuple(among), content, bound, float(excess / size))
     return answer if judged_contradiction(answer) is answer else None
 
 
 def _contradicting(of: SignalClass, cells: int) -> tuple[list[int], Array]:
-    """Return the indices of measurements that contradict each other, and the multipliers of all.
+    """Return the indices of measurements that contradict each other, and the multipliers of all, one the largest.
 
     Rates follow the samples.
     """
-    program = _Program.of(of, cells=cells)
-    growth = np.where(program.noise > 0, program.noise, 1.0)
-    cost = np.append(np.zeros(program.seen.shape[1]), 1.0)
-    found = program.solve(cost, growth)
-    count = len(program.values)
+    courses = Signals.of(of, cells=cells).courses
+    found = courses.minimise(np.append(np.zeros(len(courses.bounds)), 1.0), most=None)
     if found.x is None or found.fun <= _LEAST_GROWTH:
-        return [], np.zeros(count)
-    prices = found.ineqlin.marginals
-    multipliers = prices[count:] - prices[:count]
-    multipliers = -multipliers if multipliers @ program.values < 0 else multipliers
-    multipliers = np.where(np.abs(multipliers) > 1e-9 * np.max(np.abs(multipliers)), multipliers, 0.0)
-    return np.flatnonzero(multipliers).tolist(), multipliers
+        return [], np.zeros(len(courses.growth))
+    upper, lower = found.ineqlin.marginals.reshape(2, -1)
+    multipliers = (lower - upper) / np.max(np.abs(lower - upper))
+    if multipliers @ (courses.lower + courses.upper) < 0:
+        multipliers = -multipliers
+    return np.flatnonzero(np.abs(multipliers) > _NO_MULTIPLIER).tolist(), multipliers
 
 
 _LEAST_GROWTH = 1e-6  # of the noise
@@ -529,27 +545,6 @@ def _only(of: SignalClass, which: list[int]) -> SignalClass:
         samples=some(of.samples, [i for i in which if i < n]),
         rates=some(of.rates, rates) if of.rates and rates else None,
     )
-
-
-def _exact(of: SignalClass, multipliers: Array) -> ContradictedSamples | None:
-    """Return rational multipliers near the given ones that cancel constants exactly.
-
-    If the second derivative is bounded, they also cancel straight lines. None if there are too few measurements.
-    """
-    n, times = len(of.samples.times), [Fraction(t) for t in of.samples.times]
-    if n < 2:
-        return None
-    scaled = [Fraction(round(m * 2**40), 2**40) for m in (multipliers / np.max(np.abs(multipliers))).tolist()]
-    mu, nu = scaled[:n], scaled[n:]
-    if of.second_derivative is not None:
-        first, last = mu[1:-1], sum((m * t for m, t in zip(mu[1:-1], times[1:-1], strict=True)), Fraction(0))
-        total, moment = sum(first, Fraction(0)), last + sum(nu, Fraction(0))
-        # μ_0 + μ_1 = −total, μ_0 t_0 + μ_1 t_1 = −moment
-        end = (total * times[0] - moment) / (times[-1] - times[0])
-        mu = [-total - end, *first, end]
-    else:
-        mu = [-sum(mu[1:], Fraction(0)), *mu[1:]]
-    return ContradictedSamples(of, tuple(mu), tuple(nu))
 
 
 # What any reference could do.
@@ -583,7 +578,7 @@ def accuracy(reference: Reference, truth: TrueSignal) -> Accuracy:
     times = np.unique(np.concatenate([np.linspace(a, b, 3) for a, b in pairwise(truth.ends)]))
     upper, lower = sides_at(truth.of, times, truth.derived)
     widest = float(times[int(np.argmax(upper - lower))])
-    ends = _Program.of(truth.of, (widest,)).ends_at(widest)
+    ends = Signals.of(truth.of, (widest,)).ends_at(widest)
     radius = 0.0 if ends is None else max(0.0, (ends[1] - ends[0]) / 2)
     return Accuracy(truth.error, truth.plant, radius, _least_error(reference.plant, truth))
 
@@ -594,45 +589,25 @@ def _least_error(plant: ConstrainedSystem, truth: TrueSignal) -> float:
     Nan if the program is not solved.
     """
     system, T = plant.linear, plant.sampling_time
-    first, count = truth.ends[0], min(_STEPS, int((truth.ends[-1] - truth.ends[0]) / plant.sampling_time) + 1)
+    first, K = truth.ends[0], min(_STEPS - 1, int((truth.ends[-1] - truth.ends[0]) / T))
     n, m = system.B.shape
-    upper, lower = sides_at(truth.of, np.asarray(first + T * np.arange(float(count))), truth.derived)
+    upper, lower = sides_at(truth.of, first + T * np.arange(K + 1.0), truth.derived)
     unit = max(float(np.max(upper - lower)), 1e-12)
-    eye = _scipy.sparse.eye_array(count)
-    later, now = _scipy.sparse.eye_array(count - 1, count, k=1), _scipy.sparse.eye_array(count - 1, count)
-    equal = _scipy.sparse.hstack([
-        _scipy.sparse.kron(later, np.eye(n)) - _scipy.sparse.kron(now, system.A),
-        -_scipy.sparse.kron(now, system.B),
-        np.zeros(((count - 1) * n, 1)),
-    ])  # fmt: skip
-    rows: list[Any] = []
-    limits: list[Array] = []
-    sides = ((plant.state_set, 0), (plant.input_set, 1))
-    for bounded, which in sides:
-        for sign, end in ((1.0, bounded.upper), (-1.0, -bounded.lower)):
-            blocks = [_scipy.sparse.csr_array((count * len(end), count * size)) for size in (n, m)]
-            blocks[which] = _scipy.sparse.kron(eye, sign * bounded.rows)
-            rows.append(_scipy.sparse.hstack([*blocks, np.zeros((count * len(end), 1))]))
-            limits.append(np.tile(end, count))
-    picked = _scipy.sparse.kron(eye, np.eye(n)[[system.states.index(truth.state)]])
-    for sign, end in ((1.0, lower), (-1.0, -upper)):
-        rows.append(
-            _scipy.sparse.hstack(
-                [sign * picked, _scipy.sparse.csr_array((count, count * m)), np.full((count, 1), -unit)]
-            )
-        )
-        limits.append(end)
-    cost = np.zeros(count * (n + m) + 1)
-    cost[-1] = 1.0
-    found = _scipy.optimize.linprog(
-        cost,
-        A_ub=_scipy.sparse.vstack(rows),
-        b_ub=np.concatenate(limits),
-        A_eq=equal,
-        b_eq=np.tile(system.c, count - 1),
-        bounds=[(None, None)] * count * (n + m) + [(None, None)],
-        method="highs",
+    kron, sets = _scipy.sparse.kron, ((K + 1, plant.state_set), (K, plant.input_set))
+    limited = _scipy.sparse.block_diag([kron(_scipy.sparse.eye_array(count), of.rows) for count, of in sets])
+    size = (K + 1) * n + K * m
+    state = _picked(n * np.arange(K + 1) + system.states.index(truth.state), size)
+    courses = Courses(
+        np.broadcast_to(system.A, (K, n, n)),
+        np.broadcast_to(system.B, (K, n, m)),
+        system.c,
+        _scipy.sparse.vstack([limited, state]),
+        np.concatenate([*(np.tile(of.lower, count) for count, of in sets), upper]),
+        np.concatenate([*(np.tile(of.upper, count) for count, of in sets), lower]),
+        np.append(np.zeros(limited.shape[0]), np.full(K + 1, unit)),
+        [(None, None)] * size,
     )
+    found = courses.minimise(np.append(np.zeros(size), 1.0), most=None)
     return float("nan") if found.x is None else float(found.fun * unit)
 
 

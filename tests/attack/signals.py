@@ -33,7 +33,7 @@ from trackably import (
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Contradicted, Proved, check
 from trackably.checker.certificate import Measured, SignalClass
-from trackably.truth import _Program, no_signal
+from trackably.truth import Signals, no_signal
 
 WIDE = ConstrainedSystem(SYSTEM, Polytope.box([-5.0, -5.0], [5.0, 5.0]), Polytope.box([-40.0], [40.0]))
 LIMIT = 0.5
@@ -66,7 +66,7 @@ def attack_signals(count: int, seed: int) -> dict[str, object]:
         k = int(np.argmax(truth.errors))
         reached = 0.0
         for at in (truth.ends[k], truth.ends[k + 1]):
-            ends = _Program.of(truth.of, (at,), cells=6).ends_at(at)
+            ends = Signals.of(truth.of, (at,), cells=6).ends_at(at)
             if ends:
                 there = float(found.reference.state_at(np.array([at]))[0, 0])
                 reached = max(reached, abs(ends[0] - there), abs(ends[1] - there))
@@ -230,7 +230,7 @@ def _truth_is_false(content: dict, found: TrackableReference) -> bool:
     signals = SignalClass(samples, None, of.get("slope"), of.get("second_derivative"))
     for k in np.argsort(truth["errors"])[-2:]:
         at = (truth["ends"][k] + truth["ends"][k + 1]) / 2
-        ends = _Program.of(signals, (at,)).ends_at(at)
+        ends = Signals.of(signals, (at,)).ends_at(at)
         there = float(found.reference.state_at(np.array([at]))[0, 0])
         if ends and max(abs(ends[0] - there), abs(ends[1] - there)) > truth["errors"][k] * (1 + 1e-6):
             return True

@@ -25,7 +25,7 @@ from trackably.checker import Contradicted, Failed, NotACertificate, Proved, che
 from trackably.checker.boxes import Box
 from trackably.checker.certificate import Measured, SignalClass, TrueSignal
 from trackably.checker.truth import extreme, places, side
-from trackably.truth import _derive, _Program, no_signal, sides_at
+from trackably.truth import Signals, _derive, no_signal, sides_at
 
 T, NOISE, LIMIT = 0.02, 0.002, 0.5
 SYSTEM = LinearSystem.discretised(
@@ -107,7 +107,7 @@ def test_sides_of_all_pairs_leave_hardly_more_than_what_signals_reach() -> None:
     widths = []
     for at in np.linspace(0.2, 1.8, 9).tolist():
         (upper,), (lower,) = sides_at(of, np.array([at]))
-        found = _Program.of(of, (at,), cells=8).ends_at(at)
+        found = Signals.of(of, (at,), cells=8).ends_at(at)
         assert found is not None
         assert lower - 1e-9 <= found[0] < found[1] <= upper + 1e-9
         widths.append([upper - lower, found[1] - found[0]])
