@@ -5,43 +5,29 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
-from math import comb
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy
 
 from trackably.arguments import instance
 from trackably.arrays import Array, ArrayLike
 from trackably.control.bounds import AdmissiblePoints
 from trackably.control.controller import Controller
-from trackably.control.error_model import LinearQuadratic
 from trackably.control.problem import TOLERANCE, Formulation, StepProblem
-from trackably.control.programs import StartSet
+from trackably.control.programs import Program, StartSet
 from trackably.control.references import TrackedReference
 from trackably.control.stepping import Infeasible, Plan, Status, StepResult, answer_step
-from trackably.gp.bounded import nonnegative_least_squares
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import Zonotope
 from trackably.systems.reference import Window
 from trackably.systems.tightening import InvariantSet, Tightening
 
-# The invariant set of the error in float64, and its point nearest to another point.
+# The invariant set of the error in float64.
 
-_ROUNDING, _OF_LEAST_SQUARES = 1e-12, 1e-9
-"""Tolerances of membership, relative to the size of the set along each axis: with facets, and without them."""
+_ROUNDING = 1e-10
+"""A point counts as inside if it is a sum of generators that are longer by this part, up to a tenth of it."""
 
-_MOST_FACETS = 100_000
-
-_GAP = 1e-9
-"""A point counts as nearest if no other is nearer by more than twice this part of the squared distance."""
-
-_LEAST_GAP = 1e-13
-"""Gap that rounding leaves if a point is hardly outside, relative to the squared size of the searched points."""
-
-_DIRECTIONS, _BEGUN = 1000, 8
-_MOST_ROUNDS = 100
+_TOLERANCES = (1e-11, 1e-10, 1e-9)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,11 +45,31 @@ class ErrorSet:
         return len(self.invariant.box)
 
     def contains(self, e: Array) -> bool:
-        """Whether an error (n,) is in Z, up to rounding. LinAlgError: it cannot be decided in float64."""
-        if self.facets is None:
-            return Nearest(self, np.diag(1 / self.extents))(e) is e
-        rows, limits = self.facets
-        return bool((rows @ e <= limits).all())
+        """Whether an error (n,) is in Z, up to rounding; no where the solver does not find out."""
+        off, start = (e - self.centre) / self.extents, self.start_set(self.extents)
+        limits = [np.ones(len(start.sums)), off + _ROUNDING / 10, _ROUNDING / 10 - off]
+        found = self._gauge.solve(np.concatenate([*limits, np.ones(len(start.lower)), -start.lower]), _TOLERANCES)
+        return found is not None and bool(found[-1] <= _ROUNDING)
+
+    @cached_property
+    def _gauge(self) -> Program:
+        """The linear program of a point as a sum of parts of Z: by how much the parts have to be larger than in Z."""
+        start, n = self.start_set(self.extents), self.dimension
+        (h, q), reach, each = start.sums.shape, start.directions.T, np.eye(len(start.lower))
+        larger = np.repeat([0.0, -1.0], [h + 2 * n, 2 * q])[:, None]
+        rows = np.hstack([np.vstack([start.sums, reach, -reach, each, -each]), larger])
+        return Program(np.zeros((q + 1, q + 1)), np.append(np.zeros(q), 1.0), rows, h)
+
+    def start_set(self, scales: Array) -> StartSet:
+        """Return x − x_r − Z in `scales` (n,): a point of Z is a sum of generators, and of a point of each hull."""
+        (N, v, n), generators = self.hulls.shape, len(self.generators)
+        return StartSet(
+            self.centre / scales,
+            np.vstack([self.generators, self.hulls.reshape(N * v, n)]) / scales,
+            np.repeat([-1.0, 0.0], [generators, N * v]),
+            np.hstack([np.zeros((N, generators)), np.kron(np.eye(N), np.ones(v))]),
+            0,
+        )
 
     def support(self, rows: Array) -> Array:
         """Return h_Z(row) for rows (…, n): shape (…)."""
@@ -72,27 +78,12 @@ class ErrorSet:
             found = found + np.max(rows @ hull.T, axis=-1)
         return np.asarray(found)
 
-    def farthest(self, row: Array) -> Array:
-        """Return a vertex (n,) of Z at which row · e is largest, up to rounding."""
-        found = self.centre + np.where(self.generators @ row >= 0, 1.0, -1.0) @ self.generators
-        if len(self.hulls):
-            found = found + self.hulls[np.arange(len(self.hulls)), np.argmax(self.hulls @ row, axis=1)].sum(axis=0)
-        return np.asarray(found)
-
     @cached_property
     def extents(self) -> Array:
         """The width of Z along each axis (n,); 1 if it is zero."""
         axes = np.eye(self.dimension)
         reach = self.support(axes) + self.support(-axes)
         return np.where(reach > 0, reach, 1.0)
-
-    @cached_property
-    def vertices(self) -> Array:
-        """Distinct vertices (v, n) of Z, those in many random directions, with a fixed seed."""
-        directions = np.random.default_rng(0).standard_normal((_DIRECTIONS, self.dimension)) / self.extents
-        points = np.array([self.farthest(direction) for direction in directions])
-        _, chosen = np.unique(np.round(points / self.extents, 9), axis=0, return_index=True)
-        return points[chosen]
 
     @cached_property
     def centre(self) -> Array:
@@ -128,133 +119,6 @@ class ErrorSet:
             found.append(found[-1] @ Z.closed_loop.T)
         return np.array(found)
 
-    @cached_property
-    def facets(self) -> tuple[Array, Array] | None:
-        """H (f, n) and h (f,) with Z = {e : H e ≤ h}, up to rounding; None for hulls, flat sets, and too many facets.
-
-        A facet of a zonotope is spanned by n − 1 of its generators.
-        """
-        G, n = self.generators / self.extents, self.dimension
-        if len(self.hulls) or comb(len(G), n - 1) > _MOST_FACETS or np.linalg.matrix_rank(G) < n:
-            return None
-        unit = G / np.linalg.norm(G, axis=1, keepdims=True)
-        spanning = unit[np.array(list(combinations(range(len(G)), n - 1)), dtype=int)]
-        normals = np.stack([(-1) ** i * np.linalg.det(np.delete(spanning, i, axis=2)) for i in range(n)], axis=1)
-        sizes = np.linalg.norm(normals, axis=1)
-        rows = normals[sizes > _ROUNDING] / sizes[sizes > _ROUNDING, None]
-        _, chosen = np.unique(np.round(rows, 12), axis=0, return_index=True)  # of a product, many are the same
-        rows = np.vstack([rows[chosen], -rows[chosen]]) / self.extents
-        return rows, self.support(rows) + _ROUNDING * np.abs(rows) @ self.extents
-
-
-@dataclass(frozen=True, eq=False)
-class Nearest:
-    """argmin ‖root (e − d)‖ over d ∈ Z, for an invertible `root` (n, n); e itself if e ∈ Z.
-
-    Any other result is a convex combination of vertices of Z, and so it is in Z, up to the rounding of a few sums. The
-    method finds the nearest point of the convex hull of a few vertices, beginning with those nearest to e. Then it adds
-    the vertex that is farthest in the direction from there to e, and repeats (Wolfe 1976: Finding the nearest point in
-    a polytope, Mathematical Programming 11). That vertex also bounds how much nearer any other point can be.
-    """
-
-    errors: ErrorSet
-    root: Array
-
-    def __call__(self, e: Array) -> Array | None:
-        """Return d (n,); None if it is not found up to `_GAP`. LinAlgError: not found in float64."""
-        if self.errors.facets is not None and self.errors.contains(e):
-            return e
-        images, squares = self._images
-        aim = self.root @ e
-        begun = np.argsort(squares - images @ (2 * aim))[:_BEGUN]
-        points, off = self.errors.vertices[begun], images[begun] - aim
-        unit, least = float(np.max(np.abs(off))), float("inf")
-        if not 0 < unit < np.inf:
-            if unit == 0:
-                return e
-            raise np.linalg.LinAlgError("an error is beyond floating point")
-        for _ in range(_MOST_ROUNDS):
-            weights = _nearest_to_zero(off / unit)
-            used = weights > 0
-            points, off, weights = points[used], off[used], weights[used]
-            nearest, towards = weights @ points, -weights @ off
-            if self.errors.facets is None and np.max(np.abs(e - nearest) / self.errors.extents) <= _OF_LEAST_SQUARES:
-                return e
-            farthest = self.errors.farthest(self.root.T @ towards)
-            image, distance = self.root @ farthest - aim, float(towards @ towards)
-            gap = towards @ image + distance
-            if gap <= _GAP * distance:
-                return np.asarray(nearest)
-            if not distance < least:  # rounding hides what is left of the gap
-                return np.asarray(nearest) if gap <= _LEAST_GAP * unit**2 else None
-            least = distance
-            points, off = np.vstack([points, farthest]), np.vstack([off, image])
-        return None
-
-    @cached_property
-    def _images(self) -> tuple[Array, Array]:
-        """The images (v, n) of the vertices, and their squared lengths."""
-        images = self.errors.vertices @ self.root.T
-        return images, np.einsum("ij,ij->i", images, images)
-
-
-def _nearest_to_zero(points: Array) -> Array:
-    """Return the weights (p,) of the point of the convex hull of `points` that is nearest to zero.
-
-    They are a multiple of the w ≥ 0 that minimise ‖Σ_i w_i points_i‖² + (1 − Σ_i w_i)². Raises LinAlgError if they are
-    not found in float64.
-    """
-    rows = np.vstack([points.T, np.ones(len(points))])
-    aim = np.zeros(len(rows))
-    aim[-1] = 1.0
-    weights = nonnegative_least_squares(rows, aim)
-    return np.asarray(weights / np.sum(weights))
-
-
-_SMALLEST = 1e-6
-"""Least ratio of the smallest to the largest singular value of `root` for which the cheapest start is unique."""
-
-
-@dataclass(frozen=True, eq=False)
-class StartCost:
-    """V(e(0)) = ‖root (e(0) − e*)‖² + const: the optimal cost without bounds, as a function of the start, all scaled.
-
-    `root` (n, n) is upper triangular. The cheapest start e* = `of_defects` d is linear in the defects d (N n,); without
-    defects it is the reference itself.
-    """
-
-    root: Array
-    of_defects: Array
-
-    @classmethod
-    def of(cls, optimum: LinearQuadratic) -> StartCost:
-        """Return the cost of the starts of plans that are optimal without bounds."""
-        model, (N, n, _) = optimum.model, optimum.model.A.shape
-        Q, R = (np.kron(np.eye(N), _square_root(weight)) for weight in (optimum.Q, optimum.R))
-
-        def weighted(starts: Array, unforced: Array) -> Array:
-            """Return weighted errors e(0), …, e(N − 1) and inputs, for starts and the errors without inputs."""
-            v = optimum.gain @ unforced
-            return np.vstack([Q @ np.vstack([starts, unforced + model.forced @ v])[:-n], R @ v])
-
-        orthogonal, root = np.linalg.qr(weighted(np.eye(n), model.free))
-        of_defects = weighted(np.zeros((n, N * n)), model.drift)
-        if not abs(np.diag(root)).min() > 0:
-            return cls(root, np.zeros((n, N * n)))
-        return cls(root, np.asarray(-scipy.linalg.solve_triangular(root, orthogonal.T @ of_defects)))
-
-    @cached_property
-    def is_strict(self) -> bool:
-        """Whether every start other than e* costs more, in float64."""
-        sizes = np.linalg.svd(self.root, compute_uv=False)
-        return bool(np.all(np.isfinite(sizes)) and sizes[-1] > _SMALLEST * sizes[0])
-
-
-def _square_root(weight: Array) -> Array:
-    """Return S (n, n) with Sᵀ S = `weight`, which is positive semidefinite."""
-    values, vectors = np.linalg.eigh(weight)
-    return np.asarray(np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T)
-
 
 @dataclass(frozen=True, eq=False)
 class TubeFormulation(Formulation):
@@ -276,18 +140,8 @@ class TubeFormulation(Formulation):
 
     @cached_property
     def start(self) -> StartSet:
-        """The set of initial states of plans, scaled: x − z(0) ∈ Z is a sum of generators and of
-        a point of each hull.
-        """
-        errors, scales = self.errors, self.scales.states
-        (N, v, n), generators = errors.hulls.shape, len(errors.generators)
-        return StartSet(
-            errors.centre / scales,
-            np.vstack([errors.generators, errors.hulls.reshape(N * v, n)]) / scales,
-            np.repeat([-1.0, 0.0], [generators, N * v]),
-            np.hstack([np.zeros((N, generators)), np.kron(np.eye(N), np.ones(v))]),
-            0,
-        )
+        """Where plans may start, in scales: x − z(0) ∈ Z."""
+        return self.errors.start_set(self.scales.states)
 
     @property
     def feedback(self) -> Array:
@@ -299,18 +153,6 @@ class TubeFormulation(Formulation):
         """The points of the given input set."""
         return AdmissiblePoints(self.tightening.given.input_set)
 
-    @cached_property
-    def start_cost(self) -> StartCost:
-        return StartCost.of(self.linear_model.without_bounds)
-
-    @cached_property
-    def nearest(self) -> Nearest:
-        """The search for the nominal start of least cost without active bounds; the cost defines the distance."""
-        return Nearest(self.errors, self.start_cost.root / self.scales.states)
-
-
-_FOLLOWED = 1e-12
-"""A plan that departs from the reference by less than this, relative to the scales, is the reference."""
 
 _PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Starts of a kept plan in its free directions, as parts of the way from the reference to the measured state."""
@@ -320,29 +162,15 @@ _PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
 class TubeProblem(StepProblem):
     """A `StepProblem` whose plan starts from a nominal state in x ⊖ Z.
 
-    Most steps need no program. Inside the tube the reference is the plan. Outside, the plan from the start of least
-    cost in x ⊖ Z is optimal if no bound is active.
+    Most steps need no quadratic program: inside of the tube the reference is the plan.
     """
 
     formulation: TubeFormulation
 
     @property
     def free_start(self) -> Array | None:
-        """The z(0) − x_r of least cost in x ⊖ Z without active bounds; None if it is not found, or not unique.
-
-        Its cost is the squared distance from the cheapest start, up to a constant. So x − z(0) is the point of Z
-        nearest to x minus that start (`Nearest` states its accuracy).
-        """
-        f = self.formulation
-        if not f.start_cost.is_strict:
-            return np.zeros(len(self.off)) if f.errors.contains(self.off) else None
-        scales = f.scales.states
-        free = self.off - f.start_cost.of_defects @ (self.model.defects / scales).ravel() * scales
-        nearest = f.nearest(free)
-        if nearest is None:
-            return None
-        unforced = self.model.error_model.unforced_errors(start := self.off - nearest, self.model.defects)
-        return start if np.abs(unforced / scales).max() > _FOLLOWED else np.zeros(len(start))
+        """z(0) − x_r = 0 where the state is in the tube around the reference; None elsewhere."""
+        return np.zeros(len(self.off)) if self.formulation.errors.contains(self.off) else None
 
     def answer(self, guess: Array | None) -> Plan | Infeasible:
         """Return the optimal plan, or the reason why there is none.
@@ -350,11 +178,7 @@ class TubeProblem(StepProblem):
         If the solver finds no plan, the one that keeps the inputs `guess` (N, m) is returned, or else a plan within
         tolerances.
         """
-        try:
-            plan = self.without_bounds()
-        except np.linalg.LinAlgError:  # beyond its numbers
-            plan = None
-        plan = plan or self.with_bounds() or (None if guess is None else self.keep(guess))
+        plan = self.without_bounds() or self.with_bounds() or (None if guess is None else self.keep(guess))
         return plan or self.within_tolerance() or self.infeasible
 
     def keep(self, inputs: Array) -> Plan | None:
@@ -450,8 +274,7 @@ class TubeController:
         apply, inside the given input set. `Infeasible` tells by how much the tightened sets would have to be widened,
         and how close to the reference a plan within them can end; its fallback is the first input of that plan.
 
-        A plan is optimal up to a few 1e-9 of its cost if no bound is active (`Nearest`), and otherwise up to the
-        accuracy of the interior-point method.
+        A plan is optimal up to the accuracy of the interior-point method.
 
         The optimum needs no `initial_guess` (N, m). If the solver fails, the plan with these nominal inputs is used if
         it is admissible, with the status `KEPT`. On a robust reference the last plan, shifted by a step
