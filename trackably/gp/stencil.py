@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import Covariance, Entries, places, whole
+from trackably.gp.factors.factorisation import Covariance, Entries, places
 from trackably.gp.kernels.base import Kernel, SpectralDensity
 
 _CANCELLED = 1e-9  # relative to the largest weight: a smaller sum of weights is zero up to rounding (a difference)
@@ -66,10 +66,6 @@ class Stencil:
         """Whether the samples of a process at rest depend on its level, by more than rounding."""
         return abs(sum(self.weights)) > _CANCELLED * max(map(abs, self.weights))
 
-    def between(self, kernel: Kernel, t: Array) -> Array:
-        """Return the covariance matrix of samples at t [s], shape (n, n)."""
-        return self.value(kernel, t[:, None] - t)
-
     @cached_property
     def lags(self) -> list[tuple[float, float]]:
         """(ρ_d, d step) with cov(y(t), y(t')) = Σ_d ρ_d κ(t − t' + d step)."""
@@ -97,10 +93,6 @@ class Stencil:
         if density is None or self.weights == POINT.weights:
             return density
         return density.filtered(self.gain, self.largest_gain, abs(self.lags[-1][1]))
-
-    def value(self, kernel: Callable[[Array], Array], r: Array) -> Array:
-        """Return the covariance of two samples that lie r [s] apart, without derivatives: the shape of κ(r)."""
-        return np.asarray(sum(rho * kernel(r + lag) for rho, lag in self.lags))
 
     def _covariance(self, kernel: Kernel, r: Array) -> tuple[Array, Array]:
         parts = [(rho, *kernel.value_and_gradient(r + lag)) for rho, lag in self.lags]
@@ -190,10 +182,6 @@ class Stencils:
             return np.asarray(values), np.asarray(gradient)
 
         return entries
-
-    def between(self, kernel: Kernel, t: Array) -> Array:
-        """Return the covariance matrix of samples at t [s], shape (n, n)."""
-        return whole(len(t), self.entries(kernel, t)(slice(None))[0])
 
     def only(self, chosen: npt.NDArray[np.intp]) -> "Stencil | Stencils":
         """Return the stencils of some samples; a single stencil if these are of one kind."""

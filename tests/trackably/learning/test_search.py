@@ -75,3 +75,11 @@ def test_starts_searched_with_places_are_enough(draw, seed):
     assert isinstance(naive, Solution)
     assert found.objective <= naive.objective + 1e-6 * (1 + abs(naive.objective))
     assert found.fits < naive.fits
+
+
+def test_of_many_samples_some_show_the_period():
+    times = np.linspace(0, 8, 2000)
+    samples = Samples(times, np.sin(2 * np.pi * times / PERIOD) + 0.1 * np.random.default_rng(0).standard_normal(2000))
+    prior = JointPrior((Prior(Periodic(1.0, 1.0, 1.0).as_learned(), 0.1),))
+    asked = ConstrainedProblem((samples,), prior, SearchSpace.around((samples,), prior, starts=1))
+    assert np.exp(screened(asked, 4)[0])[2] == pytest.approx(PERIOD, abs=0.05)
