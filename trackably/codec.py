@@ -35,6 +35,7 @@ from trackably.systems.formulas import to_lists
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.pieces import PolynomialPieces, Signal
+from trackably.systems.polytopes import Polytope
 
 # A hyperparameter as JSON: a number is known; an object with `learned` and `interval` is learned.
 
@@ -242,6 +243,29 @@ def _read_either(telltale: str, with_it: type, without: type, optional: bool = F
     return hook
 
 
+def _write_set(bounded: Polytope) -> dict[str, Any]:
+    """Write a set; an end that moves is an object in the place of a number."""
+    low, high = (_CONVERTER.unstructure(of) for of in bounded.ends)
+    return {"rows": bounded.rows.tolist(), "lower": low, "upper": high, "dimension": bounded.dimension}
+
+
+def _read_set_of_points(data: Any, _: Any) -> Polytope:
+    """Read a set, whose ends may be objects."""
+    fields = {"rows", "lower", "upper", "dimension"}
+    if not isinstance(data, dict) or data.keys() != fields or not any(isinstance(end, dict) for end in _ends(data)):
+        found: Polytope = _read_object(Polytope)(data, Polytope)
+        return found
+    low, high = (
+        [_CONVERTER.structure(end, PolynomialPieces if isinstance(end, dict) else float) for end in data[side]]
+        for side in ("lower", "upper")
+    )
+    return Polytope(read_array(data["rows"], float), low, high, _CONVERTER.structure(data["dimension"], int))
+
+
+def _ends(data: dict[str, Any]) -> list[Any]:
+    return [end for side in ("lower", "upper") if isinstance(data[side], list) for end in data[side]]
+
+
 def _read_formula(data: Any, _: Any) -> Formula:
     try:
         return a_formula(data, "a formula")
@@ -301,6 +325,8 @@ def _converter() -> Converter:
     )
     disturbance = _read_either("vertices", ConvexHull, Zonotope, optional=True)
     converter.register_structure_hook_func(lambda cls: cls == DisturbanceSet | None, disturbance)
+    converter.register_structure_hook(Polytope, _read_set_of_points)
+    converter.register_unstructure_hook(Polytope, _write_set)
     converter.register_structure_hook(Fraction, read_fraction)
     converter.register_unstructure_hook(Fraction, str)
     converter.register_structure_hook_factory(dataclasses.is_dataclass, _read_object)

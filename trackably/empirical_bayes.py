@@ -278,7 +278,7 @@ def _nearest(
         for quantity in at_rest:
             rates = quantity.trajectory.rates_at_rest(found)[moving] / stiffness
             if (size := float(np.linalg.norm(rates))) > 0:
-                kept = quantity.bounds.shrunk(room * quantity.bounds.width)
+                kept = quantity.bounds.rest.shrunk(room * quantity.bounds.width)
                 value = quantity.at_rest(found) - float(rates @ (np.subtract(found, means)[moving] * stiffness))
                 normals.append(np.array([rates, -rates]) / size)
                 offsets += [(value - kept.lower) / size, (kept.upper - value) / size]
@@ -293,4 +293,4 @@ def _nearest(
         if np.all(np.abs(change - last) <= _SAME * (1 + np.abs(change))):
             break
         last = change
-    return found if all(of.bounds.strictly_contains(of.at_rest(found)) for of in at_rest) else None
+    return found if all(of.is_kept_at_rest(found) for of in at_rest) else None

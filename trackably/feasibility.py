@@ -238,8 +238,8 @@ def impossible(
     Where `plant` is what a `tightening` leaves, the given plant is asked first: only its own bounds exclude every
     reference. What is said is proved: programs say where to look and by how much, and what is returned is a file that
     the checker has accepted. It is not complete: no times between steps are examined, of nonlinear systems boxes that
-    can be reached only, and of vehicles nothing. Without `pinned` values there is nothing to ask where the plant may
-    rest at the `means` of its flat outputs.
+    can be reached only, and of vehicles or of bounds that move in time nothing. Without `pinned` values there is
+    nothing to ask where the plant may rest at the `means` of its flat outputs.
     """
     if tightening is None:
         return _of_bounds(plant, claim, pinned, means)
@@ -254,8 +254,8 @@ def impossible(
 def _of_bounds(
     plant: ConstrainedSystem, claim: Claim, pinned: Sequence[Pinned], means: Sequence[float]
 ) -> Impossible | None:
-    rests = all(q.bounds.strictly_contains(q.at_rest(means)) for q in plant.quantities)
-    if rests and not pinned:
+    rests = all(q.is_kept_at_rest(means) for q in plant.quantities)
+    if (rests and not pinned) or plant.state_set.moves or plant.input_set.moves:
         return None
     every = steps_of(plant, claim, pinned)
     return next(filter(None, map(_of_linear if isinstance(plant.system, LinearSystem) else _of_nonlinear, every)), None)

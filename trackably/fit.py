@@ -314,4 +314,5 @@ class Fit:
         """Return the slack of the reference at an active bound, in the quantity's unit."""
         quantity = self.reference.quantity(bound.name)
         value = quantity(self.reference.kernel_sums, np.asarray(bound.time)).item()
-        return value - quantity.bounds.lower if bound.side == "lower" else quantity.bounds.upper - value
+        bounds = quantity.bounds.at(bound.time)
+        return value - bounds.lower if bound.side == "lower" else bounds.upper - value

@@ -116,7 +116,7 @@ def _of_values(name: str, samples: Samples) -> Iterator[str]:
 
 def _of_bounds(name: str, samples: Samples, bounds: Interval) -> Iterator[str]:
     """Ask about a state most samples of which are many widths outside of its bounds: as of millimetres and metres."""
-    off = float(np.quantile(-bounds.margin(samples.values), 1 - _MOST))
+    off = float(np.quantile(-bounds.margin(samples.values, samples.times), 1 - _MOST))
     if off > _BEYOND * bounds.width:
         yield (
             f"samples: most of {name} are more than {off:.3g} outside of its bounds {bounds}, around "

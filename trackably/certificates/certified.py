@@ -251,7 +251,7 @@ def _of_given_bounds(found: NothingFeasible, plant: ConstrainedSystem) -> Nothin
     given = {quantity.name: quantity for quantity in plant.quantities}
     means = [part.mean for part in found.best.prior.parts]
     at_rest = ((given[q.name], q) for q in found.broken_at_rest)
-    broken = tuple(q if own.bounds.strictly_contains(own.at_rest(means)) else own for own, q in at_rest)
+    broken = tuple(q if own.is_kept_at_rest(means) else own for own, q in at_rest)
     own = given[found.quantity.name]
     violation = found.violation - (own.bounds.width - found.quantity.bounds.width) / 2
     if not violation > 0:

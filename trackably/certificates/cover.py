@@ -214,7 +214,7 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float, a
     centres = np.sort(
         np.concatenate([np.subtract.outer(signal.centres, shifts).ravel() for signal in draft.subject.signals])
     )
-    edges = np.array([start, end])
+    edges = np.array([start, *Quantities(reference.quantities, ()).breakpoints_in(start, end), end])
     while True:
         widths = np.diff(edges)
         near = np.searchsorted(centres, edges[1:] + widths) > np.searchsorted(centres, edges[:-1] - widths)

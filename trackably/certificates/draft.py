@@ -163,7 +163,7 @@ class Draft:
 
 
 def _drawn_in(q: Quantity, by: float) -> Quantity:
-    return replace(q, lower=q.lower + exactly(by), upper=q.upper - exactly(by)) if np.isfinite(by) else q
+    return replace(q, lower=q.lower.moved(exactly(by)), upper=q.upper.moved(-exactly(by))) if np.isfinite(by) else q
 
 
 def _errors_of_formulas(reference: Reference, needs: FlatNeeds, flat: list[Quantity], times: Array) -> dict[str, float]:

@@ -205,13 +205,17 @@ class _ProofProblem:
 
         None if none.
         """
-        bounds, reserve = quantity.bounds, self.draft.errors[quantity.name]
+        bounds, reserve = quantity.bounds.at(time), self.draft.errors[quantity.name]
         at = exactly(time) if step is None else step * self.draft.subject.step
         try:
             value = self.draft.value(quantity.name, at)
         except UndefinedError as undefined:
             return Unproved(quantity.name, bounds, (time, time), np.inf, self._advised(str(undefined)))
         beyond = max(float((bounds.lower - value).a), float((value - bounds.upper).a))
+        beside = math.nextafter(time, -math.inf), math.nextafter(time, math.inf)
+        if beyond > 0 and step is None and len(quantity.bounds.breakpoints_in(*beside)):  # one side may be kept
+            failures = [self._failure_at(quantity, t) for t in beside if self.span[0] <= t <= self.span[1]]
+            return next((found for found in failures if isinstance(found, Counterexample)), failures[0])
         if beyond > 0:
             by = math.nextafter(beyond, 0.0)
             return Counterexample(quantity.name, bounds, time, by, self.reference, self.span, step)
@@ -236,5 +240,5 @@ class _ProofProblem:
     def _explained(self, found: UncoveredBox) -> Failure:
         quantity = self.reference.quantity(found.name)
         box, reason = (found.start, found.end), self._advised(found.reason)
-        unproved = Unproved(found.name, quantity.bounds, box, 0.0, reason)
+        unproved = Unproved(found.name, quantity.bounds.at(found.start), box, 0.0, reason)
         return self._failure_at(quantity, found.start + (found.end - found.start) / 2) or unproved

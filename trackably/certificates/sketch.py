@@ -76,7 +76,7 @@ def sketches(reference: Reference, start: float, end: float) -> list[Sketch]:
         every = Quantities(quantities, Remembered.of(of_signals).signals)
     shortest = min(signal.kernel.correlation_time for signal in of_signals)
     grid = np.linspace(start, end, _points(length / shortest, every.is_linear))
-    times = _with_centres(reference, grid, every.is_linear)
+    times = _with_centres(reference, np.union1d(grid, every.breakpoints_in(start, end)), every.is_linear)
     margins = every.margins(times)
     lowest = refined(every, times, margins)
     times, once = np.unique(np.concatenate([times, lowest]), return_index=True)

@@ -23,7 +23,8 @@ def tail_start(draft: Draft, reference: Reference, asks: bool = True) -> float |
     The later the start, the smaller the envelope: doubling finds such a time, and bisection an earlier one. If float64
     finds the time, the checker is asked only once, and not at all if `asks` is False.
     """
-    origin = max(0.0, *(max(signal.centres) for signal in draft.subject.signals))
+    moving = [float(end) for quantity in reference.quantities for end in quantity.bounds.breakpoints[-1:]]
+    origin = max(0.0, *moving, *(max(signal.centres) for signal in draft.subject.signals))
     step = reference.plant.sampling_time
     guess = _envelopes(draft, reference)
     if guess and (found := _earliest(origin, step, guess)) is not None and (not asks or draft.is_settled(found)):
@@ -59,7 +60,7 @@ def _envelopes(draft: Draft, reference: Reference) -> Callable[[Array], Flags] |
         return None
     weights, offsets = every
     rest = offsets + sum(w.sum * signal.mean for w, signal in zip(weights, signals, strict=True))
-    bounds = [quantity.bounds for quantity in reference.quantities]
+    bounds = [quantity.bounds.rest for quantity in reference.quantities]
     room = np.minimum(rest - [each.lower for each in bounds], [each.upper for each in bounds] - rest)
     room -= [draft.errors[quantity.name] for quantity in reference.quantities]
 

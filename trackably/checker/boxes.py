@@ -6,7 +6,7 @@ Where only instants are claimed, each of the first ones is in a narrow box.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 from typing import NamedTuple
 
 from trackably.checker.certificate import AllPhases, Certificate, Instants
@@ -14,6 +14,7 @@ from trackably.checker.flat import FlatNeeds, FlatValues
 from trackably.checker.intervals import ZERO, Real, UndefinedError, exactly, in_fixed_point, ratio
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model, Models
+from trackably.checker.moving import repeats
 from trackably.checker.polynomials import is_nowhere_negative, moved
 from trackably.checker.quantities import LinearCombination, Quantity
 from trackably.checker.subject import Functional, Signal, Subject, is_far
@@ -170,26 +171,30 @@ def refusals(needs: FlatNeeds, enclosures: Enclosures, quantities: list[Quantity
     values = FlatValues(needs, enclosures.terms)
     for q in quantities:
         try:
-            if not stays_inside(values.enclose(q, enclosures.arguments(q)), q):
+            if not stays_inside(values.enclose(q, enclosures.arguments(q)), q, enclosures.box):
                 yield q, ""
         except UndefinedError as undefined:
             yield q, str(undefined)
 
 
-def stays_inside(model: Model, q: Quantity) -> bool:
-    """Return whether lower ≤ q ≤ upper for all functions of the model."""
-    return is_below(model, q.upper) and is_below(Model([-c for c in model.coefficients], model.missed), -q.lower)
+def stays_inside(model: Model, q: Quantity, box: Box) -> bool:
+    """Return whether lower ≤ q ≤ upper in a box for all functions of the model."""
+    negative = Model([-c for c in model.coefficients], model.missed)
+    lows, highs = (limit.over(box.start, box.end) for limit in (q.lower, q.upper))
+    return all(is_below(model, p) for p in highs) and all(is_below(negative, [-c for c in p]) for p in lows)
 
 
-def is_below(model: Model, bound: Real) -> bool:
-    """Return whether all functions of the model are at most `bound` on [−1, 1], in whole numbers."""
-    found = in_fixed_point([bound, model.missed, *model.coefficients])
+def is_below(model: Model, bound: list[Real]) -> bool:
+    """Return whether all functions of the model are at most the polynomial `bound` on [−1, 1], in whole numbers."""
+    found = in_fixed_point([model.missed, *bound, *model.coefficients])
     if found is None:
         return False
-    (most, _), (_, missed), *coefficients = found
-    doubled = moved([-low - high for low, high in coefficients], -1)
+    (_, missed), *rest = found
+    above, below = rest[: len(bound)], rest[len(bound) :]
+    both = zip_longest(above, below, fillvalue=(0, 0))
+    doubled = moved([a + b - low - high for (a, b), (low, high) in both], -1)
     p = [c << k for k, c in enumerate(doubled)]  # with x = 2 y − 1
-    p[0] += 2 * (most - missed) - sum(high - low for low, high in coefficients)  # |x^k| ≤ 1: middles stand for all
+    p[0] -= 2 * missed + sum(high - low for low, high in rest)  # |x^k| ≤ 1: middles stand for all
     return is_nowhere_negative(p)
 
 
@@ -201,6 +206,8 @@ def check_cover(certificate: Certificate) -> str | None:
     start, end = claim.span
     if isinstance(claim, AllPhases) and any(s.kernel.repeats_after != end for s in certificate.subject.signals):
         return f"period: a kernel does not repeat after {end!r} s"
+    if isinstance(claim, AllPhases) and not all(repeats(bound, end) for bound in certificate.subject.bounds):
+        return f"period: a bound does not repeat after {end!r} s"
     for name, boxes in claim.cover.boxes.items():
         ends = boxes.ends
         if (ends[0], ends[-1], len(ends)) != (start, end, len(boxes.radii) + 1):

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from trackably.checker.intervals import Real, UndefinedError, at_most, ratio
-from trackably.checker.redundancy import demanded
+from trackably.checker.moving import ends_at
+from trackably.checker.redundancy import demanded, has_redundant_inputs
 from trackably.checker.subject import Bound, LinearSystem, Subject
 
 FORMAT, VERSION = "trackably counterexample", 1
@@ -61,7 +62,7 @@ def check_violation(
     bound = next((bound for bound in subject.bounds if bound.name == counterexample.name), None)
     if bound is None:
         return f"quantity: no bound is called {counterexample.name}"
-    ends = _necessary(subject, bound)
+    ends = _necessary(subject, bound, t)
     if ends is None:
         return f"attainable: the rows of the input set do not demand the bound of {bound.name}"
     try:
@@ -76,11 +77,13 @@ def check_violation(
     return None if is_outside else f"value: the {bound.name} is not shown to be outside by {counterexample.violation!r}"
 
 
-def _necessary(subject: Subject, bound: Bound) -> tuple[Fraction, Fraction] | None:
-    """Return between which values a row has to stay. Of a linear system's inputs, what the rows of U together demand.
+def _necessary(subject: Subject, bound: Bound, t: Fraction) -> tuple[Fraction, Fraction] | None:
+    """Return between which values a row has to stay at t [s]: of a linear system's inputs, what rows of U demand.
 
-    Where no input is redundant, these are the rows of U themselves.
+    These are the rows of U themselves where no input is redundant.
     """
     if bound.of == "state" or not isinstance(subject.system, LinearSystem):
-        return Fraction(bound.lower), Fraction(bound.upper)
-    return demanded(subject.system, subject.input_set.rows, bound)
+        return ends_at(bound, t)
+    if bound.moves:
+        return None if has_redundant_inputs(subject.system) else ends_at(bound, t)
+    return demanded(subject.system, tuple(row for row in subject.input_set.rows if not row.moves), bound)

@@ -29,6 +29,7 @@ from fractions import Fraction
 
 from trackably.checker.intervals import common_denominator, exact_sum
 from trackably.checker.model_error import Vertex, of_model_error
+from trackably.checker.moving import room
 from trackably.checker.subject import LinearSystem, Polytope, Subject
 from trackably.checker.watch import require_room, tick
 
@@ -250,7 +251,9 @@ def _short(name: str, left: Polytope, given: Polytope, errors: _Errors, K: list[
     for i, (inner, outer) in enumerate(zip(left.rows, given.rows, strict=True)):
         row = inner.row if K is None else _combined(K, inner.row)
         back = [-r for r in row]
-        above, below = Fraction(outer.upper) - Fraction(inner.upper), Fraction(inner.lower) - Fraction(outer.lower)
+        above, below = room(outer.high, inner.high), room(inner.low, outer.low)
+        if above is None or below is None:
+            return f"disturbance: {name}: row {i} does not move as that of the reference"
         if K is None:
             above, below = above - errors.noise_support(back), below - errors.noise_support(row)
         if not (errors.fits(row, above) and errors.fits(back, below)):

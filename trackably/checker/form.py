@@ -67,6 +67,8 @@ from trackably.checker.limits import (
 )
 from trackably.checker.model_error import Vertex
 from trackably.checker.subject import (
+    Beyond,
+    End,
     FlatForm,
     Functional,
     LinearSystem,
@@ -78,6 +80,7 @@ from trackably.checker.subject import (
     Subject,
     System,
     Trajectories,
+    why_no_signal,
 )
 from trackably.checker.tables import RefutedTable, Table
 from trackably.checker.watch import tick
@@ -398,22 +401,42 @@ def a_system(value: object, where: str) -> System:
     return found
 
 
-_numbers = many(real_number, ROWS, empty=True)
-_read_polytope = record(
-    lambda rows, lower, upper, dimension: (rows, lower, upper, dimension),
-    rows=many(many(exact_number, COORDINATES), ROWS, empty=True),
-    lower=_numbers,
-    upper=_numbers,
-    dimension=whole_number(COORDINATES),
-)
+def _end(value: object, where: str) -> End:
+    """Read an end of a bound: a number, or pieces where it moves."""
+    if not isinstance(value, dict):
+        return real_number(value, where)
+    found = _pieces_beyond("rest", "period")(value, where)
+    if reason := why_no_signal(found):
+        raise UnreadableError(f"{where}: {reason}")
+    return found
 
 
-def a_polytope(value: object, where: str) -> Polytope:
-    """Read a set of states or of inputs."""
-    rows, lower, upper, dimension = _read_polytope(value, where)
-    if not len(rows) == len(lower) == len(upper):
-        raise UnreadableError(f"{where} must have as many lower and upper bounds as rows")
-    return Polytope(tuple(map(Row, rows, lower, upper)), dimension)
+def _set_of(end: Reader[End]) -> Reader[Polytope]:
+    ends = many(end, ROWS, empty=True)
+
+    def made(rows: Any, lower: Any, upper: Any, dimension: int) -> Polytope | None:
+        is_one = len(rows) == len(lower) == len(upper)
+        return Polytope(tuple(map(Row, rows, lower, upper)), dimension) if is_one else None
+
+    parse: Reader[Polytope | None] = record(
+        made,
+        rows=many(many(exact_number, COORDINATES), ROWS, empty=True),
+        lower=ends,
+        upper=ends,
+        dimension=whole_number(COORDINATES),
+    )
+
+    def read(value: object, where: str) -> Polytope:
+        if (found := parse(value, where)) is None:
+            raise UnreadableError(f"{where} must have as many lower and upper bounds as rows")
+        return found
+
+    return read
+
+
+_moving_set = _set_of(_end)
+a_polytope = _set_of(real_number)
+"""Reads a set of states or of inputs, of which no bound moves."""
 
 
 class Plant(NamedTuple):
@@ -425,25 +448,37 @@ class Plant(NamedTuple):
     written: object
 
 
-def a_plant(value: object, where: str) -> Plant:
-    """Read a system with its sets."""
-    read: Reader[dict[str, Any]] = record(dict, system=a_system, state_set=a_polytope, input_set=a_polytope)
-    return Plant(**read(value, where), written=value["system"] if isinstance(value, dict) else None)
+def _plant_with(a_set: Reader[Polytope]) -> Reader[Plant]:
+    read: Reader[dict[str, Any]] = record(dict, system=a_system, state_set=a_set, input_set=a_set)
 
+    def plant(value: object, where: str) -> Plant:
+        return Plant(**read(value, where), written=value["system"] if isinstance(value, dict) else None)
+
+    return plant
+
+
+a_plant = _plant_with(a_polytope)
+"""Reads a system with its sets, of which no bound moves."""
 
 _numbers_of_centres = many(real_number, CENTRES)
 _signal = record(Signal, kernel=a_kernel, mean=real_number, centres=_numbers_of_centres, weights=_numbers_of_centres)
-_pieces = record(
-    Pieces,
-    breakpoints=_numbers_of_centres,
-    coefficients=many(many(real_number, COEFFICIENTS), CENTRES),
-    beyond=one_of(("rest", "period", "end")),
-)
+
+
+def _pieces_beyond(*kinds: Beyond) -> Reader[Pieces]:
+    return record(
+        Pieces,
+        breakpoints=_numbers_of_centres,
+        coefficients=many(many(real_number, COEFFICIENTS), CENTRES),
+        beyond=one_of(kinds),
+    )
+
+
+_pieces = _pieces_beyond("rest", "period", "end")
 
 
 def _reference(value: object, where: str) -> tuple[tuple[Signal, ...], tuple[Pieces, ...], Plant, object]:
     """Read signals, all of kernels or all of pieces, and their plant; the signals also as the file writes them."""
-    read: Reader[dict[str, Any]] = record(dict, signals=itself, plant=a_plant)
+    read: Reader[dict[str, Any]] = record(dict, signals=itself, plant=_plant_with(_moving_set))
     found = read(value, where)
     written, at = found["signals"], f"{where}.signals"
     if isinstance(written, list) and any(isinstance(one, dict) and "breakpoints" in one for one in written):
@@ -454,7 +489,13 @@ def _reference(value: object, where: str) -> tuple[tuple[Signal, ...], tuple[Pie
 _functionals = many(
     record(Functional, offset=rational_number, weights=many(many(rational_number, SHIFTS), SIGNALS)), COORDINATES
 )
-_attainable = many(record(Row, row=_exact_vector, lower=real_number, upper=real_number), ROWS, empty=True)
+
+
+def _constant_row(row: tuple[Fraction, ...], lower: float, upper: float) -> Row:
+    return Row(row, lower, upper)
+
+
+_attainable = many(record(_constant_row, row=_exact_vector, lower=real_number, upper=real_number), ROWS, empty=True)
 _of_linear = {
     "trajectories": record(Trajectories, states=_functionals, inputs=_functionals),
     "attainable": _attainable,
@@ -536,8 +577,8 @@ _disturbance = record(
     _robust,
     {"noise": tagged("kind", _sets), "model": many(record(Vertex, A=_matrix, B=_matrix, c=_vector), COORDINATES)},
     set=tagged("kind", _sets),
-    state_set=a_polytope,
-    input_set=a_polytope,
+    state_set=_moving_set,
+    input_set=_moving_set,
     feedback=_matrix,
     head=whole_number(POWERS),
     terms=whole_number(POWERS),

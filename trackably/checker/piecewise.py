@@ -18,21 +18,18 @@ All float64 numbers are whole multiples of a power of two. So times are counted 
 units that every polynomial has whole coefficients.
 """
 
-from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import pairwise
-from typing import TypeVar
 
 from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
 from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Claim, Instants
 from trackably.checker.intervals import UndefinedError, common_denominator, exact_sum
-from trackably.checker.limits import CELLS
+from trackably.checker.moving import Cells, cells_of, composed, place
 from trackably.checker.polynomials import stays_between
 from trackably.checker.quantities import absolute_sum, functionals, weighted_sum
 from trackably.checker.subject import Bound, Functional, LinearSystem, Pieces, Subject, why_no_signal
-from trackably.checker.watch import UndecidedError, progress, require_room, short, tick
+from trackably.checker.watch import progress, require_room, short, tick
 
 
 @dataclass(frozen=True)
@@ -70,66 +67,11 @@ class Sum:
         for term in self.terms:
             tick()
             i, local, of_piece = place(term.signal, term.ends, start + term.shift, width)
-            part = _composed(term.polynomials[i], local, of_piece)
+            part = composed(term.polynomials[i], local, of_piece)
             found += [0] * (len(part) - len(found))
             for k, coefficient in enumerate(part):
                 found[k] += term.weight * coefficient
         return found
-
-
-Cells = list[tuple[int, int]]
-"""When each begins and ends; the last one is the end alone."""
-
-
-def cells_of(terms: Iterable[tuple[Pieces, Sequence[int], int]], start: int, end: int) -> Cells:
-    """Return the cells from start to end in which no z(t + shift) changes its polynomial.
-
-    Raise UndecidedError where they are too many.
-    """
-    found: set[int] = set()
-    for z, ends, shift in terms:
-        period, turns = ends[-1] - ends[0], range(1)
-        if z.beyond == "period":
-            turns = range((start + shift - ends[0]) // period, (end + shift - ends[0]) // period + 1)
-        for turn in turns:
-            moved = turn * period - shift
-            for t in ends[bisect_right(ends, start - moved) :]:
-                tick()
-                if t + moved >= end:
-                    break
-                found.add(t + moved)
-                if len(found) > CELLS:
-                    raise UndecidedError(f"not decided with {CELLS} breakpoints of one bound")
-    return list(pairwise([start, *sorted(found), end, end]))
-
-
-Number = TypeVar("Number", int, Fraction)
-
-
-def place(z: Pieces, ends: Sequence[Number], t: Number, width: Number) -> tuple[int, Number, Number]:
-    """Return the piece that holds from t to t + width, the time since its breakpoint, and the width.
-
-    At rest the width is 0: the value there is that of one end of the piece. Times are in units of these `ends`.
-    """
-    if z.beyond == "period":
-        t = ends[0] + (t - ends[0]) % (ends[-1] - ends[0])
-    last = len(ends) - 2
-    if z.beyond == "rest" and not ends[0] <= t < ends[-1]:
-        return (0, t - t, t - t) if t < ends[0] else (last, ends[-1] - ends[last], t - t)
-    i = min(max(bisect_right(ends, t) - 1, 0), last)
-    return i, t - ends[i], width
-
-
-def _composed(polynomial: Sequence[int], start: int, width: int) -> list[int]:
-    """Return the coefficients in x of p(start + width x), by Horner's rule."""
-    found = [polynomial[-1]]
-    for coefficient in reversed(polynomial[:-1]):
-        higher = [width * c for c in found]
-        found = [start * c for c in found] + [0]
-        for k, c in enumerate(higher):
-            found[k + 1] += c
-        found[0] += coefficient
-    return found
 
 
 def whole_sum(
@@ -373,7 +315,7 @@ def _positive(certificate: Certificate, first_pass: FirstPass) -> str | None:
     errors = [Fraction(certificate.errors[bound.name]) for bound in subject.bounds]
     drawn_in = [(Fraction(b.lower) + e, Fraction(b.upper) - e) for b, e in zip(subject.bounds, errors, strict=True)]
     rows = [weighted_sum(bound.row, functionals(subject, bound.of)) for bound in subject.bounds]
-    alike, left = _alike(subject, rows), dict[int, Cells]()
+    alike, left = _alike(subject, rows), dict[int, Cells[int]]()
     for i, bound in enumerate(subject.bounds):
         progress(i, len(rows))
         if i not in left:
@@ -395,7 +337,7 @@ def _alike(subject: Subject, rows: Sequence[Functional]) -> Sequence[list[int]]:
     return [*found.values()]
 
 
-def _cells(subject: Subject, row: Functional, start: Fraction, end: Fraction) -> tuple[Cells, int]:
+def _cells(subject: Subject, row: Functional, start: Fraction, end: Fraction) -> tuple[Cells[int], int]:
     """Return the cells of a row of signals from start to end, in units of 2^−bits s, and bits."""
     step, used = Fraction(subject.system.sampling_time), shifted(row)
     signals = {s: subject.pieces[s] for s, _ in used}

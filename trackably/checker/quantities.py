@@ -6,8 +6,9 @@ from fractions import Fraction
 
 from trackably.checker.flatness import Need, Shapes, needs
 from trackably.checker.formulas import Formula, Name, Number, Operation, names
-from trackably.checker.intervals import Real, exact_sum, exactly, ratio
+from trackably.checker.intervals import Real, exact_sum, ratio
 from trackably.checker.inverse import inputs_of
+from trackably.checker.moving import Limit, limits
 from trackably.checker.subject import (
     Bound,
     FlatForm,
@@ -42,16 +43,16 @@ class Quantity:
     """A formula of `arguments`, which are linear combinations of the signals, by name.
 
     If the row bounds inputs given by formulas, `parts` holds these formulas with their weights; otherwise it is empty.
-    [lower, upper] is the bound, drawn in by its evaluation error. Of a flat form, the last quantity `needs` what keeps
-    all formulas defined; it has all arguments of these too.
+    `lower` and `upper` are the bound, drawn in by its evaluation error. Of a flat form, the last quantity `needs` what
+    keeps all formulas defined; it has all arguments of these too.
     """
 
     name: str
     formula: Formula
     arguments: Mapping[str, LinearCombination]
     parts: list[tuple[Fraction, Formula]]
-    lower: Real
-    upper: Real
+    lower: Limit
+    upper: Limit
     needs: tuple[Need, ...] = ()
     is_flat: bool = False
 
@@ -82,7 +83,7 @@ def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
 
 def _of_signals(subject: Subject, bound: Bound, error: float) -> Quantity:
     argument = _combined(subject, bound.row, functionals(subject, bound.of))
-    return Quantity(bound.name, Name(ITSELF), {ITSELF: argument}, [], *_drawn_in(bound, error))
+    return Quantity(bound.name, Name(ITSELF), {ITSELF: argument}, [], *limits(bound, error))
 
 
 def _of_flat_form(
@@ -107,9 +108,7 @@ def _of_flat_form(
         if len(single) == len(used):
             row, shifts = tuple(r for r, _ in single), tuple(_shifted(subject, flat, *at) for _, at in single)
             argument = _combined(subject, row, shifts)
-            found.append(
-                Quantity(bound.name, Name(ITSELF), {ITSELF: argument}, [], *_drawn_in(bound, errors[bound.name]))
-            )
+            found.append(Quantity(bound.name, Name(ITSELF), {ITSELF: argument}, [], *limits(bound, errors[bound.name])))
         else:
             made = _of_formulas(subject, bound, errors[bound.name], formulas, known)
             found.append(replace(made, is_flat=True))
@@ -141,11 +140,7 @@ def _of_formulas(
         formula = Operation("+", formula, term)
     contained = names(formula)
     arguments = {name: argument for name, argument in known.items() if name in contained}
-    return Quantity(bound.name, formula, arguments, parts, *_drawn_in(bound, error))
-
-
-def _drawn_in(bound: Bound, by: float) -> tuple[Real, Real]:
-    return exactly(bound.lower) + exactly(by), exactly(bound.upper) - exactly(by)
+    return Quantity(bound.name, formula, arguments, parts, *limits(bound, error))
 
 
 def states_of(subject: Subject) -> list[LinearCombination]:

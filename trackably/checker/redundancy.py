@@ -58,6 +58,11 @@ def demanded(system: LinearSystem, rows: tuple[Row, ...], bound: Bound) -> tuple
     return min(Fraction(bound.lower), max(lows)), max(Fraction(bound.upper), min(highs))
 
 
+def has_redundant_inputs(system: LinearSystem) -> bool:
+    """Return whether some inputs act as others do."""
+    return bool(_idle(system))
+
+
 @dataclass(frozen=True)
 class _Demand:
     """low ≤ row · u ≤ high for every u for which some u + v with B v = 0 keeps the rows of U with these `numbers`."""

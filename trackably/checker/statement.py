@@ -19,6 +19,7 @@ from trackably.checker.disturbances import Hull, Robust, Vector, Zonotope
 from trackably.checker.formulas import text
 from trackably.checker.instants import combination_at
 from trackably.checker.intervals import ZERO
+from trackably.checker.moving import end_text
 from trackably.checker.piecewise import values_at
 from trackably.checker.quantities import LinearCombination, functionals, states_of
 from trackably.checker.subject import Bound, LinearSystem, NonlinearSystem, Row, Subject, System, as_float
@@ -141,11 +142,11 @@ def _interval(where: Interval) -> str:
 
 
 def bound_text(bound: Bound | Row, names: tuple[str, ...]) -> str:
-    """Return a bound, such as -1.0 ≤ "x" ≤ 1.0."""
+    """Return a bound, such as -1.0 ≤ "x" ≤ 1.0; τ is the time since a breakpoint of an end that moves."""
     weighted = [
         f'"{name}"' if r == 1 else f'{_number(r)} "{name}"' for r, name in zip(bound.row, names, strict=True) if r
     ]
-    return f"{bound.lower!r} ≤ {' + '.join(weighted)} ≤ {bound.upper!r}"
+    return f"{end_text(bound.low)} ≤ {' + '.join(weighted)} ≤ {end_text(bound.high)}"
 
 
 def _number(r: Fraction) -> str:

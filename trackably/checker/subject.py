@@ -11,6 +11,7 @@ from trackably.checker.formulas import Formula
 from trackably.checker.formulas import names as names_in
 from trackably.checker.intervals import Real, exactly, total
 from trackably.checker.kernels import Decay, Kernel, Reach, reach
+from trackably.checker.watch import UndecidedError
 
 Beyond = Literal["rest", "period", "end"]
 
@@ -163,13 +164,38 @@ System = LinearSystem | NonlinearSystem
 Side = Literal["state", "input"]
 
 
+End = float | Pieces
+"""A number; or piecewise polynomials of time, where the end of a bound moves."""
+
+
 @dataclass(frozen=True)
 class Row:
-    """lower ≤ Σ_i r_i v_i ≤ upper, of states or inputs v."""
+    """low ≤ Σ_i r_i v_i ≤ high, of states or inputs v."""
 
     row: tuple[Fraction, ...]
-    lower: float
-    upper: float
+    low: End
+    high: End
+
+    @property
+    def moves(self) -> bool:
+        """Whether an end moves in time."""
+        return isinstance(self.low, Pieces) or isinstance(self.high, Pieces)
+
+    @property
+    def lower(self) -> float:
+        """The lower end. Raise UndecidedError where it moves: it is never taken for a constant."""
+        return _constant(self.low)
+
+    @property
+    def upper(self) -> float:
+        """The upper end, likewise."""
+        return _constant(self.high)
+
+
+def _constant(end: End) -> float:
+    if isinstance(end, Pieces):
+        raise UndecidedError("a bound moves in time, and what is asked for here is known of constant bounds only")
+    return end
 
 
 @dataclass(frozen=True)
@@ -197,14 +223,11 @@ class Trajectories:
 
 
 @dataclass(frozen=True)
-class Bound:
-    """A row of states or of inputs (`of` says which) that is proved to stay in [lower, upper]."""
+class Bound(Row):
+    """A row of states or of inputs (`of` says which) that is proved to stay between its ends."""
 
     name: str
     of: Side
-    row: tuple[Fraction, ...]
-    lower: float
-    upper: float
 
 
 @dataclass(frozen=True)
@@ -249,7 +272,7 @@ class Subject:
                 name = _written(row.row, names)
                 counted[name] = counted.get(name, 0) + 1
                 called = name if counted[name] == 1 else f"{name} ({counted[name]})"
-                found.append(Bound(called, of, row.row, row.lower, row.upper))
+                found.append(Bound(row.row, row.low, row.high, called, of))
         return tuple(found)
 
 

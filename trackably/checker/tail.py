@@ -115,7 +115,10 @@ def _why_not(certificate: Certificate, quantities: list[Quantity], start: Real, 
             middle, reach = _limits(needs, q, envelopes, certificate.subject.step)
         except UndefinedError as undefined:
             return f"tail: the {q.name} is not shown to be defined from {float(start.mid):g} s on: {undefined}"
-        if not (at_most(q.lower, middle - reach) and at_most(middle + reach, q.upper)):
+        lower, upper = q.lower.after(start), q.upper.after(start)
+        if lower is None or upper is None:
+            return f"tail: the bound of the {q.name} still moves from {float(start.mid):g} s on"
+        if not (at_most(lower, middle - reach) and at_most(middle + reach, upper)):
             return f"tail: the envelope of the {q.name} does not lie inside its bounds from {float(start.mid):g} s on"
     return None
 

@@ -43,9 +43,10 @@ from trackably.checker.disturbances import Robust, keeps_near
 from trackably.checker.flat import FlatNeeds
 from trackably.checker.form import file_of, many, rational_number, record, signal_class
 from trackably.checker.formulas import Name
-from trackably.checker.intervals import ONE, ZERO, Real, exactly, ratio, total
+from trackably.checker.intervals import ZERO, Real, exactly, ratio, total
 from trackably.checker.limits import CENTRES
 from trackably.checker.models import Model
+from trackably.checker.moving import Limit
 from trackably.checker.quantities import ITSELF, Quantity, states_of
 from trackably.checker.subject import LinearSystem, Subject
 from trackably.checker.watch import progress, tick
@@ -88,7 +89,7 @@ def check_truth(
             for side in sides:
                 if side is None:
                     return f"truth: a side of cell {k} is none of those that the theorem knows"
-                if not is_below(side, error):
+                if not is_below(side, [error]):
                     return f'truth: "{truth.state}" may be further from the signal in cell {k}'
     return None
 
@@ -124,7 +125,8 @@ def gaps(subject: Subject, truth: TrueSignal, first_pass: FirstPass) -> Iterator
     """
     state = states_of(subject)[subject.system.states.index(truth.state)]
     # bounds that nothing keeps: the first pass hands on its models of the signals
-    q = Quantity(truth.state, Name(ITSELF), {ITSELF: state}, [(Fraction(1), Name(ITSELF))], ONE, -ONE)
+    none = Limit(1.0, ZERO), Limit(-1.0, ZERO)
+    q = Quantity(truth.state, Name(ITSELF), {ITSELF: state}, [(Fraction(1), Name(ITSELF))], *none)
     held = {Box(*ends, radius): [q] for ends, radius in zip(pairwise(truth.ends), truth.radii, strict=True)}
     every, known_boxes = places(truth), first_pass.boxes(FlatNeeds({}, {}, 0), subject, truth.terms, held)
     for (box, _, known), above, below in zip(known_boxes, truth.upper, truth.lower, strict=True):

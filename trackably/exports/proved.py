@@ -78,7 +78,7 @@ class Reached:
     @property
     def least(self) -> tuple[float, float]:
         """The least margin found, in the unit of the quantity, and its time [s]."""
-        margins = self.quantity.bounds.margin(self.values)
+        margins = self.quantity.bounds.margin(self.values, self.times)
         i = int(np.argmin(margins))
         return float(margins[i]), float(self.times[i])
 

@@ -116,15 +116,16 @@ class Bounded(ABC):
         Undefined values are NaN or infinite.
         """
 
-    def slacks(self, found: Array) -> Array:
+    def slacks(self, found: Array, places: Array) -> Array:
         """Return the slacks to the lower bound, then those to the upper one, as parts of the width: shape (1 + p, 2 n).
 
-        `found` has the quantity at n places and its p derivatives, shape (1 + p, n), or the constant and the weights of
-        a sum that is the quantity; the slacks have the same form. The back-off is subtracted.
+        `found` has the quantity at n `places` and its p derivatives, shape (1 + p, n), or the constant and the weights
+        of a sum that is the quantity; the slacks have the same form. The back-off is subtracted.
         """
         bounds = self.quantity.bounds
         both = np.concatenate([found, -found], axis=1)
-        both[0] += np.repeat([-bounds.lower, bounds.upper], found.shape[1])
+        lower, upper = bounds.ends(places)
+        both[0] += np.concatenate([np.broadcast_to(of, found.shape[1]) for of in (-lower, upper)])
         both /= bounds.width
         both[0] -= self.backoff
         return both
@@ -143,9 +144,8 @@ class Constraint(Bounded):
         return np.empty(0)
 
     def closest(self, posterior: Signalled) -> tuple[Array, Array]:
-        margin = partial(self.relative_margin, posterior)
-        times = self.index_set.local_minima(margin, [signal.kernel for signal in posterior.signals])
-        return times, margin(times)
+        every = Quantities((self.quantity,), posterior.signals)
+        return local_minima([self], [signal.kernel for signal in posterior.signals], lambda _: every)[0]
 
     def overlooked(self, posterior: Signalled) -> tuple[Array, Array]:
         times, margins = self.unseen(posterior)

@@ -46,6 +46,10 @@ class Margins(Protocol):
         """Return margin `which[i]` at t[..., i] [s]; the result has the shape of t."""
         ...
 
+    def breakpoints_in(self, start: float, end: float) -> Array:
+        """Return the times [s] between these at which a margin may jump or bend, as bounds do that move."""
+        ...
+
 
 class IndexSet(ABC):
     """A set of times [s]; it may depend on the signals' kernels, whose period is learned."""
@@ -170,7 +174,7 @@ class Window(IndexSet):
         return self.minima_of_each(_Single(margin), kernels)[0][0]
 
     def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
-        return _refined_minima(margins, self.start, self.end, kernels)
+        return _minima_in_cells(margins, self.start, self.end, kernels)
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -191,7 +195,7 @@ class AllPhases(IndexSet):
         return self.minima_of_each(_Single(margin), kernels)[0][0]
 
     def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
-        return _refined_minima(margins, 0.0, period_of(kernels), kernels)
+        return _minima_in_cells(margins, 0.0, period_of(kernels), kernels)
 
 
 @dataclass(frozen=True)
@@ -208,6 +212,18 @@ class _Single:
 
     def margins_of(self, which: Indices, t: Array) -> Array:
         return self.margin(t)
+
+    def breakpoints_in(self, start: float, end: float) -> Array:
+        return np.empty(0)
+
+
+def _minima_in_cells(margins: Margins, start: float, end: float, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
+    """Return local minima in each cell between the breakpoints of bounds: no cell reaches over one."""
+    inner = margins.breakpoints_in(start, end).tolist()
+    cells = [_refined_minima(margins, a, b, kernels) for a, b in pairwise([start, *inner, end])]
+    if len(cells) == 1:
+        return cells[0]
+    return [_in_order(*map(np.concatenate, zip(*of, strict=True))) for of in zip(*cells, strict=True)]
 
 
 def _refined_minima(margins: Margins, start: float, end: float, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:

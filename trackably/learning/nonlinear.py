@@ -84,7 +84,7 @@ class Program:
             else:
                 value, gradient = constraint.value_and_gradient(posterior, places)
                 quantity = np.concatenate([value[None], gradient])
-            yield constraint.slacks(quantity)
+            yield constraint.slacks(quantity, places)
 
     @cached_property
     def _sums(self) -> Sums:
@@ -94,7 +94,7 @@ class Program:
         parts, end = list[tuple[Array, Array]](), 0
         for constraint, places in self._functionals:
             start, end = end, end + len(places)
-            parts.append((np.tile(sums.at[:, start:end], 2), constraint.slacks(sums.weights[:, start:end])))
+            parts.append((np.tile(sums.at[:, start:end], 2), constraint.slacks(sums.weights[:, start:end], places)))
         at, weights = zip(*parts, (sums.at[:, end:], sums.weights[:, end:]), strict=True)
         return Sums(sums.times, np.concatenate(at, axis=1), np.concatenate(weights, axis=1))
 

@@ -73,7 +73,7 @@ class ConstrainedProblem:
         """The quantities that leave or touch their bounds when all signals rest at the prior mean."""
         means = [part.mean for part in self.prior.parts]
         quantities = [constraint.quantity for constraint in self.constraints]
-        return tuple(q for q in quantities if not q.bounds.strictly_contains(q.at_rest(means)))
+        return tuple(q for q in quantities if not q.is_kept_at_rest(means))
 
     def posterior(self, log_theta: Array) -> JointPosterior:
         done("evaluation")
@@ -270,12 +270,12 @@ class NothingFeasible(NoSolution):
         level = ", ".join(f"{mean:g}" for mean in means)
         rest = "".join(
             f"the prior mean {level} is no admissible equilibrium (its {q.name} "
-            f"{q.bounds.snapped(q.at_rest(means)):.4g} does not lie inside {q.bounds}), so that nothing "
+            f"{q.bounds.rest.snapped(q.at_rest(means)):.4g} does not lie inside {q.bounds}), so that nothing "
             "guarantees that the problem is feasible: "
             f"{'choose another' if _depends_on_mean(q, means) else 'no other mean changes that'}; "
             for q in self.broken_at_rest[:1]
         )
-        what = f"breaks the {self.quantity.name} bounds {self.quantity.bounds} at t = {self.time:.6g} s"
+        what = f"breaks the {self.quantity.name} bounds {self.quantity.bounds.at(self.time)} at t = {self.time:.6g} s"
         if not np.isfinite(self.violation):
             what = f"has no {self.quantity.name} at t = {self.time:.6g} s, as its formula is not defined there"
         by = f" by {self.violation:.3g}" if np.isfinite(self.violation) else ""

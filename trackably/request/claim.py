@@ -34,8 +34,8 @@ def check_rest(
     """
     means = [part.mean for part in prior.parts]
     for quantity in plant.quantities:
-        level = quantity.bounds.snapped(quantity.at_rest(means))
-        if not quantity.bounds.strictly_contains(level):
+        level = quantity.bounds.rest.snapped(quantity.at_rest(means))
+        if not quantity.bounds.rest.strictly_contains(level):
             left = _left(quantity, drawn_in) if drawn_in else ""
             said = f"{_placed(quantity, level, why, or_else)}{_instead(quantity, level, prior)}{left}"
             raise ValueError(f"mean: must be an admissible equilibrium, but at rest there {said}")
@@ -49,15 +49,17 @@ def _left(quantity: Quantity, drawn_in: Tightening) -> str:
 
 def _instead(quantity: Quantity, level: float, prior: JointPrior) -> str:
     """Suggest another mean, if the quantity is a sampled state, whose unit the mean has."""
-    if quantity.name not in prior.names or quantity.bounds.lower <= level <= quantity.bounds.upper:
+    bounds = quantity.bounds.rest
+    if quantity.name not in prior.names or bounds.lower <= level <= bounds.upper:
         return ""
-    ends = ", ".join(ends_shown(quantity.bounds.lower, quantity.bounds.upper))
+    ends = ", ".join(ends_shown(bounds.lower, bounds.upper))
     return f"; give a mean inside, or a pair between which it is learned, as mean=({ends})"
 
 
 def _placed(quantity: Quantity, level: float, why: str, or_else: str) -> str:
     """Describe where a quantity lies at rest: on one of its bounds, or outside them."""
-    at, bounds = f"the {quantity.name} is {quantity.bounds.shown(level)}", quantity.bounds
+    bounds = quantity.bounds.rest
+    at = f"the {quantity.name} is {bounds.shown(level)}"
     if level in {bounds.lower, bounds.upper}:
         return (
             f"{at}, on a bound of {bounds}: a reference that fades to it has in the end no margin, and rounding alone "

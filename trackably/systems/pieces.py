@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal, Self, get_args
 
 import numpy as np
@@ -189,6 +190,30 @@ class PolynomialPieces:
                 "breakpoint be 0"
             )
 
+    @classmethod
+    def steps(cls, values: Mapping[float, float], period: float | None = None) -> Self:
+        """Return what jumps to each of the `values`, by the time [s], and stays there until the next one.
+
+        With a `period` [s], the last value holds until one period after the first time, and all of it repeats.
+        """
+        times = _rising(values)
+        last = times[0] + period if period else times[-1] + 1.0
+        return cls([*times, last], [[values[t]] for t in times], "period" if period else "rest")
+
+    @classmethod
+    def lines(cls, values: Mapping[float, float], period: float | None = None) -> Self:
+        """Return straight lines between the `values`, by the time [s]; constant beyond them.
+
+        With a `period` [s], a line leads from the last value to the first one, one period after its time.
+        """
+        times = _rising(values)
+        ends = {**values, times[0] + period: values[times[0]]} if period else values
+        return cls(
+            list(ends),
+            [[ends[a], (ends[b] - ends[a]) / (b - a)] for a, b in pairwise(ends)],
+            "period" if period else "rest",
+        )
+
     @property
     def degree(self) -> int:
         """The degree of the pieces; higher coefficients may be zero."""
@@ -277,6 +302,14 @@ class PolynomialPieces:
             c = c[:, 1:] * np.arange(1, c.shape[1]) if c.shape[1] > 1 else np.zeros_like(c)
             found.append(c)
         return found
+
+
+def _rising(values: Mapping[float, float]) -> list[float]:
+    """Return the times of values. ValueError: there are none, or they do not rise."""
+    times = list(values)
+    if not times or any(a >= b for a, b in pairwise(times)):
+        raise ValueError(f"pieces: values need rising times [s], got {times}")
+    return times
 
 
 def _horner(coefficients: Array, piece: npt.NDArray[np.intp], local: Array) -> Array:

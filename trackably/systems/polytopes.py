@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
-from typing import TYPE_CHECKING, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 import scipy
 
 from trackably.arguments import numbers
 from trackably.arrays import Array, ArrayLike
+from trackably.systems.pieces import PolynomialPieces
 
 # Closed intervals: bounds of scalar quantities.
 
@@ -55,9 +57,32 @@ class Interval:
     def width(self) -> float:
         return self.upper - self.lower
 
-    def margin(self, values: Array) -> Array:
-        """Return the distance of each value to the nearer bound, negative outside."""
-        return np.minimum(values - self.lower, self.upper - values)
+    def ends(self, t: Array) -> tuple[Array, Array]:
+        """Return the bounds at t [s]: numbers, or the shape of t where they move."""
+        return np.asarray(self.lower), np.asarray(self.upper)
+
+    def at(self, t: float) -> Interval:
+        """Return the bounds at one time [s]."""
+        return self
+
+    @property
+    def rest(self) -> Interval:
+        """What is left in the end for something that rests."""
+        return self
+
+    @property
+    def breakpoints(self) -> Array:
+        """The times [s] at which a bound may jump or bend, of one period if it has one."""
+        return np.empty(0)
+
+    def breakpoints_in(self, start: float, end: float) -> Array:
+        """Return the times [s] between these at which a bound may jump or bend."""
+        return np.empty(0)
+
+    def margin(self, values: Array, t: Array | None = None) -> Array:
+        """Return the distance of each value to the nearer bound, negative outside; at times t [s] if bounds move."""
+        lower, upper = (self.lower, self.upper) if t is None else self.ends(t)
+        return np.minimum(values - lower, upper - values)
 
     def strictly_contains(self, value: float) -> bool:
         """Whether a value lies strictly between the bounds."""
@@ -97,6 +122,128 @@ class Interval:
         return type(self)(self.lower + by, self.upper - by)
 
 
+# Bounds that move in time.
+
+End = float | PolynomialPieces
+"""A number; or piecewise polynomials of time, where the end of an interval moves."""
+
+Ends = ArrayLike | Sequence[Any] | PolynomialPieces
+"""Ends of several intervals, or one alone."""
+
+_BETWEEN = np.linspace(0.0, 1.0, 65)[:-1, None]
+
+
+def moved(end: End, by: float) -> End:
+    """Return an end plus a number."""
+    if not isinstance(end, PolynomialPieces):
+        return end + by
+    return replace(end, coefficients=end.coefficients + by * np.eye(1, end.degree + 1))
+
+
+class Corridor(Interval):
+    """[low(t), high(t)], of which at least one end moves; the tighter one of both sides counts at a breakpoint.
+
+    `lower` and `upper` raise ValueError: nothing takes an end that moves for a constant. ValueError: an end is only
+    known between its breakpoints, or the ends meet.
+    """
+
+    low: End
+    high: End
+
+    def __init__(self, low: End, high: End) -> None:
+        object.__setattr__(self, "low", low)
+        object.__setattr__(self, "high", high)
+        if any(end.beyond == "end" for end in self._moving):
+            raise ValueError('set: a bound that moves must be at rest beyond its pieces, or have a period, got "end"')
+        if not all(isinstance(end, PolynomialPieces) or math.isfinite(end) for end in (low, high)):
+            raise ValueError(f"set: where one bound moves the other must be finite, got {low!r} and {high!r}")
+        low_ends, high_ends = self.ends(self._times)
+        if not np.all(low_ends < high_ends):
+            where = self._times.flat[int(np.argmin(high_ends - low_ends))]
+            raise ValueError(f"set: must have an interior at all times, but {self} has none at t = {where:.6g} s")
+
+    if not TYPE_CHECKING:  # else it would stand for any name
+
+        def __getattr__(self, name):
+            if name in {"lower", "upper"}:
+                raise ValueError(f"bounds: constant ones are needed here, but {self} moves in time")
+            raise AttributeError(name)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Corridor) and (self.low, self.high) == (other.low, other.high)
+
+    def __hash__(self) -> int:
+        return hash((self.low, self.high))
+
+    @property
+    def _moving(self) -> list[PolynomialPieces]:
+        return [end for end in (self.low, self.high) if isinstance(end, PolynomialPieces)]
+
+    @property
+    def breakpoints(self) -> Array:
+        return np.unique(np.concatenate([end.breakpoints for end in self._moving]))
+
+    def breakpoints_in(self, start: float, end: float) -> Array:
+        found = []
+        for z in self._moving:
+            times = z.breakpoints
+            if z.beyond == "period":
+                turns = np.arange(np.floor((start - times[-1]) / z.period), np.ceil((end - times[0]) / z.period) + 1)
+                later = (times[:-1] + turns[turns != 0][:, None] * z.period).ravel()  # rounded: exact ones are beside
+                times = np.concatenate([times, np.nextafter(later, -np.inf), later, np.nextafter(later, np.inf)])
+            found.append(times)
+        times = np.unique(np.concatenate(found))
+        return times[(start < times) & (times < end)]
+
+    @property
+    def _times(self) -> Array:
+        """Times [s] that show where the ends are near to each other."""
+        first = self.breakpoints
+        return np.append(first[:-1] + _BETWEEN * np.diff(first), first)
+
+    def ends(self, t: Array) -> tuple[Array, Array]:
+        before = np.nextafter(t, -np.inf)
+        low, high = (
+            [end(t), end(before)] if isinstance(end, PolynomialPieces) else [np.asarray(end)] * 2
+            for end in (self.low, self.high)
+        )
+        return np.maximum(*low), np.minimum(*high)
+
+    def at(self, t: float) -> Interval:
+        lower, upper = self.ends(np.asarray(t))
+        return Interval(float(lower), float(upper))
+
+    @property
+    def rest(self) -> Interval:
+        if all(end.beyond == "rest" for end in self._moving):
+            return self.at(2 * abs(float(self.breakpoints[-1])) + 1.0)
+        return self._hull
+
+    @property
+    def _hull(self) -> Interval:
+        lower, upper = self.ends(self._times)
+        return Interval(float(np.min(lower)), float(np.max(upper)))
+
+    @property
+    def width(self) -> float:
+        """The smallest distance of the ends at any time."""
+        lower, upper = self.ends(self._times)
+        return float(np.min(upper - lower))
+
+    def shrunk(self, by: float) -> Self:
+        return type(self)(moved(self.low, by), moved(self.high, -by))
+
+    def __str__(self) -> str:
+        return f"{self._hull} (which moves in time)"
+
+
+def interval(low: End, high: End) -> Interval:
+    """Return the interval between two ends."""
+    if isinstance(low, PolynomialPieces) or isinstance(high, PolynomialPieces):
+        return Corridor(low, high)
+    return Interval(low, high)
+
+
 # State and input sets: polytopes as bounds of linear combinations; boxes and half-spaces are converted to them.
 
 _OUTWARDS = 1e-6  # relative: solvers find the minimum up to less than this
@@ -106,8 +253,9 @@ _OUTWARDS = 1e-6  # relative: solvers find the minimum up to less than this
 class Polytope:
     """{x : lower ≤ R x ≤ upper} with `rows` R (r, n) and finite `lower` < `upper` (r,), in `dimension` n.
 
-    The dimension may be left out if there are rows; a set without rows is unbounded. ValueError: shapes do not fit, a
-    bound is not finite, or the set has no interior.
+    The dimension may be left out if there are rows; a set without rows is unbounded. A bound may move in time: then it
+    is a `PolynomialPieces` instead of a number, as of `PolynomialPieces.steps`, and `lower` and `upper` of the set
+    raise ValueError. ValueError: shapes do not fit, a bound is not finite, or the set has no interior.
     """
 
     rows: Array
@@ -117,7 +265,13 @@ class Polytope:
 
     if TYPE_CHECKING:  # arrays are made of what is given
 
-        def __init__(self, rows: ArrayLike, lower: ArrayLike, upper: ArrayLike, dimension: int = 0) -> None: ...
+        def __init__(
+            self,
+            rows: ArrayLike,
+            lower: Ends,
+            upper: Ends,
+            dimension: int = 0,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         if not self.dimension:
@@ -127,6 +281,9 @@ class Polytope:
         rows = numbers("set: rows", self.rows)
         if rows.ndim != 2 or not rows.shape[1] == self.dimension > 0:
             raise ValueError(f"set: rows must be a matrix with a column for each coordinate, got {rows.shape}")
+        if _move(self.lower, self.upper):
+            self._move(rows)
+            return
         r, ends = len(rows), [numbers(f"set: {name}", getattr(self, name)) for name in ("lower", "upper")]
         if [of.shape for of in ends] != [(r,), (r,)]:
             raise ValueError(f"set: {r} rows need as many bounds, got {ends[0].shape} and {ends[1].shape}")
@@ -140,12 +297,53 @@ class Polytope:
         if r and not self.depth > 0:
             raise ValueError(f"set: must have an interior, but no point lies strictly inside {self}")
 
+    def _move(self, rows: Array) -> None:
+        """Keep the bounds as intervals, of which some move."""
+        pairs = list(zip(self.lower, self.upper, strict=True))
+        if len(pairs) != len(rows):
+            raise ValueError(f"set: {len(rows)} rows need as many bounds, got {len(pairs)}")
+        made = tuple(interval(*(e if isinstance(e, PolynomialPieces) else float(e) for e in of)) for of in pairs)
+        rows.flags.writeable = False
+        for name, value in (("rows", rows), ("_moving", made)):
+            object.__setattr__(self, name, value)
+        for name in ("lower", "upper"):
+            object.__delattr__(self, name)
+        for t in np.unique(np.concatenate([of.breakpoints for of in made])).tolist():
+            self.at(t)  # which has an interior
+
+    if not TYPE_CHECKING:  # else it would stand for any name
+
+        def __getattr__(self, name):
+            if name in {"lower", "upper"}:
+                raise ValueError(f"set: constant bounds are needed here, but those of {self} move in time")
+            raise AttributeError(name)
+
+    @property
+    def moves(self) -> bool:
+        """Whether a bound moves in time."""
+        return "_moving" in vars(self)
+
+    def at(self, t: float) -> Polytope:
+        """Return the set at a time [s]; at a breakpoint, what both sides have in common."""
+        if not self.moves:
+            return self
+        ends = [bounds.at(t) for _, bounds in self.intervals]
+        return Polytope(self.rows, [of.lower for of in ends], [of.upper for of in ends], self.dimension)
+
     @classmethod
-    def box(cls, lower: ArrayLike, upper: ArrayLike) -> Self:
+    def box(cls, lower: Ends, upper: Ends) -> Self:
         """Return {x : lower ≤ x ≤ upper} with bounds of shape (n,); two infinite bounds leave a coordinate free.
+
+        A bound that moves in time is a `PolynomialPieces`.
 
         ValueError: only one of two bounds is infinite, shapes differ, or the box has no interior.
         """
+        if _move(lower, upper):
+            lows, highs = (np.atleast_1d(np.asarray(of, dtype=object)) for of in (lower, upper))
+            both = enumerate(zip(lows, highs, strict=True))
+            free = [i for i, of in both if not _move(of) and np.all(np.isinf([*of]))]
+            rows = np.delete(np.eye(len(lows)), free, axis=0)
+            return cls(rows, np.delete(lows, free), np.delete(highs, free), len(lows))
         low, high = box_ends("set", lower, upper)
         for i in np.flatnonzero(~(low < high)).tolist():
             ends = ", ".join(ends_shown(float(low[i]), float(high[i])))
@@ -199,8 +397,18 @@ class Polytope:
         return deepest(np.vstack([matrix, -matrix]), np.full(2 * len(matrix), 2.0), np.append(1 + off, 1 - off))[0]
 
     @property
+    def ends(self) -> tuple[list[End], list[End]]:
+        """The lower and the upper end of each row."""
+        if not self.moves:
+            return self.lower.tolist(), self.upper.tolist()
+        pairs = [(of.low, of.high) if isinstance(of, Corridor) else (of.lower, of.upper) for _, of in self.intervals]
+        return [low for low, _ in pairs], [high for _, high in pairs]
+
+    @property
     def widths(self) -> Array:
-        """The distance between the bounds of each row: shape (r,)."""
+        """The distance between the bounds of each row, the smallest one where they move: shape (r,)."""
+        if self.moves:
+            return np.array([bounds.width for _, bounds in self.intervals])
         return np.asarray(self.upper - self.lower)
 
     @property
@@ -211,6 +419,9 @@ class Polytope:
     @property
     def intervals(self) -> list[tuple[Array, Interval]]:
         """Each row with its bounds."""
+        if self.moves:
+            made: tuple[Interval, ...] = vars(self)["_moving"]
+            return list(zip(self.rows, made, strict=True))
         return [
             (row, Interval(low, high))
             for row, low, high in zip(self.rows, self.lower.tolist(), self.upper.tolist(), strict=True)
@@ -252,13 +463,21 @@ class Polytope:
 
     def __str__(self) -> str:
         sides = []
-        for row, low, high in zip(self.rows, self.lower.tolist(), self.upper.tolist(), strict=True):
-            first, last = ends_shown(low, high)
+        for row, bounds in self.intervals:
+            if isinstance(bounds, Corridor):
+                sides.append(f"{_formula(row)} in {bounds}")
+                continue
+            first, last = ends_shown(bounds.lower, bounds.upper)
             sides.append(f"{first} ≤ {_formula(row)} ≤ {last}")
         return "{x : " + ", ".join(sides) + "}"
 
 
-def box_ends(what: str, lower: ArrayLike, upper: ArrayLike) -> tuple[Array, Array]:
+def _move(*ends: object) -> bool:
+    """Return whether some of the ends move in time."""
+    return any(isinstance(end, PolynomialPieces) for of in ends for end in np.atleast_1d(np.asarray(of, dtype=object)))
+
+
+def box_ends(what: str, lower: Any, upper: Any) -> tuple[Array, Array]:
     """Return the bounds of a box as arrays (n,), numbers as those of one coordinate. ValueError: shapes differ."""
     low, high = (np.atleast_1d(numbers(f"{what}: {name}", of)) for name, of in (("lower", lower), ("upper", upper)))
     if low.shape != high.shape or low.ndim != 1:

@@ -21,7 +21,8 @@ from trackably.systems.disturbances import (
     with_noise_set,
 )
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Polytope, deepest, squares_in_widths, unit_scales
+from trackably.systems.pieces import PolynomialPieces
+from trackably.systems.polytopes import End, Polytope, deepest, squares_in_widths, unit_scales
 from trackably.systems.rationals import exact, float_below, whole
 
 # How fast the error decays under a feedback, and how far disturbances take it, in float64.
@@ -370,10 +371,14 @@ class Tightening:
 
     def _drawn_in(self, bounded: Polytope, by: list[tuple[Fraction, Fraction]]) -> Polytope:
         lower, upper = [], []
-        for (low, high), a, b in zip(by, bounded.lower.tolist(), bounded.upper.tolist(), strict=True):
-            kept = Fraction(self.margin) * (Fraction(b) - Fraction(a))
-            lower.append(-float_below(-(Fraction(a) + low + kept)))
-            upper.append(float_below(Fraction(b) - high - kept))
+        for (low, high), a, b, (_, bounds) in zip(by, *bounded.ends, bounded.intervals, strict=True):
+            if isinstance(a, PolynomialPieces) or isinstance(b, PolynomialPieces):
+                width = Fraction(bounds.width)
+            else:
+                width = Fraction(b) - Fraction(a)
+            kept = Fraction(self.margin) * width
+            lower.append(_inwards(a, -1, low + kept))
+            upper.append(_inwards(b, 1, high + kept))
         return Polytope(bounded.rows, lower, upper, bounded.dimension)
 
     def _shortage(self, fraction: float) -> str:
@@ -424,6 +429,19 @@ class Tightening:
 
     def _missing(self, constraint: LinearConstraint, low: Fraction, high: Fraction) -> float:
         return float(low + high) - (1 - 2 * self.margin) * constraint.bounds.width
+
+
+def _inwards(end: End, sign: int, by: Fraction) -> End:
+    """Return an upper (`sign` 1) or a lower end (−1), moved inwards by a number at least."""
+
+    def one(value: float) -> float:
+        return sign * float_below(sign * Fraction(value) - by)
+
+    if not isinstance(end, PolynomialPieces):
+        return one(end)
+    coefficients = end.coefficients.copy()
+    coefficients[:, 0] = [one(value) for value in coefficients[:, 0].tolist()]
+    return replace(end, coefficients=coefficients)
 
 
 def tightening(

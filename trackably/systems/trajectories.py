@@ -276,12 +276,16 @@ class Quantity:
 
     def margin(self, signals: Signals, t: Array) -> Array:
         """Return the distance to the nearer bound at t [s]: negative outside, −∞ where the value is undefined."""
-        margin = self.bounds.margin(self(signals, t))
+        margin = self.bounds.margin(self(signals, t), t)
         return np.asarray(np.where(np.isnan(margin), -np.inf, margin))
 
     def at_rest(self, levels: Sequence[float]) -> float:
         """Return the value if every signal c is constant at `levels[c]`."""
         return self.trajectory.at_rest(levels)
+
+    def is_kept_at_rest(self, levels: Sequence[float]) -> bool:
+        """Whether the bounds that are left in the end hold strictly while every signal c rests at `levels[c]`."""
+        return self.bounds.rest.strictly_contains(self.at_rest(levels))
 
 
 # Evaluate several quantities of the same signals together: one sum of kernels for all of them.
@@ -324,22 +328,42 @@ class Quantities:
     def margins(self, t: Array) -> Array:
         """Return the margins of all quantities at t [s], as `Quantity.margin` does: shape (Q, *t.shape)."""
         every = np.arange(len(self)).reshape(-1, *(1,) * t.ndim)
-        return self._margins(every, self.values(t))
+        return self._margins(every, self.values(t), np.broadcast_to(t, (len(self), *t.shape)))
 
     def margins_of(self, which: Indices, t: Array) -> Array:
         """Return the margin of quantity `which[i]` at t[..., i] [s]: the shape of t."""
-        return self._margins(which, self.values_of(which, t))
+        return self._margins(which, self.values_of(which, t), t)
 
-    def _margins(self, which: Indices, values: Array) -> Array:
-        lower, upper = self.bounds
-        margins = np.minimum(values - lower[which], upper[which] - values)
+    def _margins(self, which: Indices, values: Array, t: Array) -> Array:
+        lower, upper = self.ends_of(which, t)
+        margins = np.minimum(values - lower, upper - values)
         return np.where(np.isnan(margins), -np.inf, margins)
 
+    def ends_of(self, which: Indices, t: Array) -> tuple[Array, Array]:
+        """Return the bounds of quantity `which[i]`, at t[..., i] [s] where they move: shapes that broadcast with t."""
+        lower, upper = (of[which] for of in self._constant_ends)
+        for q in self._moving:
+            here = np.broadcast_to(which == q, t.shape)
+            lower, upper = (np.array(np.broadcast_to(of, t.shape)) for of in (lower, upper))
+            lower[here], upper[here] = self.quantities[q].bounds.ends(t[here])
+        return lower, upper
+
     @cached
-    def bounds(self) -> tuple[Array, Array]:
-        """The lower and the upper bounds: shape (Q,)."""
-        bounds = [quantity.bounds for quantity in self.quantities]
-        return np.array([each.lower for each in bounds]), np.array([each.upper for each in bounds])
+    def _moving(self) -> list[int]:
+        return [q for q, quantity in enumerate(self.quantities) if len(quantity.bounds.breakpoints)]
+
+    def breakpoints_in(self, start: float, end: float) -> Array:
+        """Return the times [s] between these at which some bound may jump or bend."""
+        found = (quantity.bounds.breakpoints_in(start, end) for quantity in self.quantities)
+        return np.unique(np.concatenate([np.empty(0), *found]))
+
+    @cached
+    def _constant_ends(self) -> tuple[Array, Array]:
+        """The lower and the upper bounds, NaN where they move: shape (Q,)."""
+        none = np.full(2, np.nan)
+        ends = [none if q in self._moving else of.bounds.ends(none[0]) for q, of in enumerate(self.quantities)]
+        lower, upper = np.array(ends, dtype=float).reshape(-1, 2).T
+        return lower, upper
 
     @property
     def is_linear(self) -> bool:

@@ -60,7 +60,7 @@ def test_the_same_row_in_another_size_or_direction_says_the_same():
         lower, upper = sorted(factor * end for end in (bound.lower, bound.upper))
         turned = Row(tuple(factor * r for r in bound.row), lower, upper)
         assert why_not_attainable(certificate.system, rows, (turned,)) is None
-        for wider in (replace(turned, lower=lower - 1e-12), replace(turned, upper=upper + 1e-12)):
+        for wider in (replace(turned, low=lower - 1e-12), replace(turned, high=upper + 1e-12)):
             assert why_not_attainable(certificate.system, rows, (wider,)) is not None
 
 
@@ -109,8 +109,8 @@ def test_both_implementations_find_the_same_rows(case):
     for i, bound in enumerate(attainable):
         others = attainable[:i] + attainable[i + 1 :]
         wider = (
-            replace(bound, upper=bound.upper * (1 + 1e-15) + 1e-15),
-            replace(bound, lower=bound.lower - 1e-12),
+            replace(bound, high=bound.upper * (1 + 1e-15) + 1e-15),
+            replace(bound, low=bound.lower - 1e-12),
         )
         for one in wider:
             assert why_not_attainable(checked, rows, (*others, one)) is not None

@@ -24,8 +24,9 @@ from trackably.checker.formulas import parts
 from trackably.checker.intervals import Real, UndefinedError, between, exactly, ratio
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model
+from trackably.checker.moving import Limit
 from trackably.checker.quantities import LinearCombination, Quantity
-from trackably.checker.subject import Signal, Subject
+from trackably.checker.subject import Pieces, Signal, Subject
 from trackably.checker.watch import tick
 
 Shifted = tuple[int, int]
@@ -61,7 +62,7 @@ def boxes_left(
                 models = {shifted: found[shifted].at(where) for shifted in _needed([q])}
                 proved[name] = np.zeros(len(some), dtype=bool)
                 if models:  # else it is a number
-                    proved[name][where] = _stays_inside(needs, subject, q, models)
+                    proved[name][where] = _stays_inside(needs, subject, q, models, [some[b] for b in where])
         for b, box in enumerate(some):
             rest = [q for q in held[box] if not proved[q.name][b]]
             known = {shifted: _model(found[shifted], b) for shifted in _needed(list(filter(_is_formula, rest)))}
@@ -122,7 +123,9 @@ def _enclosed(
     return found
 
 
-def _stays_inside(needs: FlatNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models]) -> Mask:
+def _stays_inside(
+    needs: FlatNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], boxes: Sequence[Box]
+) -> Mask:
     """Return in which boxes a quantity certainly has values, all of them inside its bounds."""
     n, count = next(iter(models.values())).coefficients.low.shape
     where, proved = np.arange(count), np.zeros(count, dtype=bool)
@@ -133,12 +136,32 @@ def _stays_inside(needs: FlatNeeds, subject: Subject, q: Quantity, models: Mappi
         except UndefinedError as undefined:
             where = where[np.broadcast_to(undefined.where, where.shape)]
             continue
-        first = found.coefficients.at(0)
-        above, below = first - q.lower - found.missed.b, q.upper - first - found.missed.b
-        sides = _begun(above, found.coefficients), _begun(below, -found.coefficients)
+        low, high = (_limits(limit, [boxes[b] for b in where.tolist()], n) for limit in (q.lower, q.upper))
+        inside = _less(found.coefficients, low), -_less(found.coefficients, high)
+        sides = [_begun(side.at(0) - found.missed.b, side) for side in inside]
         proved[where] = np.all(are_positive(joined(sides)).reshape(2, -1), axis=0)
         break
     return proved
+
+
+def _limits(limit: Limit, boxes: Sequence[Box], n: int) -> Floats:
+    """Return the polynomials of a limit in boxes, or one for all: (k, B). NaN where there are several, or too long."""
+    if not isinstance(limit.end, Pieces):
+        boxes = boxes[:1]
+    every = [limit.over(box.start, box.end) for box in boxes]
+    count = min(n, max(len(p) for of_box in every for p in of_box))
+    low, high = np.full((2, count, len(boxes)), np.nan)
+    for b, of_box in enumerate(every):
+        if len(of_box) == 1 and len(of_box[0]) <= n:
+            parts = [Floats.of(c) for c in of_box[0]] + [Floats.exact(0.0)] * (count - len(of_box[0]))
+            low[:, b], high[:, b] = [c.low for c in parts], [c.high for c in parts]
+    return Floats(low, high)
+
+
+def _less(polynomials: Floats, of: Floats) -> Floats:
+    """Return polynomials minus others, which have no more coefficients."""
+    count = len(of.low)
+    return joined([polynomials.at(slice(count)) - of, polynomials.at(slice(count, None))], axis=0)
 
 
 def _combined(q: Quantity, models: Mapping[Shifted, Models]) -> Models:

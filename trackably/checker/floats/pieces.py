@@ -18,7 +18,8 @@ import numpy as np
 
 from trackably.checker.floats.intervals import Array, Floats
 from trackably.checker.floats.polynomials import bernstein, stay_between
-from trackably.checker.piecewise import exact_times, place, shifted, whole
+from trackably.checker.moving import place
+from trackably.checker.piecewise import exact_times, shifted, whole
 from trackably.checker.subject import Functional, Pieces, Subject, as_float
 from trackably.checker.watch import tick
 

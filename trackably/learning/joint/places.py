@@ -102,7 +102,8 @@ def demands(problem: ConstrainedProblem, places: Places, near: Signals) -> Deman
         width = constraint.quantity.bounds.width
         bounds = constraint.quantity.bounds.shrunk(constraint.backoff * width)
         offsets.append(_add_terms(terms, len(labels), constraint.quantity.trajectory, times, sides, near))
-        limits.append(np.where(sides == LOWER, bounds.lower, -bounds.upper))
+        lower, upper = bounds.ends(times)
+        limits.append(np.where(sides == LOWER, lower, -upper))
         widths.append(np.full(len(times), width))
         name = constraint.quantity.name
         labels += [Label(name, "lower" if side == LOWER else "upper", time) for time, side in of_constraint.tolist()]
@@ -215,11 +216,11 @@ class MarginScan:
     def places(self, found: Minima) -> Places:
         """Return the minima with a small margin as places (n, 2), each at the nearer bound."""
         times = [at[np.isfinite(margins) & (margins < _CLOSE)] for at, margins in found]
-        which, (lower, upper) = _owners(times), self._all.bounds
+        which = _owners(times)
         places = np.empty((len(which), 2))
         places[:, 0] = np.concatenate([np.empty(0), *times])
-        values = self._all.values_of(which, places[:, 0])
-        places[:, 1] = np.where(values - lower[which] < upper[which] - values, LOWER, UPPER)
+        values, (lower, upper) = (of(which, places[:, 0]) for of in (self._all.values_of, self._all.ends_of))
+        places[:, 1] = np.where(values - lower < upper - values, LOWER, UPPER)
         return tuple(_parted(places, times))
 
     def near(self, places: Places) -> Places:
@@ -228,7 +229,8 @@ class MarginScan:
         for constraint, at in zip(self._known, places, strict=True):
             bounds = constraint.quantity.bounds
             values = constraint.quantity(self.signals, at[:, 0])
-            room = np.where(at[:, 1] == LOWER, values - bounds.lower, bounds.upper - values)
+            lower, upper = bounds.ends(at[:, 0])
+            room = np.where(at[:, 1] == LOWER, values - lower, upper - values)
             kept.append(at[room < _IN_REACH * bounds.width])
         return tuple(kept)
 

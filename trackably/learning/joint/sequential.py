@@ -64,7 +64,8 @@ class _Bound:
         for constraint, (times, sides) in zip(problem.constraints, (at.T for at in places), strict=True):
             assert isinstance(constraint, Constraint), "functions are learned with constraints that have an index set"
             bounds = constraint.quantity.bounds.shrunk(constraint.backoff * constraint.quantity.bounds.width)
-            found.append(cls(constraint, times, sides, np.where(sides == LOWER, bounds.lower, -bounds.upper)))
+            lower, upper = bounds.ends(times)
+            found.append(cls(constraint, times, sides, np.where(sides == LOWER, lower, -upper)))
         both = np.array([LOWER, UPPER])
         for pin in problem.pins:
             around = Interval(pin.value - pin.tolerance, pin.value + pin.tolerance)
@@ -196,9 +197,8 @@ def _regular(constraint: Bounded, times: Array) -> Array:
     if not isinstance(constraint, Constraint):
         return np.empty((0, 2))
     first, last = constraint.index_set.ends
-    times, bounds = np.clip(constraint.index_set.nearest(times), first, last), constraint.quantity.bounds
-    sides = [side for side, bound in ((LOWER, bounds.lower), (UPPER, bounds.upper)) if np.isfinite(bound)]
-    return np.array([(time, side) for time in np.unique(times).tolist() for side in sides]).reshape(-1, 2)
+    times = np.clip(constraint.index_set.nearest(times), first, last)
+    return np.array([(time, side) for time in np.unique(times).tolist() for side in (LOWER, UPPER)]).reshape(-1, 2)
 
 
 def _ends(constraints: Sequence[Bounded]) -> tuple[float, float]:

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from trackably.checker import boxes
-from trackably.checker.boxes import stays_inside
+from trackably.checker.boxes import Box, stays_inside
 from trackably.checker.intervals import Real, between, exactly
 from trackably.checker.models import Model
+from trackably.checker.moving import Limit
 from trackably.checker.polynomials import stays_between
 
 POINTS = [Fraction(k, 64) for k in range(65)]
@@ -31,6 +32,9 @@ def test_whole_numbers_keep_a_polynomial_next_to_its_values_and_never_inside_of_
     assert not stays_between(p, min(found) + by, max(found) + slack)
 
 
+BOX = Box(0.0, 1.0, 1.0)
+
+
 def wrongly_inside(seed: int) -> int:
     """How often a model is said to be inside bounds that some function of it leaves, by a hair or by nothing."""
     draw, wrong = np.random.default_rng(seed), 0
@@ -45,8 +49,8 @@ def wrongly_inside(seed: int) -> int:
     most, least = sum(sides[0]) + Fraction(missed), -sum(sides[1]) - Fraction(missed)
     for by in (Fraction(0), Fraction(1, 2**290), Fraction(1, 10**9)):
         for low, high in ((least - 100, most - by), (least + by, most + 100)):
-            ends_of_bound: Any = SimpleNamespace(lower=interval(low), upper=interval(high))
-            wrong += stays_inside(model, ends_of_bound) and not (low <= least and most <= high)
+            ends_of_bound: Any = SimpleNamespace(lower=Limit(0.0, interval(low)), upper=Limit(0.0, interval(high)))
+            wrong += stays_inside(model, ends_of_bound, BOX) and not (low <= least and most <= high)
     return wrong
 
 

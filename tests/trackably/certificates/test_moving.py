@@ -1,0 +1,216 @@
+"""Bounds that move in time: verdicts agree with a dense search in many digits, and what is tampered with is refused."""
+
+import copy
+from collections import Counter
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from mpmath import mp
+
+from tests.trackably.certificates import naive
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.form import as_written, encode_certificate, encode_counterexample
+from trackably.certificates.outcome import Counterexample
+from trackably.certificates.prove import prove, prove_at_instants, prove_for_all_phases, prove_on_window
+from trackably.checker import Failed, Proved, Refuted, check
+from trackably.codec import dumps, loads
+from trackably.files import from_json, to_json
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.pieces import PolynomialPieces
+from trackably.systems.polytopes import Polytope
+from trackably.systems.reference import Reference
+
+T, END = 0.05, 4.0
+AXIS = LinearSystem([[1, T], [0, 1]], [[T**2 / 2], [T]], T)
+SCALAR = LinearSystem([[0.9]], [[0.5]], T)
+
+
+def signal(rng: np.random.Generator, count: int = 8) -> KernelSum:
+    return KernelSum(SquaredExponential(0.4, 0.5), 0.0, np.linspace(0, END, count), rng.standard_normal(count))
+
+
+def near(rng: np.random.Generator, z, sign: int) -> PolynomialPieces:
+    """Polynomials that follow z in pieces, at a distance that jumps: some are broken."""
+    ends = np.concatenate([[0.0], np.sort(rng.uniform(0.3, END - 0.3, int(rng.integers(1, 4)))), [END]])
+    pieces = []
+    for a, b in pairwise(ends):
+        t = np.linspace(0, b - a, 12)
+        shape = np.polynomial.polynomial.polyfit(t, z(a + t), int(rng.integers(0, 4)))
+        away = np.max(sign * (z(a + t) - np.polynomial.polynomial.polyval(t, shape)))
+        shape[0] += sign * (away + rng.choice([0.5, 0.05, 1e-2, -1e-3], p=[0.4, 0.3, 0.2, 0.1]))
+        pieces.append(np.pad(shape, (0, 4 - len(shape))))
+    return PolynomialPieces(ends, pieces)
+
+
+def problem(seed: int) -> Reference:
+    rng = np.random.default_rng(seed)
+    z = signal(rng)
+    system = (AXIS, SCALAR)[seed % 2]
+    n = len(system.states)
+    free = Reference((z,), ConstrainedSystem(system, Polytope.box([-9.0] * n, [9.0] * n), Polytope.box(-1e4, 1e4)))
+
+    def of_state(t):
+        return free.quantities[0]((z,), t)
+
+    x = Polytope.box(
+        [near(rng, of_state, -1) if seed % 3 else -5.0, *[-90.0] * (n - 1)], [near(rng, of_state, 1), *[90.0] * (n - 1)]
+    )
+    return Reference((z,), ConstrainedSystem(system, x, Polytope.box(-1e4, 1e4)))
+
+
+def sides(end, t: float, low: bool):
+    """The values that hold before and from a time on, in many digits; the tighter one."""
+    if not isinstance(end, PolynomialPieces):
+        return mp.mpf(end)
+    ends, found = end.breakpoints.tolist(), []
+    for i, piece in enumerate(end.coefficients.tolist()):
+        if ends[i] <= t <= ends[i + 1]:
+            found.append(mp.fsum(mp.mpf(c) * (mp.mpf(t) - mp.mpf(ends[i])) ** k for k, c in enumerate(piece)))
+    return max(found) if low else min(found)
+
+
+def least_margin(reference: Reference):
+    """The smallest distance to a bound that a dense search finds, in many digits."""
+    name, (_, bounds) = reference.quantities[0].name, reference.plant.state_set.intervals[0]
+    low, high = bounds.low, bounds.high
+
+    def margin(t: float):
+        value = naive.exactly(reference, name, t)
+        return min(value - sides(low, t, True), sides(high, t, False) - value)
+
+    with mp.workdps(naive.DIGITS):
+        grid = np.union1d(np.linspace(0, END, 401), bounds.breakpoints)
+        coarse = reference.quantities[0].margin(reference.signals, grid)
+        near = [
+            t
+            for i in np.argsort(coarse)[:6]
+            for t in np.linspace(grid[max(i - 1, 0)], grid[min(i + 1, len(grid) - 1)], 41)
+        ]
+        return min(map(margin, [*near, *bounds.breakpoints.tolist()]))
+
+
+def test_verdicts_on_random_bounds_agree_with_a_dense_search() -> None:
+    said = Counter[type]()
+    for seed in range(24):
+        reference = problem(seed)
+        found, least = prove_on_window(reference, 0.0, END), least_margin(reference)
+        said[type(found)] += 1
+        if isinstance(found, Certificate):
+            assert least >= 0, seed
+            assert isinstance(check(from_json(to_json(encode_certificate(found))), exact=seed % 4 == 0), Proved)
+        elif isinstance(found, Counterexample):
+            assert least <= -0.98 * found.violation, seed
+            assert isinstance(check(from_json(to_json(encode_counterexample(found)))), Refuted)
+        else:
+            assert abs(least) < 1e-9, (seed, found.explanation)
+    assert min(said[Certificate], said[Counterexample]) >= 5, said
+
+
+HILL = KernelSum(SquaredExponential(1.0, 0.5), 0.0, np.array([1.0]), np.array([0.4]))
+"""It is 0.4 at 1 s, 0.243 at 1.5 s, and falls to 0.054 at 2 s."""
+
+
+def of_hill(upper, lower=-1.0) -> Reference:
+    return Reference((HILL,), ConstrainedSystem(SCALAR, Polytope.box([lower], [upper]), Polytope.box(-9.0, 9.0)))
+
+
+def proved(upper=None, prover=lambda reference: prove_on_window(reference, 0.0, END), lower=-1.0):
+    upper = PolynomialPieces.steps({0.0: 0.5, 2.0: 0.1}) if upper is None else upper
+    found = prover(of_hill(upper, lower))
+    assert isinstance(found, Certificate), found
+    return from_json(to_json(encode_certificate(found)))
+
+
+def test_each_side_of_a_jump_counts() -> None:
+    at = float(HILL(np.asarray(2.0)))
+    before = PolynomialPieces([0, 1.9, 2, 3], [[0.5, 0], [0.5, (at - 1e-6 - 0.5) / 0.1], [0.5, 0]])
+    for upper in (before, PolynomialPieces.steps({0.0: 0.5, 2.0: at - 1e-6})):
+        found = prove_on_window(of_hill(upper), 0.0, END)
+        assert isinstance(found, Counterexample), found
+    assert proved(PolynomialPieces.steps({0.0: 0.5, 2.0: at + 1e-6}))
+
+
+@pytest.mark.parametrize("exact", [False, True])
+def test_what_is_tampered_with_is_refused(exact: bool) -> None:
+    data = proved()
+    assert isinstance(check(data, exact=exact), Proved)
+
+    def changed(change) -> bool:
+        other = copy.deepcopy(data)
+        change(other, other["reference"]["plant"]["state_set"]["upper"][0])
+        return not isinstance(check(other, exact=exact), Proved)
+
+    def over_breakpoint(other, _):
+        cover = other["claim"]["covers"]["state"]
+        at = cover["ends"].index(2.0)
+        del cover["ends"][at], cover["radii"][at]
+
+    assert changed(over_breakpoint)
+    assert changed(lambda _, end: end["breakpoints"].__setitem__(1, 1.4))
+    assert changed(lambda _, end: end["coefficients"][1].__setitem__(0, 0.05))
+    assert changed(lambda _, end: end["coefficients"][0].__setitem__(0, 0.39))
+    assert changed(lambda _, end: end["coefficients"].__setitem__(0, [0.5, -0.3]))
+    assert changed(lambda _, end: end.update(beyond="end"))
+    assert changed(lambda _, end: end.update(breakpoints=[0.0, 2.0, 2.0]))
+    assert changed(lambda _, end: end["breakpoints"].append(5.0))
+    assert changed(lambda other, end: other["reference"]["plant"]["state_set"]["lower"].__setitem__(0, end))
+
+
+def test_claims_of_all_times_compare_the_tail_with_where_bounds_rest() -> None:
+    data = proved(PolynomialPieces.lines({0.0: 0.5, 1.5: 0.45, 3.0: 0.2, 30.0: 0.1}), prove)
+    assert data["claim"]["tail_start"] >= 30.0
+    for change in (
+        {"breakpoints": [0.0, 1.5, 3.0, 60.0]},
+        {"beyond": "period"},
+        {"coefficients": [[0.5], [0.5], [-0.1]]},
+    ):
+        other = copy.deepcopy(data)
+        other["reference"]["plant"]["state_set"]["upper"][0].update(change)
+        assert isinstance(check(other), Failed)
+    assert isinstance(prove(of_hill(PolynomialPieces.steps({0.0: 0.5, 50.0: -0.01}))), Counterexample)
+    assert proved(PolynomialPieces.steps({0.0: 0.5, 2.0: 0.1}), prove_at_instants)
+    assert not isinstance(prove_at_instants(of_hill(PolynomialPieces.steps({0.0: 0.5, 1.5: 0.2}))), Certificate)
+
+
+def test_all_phases_need_bounds_of_the_same_period() -> None:
+    swing = KernelSum(Periodic(1.0, 1.0, 2.0), 0.0, np.array([0.5]), np.array([0.4]))
+
+    def of(upper) -> Reference:
+        return Reference((swing,), ConstrainedSystem(SCALAR, Polytope.box([-1.0], [upper]), Polytope.box(-9.0, 9.0)))
+
+    low, high = (float(swing(np.asarray(t))) for t in (1.5, 0.5))
+    fits = PolynomialPieces.lines({0.0: high, 0.5: high + 0.01, 1.5: low + 0.1}, period=2.0)
+    found = prove_for_all_phases(of(fits), 2.0)
+    assert isinstance(found, Certificate), found
+    data = from_json(to_json(encode_certificate(found)))
+    assert isinstance(check(data), Proved)
+    for change in ({"beyond": "rest"}, {"breakpoints": [0.0, 0.5, 1.5, 2.5]}):
+        other = copy.deepcopy(data)
+        other["reference"]["plant"]["state_set"]["upper"][0].update(change)
+        assert isinstance(check(other), Failed)
+    late = PolynomialPieces.lines({0.0: low + 0.1, 0.5: low + 0.2, 1.5: high}, period=2.0)
+    assert isinstance(prove_for_all_phases(of(late), 2.0), Counterexample)
+
+
+def test_sets_survive_their_file() -> None:
+    moving = Polytope.box([-1.0, -np.inf], [PolynomialPieces.lines({0.0: 0.5, 1.0: 0.25}), np.inf])
+    assert as_written(loads(Polytope, dumps(moving))) == as_written(moving)
+    constant = Polytope.box([-1.0, -2.0], [1.0, 2.0])
+    assert as_written(constant) == {
+        "rows": [[1.0, 0.0], [0.0, 1.0]], "lower": [-1.0, -2.0], "upper": [1.0, 2.0], "dimension": 2
+    }  # fmt: skip
+
+
+def test_an_end_that_moves_is_no_constant() -> None:
+    moving = Polytope.box([-1.0], [PolynomialPieces.steps({0.0: 0.5, 1.0: 0.25})])
+    for read in (lambda: moving.lower, lambda: moving.intervals[0][1].upper, lambda: moving.inequalities):
+        with pytest.raises(ValueError, match="constant"):
+            read()
+    for bad in ([0.3], [np.inf], [PolynomialPieces([0.0, 1.0], [[0.0]], "end")]):
+        with pytest.raises(ValueError, match="set"):
+            Polytope.box(bad, [PolynomialPieces.steps({0.0: 0.5, 1.0: 0.25})])

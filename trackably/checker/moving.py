@@ -1,0 +1,170 @@
+"""Bounds that move in time, an extension: rows lower(t) ≤ r · v(t) ≤ upper(t) with piecewise polynomials of time.
+
+Theorem. Each end of a row of X or U may be Σ_j c_ij (t − t_i)^j for t_i ≤ t < t_(i+1): at rest before the first and
+after the last breakpoint, or repeated. If `check` answers Proved, then at each claimed time t a row keeps the ends that
+hold at t; at a breakpoint, those before it and those from it on, if the times just before and just after are claimed.
+A counterexample breaks both. A constant end is the polynomial of degree 0.
+
+Proof. In a box each polynomial that holds at some time inside of it is compared with the row at all times of the box
+(step 2), closed on both sides: so is each instant, in its narrow box. For all_times the ends are at rest from
+`tail_start` on, and step 3 compares with where they rest; so it is after the last instant that is checked alone. For
+all_phases each end that moves repeats with the period, so that what holds for one period holds for all (step 4).
+Of a disturbed system (`disturbances`), ends of X₀ and U₀ differ by a number for each piece from those of X and U.
+"""
+
+from bisect import bisect_right
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from itertools import pairwise
+from typing import TypeVar
+
+from trackably.checker.intervals import ZERO, Real, at_most, exact_sum, exactly, ratio
+from trackably.checker.limits import CELLS
+from trackably.checker.subject import Bound, End, Pieces
+from trackably.checker.watch import UndecidedError, tick
+
+Number = TypeVar("Number", int, Fraction)
+
+Cells = list[tuple[Number, Number]]
+"""When each begins and ends; the last one is the end alone."""
+
+
+def cells_of(terms: Iterable[tuple[Pieces, Sequence[Number], Number]], start: Number, end: Number) -> Cells[Number]:
+    """Return the cells from start to end in which no z(t + shift) changes its polynomial.
+
+    Raise UndecidedError where they are too many.
+    """
+    found: set[Number] = set()
+    for z, ends, shift in terms:
+        period, turns = ends[-1] - ends[0], range(1)
+        if z.beyond == "period":
+            turns = range(int((start + shift - ends[0]) // period), int((end + shift - ends[0]) // period) + 1)
+        for turn in turns:
+            moved = turn * period - shift
+            for t in ends[bisect_right(ends, start - moved) :]:
+                tick()
+                if t + moved >= end:
+                    break
+                found.add(t + moved)
+                if len(found) > CELLS:
+                    raise UndecidedError(f"not decided with {CELLS} breakpoints of one bound")
+    found.add(start)
+    every = sorted(found)
+    every.extend([end, end])
+    return list(pairwise(every))
+
+
+def place(z: Pieces, ends: Sequence[Number], t: Number, width: Number) -> tuple[int, Number, Number]:
+    """Return the piece that holds from t to t + width, the time since its breakpoint, and the width.
+
+    At rest the width is 0: the value there is that of one end of the piece. Times are in units of these `ends`.
+    """
+    if z.beyond == "period":
+        t = ends[0] + (t - ends[0]) % (ends[-1] - ends[0])
+    last = len(ends) - 2
+    if z.beyond == "rest" and not ends[0] <= t < ends[-1]:
+        return (0, t - t, t - t) if t < ends[0] else (last, ends[-1] - ends[last], t - t)
+    i = min(max(bisect_right(ends, t) - 1, 0), last)
+    return i, t - ends[i], width
+
+
+def composed(polynomial: Sequence[Number], start: Number, width: Number) -> list[Number]:
+    """Return the coefficients in x of p(start + width x), by Horner's rule."""
+    found = [polynomial[-1]]
+    for coefficient in reversed(polynomial[:-1]):
+        higher = [width * c for c in found]
+        found = [start * c for c in found] + [start - start]
+        for k, c in enumerate(higher):
+            found[k + 1] += c
+        found[0] += coefficient
+    return found
+
+
+def polynomials(z: Pieces, start: Fraction, end: Fraction) -> list[list[Fraction]]:
+    """Return the polynomials that hold at times inside of [start, end], in x ∈ [−1, 1] over all of it, in order."""
+    middle, half, found = (start + end) / 2, (end - start) / 2, []
+    for a, b in cells_of([(z, z.ends, Fraction(0))], start, end)[:-1]:
+        i, local, width = place(z, z.ends, a, b - a)
+        moved = (local + middle - a, half) if width else (local, width)
+        found.append(composed([Fraction(c) for c in z.coefficients[i]], *moved))
+    return found
+
+
+@dataclass(frozen=True)
+class Limit:
+    """An `end` of a bound, moved `by` a number: inwards, by the error of evaluation."""
+
+    end: End
+    by: Real
+
+    def moved(self, by: Real) -> "Limit":
+        """Return the limit, moved by so much more."""
+        return replace(self, by=self.by + by)
+
+    def over(self, start: float, end: float) -> list[list[Real]]:
+        """Return the polynomials with which a row is compared in a box [start, end] [s], in x ∈ [−1, 1]."""
+        if not isinstance(self.end, Pieces):
+            return [[exactly(self.end) + self.by]]
+        found = [[*map(ratio, p)] for p in polynomials(self.end, Fraction(start), Fraction(end))]
+        return [[p[0] + self.by, *p[1:]] for p in found]
+
+    def after(self, start: Real) -> Real | None:
+        """Return where the limit rests from a time [s] on; None where it may still move then."""
+        if not isinstance(self.end, Pieces):
+            return exactly(self.end) + self.by
+        last = self.end.ends[-1]
+        is_at_rest = self.end.beyond == "rest" and at_most(ratio(last), start)
+        return ratio(polynomials(self.end, last, last + 1)[0][0]) + self.by if is_at_rest else None
+
+
+def limits(bound: Bound, error: float) -> tuple[Limit, Limit]:
+    """Return the ends of a bound, drawn in by an error."""
+    return Limit(bound.low, exactly(error)), Limit(bound.high, ZERO - exactly(error))
+
+
+def ends_at(bound: Bound, t: Fraction) -> tuple[Fraction, Fraction]:
+    """Return the lower and the upper end at a time [s]: the wider one of those before and after a breakpoint."""
+    return min(_values(bound.low, t)), max(_values(bound.high, t))
+
+
+def _values(end: End, t: Fraction) -> list[Fraction]:
+    if not isinstance(end, Pieces):
+        return [Fraction(end)]
+    near = min(end.lengths)
+    before, after = polynomials(end, t - near, t)[-1], polynomials(end, t, t + near)[0]
+    return [exact_sum(before), exact_sum(c if k % 2 == 0 else -c for k, c in enumerate(after))]
+
+
+def room(higher: End, lower: End) -> Fraction | None:
+    """Return by how much an end is above another at all times; None where they differ by more than numbers."""
+    pairs = [(higher, lower)]
+    if isinstance(higher, Pieces) and isinstance(lower, Pieces):
+        one, other = ((z.breakpoints, z.beyond, [c[1:] for c in z.coefficients]) for z in (higher, lower))
+        if one != other:
+            return None
+        pairs = [(a[0], b[0]) for a, b in zip(higher.coefficients, lower.coefficients, strict=True)]
+    elif isinstance(higher, Pieces) or isinstance(lower, Pieces):
+        return None
+    return min(Fraction(a) - Fraction(b) for a, b in pairs if not isinstance(a, Pieces) and not isinstance(b, Pieces))
+
+
+def repeats(bound: Bound, period: float) -> bool:
+    """Return whether each end that moves repeats after this period [s]."""
+    moving = [end for end in (bound.low, bound.high) if isinstance(end, Pieces)]
+    return all(end.beyond == "period" and end.period == Fraction(period) for end in moving)
+
+
+def end_text(end: End) -> str:
+    """Return an end in words: a number, or the polynomials in τ, the time since each breakpoint."""
+    if not isinstance(end, Pieces):
+        return repr(end)
+    pieces = zip(end.breakpoints, end.coefficients, strict=False)
+    said = "; ".join(f"{_polynomial(of)} from {start!r} s" for start, of in pieces)
+    last = f"to {end.breakpoints[-1]!r} s"
+    return f"({said} {last}, {'periodic' if end.beyond == 'period' else 'constant before and after'})"
+
+
+def _polynomial(coefficients: Sequence[float]) -> str:
+    used = [(k, c) for k, c in enumerate(coefficients) if c or not k]
+    return " + ".join(f"{c!r}" + (f" τ^{k}" if k > 1 else " τ" if k else "") for k, c in used)
