@@ -137,7 +137,9 @@ def costs(fit: Fit) -> str:
     if dearest:
         said.append(", ".join(dearest))
     if fit.duality_gap > 0:
-        said.append(f"for these hyperparameters, no function costs less by more than {fit.duality_gap:.2g}")
+        is_convex = all(quantity.functional is not None for quantity in fit.reference.quantities)
+        of = "" if is_convex else ", with formulas linearised at this one,"
+        said.append(f"for these hyperparameters{of} no function costs less by more than {fit.duality_gap:.2g}")
     if fit.spread > LEAST_GAP:
         said.append(f"functions from several starts differed by {fit.spread:.2g}, and the search went on from the best")
     return "; ".join(said)

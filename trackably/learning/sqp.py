@@ -32,6 +32,8 @@ from trackably.cached import cached
 FEASIBLE = 1e-12
 _PIVOTS = 100  # for each row of a quadratic program: SciPy's own 3 are too few where bounds nearly coincide
 
+_MANY = 200  # constraints and ends of the box: of more, few matter
+
 _ONE = np.ones(1)
 
 Indices = npt.NDArray[np.intp]
@@ -63,42 +65,55 @@ class QuadraticProgram(NamedTuple):
         return cls(jacobian, lower, upper, inverse, shift, -shift.dot(inverse), reach)
 
     def solve(self, slack: Array, penalty: float) -> tuple[Array, Array]:
-        """Return the step d and the constraints' multipliers for g = `slack`.
+        """Return d and the multipliers of the constraints for g = `slack`: Newton's step where it keeps all of them.
 
-        Newton's step if it satisfies all constraints.
+        Of many constraints and ends of the box, those that the last step breaks are added until none is broken.
         """
-        multipliers = np.zeros(len(slack))
-        if self._room(slack, self.newton).min() >= 0:
+        multipliers, m = np.zeros(len(slack)), len(slack)
+        room = self._room(slack, self.newton)
+        if room.min() >= 0:
             return self.newton, multipliers
-        near = (slack < self.reach).nonzero()[0]  # no step can violate the others
-        polyhedron, m = self._polyhedron(slack, near, penalty), len(near)
-        normals, u = polyhedron[:-2], _of_the_shortest(polyhedron)
-        multipliers[near] = u[:m]
-        d = (normals.dot(u) - self.shift).dot(self.inverse)
-        if u[m] > 0:  # s = 0: all can be kept
-            d = self._mended(d, slack, near, normals, u > 0)
+        possible = np.append(slack < self.reach, np.ones(2 * len(self.shift), dtype=bool))  # no step breaks the others
+        chosen = possible if possible.sum() <= _MANY else room < 0
+        while True:
+            rows, ends = chosen[:m].nonzero()[0], chosen[m:].nonzero()[0]
+            polyhedron = self._polyhedron(slack, rows, ends, penalty)
+            normals, u = polyhedron[:-2], _of_the_shortest(polyhedron)
+            d = (normals.dot(u) - self.shift).dot(self.inverse)
+            if chosen is possible:
+                break
+            s = max(0.0, u[: len(rows) + 1].sum() / penalty - 1)
+            broken = possible & ~chosen & (self._room(slack + s, d) < -FEASIBLE)
+            if not broken.any():
+                break
+            chosen = chosen | broken
+        multipliers[rows] = u[: len(rows)]
+        if u[len(rows)] > 0:  # s = 0: all can be kept
+            d = self._mended(d, slack, rows, ends, normals, u > 0)
         return np.minimum(np.maximum(d, self.lower), self.upper), multipliers
 
     def _room(self, slack: Array, d: Array) -> Array:
-        """Return the slack of each constraint and of each end of the box after the step d, with s = 0."""
+        """Return the slack that d leaves to each constraint and each end of the box if s = 0."""
         return np.concatenate([slack + self.jacobian.dot(d), d - self.lower, self.upper - d])
 
-    def _polyhedron(self, slack: Array, near: Indices, penalty: float) -> Array:
-        """Return (N; bᵀ) of Nᵀ y ≥ b for the constraints `near`, s ≥ 0, d ≥ lower and −d ≥ −upper, in this order."""
-        m, p = len(near), len(self.shift)
-        found = np.zeros((p + 2, m + 1 + 2 * p))
+    def _polyhedron(self, slack: Array, rows: Indices, ends: Indices, penalty: float) -> Array:
+        """Return (N; bᵀ) of Nᵀ y ≥ b: of some constraints, of s ≥ 0, and of some ends of the box."""
+        m, p = len(rows), len(self.shift)
+        found = np.zeros((p + 2, m + 1 + len(ends)))
         normals, offsets = found[:p], found[-1]
-        normals[:, :m] = self.inverse.dot(self.jacobian[near].T)
-        normals[:, m + 1 : -p], normals[:, -p:] = self.inverse, -self.inverse
+        normals[:, :m] = self.inverse.dot(self.jacobian[rows].T)
+        normals[:, m + 1 :] = np.concatenate([self.inverse, -self.inverse], axis=1)[:, ends]
         found[p, : m + 1] = penalty**-0.5
-        np.concatenate([1.0 - slack[near], _ONE, self.lower, -self.upper], out=offsets)
+        np.concatenate([1.0 - slack[rows], _ONE, np.append(self.lower, -self.upper)[ends]], out=offsets)
         offsets += self.shift.dot(normals)
         return found
 
-    def _mended(self, d: Array, slack: Array, near: Indices, normals: Array, held: npt.NDArray[np.bool_]) -> Array:
-        """Correct d for rounding errors in flat directions, by which it violates a constraint at any penalty."""
-        room, ends = self._room(slack, d), -2 * len(d)
-        room = np.concatenate([room[near], [0.0], room[ends:]])
+    def _mended(
+        self, d: Array, slack: Array, rows: Indices, ends: Indices, normals: Array, held: npt.NDArray[np.bool_]
+    ) -> Array:
+        """Correct a step that misses a constraint by rounding in flat directions, which no higher penalty corrects."""
+        room, m = self._room(slack, d), len(slack)
+        room = np.concatenate([room[rows], [0.0], room[m + ends]])
         if room.min() >= -FEASIBLE:
             return d
         move, *_ = np.linalg.lstsq(normals[:, held].T, -room[held])

@@ -18,7 +18,7 @@ from trackably.learning import sqp
 from trackably.learning.joint.constrained_mean import ConstrainedMean, LastFunction, WorkingSet, is_linear
 from trackably.learning.joint.exchange import CROWD, ExchangeResult, exchange_bounds, merged, no_places, same_time
 from trackably.learning.joint.places import MarginScan, Places, chosen, demands, fewer, flags
-from trackably.learning.joint.sequential import starts_for, with_backoff
+from trackably.learning.joint.sequential import least_backoff, starts_for, with_backoff
 from trackably.learning.problem import (
     LEAST_GAP,
     RELATIVE_GAP,
@@ -44,6 +44,7 @@ _ALMOST = 3e-3
 _ROUGH = 1e-6  # relative to a width: a function with larger violations needs too many places for steps in θ
 _MOST_STEPS, _MOST_OF_FORMULAS = 1000, 12  # steps in θ before places are sought again
 _MANY_BENDS = 500  # active places
+_MORE_STEPS, _LEAST_DRAWN_IN = 6, 1e-3  # of bounds that cannot be let out as far as they are given
 _DRAWN_IN = 0.1, 0.03, 0.01, 0.0  # back-offs relative to a width, one after the other
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9  # relative to 1 + |J|
 _OF_GAP = 0.1  # with formulas: a smaller part of the allowed gap does not count as a gain
@@ -196,31 +197,70 @@ class JointSearch:
             self.best = found
 
     def begin(self, log_theta: Array) -> Point | None:
-        """Return the best function for these hyperparameters from several starts, if bounds are formulas.
+        """Return the best function for these hyperparameters from several starts if formulas bend; None if none is.
 
-        None if there is none.
-
-        Bounds are tightened at first and relaxed step by step: a path between tightened bounds leads to where it can be
-        changed further. If this fails, as it does near a speed of zero, the search goes on with the tightest bounds
-        that could be kept.
+        Where bounds cannot be let out as far as they are given, for example beside a speed of zero, those of the best
+        function are let out in smaller steps, and the search goes on with the last ones that are kept.
         """
-        found = list[tuple[Point, ConstrainedProblem]]()
+        firsts, ends = list[float](), list[tuple[Point, ConstrainedProblem]]()
         for start in starts_for(self.problem, self.problem.posterior(log_theta)):
-            places, near = no_places(self.problem), start
-            last: tuple[Point, ConstrainedProblem] | None = None
-            for drawn_in in _DRAWN_IN:
-                search = JointSearch(with_backoff(self.problem, drawn_in), closest=self.closest)
-                if (point := search._at(log_theta, places, near, _ALMOST)) is not None:
-                    places, near = point.function.places, point.function.mean.signals
-                    last = (point, search.problem) if point.is_solution else last
-                self.closest = search.closest
-            found += [last] if last else []
-        if not found:
+            if path := self._let_out(log_theta, start, firsts):
+                firsts.append(path[0][0].objective)
+                ends.append(path[-1])
+        if not ends:
             return None
-        ends = [point.objective for point, _ in found]
-        self.spread = max(ends) - min(ends)
-        point, self.problem = found[int(np.argmin(ends))]
+        values = [point.objective for point, _ in ends]
+        self.spread = max(values) - min(values)
+        point, self.problem = self._let_out_further(log_theta, *ends[int(np.argmin(values))])
         return point
+
+    def _let_out(
+        self, log_theta: Array, start: Signals, firsts: Sequence[float]
+    ) -> list[tuple[Point, ConstrainedProblem]]:
+        """Return functions on a path on which bounds are drawn in at first, and let out, with their bounds.
+
+        It ends where they are not kept, and begins nowhere where its first function has one of the values `firsts`: it
+        would be the path of another start.
+        """
+        found, places, near = list[tuple[Point, ConstrainedProblem]](), no_places(self.problem), start
+        for drawn_in in _DRAWN_IN:
+            point, problem = self._drawn_in(log_theta, places, near, drawn_in)
+            if point is None or not point.is_solution:
+                if found:
+                    break
+                continue
+            if not found and any(abs(point.objective - other) <= _OF_GAP * point.allowed_gap for other in firsts):
+                break
+            found.append((point, problem))
+            places, near = point.function.places, point.function.mean.signals
+        return found
+
+    def _let_out_further(
+        self, log_theta: Array, point: Point, problem: ConstrainedProblem
+    ) -> tuple[Point, ConstrainedProblem]:
+        """Let bounds that are drawn in out, in smaller steps, while they are kept and J falls by more than its gap."""
+        given, kept, broken = (least_backoff(self.problem), least_backoff(problem), 0.0)
+        for _ in range(_MORE_STEPS):
+            if kept <= max(given, _LEAST_DRAWN_IN):
+                break
+            tried = np.sqrt(kept * broken) if broken else kept / 3
+            there, drawn_in = self._drawn_in(log_theta, point.function.places, point.function.mean.signals, tried)
+            if there is None or not there.is_solution:
+                broken = tried
+                continue
+            gain, point, problem, kept = point.objective - there.objective, there, drawn_in, tried
+            if gain <= point.allowed_gap:
+                break
+        return point, problem
+
+    def _drawn_in(
+        self, log_theta: Array, places: Places, near: Signals, by: float
+    ) -> tuple[Point | None, ConstrainedProblem]:
+        """Return the function with bounds drawn in `by` a part of their width, and the problem with these bounds."""
+        search = JointSearch(with_backoff(self.problem, by), closest=self.closest)
+        point = search._at(log_theta, places, near, _ALMOST)
+        self.closest = search.closest
+        return point, search.problem
 
     def settle(self, log_theta: Array, places: Places | None, near: Signals | None) -> None:
         """Find the function for these hyperparameters, without any step in θ."""

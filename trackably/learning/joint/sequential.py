@@ -30,7 +30,7 @@ from trackably.systems.polytopes import Interval
 from trackably.systems.trajectories import Functional, Quantity, Signals
 
 _WEAK = 1e-11  # relative to the largest eigenvalue: smaller ones are rounding errors
-_PRECISION = 1e-7  # relative to 1 + the price
+_PRECISION = 1e-5  # relative to 1 + the price
 _RADIUS = 2.0  # of the first step, in prior standard deviations
 _MOST_STEPS, _BROKEN = 60, 1e-3  # steps; and the largest violation of a result, relative to a width
 
@@ -216,3 +216,8 @@ def with_backoff(problem: ConstrainedProblem, least: float) -> ConstrainedProble
         for each in problem.constraints
     )
     return replace(problem, constraints=constraints)
+
+
+def least_backoff(problem: ConstrainedProblem) -> float:
+    """Return the part of their width by which all bounds are drawn in, at least."""
+    return min(constraint.backoff for constraint in problem.constraints)

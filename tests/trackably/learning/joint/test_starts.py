@@ -1,0 +1,75 @@
+"""A robot that must not stand still turns left or right: which way is better shows only where both are tried."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from trackably.gp.joint import JointPrior
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.learning.constraint import Constraint
+from trackably.learning.index_set import Window
+from trackably.learning.joint import search
+from trackably.learning.joint.search import JointSearch
+from trackably.learning.joint.sequential import starts_for
+from trackably.learning.problem import ConstrainedProblem
+from trackably.learning.space import SearchSpace
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.library import mobile_robot
+from trackably.systems.polytopes import Polytope
+
+TIMES = np.arange(0.0, 4.01, 0.25)
+NO_THETA = np.empty(0)
+
+
+@cache
+def there_and_back() -> ConstrainedProblem:
+    """A robot goes a metre and comes back; samples lie to its left at first, then to its right."""
+    values = np.clip(np.minimum(TIMES, 4.0 - TIMES), 0.0, 1.8) / 2.0, 0.05 * (2.0 - TIMES)
+    prior = JointPrior(tuple(Prior(SquaredExponential(0.7, 1.0), 0.05) for _ in "xy"), ("x", "y"))
+    inside = Polytope.box([-2.0, -1.0, -np.inf], [2.0, 1.0, np.inf])
+    plant = ConstrainedSystem(mobile_robot(0.1), inside, Polytope.box([0.1, -8.0], [1.5, 8.0]))
+    constraints = tuple(Constraint(quantity, Window(0.0, 4.0), 1e-6) for quantity in plant.quantities)
+    samples = tuple(Samples(TIMES, of) for of in values)
+    return ConstrainedProblem(samples, prior, SearchSpace({}), constraints)
+
+
+def to(side: float):
+    """Signals that turn on one side."""
+    x, y = there_and_back().posterior(NO_THETA).signals
+    return [x, lambda t: y(t) + side * 0.5 * (2.0 - t) * np.exp(-(((t - 2.0) / 0.7) ** 2))]
+
+
+def begun(starts, monkeypatch) -> JointSearch:
+    monkeypatch.setattr(search, "starts_for", lambda *_: starts)
+    found = JointSearch(there_and_back())
+    point = found.begin(NO_THETA)
+    assert point is not None
+    found.best = point
+    return found
+
+
+def test_the_best_of_all_starts_is_taken_and_their_spread_is_the_range_of_what_they_lead_to(monkeypatch):
+    left, right = to(1.0), to(-1.0)
+    alone = [begun([start], monkeypatch).best.objective for start in (left, right)]
+    assert max(alone) - min(alone) > 0.1
+    for starts in ([left, right], [right, left]):
+        both = begun(starts, monkeypatch)
+        assert both.best.objective == pytest.approx(min(alone), abs=1e-3)
+        assert both.spread == pytest.approx(max(alone) - min(alone), abs=1e-3)
+
+
+def test_starts_are_the_means_an_even_pace_along_their_path_and_a_slower_motion():
+    posterior = there_and_back().posterior(NO_THETA)
+    means, between, even, slower = starts_for(there_and_back(), posterior)
+    t = np.linspace(0.2, 3.8, 500)
+    paces = []
+    for start in (means, between, even):
+        x, y = (signal(t) for signal in start)
+        pace = np.hypot(np.diff(x), np.diff(y))
+        paces.append(pace.min() / pace.max())
+    assert paces[0] < paces[1] < paces[2]
+    for signal, prior, mean in zip(slower, there_and_back().prior.parts, means, strict=True):
+        np.testing.assert_allclose(signal(t) - prior.mean, (mean(t) - prior.mean) / 2)
