@@ -1,6 +1,6 @@
 """Formulas of a nonlinear system as trees, and their values in any arithmetic."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol, Self, TypeVar
 
@@ -138,14 +138,26 @@ def parts(formula: Formula) -> list[Formula]:
 
 def operands(formula: Formula) -> tuple[Formula, ...]:
     """Return the formulas that a formula is made of."""
-    match formula:
-        case Operation(_, left, right):
-            return left, right
-        case Power(inner, _) | Function(_, inner):
-            return (inner,)
-        case Angle(y, x):
-            return y, x
-    return ()
+    return tuple([value for value in vars(formula).values() if not isinstance(value, str | int | float)])
+
+
+def rewritten(
+    formulas: Sequence[Formula], change: Callable[[Formula, Mapping[Formula, Formula]], Formula | None]
+) -> list[Formula]:
+    """Return formulas with `change` of each part, given what was made of the parts before; None leaves a part as it is.
+
+    What a part is made of is changed in any case.
+    """
+    done: dict[Formula, Formula] = {}
+    for formula in formulas:
+        for node in parts(formula):
+            done[node] = change(node, done) or remade(node, done)
+    return [done[formula] for formula in formulas]
+
+
+def remade(node: Formula, of: Mapping[Formula, Formula]) -> Formula:
+    """Return a node that is made of other parts."""
+    return type(node)(*(of.get(value, value) for value in vars(node).values())) if operands(node) else node
 
 
 def names(formula: Formula) -> set[str]:

@@ -4,8 +4,7 @@ Every result contains the real number it stands for, whatever is rounded. What i
 UndefinedError. Functions here also take arrays of intervals (`floats.intervals`).
 """
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from math import lcm
@@ -20,66 +19,49 @@ from trackably.checker.watch import short, tick
 class Real(Protocol):
     """An interval of mpmath that contains a real number; comparisons raise ValueError where intervals overlap."""
 
-    @property
-    def a(self) -> "Real": ...
-    @property
-    def b(self) -> "Real": ...
-    @property
-    def mid(self) -> "Real": ...
+    a: "Real"
+    b: "Real"
+    mid: "Real"
+    __radd__: "_Operator"
+    __rsub__: "_Operator"
+    __rmul__: "_Operator"
+    __truediv__: "_Operator"
+    __rtruediv__: "_Operator"
+    __lt__: "_Comparison"
+    __le__: "_Comparison"
+    __gt__: "_Comparison"
+    __ge__: "_Comparison"
+
     def __add__(self, other: "Real | float", /) -> "Real": ...
-    def __radd__(self, other: float, /) -> "Real": ...
     def __sub__(self, other: "Real | float", /) -> "Real": ...
-    def __rsub__(self, other: float, /) -> "Real": ...
     def __mul__(self, other: "Real | float", /) -> "Real": ...
-    def __rmul__(self, other: float, /) -> "Real": ...
-    def __truediv__(self, other: "Real | float", /) -> "Real": ...
-    def __rtruediv__(self, other: float, /) -> "Real": ...
     def __pow__(self, exponent: int, /) -> "Real": ...
     def __neg__(self) -> "Real": ...
     def __abs__(self) -> "Real": ...
     def __float__(self) -> float: ...
-    def __lt__(self, other: "Real | float", /) -> bool | None: ...
-    def __le__(self, other: "Real | float", /) -> bool | None: ...
-    def __gt__(self, other: "Real | float", /) -> bool | None: ...
-    def __ge__(self, other: "Real | float", /) -> bool | None: ...
 
 
-class Many(ABC):
-    """Many intervals at once, as arrays of float64, with operators as `Real` has them; their comparisons are arrays."""
+_Operator = Callable[["Real", "Real | float"], "Real"]
+_Comparison = Callable[["Real", "Real | float"], bool | None]
 
-    @abstractmethod
-    def exp(self) -> Any: ...
 
-    @abstractmethod
-    def log(self) -> Any: ...
+class Many:
+    """Many intervals at once, as arrays of float64, with operators as `Real` has them; their comparisons are arrays.
 
-    @abstractmethod
-    def cos(self) -> Any: ...
+    `direction` takes y and x of vectors (x, y) of single numbers, and returns their angles; `choose` takes a condition,
+    and returns one of two where it is certain, the other elsewhere.
+    """
 
-    @abstractmethod
-    def sin(self) -> Any: ...
-
-    @abstractmethod
-    def atan(self) -> Any: ...
-
-    @abstractmethod
-    def sqrt(self) -> Any: ...
-
-    @classmethod
-    @abstractmethod
-    def direction(cls, y: Any, x: Any) -> Any:
-        """Return the angles of vectors (x, y) of single numbers."""
-
-    @abstractmethod
-    def larger(self, other: Any) -> Any: ...
-
-    @classmethod
-    @abstractmethod
-    def dot(cls, xs: Any, ys: Any) -> Any: ...
-
-    @abstractmethod
-    def choose(self, condition: Any, one: Any, other: Any) -> Any:
-        """Return one where the condition is certain, the other elsewhere."""
+    exp: Any
+    log: Any
+    cos: Any
+    sin: Any
+    atan: Any
+    sqrt: Any
+    direction: Any
+    larger: Any
+    dot: Any
+    choose: Any
 
 
 class _Intervals(MPIntervalContext):  # type: ignore[misc]

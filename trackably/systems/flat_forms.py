@@ -10,8 +10,20 @@ from typing import Any, Self
 import numpy as np
 
 from trackably.checker import flatness, subject
-from trackably.checker.flatness import Shapes, remade, replaced
-from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power, names, operands, parts
+from trackably.checker.flatness import Shapes, replaced
+from trackably.checker.formulas import (
+    Angle,
+    Formula,
+    Function,
+    Name,
+    Number,
+    Operation,
+    Power,
+    names,
+    operands,
+    parts,
+    remade,
+)
 from trackably.checker.inverse import UnsolvableError, inputs_of
 from trackably.checker.subject import shifted_name
 from trackably.systems.formulas import ONE, evaluate_floats, size_and_depth

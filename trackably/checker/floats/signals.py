@@ -15,6 +15,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from math import fsum
 from typing import Any
 
 import numpy as np
@@ -193,11 +194,13 @@ class ManyCentres:
         return distance, weight * decay.size
 
     def at(self, time: float) -> Floats:
-        """Return the value at a time [s], as an array of one."""
+        """Return the value at a time [s]; ends are summed without rounding, as a state may be a small difference."""
         r = Floats.exact(time) + self.exact_shift - Floats.exact(self.centres)
         none = Floats.exact(np.zeros(len(self.centres)))
         values = self.kernel.taylor(abs(r), none, 1)[0] + self.kernel.jump(r, none) * SIGN
-        return sums(values * Floats.exact(self.weights), np.zeros(1, dtype=np.intp), len(self.centres))
+        parts = values * Floats.exact(self.weights)
+        ends = (np.array(fsum(e) if np.all(np.abs(e) < 1e300) else np.nan) for e in (parts.low, parts.high))
+        return Floats(*ends) + 0.0  # moved outwards by more than the last rounding
 
     def enclose(self, boxes: Boxes, n: int) -> Models:
         """Return Taylor models with n terms in the boxes."""
