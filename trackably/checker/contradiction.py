@@ -56,9 +56,9 @@ from trackably.checker.intervals import (
 )
 from trackably.checker.limits import INSTANTS, ROWS
 from trackably.checker.redundancy import null_space
-from trackably.checker.statement import bound_text, dynamics
+from trackably.checker.statement import bounds_text, dynamics
 from trackably.checker.subject import LinearSystem, NonlinearSystem, Polytope, System
-from trackably.checker.trajectories import why_no_system
+from trackably.checker.trajectories import why_no_plant
 from trackably.checker.watch import progress, tick
 
 FORMAT, VERSION = "trackably contradiction", 1
@@ -142,22 +142,15 @@ read_contradiction = file_of(
 def check_contradiction(of: Contradiction) -> str | None:
     """Return why nothing is shown to be impossible; None where it is."""
     system, proof = of.system, of.proof
-    if reason := why_no_system(system) or _misfit(of):
+    if reason := why_no_plant(system, of.state_set, of.input_set):
         return reason
+    if any(v.step >= of.steps or v.name not in (*system.states, *system.inputs) for v in of.values):
+        return "values: each must be that of a state or an input, at one of the steps"
     if isinstance(system, LinearSystem) and isinstance(proof, Multipliers):
         return _misfit_of_multipliers(of, proof) or _why_not_infeasible(of, system, proof)
     if isinstance(system, NonlinearSystem) and isinstance(proof, Gap) and not (system.flat and system.flat.angles):
         return _why_no_gap(of, system, proof)
     return "proof: multipliers are for linear systems, and boxes for nonlinear systems without angles"
-
-
-def _misfit(of: Contradiction) -> str | None:
-    for bounded, names_of in ((of.state_set, of.system.states), (of.input_set, of.system.inputs)):
-        if bounded.dimension != len(names_of) or any(len(row.row) != len(names_of) for row in bounded.rows):
-            return "shapes: every bound needs a number for each state, or for each input"
-    if any(v.step >= of.steps or v.name not in (*of.system.states, *of.system.inputs) for v in of.values):
-        return "values: each must be that of a state or an input, at one of the steps"
-    return None
 
 
 def _misfit_of_multipliers(of: Contradiction, proof: Multipliers) -> str | None:
@@ -368,8 +361,7 @@ def _reached(system: NonlinearSystem, box: Mapping[str, Real]) -> Iterator[tuple
 def impossibility(of: Contradiction) -> str:
     """Return what a contradiction shows, in words."""
     system, T = of.system, of.system.sampling_time
-    sides = ((system.states, of.state_set), (system.inputs, of.input_set))
-    kept = ", ".join(bound_text(row, names_of) for names_of, bounded in sides for row in bounded.rows) or "no bounds"
+    kept = bounds_text(system, of.state_set, of.input_set)
     values = ", ".join(f'{v.lower!r} ≤ "{v.name}" ≤ {v.upper!r} at k = {v.step}' for v in of.values)
     if isinstance(of.proof, Gap):
         by = f'what is wanted of "{of.proof.name}" at k = {of.proof.step} is at least {of.missing!r} apart'

@@ -29,7 +29,6 @@ from functools import cached_property, lru_cache
 from typing import ClassVar, NamedTuple
 
 from trackably.checker.intervals import (
-    GUARD,
     INFINITE,
     ONE,
     SIGN,
@@ -41,13 +40,13 @@ from trackably.checker.intervals import (
     cos,
     exactly,
     exp,
-    iv,
     lesser,
     log,
     max_of,
     pi,
     root,
     sin,
+    sqrt,
     total,
 )
 from trackably.checker.models import Model, exp_series, power_series, times
@@ -163,6 +162,9 @@ class Elementary(Kernel):
     largest_moment: ClassVar[float | None] = None
     """What |r κ|/(θ₂ κ(0)) is at most, where that is bounded and used."""
 
+    steepest: ClassVar[Real]
+    """|r|/θ₂ where |κ̇| is largest, of a κ that falls with the distance, and whose |κ̇| rises up to there, then falls."""
+
     @property
     def roundings(self) -> Real | int:
         """How many times κ(0) the roundings of κ's own formula are at most, in units of u."""
@@ -193,10 +195,9 @@ class Elementary(Kernel):
         moment = farthest * size if self.largest_moment is None else size * self.length * self.largest_moment
         return Sizes(size, slope, stretch, moment, self.roundings * size)
 
-    def falling(self, distance: Real, steepest: Real) -> Decay:
-        """Return the bounds of a κ that falls with the distance, whose |κ̇| rises up to `steepest` and then falls."""
+    def beyond(self, distance: Real) -> Decay:
         value = self.taylor(distance, ZERO, 1)[0]
-        slope = self.taylor(max_of(steepest, distance), ONE, 2)[1]
+        slope = self.taylor(max_of(self.length * self.steepest, distance), ONE, 2)[1]
         return Decay(abs(value), abs(slope))
 
 
@@ -204,6 +205,7 @@ class Elementary(Kernel):
 class SquaredExponential(Elementary):
     """κ(r) = θ₁² exp(−r²/(2 θ₂²)); |κ̇| is largest at r = θ₂."""
 
+    steepest = ONE
     largest_moment = 0.607  # with x = r/θ₂: x e^(−x²/2) ≤ 0.607, and x² e^(−x²/2) ≤ 1
 
     def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
@@ -214,9 +216,6 @@ class SquaredExponential(Elementary):
         # |Im z| ≤ radius on the disc, and so Re z² ≥ r²/2 − radius².
         square = (r**2 / 2 - radius**2) / self.length**2
         return self.variance * exp(-square / 2)
-
-    def beyond(self, distance: Real) -> Decay:
-        return self.falling(distance, self.length)
 
 
 @dataclass(frozen=True)
@@ -265,13 +264,11 @@ class Matern32(Matern):
     """P(x) = 1 + x with x = √3 r/θ₂; |κ̇| is largest at r = θ₂/√3."""
 
     degree, square = 1, 3
+    steepest = ONE / root(3)
     largest_moment = 0.841 / 1.732  # x (1 + x) e^(−x) ≤ 0.841, and x² e^(−x) ≤ 1
 
     def slopes(self, x: Real) -> list[Real]:
         return [1 + x, ONE]
-
-    def beyond(self, distance: Real) -> Decay:
-        return self.falling(distance, self.length * (ONE / root(3)))
 
 
 @dataclass(frozen=True)
@@ -279,13 +276,11 @@ class Matern52(Matern):
     """P(x) = 1 + x + x²/3 with x = √5 r/θ₂; |κ̇| is largest at r = θ₂ (1 + √5)/(2 √5)."""
 
     degree, square = 2, 5
+    steepest = (1 + root(5)) / (2 * root(5))
     largest_moment = 1.176 / 2.236  # x (1 + x + x²/3) e^(−x) ≤ 1.176, and x² (1 + x) e^(−x)/3 ≤ 1
 
     def slopes(self, x: Real) -> list[Real]:
         return [1 + x + x**2 / 3, 1 + 2 * x / 3, ONE * 2 / 3]
-
-    def beyond(self, distance: Real) -> Decay:
-        return self.falling(distance, self.length * ((1 + root(5)) / (2 * root(5))))
 
 
 @dataclass(frozen=True)
@@ -296,18 +291,12 @@ class Matern72(Matern):
     """
 
     degree, square = 3, 7
+    w = exp(log((3 + root(5)) / 2) / 3)
+    steepest = (w + 1 / w) / root(7)
+    largest_moment = 1.446 / 2.645  # x (1 + x + 2x²/5 + x³/15) e^(−x) ≤ 1.446, x² (3 + 3x + x²) e^(−x)/15 ≤ 1
 
     def slopes(self, x: Real) -> list[Real]:
         return [1 + x + 2 * x**2 / 5 + x**3 / 15, 1 + 4 * x / 5 + x**2 / 5, (4 + 2 * x) / 5, ONE * 2 / 5]
-
-    def beyond(self, distance: Real) -> Decay:
-        w = exp(log((3 + root(5)) / 2) / 3)
-        return self.falling(distance, self.length * ((w + 1 / w) / root(7)))
-
-    def sizes(self, farthest: Real) -> Sizes:
-        size, slope = self.peak
-        # x² (3 + 3x + x²) e^(−x)/15 ≤ 1 and x (1 + x + 2x²/5 + x³/15) e^(−x) ≤ 1.446
-        return Sizes(size, slope, size, size * self.length * (1.446 / 2.645), 30 * size)
 
 
 @dataclass(frozen=True)
@@ -316,7 +305,7 @@ class RationalQuadratic(Elementary):
 
     shape: float
 
-    @property
+    @cached_property
     def alpha(self) -> Real:
         """α."""
         return exactly(self.shape)
@@ -332,9 +321,9 @@ class RationalQuadratic(Elementary):
         is_regular = q.a > 0
         return chosen(is_regular, self.variance * exp(-self.alpha * log(chosen(is_regular, q, ONE))), INFINITE)
 
-    def beyond(self, distance: Real) -> Decay:
-        root: Real = iv.sqrt(2 * self.alpha / (2 * self.alpha + 1)) * (1 + GUARD)
-        return self.falling(distance, self.length * root)
+    @cached_property
+    def steepest(self) -> Real:  # type: ignore[override]
+        return sqrt(2 * self.alpha / (2 * self.alpha + 1))
 
     @property
     def roundings(self) -> Real:
@@ -349,7 +338,7 @@ class Periodic(Elementary):
     decays = False
     period: float
 
-    @property
+    @cached_property
     def omega(self) -> Real:
         """ω."""
         return 2 * pi() / exactly(self.period)
@@ -384,8 +373,6 @@ class PiecewisePolynomial(Elementary):
 
     largest_moment = 0.165  # with s = |r|/θ₂: s φ ≤ 0.165, and s |φ'| ≤ 0.756
     p: ClassVar[tuple[int, ...]]
-    steepest_at: ClassVar[Real]
-    """s = |r|/θ₂ where |κ̇| is largest."""
 
     @property
     def has_kink(self) -> bool:
@@ -412,9 +399,6 @@ class PiecewisePolynomial(Elementary):
         from_polynomial = self.variance * abs(total(c * y**j for j, c in enumerate(self.p) if c))
         return chosen(self._is_over(r), from_zero, chosen(farthest.b <= self.length, ZERO, from_polynomial))
 
-    def beyond(self, distance: Real) -> Decay:
-        return self.falling(distance, self.length * self.steepest_at)
-
     @property
     def roundings(self) -> int:
         return 35  # products of up to 7 factors 1 − s, Q by Horner's rule, θ₁²
@@ -428,7 +412,7 @@ class PiecewisePolynomial2(PiecewisePolynomial):
     """P(y) = 14 y⁵ − 21 y⁶ + 8 y⁷, that is (1 − s)⁵ (8 s² + 5 s + 1); P'' = 14 y³ (24 y² − 45 y + 20)."""
 
     p = (0, 0, 0, 0, 0, 14, -21, 8)
-    steepest_at = ONE - (45 - root(105)) / 48
+    steepest = ONE - (45 - root(105)) / 48
 
 
 class PiecewisePolynomial3(PiecewisePolynomial):
@@ -438,7 +422,7 @@ class PiecewisePolynomial3(PiecewisePolynomial):
     """
 
     p = (0, 0, 0, 0, 0, 0, 0, 48, -108, 82, -21)
-    steepest_at = between(exactly(0.2399834902935789), exactly(0.239983490293579))
+    steepest = between(exactly(0.2399834902935789), exactly(0.239983490293579))
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ from trackably.checker.moving import Cells, cells_of, composed, place
 from trackably.checker.polynomials import stays_between
 from trackably.checker.quantities import absolute_sum, functionals, weighted_sum
 from trackably.checker.subject import Bound, Functional, LinearSystem, Pieces, Subject, why_no_signal
+from trackably.checker.trajectories import check_names
 from trackably.checker.watch import progress, require_room, short, tick
 
 
@@ -253,21 +254,12 @@ def check_signals(subject: Subject) -> str | None:
 def check_pieces(certificate: Certificate, first_pass: FirstPass = NO_FIRST_PASS) -> str | None:
     """Return the first step that fails; None where everything is shown."""
     return (
-        _names(certificate)
+        check_names(certificate)
         or _claimed(certificate)
         or check_sizes(certificate)
         or check_rounding(certificate)
         or _positive(certificate, first_pass)
     )
-
-
-def _names(certificate: Certificate) -> str | None:
-    bounded = [bound.name for bound in certificate.subject.bounds]
-    if not bounded:
-        return "names: nothing is bounded"
-    if len(set(bounded)) != len(bounded) or sorted(certificate.errors) != sorted(bounded):
-        return "names: evaluation errors must have the names of the bounds, each once"
-    return None
 
 
 def _claimed(certificate: Certificate) -> str | None:

@@ -22,7 +22,7 @@ from trackably.checker.intervals import ZERO
 from trackably.checker.moving import end_text
 from trackably.checker.piecewise import values_at
 from trackably.checker.quantities import LinearCombination, functionals, states_of
-from trackably.checker.subject import Bound, LinearSystem, NonlinearSystem, Row, Subject, System, as_float
+from trackably.checker.subject import Bound, LinearSystem, NonlinearSystem, Polytope, Row, Subject, System, as_float
 from trackably.checker.tables import RefutedTable, Table
 from trackably.checker.truth import ContradictedSamples
 
@@ -68,9 +68,7 @@ def refutation(counterexample: Counterexample, first_pass: FirstPass) -> str:
 def table_statement(table: Table) -> str:
     """Return what a table shows."""
     system = table.system
-    sides = ((system.states, table.state_set), (system.inputs, table.input_set))
-    kept = ", ".join(bound_text(row, names) for names, bounded in sides for row in bounded.rows) or "no bounds"
-    last = table.first_step + len(table.states) - 1
+    kept, last = bounds_text(system, table.state_set, table.input_set), table.first_step + len(table.states) - 1
     return (
         f"For the steps k = {table.first_step} … {last} the table keeps {kept}, and each of its states after "
         f"the first is within {table.tolerance!r} of what the system {dynamics(system)} makes of the state and the "
@@ -147,6 +145,12 @@ def bound_text(bound: Bound | Row, names: tuple[str, ...]) -> str:
         f'"{name}"' if r == 1 else f'{_number(r)} "{name}"' for r, name in zip(bound.row, names, strict=True) if r
     ]
     return f"{end_text(bound.low)} ≤ {' + '.join(weighted)} ≤ {end_text(bound.high)}"
+
+
+def bounds_text(system: System, state_set: Polytope, input_set: Polytope) -> str:
+    """Return all bounds of states and inputs."""
+    sides = ((system.states, state_set), (system.inputs, input_set))
+    return ", ".join(bound_text(row, names) for names, bounded in sides for row in bounded.rows) or "no bounds"
 
 
 def _number(r: Fraction) -> str:

@@ -14,7 +14,7 @@ from typing import Literal
 from trackably.checker.formulas import Intervals, evaluate
 from trackably.checker.intervals import Real, UndefinedError, at_most, exact_sum, exactly, ratio
 from trackably.checker.subject import LinearSystem, Polytope, Row, System
-from trackably.checker.trajectories import why_no_system
+from trackably.checker.trajectories import why_no_plant
 from trackably.checker.watch import progress, tick
 
 FORMAT, REFUTED, VERSION = "trackably table", "trackably refuted table", 1
@@ -70,16 +70,12 @@ def check_table(table: Table) -> str | None:
 
 def _misfit(table: Table) -> str | None:
     """Return what does not fit together; None where everything does."""
-    system = table.system
-    n, m = len(system.states), len(system.inputs)
-    sides = ((n, table.states, table.state_set), (m, table.inputs, table.input_set))
+    sides = ((table.system.states, table.states), (table.system.inputs, table.inputs))
     if len(table.inputs) not in (len(table.states), len(table.states) - 1) or len(table.states) < 2:
         return "shapes: there must be two states at least, and an input for each but the last, which may have one"
-    for count, values, bounded in sides:
-        rows = [*values, *(bound.row for bound in bounded.rows)]
-        if bounded.dimension != count or any(len(row) != count for row in rows):
-            return "shapes: every step and every bound needs a number for each state, or for each input"
-    return why_no_system(system)
+    if any(len(row) != len(names) for names, values in sides for row in values):
+        return "shapes: every step needs a number for each state, or for each input"
+    return why_no_plant(table.system, table.state_set, table.input_set)
 
 
 def check_refuted_table(refuted: RefutedTable) -> str | None:

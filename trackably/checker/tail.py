@@ -3,9 +3,8 @@
 Formulas are bounded by the mean-value theorem, with their slopes (forward differentiation) over all their values.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 
 from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
 from trackably.checker.certificate import AllTimes, Certificate, Instants
@@ -137,7 +136,10 @@ def envelope(signal: Signal, start: Real) -> Decay:
 def _limits(needs: FlatNeeds, q: Quantity, envelopes: list[Decay], step: Real) -> tuple[Real, Real]:
     """Return middle and reach of an interval that contains q: the mean-value form, with slopes over all its values."""
     reaches = {
-        name: total(_reach(_weights(w), e, step) for w, e in zip(argument.weights, envelopes, strict=True))
+        name: total(
+            _reach([*map(ratio, w)], ratio(exact_sum(w)), e, step)
+            for w, e in zip(argument.weights, envelopes, strict=True)
+        )
         for name, argument in q.arguments.items()
     }
     at_rest = {name: argument.offset for name, argument in q.arguments.items()}
@@ -152,27 +154,15 @@ def _limits(needs: FlatNeeds, q: Quantity, envelopes: list[Decay], step: Real) -
         for name, argument in q.arguments.items():
             for j, w in enumerate(argument.weights[s]):
                 each[j] += slopes[name] * ratio(w)
-        reach += _reach(_Weights(each, slopes[s]), envelope, step)
+        reach += _reach(each, slopes[s], envelope, step)
     return evaluate(q.formula, at_rest, Intervals()), reach
 
 
-@dataclass(frozen=True)
-class _Weights:
-    """Weights w_j of one signal, and their sum."""
-
-    each: list[Real]
-    sum: Real
-
-
-def _weights(weights: list[Fraction]) -> _Weights:
-    return _Weights([ratio(w) for w in weights], ratio(exact_sum(weights)))
-
-
-def _reach(weights: _Weights, envelope: Decay, step: Real) -> Real:
+def _reach(weights: Sequence[Real], sum_of_weights: Real, envelope: Decay, step: Real) -> Real:
     """Over-estimate |Σ_j w_j (z(t + j T) − m)|."""
-    by_size = total(abs(w) for w in weights.each) * envelope.size
-    by_slope = step * total(j * abs(w) for j, w in enumerate(weights.each)) * envelope.slope
-    return lesser(by_size, abs(weights.sum) * envelope.size + by_slope)
+    by_size = total(map(abs, weights)) * envelope.size
+    by_slope = step * total(j * abs(w) for j, w in enumerate(weights)) * envelope.slope
+    return lesser(by_size, abs(sum_of_weights) * envelope.size + by_slope)
 
 
 def _slopes(q: Quantity, box: Mapping[str, Real], signals: int) -> dict[str | int, Real]:

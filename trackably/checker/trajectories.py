@@ -16,6 +16,7 @@ from trackably.checker.subject import (
     Functional,
     LinearSystem,
     NonlinearSystem,
+    Polytope,
     Row,
     Subject,
     System,
@@ -64,6 +65,14 @@ def why_no_system(system: System) -> str | None:
     return "flat: angles must be states" if flat and not {*flat.angles} <= {*system.states} else None
 
 
+def why_no_plant(system: System, state_set: Polytope, input_set: Polytope) -> str | None:
+    """Return what does not fit together in a system and its sets; None where everything does."""
+    for bounded, names_of in ((state_set, system.states), (input_set, system.inputs)):
+        if bounded.dimension != len(names_of) or any(len(row.row) != len(names_of) for row in bounded.rows):
+            return "shapes: every bound needs a number for each state, or for each input"
+    return why_no_system(system)
+
+
 def _weights(subject: Subject) -> int:
     """Return how many weights all bounded linear combinations of shifted signals have together, or all those of f."""
     signals, rows, system = subject.signal_count, len(subject.bounds), subject.system
@@ -82,7 +91,7 @@ def _fit(rows: tuple[Row, ...], dimension: int) -> bool:
 def check_names(certificate: Certificate) -> str | None:
     """Return what is not called as the bounds are; None where evaluation errors and covers are."""
     claim, bounded = certificate.claim, sorted(bound.name for bound in certificate.subject.bounds)
-    covers = bounded if isinstance(claim, Instants) else sorted(claim.cover.boxes)
+    covers = bounded if isinstance(claim, Instants) or certificate.subject.pieces else sorted(claim.cover.boxes)
     if not bounded:
         return "names: nothing is bounded"
     if len(set(bounded)) != len(bounded) or sorted(certificate.errors) != bounded or covers != bounded:
