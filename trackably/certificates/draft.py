@@ -13,13 +13,11 @@ from trackably.arrays import Array
 from trackably.certificates.form import as_written, encode_subject
 from trackably.checker import certificate as checked
 from trackably.checker.boxes import Box, Enclosures, refusals
-from trackably.checker.flat import FlatNeeds, FlatValues, constants
 from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.form import a_kernel, subject_of
-from trackably.checker.instants import value_at
 from trackably.checker.intervals import Real, UndefinedError, at_most, exactly
-from trackably.checker.quantities import Quantity, quantities
-from trackably.checker.rounding import check_sizes, error_of, signal_errors
+from trackably.checker.quantities import Quantity, quantities, value_at
+from trackably.checker.rounding import FlatNeeds, FlatValues, check_sizes, constants, error_of, signal_errors
 from trackably.checker.subject import Subject
 from trackably.checker.tail import check_tail
 from trackably.gp.kernels.base import Kernel, Product, Sum

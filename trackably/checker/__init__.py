@@ -116,7 +116,7 @@ from trackably.checker.watch import Report, UndecidedError, watched
 
 try:
     from trackably.checker.floats.boxes import FIRST_PASS
-    from trackably.checker.floats.joints import undecided
+    from trackably.checker.floats.pieces import undecided
 except ImportError:  # there is no NumPy
     FIRST_PASS, undecided = NO_FIRST_PASS, everything
 

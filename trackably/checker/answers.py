@@ -9,11 +9,10 @@ from trackably.checker.boxes import NO_FIRST_PASS, FirstPass, check_boxes, check
 from trackably.checker.certificate import Certificate
 from trackably.checker.counterexample import Counterexample, check_violation
 from trackably.checker.disturbances import check_robust
-from trackably.checker.instants import value_at
 from trackably.checker.intervals import Real, ratio
 from trackably.checker.inverse import UnsolvableError
 from trackably.checker.piecewise import check_pieces, check_signals, value_of_pieces
-from trackably.checker.quantities import Quantity, quantities
+from trackably.checker.quantities import Quantity, quantities, value_at
 from trackably.checker.redundancy import check_input_set
 from trackably.checker.rounding import check_rounding, check_sizes
 from trackably.checker.statement import no_signal, refutation, robust_statement, statement, truth_statement
@@ -115,32 +114,22 @@ def contradicted(samples: ContradictedSamples) -> Contradicted | Failed:
 
 def proved(certificate: Certificate, first_pass: FirstPass) -> Proved | Failed:
     """Return what is shown of a certificate; `first_pass` decides what float64 intervals can decide."""
-    subject = certificate.subject
-    if subject.pieces:
-        reason = _misfit(subject) or check_input_set(subject) or check_robust(subject, certificate.robust)
-        reason = reason or check_truth(subject, certificate.truth, certificate.robust, first_pass)
-        return _answer(certificate, reason or check_pieces(certificate, first_pass), first_pass)
+    subject, robust, truth = certificate.subject, certificate.robust, certificate.truth
     reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
-    reason = reason or check_robust(subject, certificate.robust)
-    reason = reason or check_truth(subject, certificate.truth, certificate.robust, first_pass)
-    if reason:
+    reason = reason or check_robust(subject, robust) or check_truth(subject, truth, robust, first_pass)
+    if reason := reason or (check_pieces if subject.pieces else _check_kernels)(certificate, first_pass):
         return Failed(reason)
-    bounded = _bounded(subject, certificate.errors)
+    said = statement(certificate, first_pass) + robust_statement(subject, robust)
+    return Proved(f"{said}{''.join(map(truth_statement, truth))} {first_pass.trusted}")
+
+
+def _check_kernels(certificate: Certificate, first_pass: FirstPass) -> str | None:
+    """Return the first step of the base that fails; None where everything is shown."""
+    bounded = _bounded(certificate.subject, certificate.errors)
     if isinstance(bounded, str):
-        return Failed(bounded)
-    for check_step in (check_sizes, check_rounding):
-        reason = reason or check_step(certificate, bounded)
-    for check_times in (check_boxes, check_tail):
-        reason = reason or check_times(certificate, bounded, first_pass)
-    return _answer(certificate, reason, first_pass)
-
-
-def _answer(certificate: Certificate, reason: str | None, first_pass: FirstPass) -> Proved | Failed:
-    if reason:
-        return Failed(reason)
-    said = statement(certificate, first_pass) + robust_statement(certificate.subject, certificate.robust)
-    said += "".join(map(truth_statement, certificate.truth))
-    return Proved(f"{said} {first_pass.trusted}")
+        return bounded
+    reason = check_sizes(certificate, bounded) or check_rounding(certificate, bounded)
+    return reason or check_boxes(certificate, bounded, first_pass) or check_tail(certificate, bounded, first_pass)
 
 
 def refuted(counterexample: Counterexample, first_pass: FirstPass) -> Refuted | Failed:

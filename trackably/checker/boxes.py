@@ -10,13 +10,13 @@ from itertools import pairwise, zip_longest
 from typing import NamedTuple
 
 from trackably.checker.certificate import AllPhases, Certificate, Instants
-from trackably.checker.flat import FlatNeeds, FlatValues
 from trackably.checker.intervals import ZERO, Real, UndefinedError, exactly, in_fixed_point, ratio
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model, Models
 from trackably.checker.moving import repeats
 from trackably.checker.polynomials import is_nowhere_negative, moved
 from trackably.checker.quantities import LinearCombination, Quantity
+from trackably.checker.rounding import FlatNeeds, FlatValues
 from trackably.checker.subject import Functional, Signal, Subject, is_far
 from trackably.checker.watch import UndecidedError, progress, tick
 

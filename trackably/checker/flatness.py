@@ -14,7 +14,7 @@ angles, sines and cosines are compared. Where a state that is an angle changes b
 2π in states that are angles, and not at all in others: seen from its sums, products with whole numbers, sines and
 cosines (`turns`). All parts are shown to be defined in the boxes and in the tail, together with the last bound:
 divisors, lengths of vectors whose angle is taken, and arguments of log, sqrt and fractional powers, in X, U, f(X, U)
-and X one step later (`needs`, `flat`). Rounding errors are propagated in each box, from the values that the signals
+and X one step later (`needs`, `rounding`). Rounding errors are propagated in each box, from the values that the signals
 have there.
 """
 

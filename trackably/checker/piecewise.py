@@ -29,7 +29,6 @@ from trackably.checker.moving import Cells, cells_of, composed, place
 from trackably.checker.polynomials import stays_between
 from trackably.checker.quantities import absolute_sum, functionals, weighted_sum
 from trackably.checker.subject import Bound, Functional, LinearSystem, Pieces, Subject, why_no_signal
-from trackably.checker.trajectories import check_names
 from trackably.checker.watch import progress, require_room, short, tick
 
 
@@ -254,8 +253,7 @@ def check_signals(subject: Subject) -> str | None:
 def check_pieces(certificate: Certificate, first_pass: FirstPass = NO_FIRST_PASS) -> str | None:
     """Return the first step that fails; None where everything is shown."""
     return (
-        check_names(certificate)
-        or _claimed(certificate)
+        _claimed(certificate)
         or check_sizes(certificate)
         or check_rounding(certificate)
         or _positive(certificate, first_pass)

@@ -1,25 +1,26 @@
-"""The bounded quantities: formulas of linear combinations of the signals at shifted times."""
+"""The bounded quantities: formulas of linear combinations of the signals at shifted times, and their values."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from trackably.checker.flatness import Need, Shapes, needs
-from trackably.checker.formulas import Formula, Name, Number, Operation, names
-from trackably.checker.intervals import Real, exact_sum, ratio
+from trackably.checker.formulas import Formula, Intervals, Name, Number, Operation, evaluate, names
+from trackably.checker.intervals import SIGN, Real, exact_sum, ratio
 from trackably.checker.inverse import inputs_of
 from trackably.checker.moving import Limit, limits
 from trackably.checker.subject import (
     Bound,
-    FlatForm,
     Functional,
-    NonlinearSystem,
+    LinearSystem,
     Side,
+    Signal,
     Subject,
     as_float,
-    indices,
+    is_far,
     shifted_name,
 )
+from trackably.checker.watch import tick
 
 ITSELF = "itself"
 
@@ -67,73 +68,51 @@ def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
 
     Raise UnsolvableError where f cannot be solved for the inputs.
     """
-    system, solved = subject.system, dict[str, Formula]()
-    if isinstance(system, NonlinearSystem) and system.flat is not None:
-        return _of_flat_form(subject, system, system.flat, errors)
-    if isinstance(system, NonlinearSystem):
-        solved = inputs_of(system.f, system.successors, system.inputs)
-    known = _states_and_successors(subject) if solved else {}
-    return [
-        _of_formulas(subject, bound, errors[bound.name], solved, known)
-        if solved and bound.of == "input"
-        else _of_signals(subject, bound, errors[bound.name])
-        for bound in subject.bounds
-    ]
-
-
-def _of_signals(subject: Subject, bound: Bound, error: float) -> Quantity:
-    argument = _combined(subject, bound.row, functionals(subject, bound.of))
-    return Quantity(bound.name, Name(ITSELF), {ITSELF: argument}, [], *limits(bound, error))
-
-
-def _of_flat_form(
-    subject: Subject, system: NonlinearSystem, flat: FlatForm, errors: Mapping[str, float]
-) -> list[Quantity]:
-
-    known = {
-        shifted_name(s, j): _combined(subject, (Fraction(1),), (_shifted(subject, flat, s, j),))
-        for s in range(len(subject.signals))
-        for j in range(flat.last_shift + 2)
-    }
-    needed = needs(system, flat)
-    own = (*flat.states, *flat.inputs)
-    shared = Shapes().shared([*own, *(need.formula for need in needed)])
-    needed = [replace(need, formula=formula) for need, formula in zip(needed, shared[len(own) :], strict=True)]
-    formulas = dict(zip((*system.states, *system.inputs), shared[: len(own)], strict=True))
+    system = subject.system
+    if isinstance(system, LinearSystem):
+        return [_of_signals(subject, b, b.row, functionals(subject, b.of), errors[b.name]) for b in subject.bounds]
+    needed, formulas, shifted = list[Need](), dict[str, Formula](), dict[str, Functional]()
+    if flat := system.flat:
+        names_of, own = (*system.states, *system.inputs), (*flat.states, *flat.inputs)
+        signals, n = range(len(subject.signals)), flat.last_shift + 2
+        shifted = {shifted_name(s, j): _signal(subject, s, j, n) for s in signals for j in range(n)}
+        needed = needs(system, flat)
+        shared = Shapes().shared([*own, *(need.formula for need in needed)])
+        needed = [replace(need, formula=formula) for need, formula in zip(needed, shared[len(own) :], strict=True)]
+        formulas = dict(zip(names_of, shared[: len(own)], strict=True))
+    else:
+        formulas = {name: Name(name) for name in system.states}
+        formulas |= inputs_of(system.f, system.successors, system.inputs)
+        for j, names_of in enumerate((system.states, system.successors)):
+            shifted |= {name: _signal(subject, i, j, 2) for i, name in enumerate(names_of)}
+    known = {name: _combined(subject, (Fraction(1),), (part,)) for name, part in shifted.items()}
     found: list[Quantity] = []
     for bound in subject.bounds:
-        names_of = system.states if bound.of == "state" else system.inputs
-        used = [(r, formulas[name]) for r, name in zip(bound.row, names_of, strict=True) if r]
-        single = [(r, indices(formula.name)) for r, formula in used if isinstance(formula, Name)]
+        named = zip(bound.row, system.states if bound.of == "state" else system.inputs, strict=True)
+        used = [(r, formulas[name]) for r, name in named if r]
+        single = [(r, shifted[formula.name]) for r, formula in used if isinstance(formula, Name)]
         if len(single) == len(used):
-            row, shifts = tuple(r for r, _ in single), tuple(_shifted(subject, flat, *at) for _, at in single)
-            argument = _combined(subject, row, shifts)
-            found.append(Quantity(bound.name, Name(ITSELF), {ITSELF: argument}, [], *limits(bound, errors[bound.name])))
+            row, parts = zip(*single, strict=True)
+            found.append(_of_signals(subject, bound, row, parts, errors[bound.name]))
         else:
-            made = _of_formulas(subject, bound, errors[bound.name], formulas, known)
-            found.append(replace(made, is_flat=True))
-    held = {name for need in needed for name in names(need.formula)}
-    more = {name: argument for name, argument in known.items() if name in held}
-    return (
-        [*found[:-1], replace(found[-1], needs=tuple(needed), arguments={**more, **found[-1].arguments})]
-        if found
-        else []
-    )
+            made = _of_formulas(bound, errors[bound.name], used, known)
+            found.append(replace(made, is_flat=flat is not None))
+    if found and flat:
+        held = {name for need in needed for name in names(need.formula)}
+        more = {name: argument for name, argument in known.items() if name in held}
+        found[-1] = replace(found[-1], needs=tuple(needed), arguments={**more, **found[-1].arguments})
+    return found
 
 
-def _shifted(subject: Subject, flat: FlatForm, s: int, j: int) -> Functional:
-    return _signal(subject, s, tuple(int(i == j) for i in range(flat.last_shift + 2)))
+def _of_signals(
+    subject: Subject, bound: Bound, row: tuple[Fraction, ...], parts: tuple[Functional, ...], error: float
+) -> Quantity:
+    return Quantity(bound.name, Name(ITSELF), {ITSELF: _combined(subject, row, parts)}, [], *limits(bound, error))
 
 
 def _of_formulas(
-    subject: Subject,
-    bound: Bound,
-    error: float,
-    solved: Mapping[str, Formula],
-    known: Mapping[str, LinearCombination],
+    bound: Bound, error: float, parts: list[tuple[Fraction, Formula]], known: Mapping[str, LinearCombination]
 ) -> Quantity:
-    of = subject.system.inputs if bound.of == "input" else subject.system.states
-    parts = [(r, solved[v]) for r, v in zip(bound.row, of, strict=True) if r]
     terms = [part if r == 1 else Operation("*", Number(as_float(r)), part) for r, part in parts]
     formula = terms[0]
     for term in terms[1:]:
@@ -153,20 +132,13 @@ def functionals(subject: Subject, of: Side) -> tuple[Functional, ...]:
     trajectories = subject.trajectories
     if trajectories is not None:
         return trajectories.states if of == "state" else trajectories.inputs
-    return tuple(_signal(subject, i, (1,)) for i in range(len(subject.signals)))
+    return tuple(_signal(subject, i, 0, 1) for i in range(len(subject.signals)))
 
 
-def _signal(subject: Subject, i: int, weights: tuple[int, ...]) -> Functional:
+def _signal(subject: Subject, i: int, j: int, count: int) -> Functional:
+    """Return z_i(t + j T), one of so many shifts."""
     every = range(len(subject.signals))
-    return Functional(Fraction(0), tuple(tuple(Fraction(w if s == i else 0) for w in weights) for s in every))
-
-
-def _states_and_successors(subject: Subject) -> dict[str, LinearCombination]:
-    arguments = {}
-    for i, state in enumerate(subject.system.states):
-        arguments[state] = _combined(subject, (Fraction(1),), (_signal(subject, i, (1,)),))
-        arguments[f"{state}⁺"] = _combined(subject, (Fraction(1),), (_signal(subject, i, (0, 1)),))
-    return arguments
+    return Functional(Fraction(0), tuple(tuple(Fraction((s, k) == (i, j)) for k in range(count)) for s in every))
 
 
 def _combined(subject: Subject, row: tuple[Fraction, ...], parts: tuple[Functional, ...]) -> LinearCombination:
@@ -203,3 +175,29 @@ def absolute_sum(row: Sequence[Fraction], parts: Sequence[Functional]) -> Functi
         for _, part in used
     ]
     return weighted_sum([r for r, _ in used], sizes)
+
+
+def value_at(subject: Subject, q: Quantity, t: Real) -> Real:
+    """Return an interval that contains q(t). Raise UndefinedError where q may not be defined there."""
+    arguments = {name: combination_at(subject, argument, t) for name, argument in q.arguments.items()}
+    return evaluate(q.formula, arguments, Intervals())
+
+
+def combination_at(subject: Subject, argument: LinearCombination, t: Real) -> Real:
+    """Return the linear combination at time t: offset + Σ w c κ(t + j T − t_i)."""
+    value = argument.offset
+    for signal, weights in zip(subject.signals, argument.weights, strict=True):
+        for j, w in enumerate(weights):
+            if w:
+                value += ratio(w) * _at(signal, t + j * subject.step)
+    return value
+
+
+def _at(signal: Signal, t: Real) -> Real:
+    """Return z(t) − m."""
+    value = SIGN * signal.far.size
+    for t_i, c in signal.pairs:
+        tick()
+        if not is_far(signal, abs(t - t_i)):
+            value += c * signal.kernel.value(t - t_i)
+    return value

@@ -2,14 +2,17 @@
 
 Assumed of formulas: + − · / are rounded once; functions and powers are off by 4 units in the last place at most, 8
 roundings. Before, all numbers are shown to have sizes for which this analysis holds.
+
+Of a flat form, rounding errors depend on where the signals are, and are bounded there: in each box, at each instant and
+in the tail, with what its formulas need to have values.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 from trackably.checker.certificate import Certificate
-from trackably.checker.formulas import evaluate, numbers
+from trackably.checker.formulas import Formula, evaluate, numbers, text
 from trackably.checker.intervals import (
     SIGN,
     UNIT,
@@ -19,6 +22,7 @@ from trackably.checker.intervals import (
     at_most,
     between,
     change_of_angle,
+    either,
     exact_sum,
     exactly,
     ratio,
@@ -31,7 +35,7 @@ from trackably.checker.intervals import (
     total,
 )
 from trackably.checker.models import Model, Models
-from trackably.checker.quantities import LinearCombination, Quantity, functionals
+from trackably.checker.quantities import ITSELF, LinearCombination, Quantity, functionals
 from trackably.checker.subject import NonlinearSystem, Signal, Subject
 from trackably.checker.watch import tick
 
@@ -117,7 +121,7 @@ def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str 
     """
     of_signals = signal_errors(certificate.subject, certificate.until)
     for q in quantities:
-        if q.is_flat:  # `flat` does it
+        if q.is_flat:  # `FlatValues` does it
             continue
         try:
             error = error_of(certificate.subject, q, of_signals)
@@ -242,3 +246,83 @@ def _factors(certificate: Certificate, quantities: list[Quantity]) -> list[Fract
     if isinstance(certificate.subject.system, NonlinearSystem):
         factors += [abs(Fraction(v)) for formula in certificate.subject.system.f for v in numbers(formula)]
     return [factor for factor in factors if factor]
+
+
+_OUTER = 6
+
+
+@dataclass(frozen=True)
+class FlatNeeds:
+    """What the quantities of a certificate need: rounding errors of shifted signals by name, and roundings of a row."""
+
+    stated: Mapping[str, float]
+    of_arguments: Mapping[str, Real]
+    roundings: int
+
+    @classmethod
+    def of(cls, certificate: Certificate, quantities: list[Quantity]) -> "FlatNeeds":
+        """Return what these quantities need; nothing where none is of a flat form."""
+        system = certificate.subject.system
+        arguments = {
+            name: argument
+            for q in quantities
+            if q.is_flat or q.needs
+            for name, argument in q.arguments.items()
+            if name != ITSELF
+        }
+        errors = errors_of_arguments(certificate, arguments)
+        return cls(certificate.errors, errors, len(system.states) + len(system.inputs) + 2)
+
+
+@dataclass(frozen=True)
+class FlatValues:
+    """Values of the formulas of a flat form for some values of the shifted signals: each part is computed once."""
+
+    needs: FlatNeeds
+    terms: int
+    known: dict[Formula, Tracked] = field(default_factory=dict)
+
+    def enclose(self, q: Quantity, arguments: Mapping[str, Model]) -> Model:
+        """Enclose a quantity. `arguments` are the same for all quantities that have them.
+
+        Raise UndefinedError where a need of the quantity may fail, or its rounding may exceed what is stated.
+        """
+        tracked = self._tracked(arguments)
+        for need in q.needs:
+            span = self._of(need.formula, tracked).model.span
+            what = "may be zero" if need.may_be_negative else "may not be positive"
+            holds = either(span.a > 0, need.may_be_negative and span.b < 0)
+            required(holds, f"{text(need.formula, _OUTER)} {what}")
+        if not q.is_flat:
+            return evaluate(q.formula, arguments, Models(self.terms))
+        parts = self._parts(q, tracked)
+        stated = self.needs.stated[q.name]
+        required(self._error(parts).b <= stated, f"it can be off by more than {stated!r} in float64")
+        found = Models(self.terms).number(ZERO)
+        for r, part in parts:
+            found += part.model.times(r)
+        return found
+
+    def error(self, q: Quantity, arguments: Mapping[str, Model]) -> Real:
+        """Over-estimate the rounding error of a formula. Raise UndefinedError where it may not be defined."""
+        return self._error(self._parts(q, self._tracked(arguments)))
+
+    def _tracked(self, arguments: Mapping[str, Model]) -> dict[str, Tracked]:
+        errors = self.needs.of_arguments
+        return {name: Tracked(model, errors[name]) for name, model in arguments.items() if name in errors}
+
+    def _parts(self, q: Quantity, tracked: Mapping[str, Tracked]) -> list[tuple[Real, Tracked]]:
+        return [(ratio(r), self._of(part, tracked)) for r, part in q.parts]
+
+    def _of(self, formula: Formula, values: Mapping[str, Tracked]) -> Tracked:
+        return evaluate(formula, values, TrackedFormulas(self.terms), self.known)
+
+    def _error(self, parts: list[tuple[Real, Tracked]]) -> Real:
+        error = total(abs(r) * part.error for r, part in parts)
+        size = total(abs(r) * abs(part.computed) for r, part in parts)
+        return exactly(1.01) * (error + self.needs.roundings * UNIT * size) + TINY
+
+
+def constants(values: Mapping[str, Real], terms: int) -> dict[str, Model]:
+    """Return models of numbers."""
+    return {name: Models(terms).number(value) for name, value in values.items()}

@@ -17,11 +17,10 @@ from trackably.checker.certificate import (
 from trackably.checker.counterexample import Counterexample, Interval
 from trackably.checker.disturbances import Hull, Robust, Vector, Zonotope
 from trackably.checker.formulas import text
-from trackably.checker.instants import combination_at
 from trackably.checker.intervals import ZERO
 from trackably.checker.moving import end_text
 from trackably.checker.piecewise import values_at
-from trackably.checker.quantities import LinearCombination, functionals, states_of
+from trackably.checker.quantities import LinearCombination, combination_at, functionals, states_of
 from trackably.checker.subject import Bound, LinearSystem, NonlinearSystem, Polytope, Row, Subject, System, as_float
 from trackably.checker.tables import RefutedTable, Table
 from trackably.checker.truth import ContradictedSamples

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
 from trackably.checker.certificate import AllTimes, Certificate, Instants
-from trackably.checker.flat import FlatNeeds, FlatValues, constants
 from trackably.checker.formulas import Intervals, evaluate
 from trackably.checker.intervals import (
     ONE,
@@ -32,6 +31,7 @@ from trackably.checker.intervals import (
 )
 from trackably.checker.kernels import Decay
 from trackably.checker.quantities import ITSELF, LinearCombination, Quantity
+from trackably.checker.rounding import FlatNeeds, FlatValues, constants
 from trackably.checker.subject import Signal, is_far
 
 

@@ -40,7 +40,6 @@ from itertools import pairwise
 from trackably.checker.boxes import Box, Enclosures, FirstPass, is_below
 from trackably.checker.certificate import Derived, Measured, Pair, SignalClass, TrueSignal
 from trackably.checker.disturbances import Robust, keeps_near
-from trackably.checker.flat import FlatNeeds
 from trackably.checker.form import file_of, many, rational_number, record, signal_class
 from trackably.checker.formulas import Name
 from trackably.checker.intervals import ZERO, Real, exactly, ratio, total
@@ -48,6 +47,7 @@ from trackably.checker.limits import CENTRES
 from trackably.checker.models import Model
 from trackably.checker.moving import Limit
 from trackably.checker.quantities import ITSELF, Quantity, states_of
+from trackably.checker.rounding import FlatNeeds
 from trackably.checker.subject import LinearSystem, Subject
 from trackably.checker.watch import progress, tick
 

@@ -17,7 +17,7 @@ from trackably.arrays import Array
 from trackably.certificates.judge import judged_file
 from trackably.certificates.outcome import Unproved
 from trackably.checker import Proved, Refuted, Verdict
-from trackably.checker.floats.joints import undecided
+from trackably.checker.floats.pieces import undecided
 from trackably.checker.joints import BROKEN, FORMAT, ORDERS, VERSION, read_joints, value
 from trackably.checker.joints import JointTrajectory as Subject
 from trackably.files import new_file, write_atomically

@@ -15,10 +15,8 @@ from typing import Any
 import numpy as np
 
 from trackably.checker.boxes import Box, Enclosures, FirstPass
-from trackably.checker.flat import FlatNeeds, FlatValues
-from trackably.checker.floats.intervals import Floats, Mask, joined, sums
+from trackably.checker.floats.intervals import Floats, Mask, are_positive, joined, sums
 from trackably.checker.floats.pieces import cells_left
-from trackably.checker.floats.polynomials import are_positive
 from trackably.checker.floats.signals import Boxes, ManyCentres, Models
 from trackably.checker.formulas import parts
 from trackably.checker.intervals import Real, UndefinedError, between, exactly, ratio
@@ -26,6 +24,7 @@ from trackably.checker.kernels import Decay
 from trackably.checker.models import Model
 from trackably.checker.moving import Limit
 from trackably.checker.quantities import LinearCombination, Quantity
+from trackably.checker.rounding import FlatNeeds, FlatValues
 from trackably.checker.subject import Pieces, Signal, Subject
 from trackably.checker.watch import tick
 
@@ -137,31 +136,23 @@ def _stays_inside(
             where = where[np.broadcast_to(undefined.where, where.shape)]
             continue
         low, high = (_limits(limit, [boxes[b] for b in where.tolist()], n) for limit in (q.lower, q.upper))
-        inside = _less(found.coefficients, low), -_less(found.coefficients, high)
-        sides = [_begun(side.at(0) - found.missed.b, side) for side in inside]
+        missed = _constant(n) * found.missed.b
+        sides = found.coefficients - low - missed, high - found.coefficients - missed
         proved[where] = np.all(are_positive(joined(sides)).reshape(2, -1), axis=0)
         break
     return proved
 
 
 def _limits(limit: Limit, boxes: Sequence[Box], n: int) -> Floats:
-    """Return the polynomials of a limit in boxes, or one for all: (k, B). NaN where there are several, or too long."""
+    """Return the polynomials of a limit in boxes, or one for all: (n, B). NaN where there are several, or too long."""
     if not isinstance(limit.end, Pieces):
         boxes = boxes[:1]
-    every = [limit.over(box.start, box.end) for box in boxes]
-    count = min(n, max(len(p) for of_box in every for p in of_box))
-    low, high = np.full((2, count, len(boxes)), np.nan)
-    for b, of_box in enumerate(every):
-        if len(of_box) == 1 and len(of_box[0]) <= n:
-            parts = [Floats.of(c) for c in of_box[0]] + [Floats.exact(0.0)] * (count - len(of_box[0]))
+    low, high = np.full((2, n, len(boxes)), np.nan)
+    for b, box in enumerate(boxes):
+        if len(every := limit.over(box.start, box.end)) == 1 and len(every[0]) <= n:
+            parts = [Floats.of(c) for c in every[0]] + [Floats.exact(0.0)] * (n - len(every[0]))
             low[:, b], high[:, b] = [c.low for c in parts], [c.high for c in parts]
     return Floats(low, high)
-
-
-def _less(polynomials: Floats, of: Floats) -> Floats:
-    """Return polynomials minus others, which have no more coefficients."""
-    count = len(of.low)
-    return joined([polynomials.at(slice(count)) - of, polynomials.at(slice(count, None))], axis=0)
 
 
 def _combined(q: Quantity, models: Mapping[Shifted, Models]) -> Models:
@@ -169,7 +160,7 @@ def _combined(q: Quantity, models: Mapping[Shifted, Models]) -> Models:
     assert q.combination is not None, "it is no formula"
     first, *others = (models[shifted].times(weight) for shifted, weight in terms_of(q.combination))
     found = sum(others, first)
-    return Models(_begun(found.coefficients.at(0) + q.combination.offset, found.coefficients), found.missed)
+    return Models(found.coefficients + _constant(len(found.coefficients.low)) * q.combination.offset, found.missed)
 
 
 def _evaluated(needs: FlatNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], n: int) -> Models:
@@ -189,10 +180,9 @@ def _is_formula(q: Quantity) -> bool:
     return q.combination is None or bool(q.needs)
 
 
-def _begun(first: Floats, polynomials: Floats) -> Floats:
-    """Return polynomials with another first coefficient."""
-    ends = ((first.low, polynomials.low), (first.high, polynomials.high))
-    return Floats(*(np.vstack([begin, rest[1:]]) for begin, rest in ends))
+def _constant(n: int) -> Floats:
+    """Return the polynomial 1 with n coefficients."""
+    return Floats.exact(np.eye(n)[:, :1])
 
 
 def _model(models: Models, b: int) -> Model | None:

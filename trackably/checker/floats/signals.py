@@ -21,8 +21,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from trackably.checker.floats.intervals import Array, Floats, Mask, joined, sums
-from trackably.checker.floats.polynomials import substituted
+from trackably.checker.floats.intervals import Array, Floats, Mask, joined, substituted, sums
 from trackably.checker.intervals import ONE, SIGN, ZERO, Real, exactly, total
 from trackably.checker.kernels import Matern, geometric_rest, reach
 from trackably.checker.subject import Signal

@@ -17,7 +17,7 @@ from trackably.certificates.form import encode_certificate
 from trackably.checker import Failed, Proved, check
 from trackably.checker.boxes import around_instant
 from trackably.checker.floats import boxes
-from trackably.checker.floats.polynomials import are_positive
+from trackably.checker.floats.intervals import are_positive
 from trackably.checker.intervals import INFINITE, ZERO
 from trackably.checker.kernels import Decay
 

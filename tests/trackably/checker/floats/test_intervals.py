@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from trackably.checker.floats import intervals, polynomials
-from trackably.checker.floats.intervals import Floats, sums
-from trackably.checker.floats.polynomials import are_positive
+from trackably.checker.floats import intervals
+from trackably.checker.floats.intervals import Floats, are_positive, sums
 from trackably.checker.intervals import exactly
 
 COUNT = 400
@@ -205,11 +204,11 @@ def test_a_lost_outward_rounding_is_seen(monkeypatch):
 
 
 def test_halves_that_leave_out_a_half_are_seen(monkeypatch):
-    right = polynomials._halves
+    right = intervals._halves
 
     def left_twice(b: Floats) -> Floats:
         left = right(b).at((slice(None), slice(0, b.low.shape[1])))
         return Floats(np.hstack([left.low, left.low]), np.hstack([left.high, left.high]))
 
-    monkeypatch.setattr(polynomials, "_halves", left_twice)
+    monkeypatch.setattr(intervals, "_halves", left_twice)
     assert wrongly_positive() > 0
