@@ -77,69 +77,6 @@ def root(covariance: Array) -> Array:
     return np.asarray(std[:, None] * vectors[:, kept] * np.sqrt(values[kept]))
 
 
-@dataclass(frozen=True)
-class Walls:
-    """The walls N w + g = 0 of the region N w + g ≥ 0: `normals` N (W, r) of length one, `offsets` g (W,)."""
-
-    normals: Array
-    offsets: Array
-
-    @cached_property
-    def gram(self) -> Array:
-        """N Nᵀ, shape (W, W)."""
-        return np.asarray(self.normals @ self.normals.T)
-
-
-@dataclass(frozen=True)
-class Particles:
-    """P particles: positions `w` and velocities `v` (P, r), and their projections on the
-    normals, `height` and `rate` (P, W).
-    """
-
-    w: Array
-    v: Array
-    height: Array
-    rate: Array
-
-    @classmethod
-    def at(cls, w: Array, v: Array, walls: Walls) -> Self:
-        return cls(w, v, w @ walls.normals.T, v @ walls.normals.T)
-
-    def those(self, chosen: npt.NDArray[np.bool_]) -> Self:
-        """Return the chosen particles."""
-        return type(self)(self.w[chosen], self.v[chosen], self.height[chosen], self.rate[chosen])
-
-    def after(self, t: Array) -> Self:
-        """Return the particles after times t (P,), as if there were no walls."""
-        c, s = np.cos(t)[:, None], np.sin(t)[:, None]
-        w, v = c * self.w + s * self.v, c * self.v - s * self.w
-        return type(self)(w, v, c * self.height + s * self.rate, c * self.rate - s * self.height)
-
-    def reflected(self, wall: npt.NDArray[np.intp], walls: Walls) -> Self:
-        """Return the particles with reflected velocities; particle i is reflected at wall number `wall`[i]."""
-        twice = 2 * self.rate[np.arange(len(wall)), wall][:, None]
-        v, rate = self.v - twice * walls.normals[wall], self.rate - twice * walls.gram[wall]
-        return type(self)(self.w, v, self.height, rate)
-
-    def next_wall(self, walls: Walls) -> tuple[Array, npt.NDArray[np.intp]]:
-        """Return the time at which each particle leaves the region, infinity if never, and the wall
-        that it crosses: (P,) both.
-
-        h cos t + ḣ sin t = R cos(t − φ) falls below −g at t = φ + arccos(−g/R). A particle that moves towards a wall
-        reaches it in less than π. If the computed time is longer, rounding has put the particle on the wall or just
-        beyond, and it leaves now.
-        """
-        times = np.full((len(self.w), len(walls.offsets) + 1), np.inf)
-        radius = np.hypot(self.height, self.rate)
-        p, j = np.nonzero(radius > walls.offsets)
-        rate = self.rate[p, j]
-        turn = np.arctan2(rate, self.height[p, j])
-        t = (turn + np.arccos(np.clip(-walls.offsets[j] / radius[p, j], -1, 1))) % (2 * np.pi)
-        times[p, j] = np.where((rate < 0) & (t > np.pi), 0.0, t)
-        first = np.argmin(times, axis=1)
-        return times[np.arange(len(first)), first], first
-
-
 _CHAINS = 50
 _BURN_IN = 25  # first moves of each chain, which are discarded; without bounds, one would suffice
 _INSIDE = 1e-6  # standard deviations from each bound to the start
@@ -152,9 +89,10 @@ class NoRoom(ArithmeticError):
 
 @dataclass(frozen=True)
 class BoundedNormal:
-    """w ~ N(0, I) of dimension r, truncated to N w + g ≥ 0 for all `walls`."""
+    """w ~ N(0, I) of dimension r, truncated to N w + g ≥ 0: `normals` N (W, r) of length one, `offsets` g (W,)."""
 
-    walls: Walls
+    normals: Array
+    offsets: Array
 
     @classmethod
     def between(cls, rows: Array, lower: Array, upper: Array) -> Self:
@@ -168,7 +106,7 @@ class BoundedNormal:
         normals, offsets = np.vstack([rows, -rows]), np.concatenate([-lower, upper])
         lengths = np.concatenate([lengths, lengths])
         some = (lengths > 0) & np.isfinite(offsets)
-        return cls(Walls(normals[some] / lengths[some, None], offsets[some] / lengths[some]))
+        return cls(normals[some] / lengths[some, None], offsets[some] / lengths[some])
 
     @cached_property
     def start(self) -> Array:
@@ -177,7 +115,7 @@ class BoundedNormal:
         Raises NoRoom if there is none, or if it is not found.
         """
         try:
-            found = least_norm(self.walls.normals, self.walls.offsets - _INSIDE)
+            found = least_norm(self.normals, self.offsets - _INSIDE)
         except np.linalg.LinAlgError as error:
             raise NoRoom(f"what is most likely between the bounds is not found in float64: {error}") from error
         if found is None:
@@ -205,17 +143,40 @@ class BoundedNormal:
         """Return the positions of particles that start at w with velocities v, both (P, r),
         after the times `left` (P,).
         """
-        moving, arrived_at = Particles.at(w, v, self.walls), np.empty_like(w)
-        which = np.arange(len(w))
+        arrived_at, which = np.empty_like(w), np.arange(len(w))
         for _ in range(_MOST_REFLECTIONS):
-            free, wall = moving.next_wall(self.walls)
-            moving, arrives = moving.after(np.minimum(free, left)), free >= left
-            arrived_at[which[arrives]] = moving.w[arrives]
+            free, wall = self.next_wall(w, v)
+            c, s = (of(np.minimum(free, left))[:, None] for of in (np.cos, np.sin))
+            w, v, arrives = c * w + s * v, c * v - s * w, free >= left
+            arrived_at[which[arrives]] = w[arrives]
             if arrives.all():
                 return arrived_at
-            on = ~arrives
-            which, left = which[on], (left - free)[on]
-            moving = moving.those(on).reflected(wall[on], self.walls)
+            which, left, w, normal = which[~arrives], (left - free)[~arrives], w[~arrives], self.normals[wall[~arrives]]
+            v = reflected(v[~arrives], normal)
         raise NoRoom(
             f"{_MOST_REFLECTIONS} reflections do not end one move: the bounds are too close together, or too far out"
         )
+
+    def next_wall(self, w: Array, v: Array) -> tuple[Array, npt.NDArray[np.intp]]:
+        """Return the time at which each particle leaves the region, infinity if never, and the wall
+        that it crosses: (P,) both.
+
+        h cos t + ḣ sin t = R cos(t − φ) falls below −g at t = φ + arccos(−g/R). A particle that moves towards a wall
+        reaches it in less than π. If the computed time is longer, rounding has put the particle on the wall or just
+        beyond, and it leaves now.
+        """
+        height, rates = w @ self.normals.T, v @ self.normals.T
+        times = np.full((len(w), len(self.offsets) + 1), np.inf)
+        radius = np.hypot(height, rates)
+        p, j = np.nonzero(radius > self.offsets)
+        rate = rates[p, j]
+        turn = np.arctan2(rate, height[p, j])
+        t = (turn + np.arccos(np.clip(-self.offsets[j] / radius[p, j], -1, 1))) % (2 * np.pi)
+        times[p, j] = np.where((rate < 0) & (t > np.pi), 0.0, t)
+        first = np.argmin(times, axis=1)
+        return times[np.arange(len(first)), first], first
+
+
+def reflected(v: Array, normal: Array) -> Array:
+    """Return velocities (P, r) after reflections at walls with these normals (P, r)."""
+    return np.asarray(v - 2 * np.sum(v * normal, axis=1)[:, None] * normal)
