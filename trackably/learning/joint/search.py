@@ -199,14 +199,19 @@ class JointSearch:
     def begin(self, log_theta: Array) -> Point | None:
         """Return the best function for these hyperparameters from several starts if formulas bend; None if none is.
 
-        Where bounds cannot be let out as far as they are given, for example beside a speed of zero, those of the best
-        function are let out in smaller steps, and the search goes on with the last ones that are kept.
+        Bounds are drawn in at first, and let out step by step: paths end where no function keeps them. Where none comes
+        as far as bounds are given, for example beside a speed of zero, those of the best function are let out in
+        smaller steps, and the search goes on with the last ones that are kept.
         """
-        firsts, ends = list[float](), list[tuple[Point, ConstrainedProblem]]()
-        for start in starts_for(self.problem, self.problem.posterior(log_theta)):
-            if path := self._let_out(log_theta, start, firsts):
-                firsts.append(path[0][0].objective)
-                ends.append(path[-1])
+        starts = starts_for(self.problem, self.problem.posterior(log_theta))
+        paths, ends = [(no_places(self.problem), start) for start in starts], list[tuple[Point, ConstrainedProblem]]()
+        for drawn_in in _DRAWN_IN:
+            further = self._distinct(log_theta, paths, drawn_in)
+            if further:
+                ends = further
+                paths = [(point.function.places, point.function.mean.signals) for point, _ in ends]
+            elif ends:
+                break
         if not ends:
             return None
         values = [point.objective for point, _ in ends]
@@ -214,32 +219,27 @@ class JointSearch:
         point, self.problem = self._let_out_further(log_theta, *ends[int(np.argmin(values))])
         return point
 
-    def _let_out(
-        self, log_theta: Array, start: Signals, firsts: Sequence[float]
+    def _distinct(
+        self, log_theta: Array, paths: Sequence[tuple[Places, Signals]], drawn_in: float
     ) -> list[tuple[Point, ConstrainedProblem]]:
-        """Return functions on a path on which bounds are drawn in at first, and let out, with their bounds.
+        """Return the functions that keep bounds drawn in by this part of their width, one for each J, with the bounds.
 
-        It ends where they are not kept, and begins nowhere where its first function has one of the values `firsts`: it
-        would be the path of another start.
+        They are searched from places and signals on the `paths`. What has the same J has the same path from there on.
         """
-        found, places, near = list[tuple[Point, ConstrainedProblem]](), no_places(self.problem), start
-        for drawn_in in _DRAWN_IN:
+        found = list[tuple[Point, ConstrainedProblem]]()
+        for places, near in paths:
             point, problem = self._drawn_in(log_theta, places, near, drawn_in)
-            if point is None or not point.is_solution:
-                if found:
-                    break
-                continue
-            if not found and any(abs(point.objective - other) <= _OF_GAP * point.allowed_gap for other in firsts):
-                break
-            found.append((point, problem))
-            places, near = point.function.places, point.function.mean.signals
+            if point is not None and point.is_solution:
+                same = _OF_GAP * point.allowed_gap
+                if all(abs(point.objective - other.objective) > same for other, _ in found):
+                    found.append((point, problem))
         return found
 
     def _let_out_further(
         self, log_theta: Array, point: Point, problem: ConstrainedProblem
     ) -> tuple[Point, ConstrainedProblem]:
         """Let bounds that are drawn in out, in smaller steps, while they are kept and J falls by more than its gap."""
-        given, kept, broken = (least_backoff(self.problem), least_backoff(problem), 0.0)
+        given, kept, broken = least_backoff(self.problem), least_backoff(problem), 0.0
         for _ in range(_MORE_STEPS):
             if kept <= max(given, _LEAST_DRAWN_IN):
                 break
