@@ -11,8 +11,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from packaging.requirements import InvalidRequirement, Requirement
-
 from pipeline.compare.claims import Claims, judge_claim
 from pipeline.compare.content import (
     Leaf,
@@ -37,7 +35,7 @@ from pipeline.compare.figures import (
     read_picture,
 )
 from pipeline.compare.model import RESULTS, Comparison, Row, Status, Tolerances, Version, results_folder
-from pipeline.environment import NAMES, PACKAGES, environment
+from pipeline.environment import NAMES
 from pipeline.storage.results import ENVIRONMENT, TIMINGS
 from trackably.errors import InputError
 from trackably.files import from_json
@@ -223,15 +221,9 @@ def _shown(leaves: Leaves, place: str) -> str:
     return repr(leaves[place].value) if place in leaves else "not there"
 
 
-LOCK = "requirements.lock"
-
-
-def versions(base: Path, new: Path, results: tuple[Path, Path]) -> tuple[Version, ...]:
-    """Return both environments as `results` record them.
-
-    Results that record none have the versions that BASE's lock file pins; NEW's are then those of this process.
-    """
-    sides = recorded(results[0]) or locked(base), recorded(results[1]) or environment()
+def versions(base: Path, new: Path) -> tuple[Version, ...]:
+    """Return both environments as results record them."""
+    sides = recorded(results_folder(base)), recorded(results_folder(new))
     return tuple(Version(name, sides[0].get(name), sides[1].get(name)) for name in NAMES)
 
 
@@ -260,23 +252,7 @@ def _record(path: Path) -> dict[str, str]:
     raise InputError(f"{path}: expected an object of names and versions")
 
 
-def locked(root: Path) -> dict[str, str]:
-    """Return the versions that a folder's lock file pins for this interpreter; nothing where there is no such file."""
-    path = root / LOCK
-    return dict(_pinned(path.read_text(encoding="utf-8").splitlines())) if path.exists() else {}
-
-
-def _pinned(lines: Iterable[str]) -> Iterator[tuple[str, str]]:
-    for line in lines:
-        try:
-            pinned = Requirement(line.rstrip("\\ "))
-        except InvalidRequirement:
-            continue  # a hash, or a comment
-        if pinned.name in PACKAGES and (pinned.marker is None or pinned.marker.evaluate()):
-            yield pinned.name, str(pinned.specifier).removeprefix("==")
-
-
-_WANTED = (RESULTS.as_posix(), NOTEBOOKS.as_posix(), LOCK)
+_WANTED = (RESULTS.as_posix(), NOTEBOOKS.as_posix())
 
 
 @contextmanager
@@ -356,7 +332,7 @@ def compare(
         new_name or str(new),
         (*rows, *certificate_rows(sides)),
         tuple(judge_claim(claim, base, new) for claim in claims.claims),
-        versions(base, new, (results_folder(base), results_folder(new))),
+        versions(base, new),
         notes,
     )
 

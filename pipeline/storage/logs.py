@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 from mcap.exceptions import EndOfFile, McapError
-from mcap.reader import make_reader
 from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import CompressionType, Writer
@@ -136,18 +135,20 @@ def _frozen(values: Array) -> Array:
 
 
 _FORMAT = "1"
+_CHUNK_SIZE = 1024 * 1024  # bytes
 _JSON = "application/json"
 _COMPRESSIONS = {"": CompressionType.NONE, "zstd": CompressionType.ZSTD}
 _COMPACT = json.JSONEncoder(allow_nan=False, separators=(",", ":"))
 
 
-def encode(log: Log, compression: CompressionType = CompressionType.ZSTD) -> bytes:
+def encode(log: Log, compression: CompressionType = CompressionType.ZSTD, chunk_size: int = _CHUNK_SIZE) -> bytes:
     """Return the bytes of an MCAP file; equal logs give equal bytes with the same version of the compressor.
 
-    Names of fields and digits of times fill most of a message: compressed, a log has less than half of its size.
+    Chunks hold about `chunk_size` bytes. Names of fields and digits of times fill most of a message: compressed, a log
+    has less than half of its size.
     """
     buffer = BytesIO()
-    writer = Writer(buffer, compression=compression, enable_data_crcs=True)
+    writer = Writer(buffer, chunk_size, compression=compression, enable_data_crcs=True)
     writer.start(library=LIBRARY)
     for record, content in {LIBRARY: {"format": _FORMAT}, **log.metadata}.items():
         writer.add_metadata(record, dict(content))
@@ -331,22 +332,11 @@ def logs_of(results: Results) -> tuple[Path, ...]:
 
 def topics_of(results: Results) -> dict[str, Topic]:
     """Return the topics of all logs of an experiment by name. Raises InputError and LogError."""
-    return {topic.name: topic for path in logs_of(results) for topic in _topics(path)}
+    return {topic.name: topic for path in logs_of(results) for topic in _topics(read_log(path))}
 
 
-def _topics(path: Path) -> Iterator[Topic]:
-    try:
-        with path.open("rb") as file:
-            summary = make_reader(file).get_summary()
-    except DAMAGES as error:
-        raise LogError(f"{path}: not a log of this project, or damaged: {error}") from error
-    if summary is None or summary.statistics is None:
-        raise LogError(f"{path}: has no summary")
-    for number, channel in sorted(summary.channels.items()):
-        schema = summary.schemas[channel.schema_id]
-        match from_json(schema.data):
-            case {"properties": {**properties}}:
-                fields = tuple(str(name) for name in properties if name != TIME)
-            case _:
-                fields = ()
-        yield Topic(channel.topic, schema.name, fields, summary.statistics.channel_message_counts.get(number, 0))
+def _topics(log: Log) -> Iterator[Topic]:
+    for series in log.series:
+        yield Topic(series.topic, series.topic[1:], tuple(series.fields), len(series.times))
+    for of in log.documents:
+        yield Topic(of.topic, of.name, tuple(of.schema["properties"]), len(of.messages))

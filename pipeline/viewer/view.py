@@ -8,20 +8,18 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from io import BytesIO
+from itertools import chain
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
-from mcap.reader import make_reader
-from mcap.records import Channel, Message, Schema
-from mcap.writer import CompressionType, Writer
+from mcap.writer import CompressionType
 
 from pipeline.experiments import Experiment
-from pipeline.storage.logs import DAMAGES, LogError, logs_of, topics_of
+from pipeline.storage.logs import Log, encode, logs_of, read_log, topics_of
 from pipeline.storage.results import Results
 from pipeline.viewer.layout import layout_of
 from pipeline.viewer.scene import plane_of
@@ -177,30 +175,11 @@ def merged(paths: Sequence[Path]) -> bytes:
 
     Raises LogError where a log cannot be read.
     """
-    buffer = BytesIO()
-    writer = Writer(buffer, chunk_size=_CHUNK, compression=CompressionType.NONE)
-    writer.start(library="trackably")
-    channels: dict[tuple[Path, int], int] = {}
-    for path, schema, channel, message in sorted(_messages(paths), key=lambda found: found[-1].log_time):
-        key = path, channel.id
-        if key not in channels:
-            number = writer.register_schema(schema.name, schema.encoding, schema.data)
-            channels[key] = writer.register_channel(channel.topic, channel.message_encoding, number)
-        writer.add_message(channels[key], message.log_time, message.data, message.publish_time, message.sequence)
-    writer.finish()  # type: ignore[no-untyped-call]
-    return buffer.getvalue()
-
-
-def _messages(paths: Sequence[Path]) -> Iterator[tuple[Path, Schema, Channel, Message]]:
-    for path in paths:
-        try:
-            with path.open("rb") as file:
-                for schema, channel, message in make_reader(file).iter_messages(log_time_order=False):
-                    if schema is None:
-                        raise LogError(f"{path}: {channel.topic} has no schema")
-                    yield path, schema, channel, message
-        except DAMAGES as error:
-            raise LogError(f"{path}: not a log of this project, or damaged: {error}") from error
+    logs = [read_log(path) for path in paths]
+    series = chain.from_iterable(log.series for log in logs)
+    documents = chain.from_iterable(log.documents for log in logs)
+    together = Log(tuple(series), {}, {"logs.json": to_json([path.name for path in paths])}, tuple(documents))
+    return encode(together, CompressionType.NONE, _CHUNK)
 
 
 PAGE = Path(__file__).parent / "page"
