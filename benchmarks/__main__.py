@@ -8,25 +8,9 @@ from itertools import chain
 from threadpoolctl import threadpool_limits
 
 from benchmarks import report
-from benchmarks.duel import FAILURES, Row
-from benchmarks.machine import described, load
+from benchmarks.harness import FAILURES, Row, described, load
 
-_ALL = (
-    "likelihood",
-    "constrained",
-    "jointly",
-    "active",
-    "recordings.bounded",
-    "recordings.defaults",
-    "growth",
-    "recordings.fleet",
-    "mpc",
-    "loops.tube",
-    "loops.disturbed",
-    "loops.windows",
-    "loops.checks",
-    "imports",
-)
+_ALL = ("likelihood", "constrained", "recordings", "growth", "loops")
 
 
 def measured(name: str) -> Iterator[Row]:

@@ -1,28 +1,27 @@
-"""What many constraint times and many samples cost: time, and memory in a process of its own."""
+"""What many constraint times, many samples and many recordings cost: time, and memory in a process of its own."""
 
 import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+import time
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
 
 import numpy as np
 
-from benchmarks.duel import Row, agree, duel
-from benchmarks.loops.windows import integrator
-from benchmarks.problems import PRIOR, example, irregular, likelihood, regular
+from benchmarks.harness import Disagreement, Row, agree, duel, grouped, in_new_process, kept, part_of, within
+from benchmarks.problems import PRIOR, integrator, irregular, likelihood, regular, task
 from pipeline.published.scalar import scalar
+from trackably import Samples, SquaredExponential, learn_many, learn_reference
 from trackably.gp.kernels.matern import Matern52
-from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.samples import Samples
-from trackably.learn import learn_reference
 from trackably.learning.problem import Solution
 from trackably.learning.search import best_solution
-from trackably.learning.space import SearchSpace
 from trackably.systems.polytopes import Interval
 
 _FEWEST, _COUNTS = 100, (1_000, 10_000, 100_000, 1_000_000)
@@ -30,57 +29,48 @@ _SPAN = 2.0  # seconds
 _FEW, _MANY = 1_000, (10_000, 100_000)
 _LARGE, _LARGE_TIMES = 10_000, 100_000
 _KERNELS = {"squared exponential": SquaredExponential(), "Matérn 5/2": Matern52()}
-_BUDGETS = {
-    ("squared exponential", 1_000): 4.0,
-    ("squared exponential", 10_000): 60.0,
-    ("Matérn 5/2", 1_000): 10.0,
-    ("Matérn 5/2", 10_000): 120.0,
-}  # seconds
+_BUDGETS = {"squared exponential": {_FEW: 4.0, _LARGE: 60.0}, "Matérn 5/2": {_FEW: 10.0, _LARGE: 120.0}}  # seconds
 _RATE, _PERIOD, _NOISE = 10.0, 5.0, 0.05  # of the recording: samples a second, seconds, unit of the position
 _WITHIN, _BEYOND = 1.0, 1.3  # amplitudes: the position is bounded by 1.2
 _GROWTH = 15.0  # times the time for ten times the samples
 _ODD, _OTHERS, _SLOWER = 1_245, 2, 1.5
 _THREADS = "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"
+_RECORDED = "recordings learned and proved"
+_FLEET, _SECONDS, _JITTER, _LEFT = 200, 6.0, 0.02, 0.9  # recordings; the part of the samples that is not lost
 
 
 def rows() -> Iterator[Row]:
-    """Constraint times, then samples of a likelihood, then many of both."""
-    of = example("example1")
+    """Constraint times, then samples of a likelihood, many of both, and recordings, one or two hundred."""
 
     def fit(count: int) -> float:
-        found = best_solution(of.at_instants(count, _SPAN / count))
-        assert isinstance(found, Solution)
-        return found.objective
+        return kept(best_solution(task("example1").at_instants(count, _SPAN / count)), Solution).objective
 
     for count in _COUNTS:
-        agree(f"{count} times", fit(count), fit(_FEWEST), 1e-6)
         yield duel(
             "growth with constraint times",
-            f"Example 1, {_grouped(count)} instants of state and input",
+            f"Example 1, {grouped(count)} instants of state and input",
             f"own fit with {_FEWEST}",
-            lambda count=count: fit(count),
-            lambda: fit(_FEWEST),
+            partial(fit, count),
+            partial(fit, _FEWEST),
             target=1.5,
             at_most=True,
+            check=lambda count=count: agree(f"{count} times", fit(count), fit(_FEWEST), 1e-6),
         )
-    few = irregular(_FEW)
     for n in _MANY:
-        many = irregular(n)
         yield duel(
             "growth with n: likelihood and gradient",
-            f"n = {_grouped(n)} at random times",
-            f"own with n = {_grouped(_FEW)}",
-            lambda samples=many: likelihood(samples),
-            lambda: likelihood(few),
+            f"n = {grouped(n)} at random times",
+            f"own with n = {grouped(_FEW)}",
+            partial(likelihood, irregular(n)),
+            partial(likelihood, irregular(_FEW)),
             rounds=3,
             at_most=True,
         )
     yield from _large()
     for kernel in _KERNELS:
-        yield from _recorded(kernel)
-    for kernel in _KERNELS:
-        yield from _leaving(kernel)
+        yield from _recordings(kernel)
     yield _busy()
+    yield _two_workers()
 
 
 @dataclass(frozen=True)
@@ -94,11 +84,34 @@ class Measured:
     active: int
 
 
-def _alone(*arguments: str, environment: Mapping[str, str] = os.environ) -> Measured:
+def _alone(*arguments: str, environment: dict[str, str] | None = None) -> Measured:
     """Measure in a process of its own."""
-    command = [sys.executable, "-m", "benchmarks.growth", *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
-    return Measured(**json.loads(done.stdout))
+    return Measured(**json.loads(in_new_process("-m", "benchmarks.growth", *arguments, environment=environment)))
+
+
+def _large() -> Iterator[Row]:
+    found = _alone()
+    problem = f"n = {grouped(_LARGE)} regular, {grouped(_LARGE_TIMES)} instants"
+    note = f"{found.clock:.0f} s by the clock; {found.active} constraints active; l = {found.objective:.1f}"
+    yield within("large constrained fit", problem, found.processor, 60.0, note)
+    said = f"{found.peak / 2**20:.0f} MiB, libraries included"
+    yield part_of("large constrained fit: peak memory", problem, "1 GiB", found.peak, 2**30, 1.0, said)
+
+
+def _recordings(kernel: str) -> Iterator[Row]:
+    """Learn a window of ten samples a second with its proof, from signals within their bounds and beyond."""
+    seconds = {}
+    for amplitude in (_WITHIN, _BEYOND):
+        leaving = "" if amplitude == _WITHIN else f", amplitude {amplitude} within ±1.2"
+        for n, budget in _BUDGETS[kernel].items():
+            found = _alone(kernel, str(n), str(amplitude))
+            seconds[amplitude, n] = found.processor
+            note = f"{found.active} bounds active; J = {found.objective:.1f}; {found.peak / 2**20:.0f} MiB"
+            problem = f"double integrator, 10 Hz, {kernel}, n = {grouped(n)}{leaving}"
+            yield within(_RECORDED, problem, found.processor, budget, note)
+    many, few = seconds[_WITHIN, _LARGE], seconds[_WITHIN, _FEW]
+    problem, rival = f"double integrator, 10 Hz, {kernel}, n = {grouped(_LARGE)}", f"own with n = {grouped(_FEW)}"
+    yield replace(part_of(_RECORDED, problem, rival, many, few, _GROWTH), seconds=many, rival_seconds=few)
 
 
 @contextmanager
@@ -115,39 +128,13 @@ def _others_at_work(count: int) -> Iterator[None]:
 
 def _busy() -> Row:
     """Learn with default settings while others work, beside one thread while they do not."""
-    kernel = "squared exponential"
+    arguments = "squared exponential", str(_ODD)
     defaults = {name: value for name, value in os.environ.items() if name not in _THREADS}
-    one = _alone(kernel, str(_ODD), environment=defaults | dict.fromkeys(_THREADS, "1")).processor
+    one = _alone(*arguments, environment=defaults | dict.fromkeys(_THREADS, "1")).processor
     with _others_at_work(_OTHERS):
-        default = _alone(kernel, str(_ODD), environment=defaults).processor
-    problem = f"double integrator, 10 Hz, n = {_grouped(_ODD)}, default threads, {_OTHERS} other busy processes"
-    row = Row("recordings learned and proved", problem, "one thread", default, one, *(default / one,) * 3)
-    return replace(row, target=_SLOWER, at_most=True)
-
-
-def _recorded(kernel: str) -> Iterator[Row]:
-    """Learn a window of ten samples a second with its proof, from a thousand samples and from ten thousand."""
-    found = {n: _alone(kernel, str(n)) for n in (_FEW, _LARGE)}
-    for n, measured in found.items():
-        yield _within_budget(kernel, n, measured, f"double integrator, 10 Hz, {kernel}, n = {_grouped(n)}")
-    few, many = (found[n].processor for n in (_FEW, _LARGE))
-    problem = f"double integrator, 10 Hz, {kernel}, n = {_grouped(_LARGE)}"
-    row = Row("recordings learned and proved", problem, f"own with n = {_grouped(_FEW)}", many, few, *(many / few,) * 3)
-    yield replace(row, target=_GROWTH, at_most=True)
-
-
-def _leaving(kernel: str) -> Iterator[Row]:
-    """The same from a signal that leaves its bounds in each period, on both sides."""
-    for n in (_FEW, _LARGE):
-        problem = f"double integrator, 10 Hz, {kernel}, n = {_grouped(n)}, amplitude {_BEYOND} within ±1.2"
-        yield _within_budget(kernel, n, _alone(kernel, str(n), str(_BEYOND)), problem)
-
-
-def _within_budget(kernel: str, n: int, measured: Measured, problem: str) -> Row:
-    budget, taken = _BUDGETS[kernel, n], measured.processor
-    note = f"{measured.active} bounds active; J = {measured.objective:.1f}; {measured.peak / 2**20:.0f} MiB"
-    row = Row("recordings learned and proved", problem, f"{budget:g} s", taken, budget, *(taken / budget,) * 3)
-    return replace(row, target=1.0, at_most=True, note=note)
+        default = _alone(*arguments, environment=defaults).processor
+    problem = f"double integrator, 10 Hz, n = {grouped(_ODD)}, default threads, {_OTHERS} other busy processes"
+    return replace(part_of(_RECORDED, problem, "one thread", default, one, _SLOWER), seconds=default, rival_seconds=one)
 
 
 def recorded(kernel: str, count: int, amplitude: float = _WITHIN) -> Measured:
@@ -162,43 +149,58 @@ def recorded(kernel: str, count: int, amplitude: float = _WITHIN) -> Measured:
     return Measured(*taken, _peak(), found.objective, len(found.active_bounds))
 
 
-def _large() -> Iterator[Row]:
-    found = _alone()
-    problem = f"n = {_grouped(_LARGE)} regular, {_grouped(_LARGE_TIMES)} instants"
-    note = f"{found.clock:.0f} s by the clock; {found.active} constraints active; l = {found.objective:.1f}"
-    seconds = Row("large constrained fit", problem, "one minute", found.processor, 60.0, *(found.processor / 60,) * 3)
-    yield replace(seconds, target=1.0, at_most=True, note=note)
-    part = found.peak / 2**30
-    memory = Row("large constrained fit: peak memory", problem, "1 GiB", np.nan, np.nan, part, part, part)
-    yield replace(memory, target=1.0, at_most=True, note=f"{found.peak / 2**20:.0f} MiB, libraries included")
-
-
-def _grouped(count: int) -> str:
-    return f"{count:,}".replace(",", " ")
-
-
 def _peak() -> int:
     """The most memory [byte] that this process has held; getrusage would count what its parent held, too."""
     lines = Path("/proc/self/status").read_text(encoding="utf-8").splitlines()
     return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))
 
 
-def measure(samples: int, times: int) -> Measured:
+def measure(count: int, times: int) -> Measured:
     """A constrained fit of regular samples, eight starts."""
     step = 0.01
-    recorded = regular(samples, step)
     system = scalar(0.9, 0.5, state_set=Interval(-1.5, 1.0), input_set=Interval(-0.5, 0.5), sampling_time=step)
-    space = SearchSpace.around((recorded,), PRIOR)
-    of = replace(example("example1"), samples=recorded, prior=PRIOR, system=system, space=space)
+    of = replace(task("example1"), samples=(regular(count, step),), prior=PRIOR, plant=system, starts=8)
     clock, processor = perf_counter(), process_time()
-    found = best_solution(of.at_instants(times, samples * step / times))
-    assert isinstance(found, Solution), found.explanation
+    found = kept(best_solution(of.at_instants(times, count * step / times)), Solution)
     taken = perf_counter() - clock, process_time() - processor
     return Measured(*taken, _peak(), found.objective, sum(len(places) for places in found.active))
 
 
+def _two_workers() -> Row:
+    """Two hundred recordings by one worker and by two, timed by the clock; both folders must hold the same bytes."""
+    with TemporaryDirectory() as folder:
+        seconds, contents = [], []
+        for workers in (2, 1):
+            begun = time.perf_counter()
+            in_new_process("-m", "benchmarks.growth", "fleet", f"{folder}/{workers}", str(workers))
+            seconds.append(time.perf_counter() - begun)
+            files = {path.relative_to(f"{folder}/{workers}"): path for path in Path(folder, str(workers)).rglob("*.*")}
+            contents.append({name: path.read_bytes() for name, path in files.items() if path.is_file()})
+        if contents[0] != contents[1]:
+            raise Disagreement("one worker and two: files differ")
+        proved = contents[0][Path("fleet.csv")].count(b",proved,")
+    topic, note = f"{_FLEET} recordings learned and proved", f"{proved} of {_FLEET} proved; the same table and files"
+    row = part_of(topic, "two workers", "one worker", *seconds, note=note)
+    return replace(row, seconds=seconds[0], rival_seconds=seconds[1])
+
+
+def _recording(seed: int) -> Samples:
+    """Return a sine of some amplitude and period in noise, with jitter and gaps; some leave the bounds."""
+    draw = np.random.default_rng(seed)
+    times = np.arange(0, _SECONDS, 1 / _RATE)
+    times = times[draw.random(len(times)) < _LEFT]
+    times = times + draw.uniform(0, _JITTER, len(times))
+    amplitude, period = draw.uniform(0.7, 1.3), draw.uniform(4.0, 6.0)
+    noise = _NOISE * draw.standard_normal(len(times))
+    return Samples(times, amplitude * np.sin(2 * np.pi * times / period) + noise)
+
+
 if __name__ == "__main__":
     match sys.argv[1:]:
+        case ["fleet", folder, workers]:
+            recordings = {f"run {i:03}": _recording(i) for i in range(_FLEET)}
+            plant = integrator(1.2, 2.0, 3.0, 1 / _RATE)
+            learn_many(recordings, plant, SquaredExponential(), "recorded", folder=Path(folder), workers=int(workers))
         case [kernel, count, *amplitude]:
             print(json.dumps(vars(recorded(kernel, int(count), *map(float, amplitude)))))
         case _:

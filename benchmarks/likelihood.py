@@ -1,56 +1,64 @@
-"""One likelihood with its gradient, and a whole fit without constraints."""
+"""One likelihood with its gradient, a whole fit without constraints, and loading the package."""
 
 import warnings
 from collections.abc import Callable, Iterator
+from functools import partial
+from statistics import median
 from typing import Any
 
 import numpy as np
 from scipy.linalg import lapack
 
-from benchmarks.duel import Row, agree, duel
-from benchmarks.problems import NOISE, PRIOR, free, irregular, likelihood, regular
+from benchmarks.harness import Row, agree, duel, in_new_process, kept, within
+from benchmarks.problems import NOISE, PRIOR, irregular, likelihood, regular
 from trackably.gp.factorise import unstructured
 from trackably.gp.posterior import Posterior
 from trackably.gp.samples import Samples
-from trackably.learning.problem import Solution
+from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
+from trackably.learning.space import SearchSpace
 
 _SIZES = (30, 100, 300, 1000, 2000, 3000)
 _STRUCTURED = 300  # samples, from which on the covariance matrix is taken for the band that it is
 _FITS = (30, 100, 300, 1000)
+_REGULAR = 2000
+_ROUNDS = 9
+_MEASURED = "import time; begin = time.process_time(); {}; print(time.process_time() - begin)"
 
 
 def rows() -> Iterator[Row]:
     """All comparisons."""
     for n in _SIZES:
-        samples, rounds = irregular(n), 11 if n < 1000 else 3
-        own = lambda samples=samples: likelihood(samples)  # noqa: E731
-        for problem, ours in ((f"n = {n}", own), (f"n = {n}, whole matrix", _dense(samples))):
-            if n >= _STRUCTURED or ours is own:
-                yield duel(
-                    "likelihood and gradient",
-                    problem,
-                    "LAPACK potrf + potri",
-                    ours,
-                    _floor(samples),
-                    rounds=rounds,
-                    target=2.0 if n == 300 else 1.5 if n >= 1000 else None,
-                    at_most=True,
-                )
-        theirs = scikit_learn(samples)
-        yield duel(
-            "likelihood and gradient",
-            f"n = {n}",
-            "scikit-learn",
-            lambda samples=samples: likelihood(samples),
-            theirs,
-            rounds=rounds,
-            target=5.0 if n <= 100 else 3.0,
-            check=lambda samples=samples, theirs=theirs: agree("l", likelihood(samples)[0], -2 * theirs()[0], 1e-9),
-        )
+        yield from _likelihoods(n)
     for n in _FITS:
         yield _fit(irregular(n), 5 if n < 1000 else 1)
-    yield from _regular(2000)
+    samples = regular(_REGULAR)
+    own, dense, theirs = partial(likelihood, samples), _dense(samples), scikit_learn(samples)
+    check = _same(own, theirs)
+    topic, problem = "regular samples: likelihood and gradient", f"n = {_REGULAR}"
+    yield duel(topic, problem, "own, whole matrix", own, dense, rounds=3, check=check)
+    yield duel(topic, problem, "scikit-learn", own, theirs, rounds=3, target=100.0, check=check)
+    numpy = median(_seconds("import numpy"))
+    for statement, limit in (("import trackably", 0.05), ("from trackably import learn_reference", 0.4)):
+        yield within("import", f"`{statement}`", _seconds(statement), limit, f"numpy alone takes {numpy:.2f} s")
+
+
+def _likelihoods(n: int) -> Iterator[Row]:
+    samples, rounds, topic = irregular(n), 11 if n < 1000 else 3, "likelihood and gradient"
+    own, theirs = partial(likelihood, samples), scikit_learn(samples)
+    target = 2.0 if n == 300 else 1.5 if n >= 1000 else None
+    ways: list[tuple[str, Callable[[], object]]] = [(f"n = {n}", own)]
+    if n >= _STRUCTURED:
+        ways.append((f"n = {n}, whole matrix", _dense(samples)))
+    for problem, ours in ways:
+        floor = _floor(samples)
+        yield duel(topic, problem, "LAPACK potrf + potri", ours, floor, rounds=rounds, target=target, at_most=True)
+    target = 5.0 if n <= 100 else 3.0
+    yield duel(topic, f"n = {n}", "scikit-learn", own, theirs, rounds=rounds, target=target, check=_same(own, theirs))
+
+
+def _same(own: Callable[[], tuple[float, Any]], theirs: Callable[[], tuple[float, Any]]) -> Callable[[], None]:
+    return lambda: agree("l", own()[0], -2 * theirs()[0], 1e-9)
 
 
 def scikit_learn(samples: Samples) -> Callable[[], tuple[float, Any]]:
@@ -93,15 +101,12 @@ def _dense(samples: Samples) -> Callable[[], object]:
 
 
 def _fit(samples: Samples, rounds: int) -> Row:
-    problem = free(samples)
-    space = problem.space
-    start = space.start_points()[0]
+    space = SearchSpace.around((samples,), PRIOR, starts=1)
+    problem, start = ConstrainedProblem((samples,), PRIOR, space), space.start_points()[0]
     bounds = np.exp(np.column_stack([space.log_lower, space.log_upper]) * [[2], [1]])
 
     def ours() -> Solution:
-        found = best_solution(problem)
-        assert isinstance(found, Solution)
-        return found
+        return kept(best_solution(problem), Solution)
 
     def theirs() -> Any:
         regressor = _regressor(bounds)
@@ -121,17 +126,6 @@ def _fit(samples: Samples, rounds: int) -> Row:
     )
 
 
-def _regular(n: int) -> Iterator[Row]:
-    samples = regular(n)
-    theirs = scikit_learn(samples)
-    for rival, function, target in (("own, whole matrix", _dense(samples), None), ("scikit-learn", theirs, 100.0)):
-        yield duel(
-            "regular samples: likelihood and gradient",
-            f"n = {n}",
-            rival,
-            lambda: likelihood(samples),
-            function,
-            rounds=3,
-            target=target,
-            check=lambda: agree("l", likelihood(samples)[0], -2 * theirs()[0], 1e-9),
-        )
+def _seconds(statement: str) -> list[float]:
+    """Time a statement in new interpreters; the first one does not count."""
+    return [float(in_new_process("-c", _MEASURED.format(statement))) for _ in range(_ROUNDS)][1:]

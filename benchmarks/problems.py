@@ -1,24 +1,31 @@
-"""The problems that are timed, in the words of the library."""
+"""The problems that are timed, in the words of the library: the paper's, plants, recordings and what is drawn."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 
-from benchmarks.machine import ROOT
+from benchmarks.harness import ROOT, kept, root_mean_square
 from pipeline.experiments import load_experiment
 from pipeline.generate import sampled_by
 from pipeline.published.scalar import state_and_input
 from trackably.arrays import Array
+from trackably.certificates.certified import Certified, learn_certified
+from trackably.certificates.goal import Claim, goal_for
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import Steps
+from trackably.learning.learner import JOINT, Learner
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
+from trackably.recordings import CsvLayout, read_csv
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
 
 NOISE = 0.1
 
@@ -40,8 +47,6 @@ def regular(n: int, step: float = 0.1) -> Samples:
 
 
 PRIOR = JointPrior((Prior(SquaredExponential(1.0, 0.7).as_learned(), NOISE),))
-
-
 _LOG_THETA = PRIOR.log_hyperparameters
 
 
@@ -50,36 +55,111 @@ def likelihood(samples: Samples) -> tuple[float, Array]:
     return JointPosterior(PRIOR.with_log_hyperparameters(_LOG_THETA), (samples,)).negative_log_marginal_likelihood()
 
 
-def free(samples: Samples, starts: int = 1) -> ConstrainedProblem:
-    """The unconstrained problem."""
-    return ConstrainedProblem((samples,), PRIOR, SearchSpace.around((samples,), PRIOR, starts=starts))
+def box(sizes: Sequence[float]) -> Polytope:
+    """Return {x : |x_i| ≤ sizes[i]}."""
+    return Polytope.box([-size for size in sizes], sizes)
+
+
+def integrator(position: float, velocity: float, acceleration: float, step: float = 0.1) -> ConstrainedSystem:
+    """Return a double integrator whose states and input are bounded by these sizes."""
+    system = LinearSystem(np.array([[1.0, step], [0.0, 1.0]]), np.array([[step**2 / 2], [step]]), sampling_time=step)
+    return ConstrainedSystem(system, box([position, velocity]), box([acceleration]))
 
 
 @dataclass(frozen=True)
-class Example:
-    """One of the paper's examples, with its committed samples."""
+class Task:
+    """What a learner of certified references is given: committed experiments, and problems of the benchmarks."""
 
-    samples: Samples
+    samples: tuple[Samples, ...]
     prior: JointPrior
-    system: ConstrainedSystem
-    space: SearchSpace
-    last_step: int
+    plant: ConstrainedSystem
+    claim: Claim
+    starts: int = 8
+
+    @property
+    def space(self) -> SearchSpace:
+        """Where hyperparameters are sought."""
+        return SearchSpace.around(self.samples, self.prior, self.starts)
+
+    def learned(self, learner: Learner = JOINT) -> Certified:
+        """Return the reference with its proof; a benchmark without one is stopped."""
+        goal = goal_for(self.claim, self.samples, self.prior, self.plant)
+        return kept(learn_certified(self.samples, self.prior, self.plant, self.space, goal, learner=learner), Certified)
+
+    def at_instants(self, count: int, spacing: float) -> ConstrainedProblem:
+        """State and input of a scalar system at `count` instants [s]."""
+        state, entry = state_and_input(self.plant)
+        constraints = Constraint(state, Steps(0, count, spacing)), Constraint(entry, Steps(0, count - 1, spacing))
+        return ConstrainedProblem(self.samples, self.prior, self.space, constraints)
 
     def on_steps(self, last: int) -> ConstrainedProblem:
         """States up to step `last`, and the inputs that lead there: problem (4) of the paper."""
-        return self.at_instants(last, self.system.sampling_time)
+        return self.at_instants(last, self.plant.sampling_time)
 
-    def at_instants(self, count: int, spacing: float) -> ConstrainedProblem:
-        """State and input at `count` instants [s]."""
-        state, entry = state_and_input(self.system)
-        constraints = Constraint(state, Steps(0, count, spacing)), Constraint(entry, Steps(0, count - 1, spacing))
-        return ConstrainedProblem((self.samples,), self.prior, self.space, constraints)
+    def with_known(self, prior: JointPrior) -> "Task":
+        """Return the same task with the hyperparameters of a prior, all known."""
+        return replace(self, prior=prior.as_known())
+
+    def with_upper_state_bound(self, bound: float) -> "Task":
+        """Return the same task of a scalar system with another upper bound of its state."""
+        lower = state_and_input(self.plant)[0].bounds.lower
+        return replace(self, plant=replace(self.plant, state_set=Polytope.box([lower], [bound])))
 
 
 @cache
-def example(name: str) -> Example:
-    """As params.yaml has it."""
+def task(name: str) -> Task:
+    """Return the experiment of this name in params.yaml."""
     experiment = load_experiment(name, ROOT / "params.yaml")
-    (samples,) = sampled_by(experiment).samples
-    space = experiment.search_space((samples,))
-    return Example(samples, experiment.learned_prior, experiment.plant, space, experiment.verification.last_step)
+    samples, search = sampled_by(experiment).samples, experiment.search
+    return Task(samples, experiment.learned_prior, experiment.plant, experiment.claim, search.starts)
+
+
+def last_step(name: str) -> int:
+    """Return up to which step the experiment of this name is verified."""
+    experiment = load_experiment(name, ROOT / "params.yaml")
+    return experiment.verified(task(name).samples).last_step
+
+
+def misfit(found: Certified, samples: tuple[Samples, ...]) -> float:
+    """Return the root mean square of what the samples see of the reference, minus the samples, of all processes."""
+    pairs = zip(samples, found.solution.signals, strict=True)
+    return root_mean_square(np.concatenate([of.stencil.measured(signal, of.times) - of.values for of, signal in pairs]))
+
+
+REPAIRS = ["drop_zero_rows", "drop_rows_out_of_order", "average_repeated"]
+BREATHING = ROOT / "data" / "recordings" / "breathing.csv"
+
+
+def tracked(path=BREATHING, start: float = 0.0) -> Samples:
+    """Return half a minute of a tracker's recording [mm], from `start` [s] on."""
+    layout = CsvLayout(separator=";", decimal=",")
+    return read_csv(path, "Timestamp", "ms", {"z": "z"}, layout, REPAIRS)["z"].select(start, start + 30.0).samples()
+
+
+_FINE, _SMOOTH = 0.05, 3.0  # s
+
+
+def drive_cycle(count: int, seed: int = 0) -> Samples:
+    """Return noisy samples of the speed [m/s] of a car at every second: stops, accelerations, cruising, braking.
+
+    The car stands still for a quarter of the time. Its accelerations are at most 2 m/s²: corners of the trace are
+    rounded by a moving average over 3 s.
+    """
+    draw = np.random.default_rng(seed)
+    corners, speeds = [0.0], [0.0]
+
+    def drive(speed: float, then: float) -> None:
+        """Change to a `speed` by up to 2 m/s², and hold it for some time."""
+        reached = corners[-1] + abs(speed - speeds[-1]) / draw.uniform(0.6, 2.0)
+        corners.extend([reached, reached + then])
+        speeds.extend([speed, speed])
+
+    while corners[-1] < count:
+        drive(0.0, draw.uniform(10, 40))
+        for _ in range(draw.integers(1, 4)):
+            drive(draw.uniform(5, 30), draw.uniform(5, 40))
+    fine = np.arange(-_SMOOTH, count + _SMOOTH, _FINE)
+    window = round(_SMOOTH / _FINE)
+    smooth = np.convolve(np.interp(fine, corners, speeds), np.ones(window) / window, "same")
+    times = np.arange(float(count))
+    return Samples(times, np.interp(times, fine, smooth) + NOISE * draw.standard_normal(count))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from benchmarks.duel import Row
+from benchmarks.harness import Row
 from pipeline.drawings.style import save
 from trackably.exports.figures import BLUE, FAINT, INK, ORANGE, PAGE, PALE, styled
 

@@ -20,7 +20,7 @@ from pipeline.drawings.style import (
     stacked_panels,
     step_label,
 )
-from pipeline.loops.trajectory import LoopTrajectory, Runs
+from pipeline.loops.trajectory import ON, LoopTrajectory, Runs
 from trackably.arrays import Array
 from trackably.exports.figures import (
     BLUE,
@@ -197,7 +197,7 @@ _FILL: Final = 0.12
 
 @styled
 def feasible_intervals(
-    feasible: Mapping[int, Columns], trajectory: LoopTrajectory, plant: ConstrainedSystem, units: Units = UNKNOWN_UNITS
+    feasible: Mapping[int, Columns], loops: ByInitialState, plant: ConstrainedSystem, units: Units = UNKNOWN_UNITS
 ) -> Figure:
     """Draw the feasible interval of each horizon over the steps, for systems of one state, and the reference."""
     figure = Figure(figsize=(PAGE, 2.9))
@@ -208,7 +208,7 @@ def feasible_intervals(
         axes.plot(k, low, **style, label=rf"$N$ = {horizon}", zorder=3)
         axes.plot(k, high, **style, zorder=3)
     last = max(columns["step"][-1] for columns in feasible.values())
-    part = trajectory.until(int(last))
+    part = loops[ON].until(int(last))
     axes.plot(part.steps, part.reference_states[:, 0], color=INK, linewidth=0.7, zorder=4, label="reference")
     for bound in (plant.state_set.lower[0], plant.state_set.upper[0]):
         axes.axhline(bound / plant.state_set.rows[0, 0], color=INK, linewidth=0.8, zorder=2.5)
@@ -220,10 +220,7 @@ def feasible_intervals(
 
 @styled
 def feasible_polygons(
-    feasible: Mapping[int, Columns],
-    by_initial_state: Mapping[str, LoopTrajectory],
-    plant: ConstrainedSystem,
-    units: Units = UNKNOWN_UNITS,
+    feasible: Mapping[int, Columns], loops: ByInitialState, plant: ConstrainedSystem, units: Units = UNKNOWN_UNITS
 ) -> Figure:
     """Draw the feasible polygon of each horizon at step 0, for systems of two states, and the loops' first steps."""
     first, second = plant.system.states
@@ -234,7 +231,7 @@ def feasible_polygons(
         axes.fill(*corners.T, facecolor=style["color"], alpha=_FILL, edgecolor="none", zorder=1)
         axes.plot(*np.vstack([corners, corners[:1]]).T, **style, label=rf"$N$ = {horizon}", zorder=3)
     everything = np.vstack([np.column_stack([c[first], c[second]]) for c in feasible.values()])
-    for initial_state, trajectory in by_initial_state.items():
+    for initial_state, trajectory in loops.items():
         x = trajectory.until(max(feasible)).states
         axes.plot(x[:, 0], x[:, 1], **INITIAL_STATE_STYLES[initial_state] | {"color": INK, "linewidth": 1.0})
         axes.plot(*x[0], "o", color=INK, zorder=5)

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from itertools import cycle
 from math import ceil
 from typing import Any, Final
 
@@ -32,19 +31,6 @@ _MARKERS: Final = 16
 """Number of markers of a published curve in a panel, approximately."""
 
 
-@dataclass(frozen=True)
-class Published:
-    """Published curves over steps `k`: posterior means by their labels, and the ends of the reachable tube.
-
-    Index k of the ends holds the tube at step k + 1: the states in reach from step k.
-    """
-
-    k: Array
-    means: Mapping[str, Array]
-    successor_lower: Array
-    successor_upper: Array
-
-
 @styled
 def prediction(
     samples: Samples,
@@ -53,13 +39,14 @@ def prediction(
     steps: Array,
     *,
     true_reference: Array | None = None,
-    published: Published | None = None,
+    published: Mapping[str, Array] | None = None,
     final_step: int | None = None,
 ) -> Figure:
     """Draw scalar references by their labels at consecutive `steps`, and the reachable tube of the one `tube_of` names.
 
     A second panel shows where a reference leaves X, if one does for a short time. `true_reference` is the signal that
-    is sampled, at `steps`; `final_step` k̄ is the last constrained step.
+    is sampled, at `steps`; `final_step` k̄ is the last constrained step. `published` are curves over the steps `k`: the
+    means, and the ends of the tube at k + 1, in reach from step k.
     """
     figure = Figure(figsize=(PAGE, 3.3))
     windows = [(float(steps[0] - 0.01 * np.ptp(steps)), float(steps[-1])), *_excursion(references.values(), steps)]
@@ -115,13 +102,13 @@ def _curves(axes: Axes, references: Mapping[str, Reference], steps: Array, true_
         axes.plot(steps, true_reference, color=INK, linewidth=0.8, zorder=2.9, label="true reference")
 
 
-def _published(axes: Axes, published: Published, every: int) -> None:
-    some = slice(every // 2, None, every)
-    for (label, mean), marker in zip(published.means.items(), cycle("so")):
-        axes.plot(published.k[some], mean[some], marker, **PUBLISHED, label=f"published, {label}")
+def _published(axes: Axes, published: Mapping[str, Array], every: int) -> None:
+    shown = {name: values[every // 2 :: every] for name, values in published.items()}
+    for label, marker in (("unconstrained", "s"), ("constrained", "o")):
+        axes.plot(shown["k"], shown[f"mean_{label}"], marker, **PUBLISHED, label=f"published, {label}")
     style: dict[str, Any] = {"color": INK, "markersize": 4, "markeredgewidth": 0.7}
-    axes.plot(published.k[some] + 1, published.successor_lower[some], "_", **style, label="published, tube")
-    axes.plot(published.k[some] + 1, published.successor_upper[some], "_", **style)
+    axes.plot(shown["k"] + 1, shown["successor_lower"], "_", **style, label="published, tube")
+    axes.plot(shown["k"] + 1, shown["successor_upper"], "_", **style)
 
 
 def _state_range(references: Iterable[Reference], steps: Array) -> tuple[float, float]:

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from benchmarks.active import Problem, axis, by_program
+from benchmarks.programs import likeliest
+from benchmarks.recordings import on_bounds
 from trackably.certificates.certified import Certified
 from trackably.fit import Fit
 from trackably.learning.learner import FUNCTION, JOINT
@@ -20,12 +21,13 @@ def _energy(found: Certified) -> float:
 
 @pytest.mark.parametrize(("kernel", "seed"), PROBLEMS)
 def test_no_function_within_the_bounds_costs_less_by_more_than_the_gap(kernel: str, seed: int) -> None:
-    problem: Problem = axis(40, kernel, seed)
+    problem = on_bounds(40, kernel, seed)
     learned = problem.task.learned(JOINT)
     known = problem.task.with_known(learned.solution.posterior.prior)
     found = known.learned(FUNCTION)
     fit = Fit.of(found.reference, found.solution, found.solution.posterior, ())
-    inside, relaxed = (by_program(problem, known.prior.parts[0], by).value for by in (1e-4, 0.0))
+    given = problem.samples, known.prior.parts[0], problem.values, problem.slopes
+    inside, relaxed = (likeliest(*given, by).value for by in (1e-4, 0.0))
     energy = _energy(found)
     assert energy - fit.duality_gap <= inside + 1e-6 * abs(inside)
     assert relaxed <= energy + 1e-6 * abs(energy)

@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks import __main__ as command
 from benchmarks import report
-from benchmarks.duel import Disagreement, Row, agree, duel, no_worse
+from benchmarks.harness import Disagreement, Row, agree, duel, no_worse
 
 
 def nothing() -> None:

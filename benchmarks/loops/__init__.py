@@ -1,1 +1,0 @@
-"""What a loop waits for, and who doubts it."""

@@ -1,0 +1,415 @@
+"""References under bounds that recordings break: what they miss, and what they take.
+
+- Bounds that are active for long: learning with proof, beside the likeliest function on a fine grid for the same θ.
+- Plants whose formulas bend have no such program: their seconds are beside ten.
+- Function and hyperparameters learned together, beside θ alone.
+- Defaults: `learn_reference` is given samples, a plant, a kernel and a claim, and nothing else. With the prior mean
+  left out, the misfit is at most 1.05 times that with the true mean given, of signals made up far from zero. Every fifth
+  sample, in the middle of five, is left out: the error there is at most 1.1 times that of the best of three quadratic
+  programs, whose smoothness weights are a decade apart. Which of them is best is told by the samples that are left out:
+  no rule that chooses a weight does better.
+"""
+
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import scipy
+
+from benchmarks.harness import FAILURES, ROOT, Row, duel, part_of, root_mean_square, timed, within
+from benchmarks.problems import BREATHING, NOISE, Task, box, drive_cycle, irregular, misfit, task, tracked
+from benchmarks.programs import likeliest, smoothed
+from benchmarks.rivals.problems import experiment
+from pipeline.generate import sampled_by
+from pipeline.published.ground_truth import GroundTruth, docking_y, draw, setpoint_change
+from trackably import Periodic, TrackableReference, learn_reference
+from trackably.arrays import Array
+from trackably.certificates.certified import Certified
+from trackably.certificates.goal import Claim
+from trackably.gp.joint import JointPrior
+from trackably.gp.kernels.base import Kernel
+from trackably.gp.kernels.matern import Matern32, Matern52
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.learning.learner import FUNCTION, HYPERPARAMETERS, JOINT
+from trackably.systems.constrained import ConstrainedSystem, System
+from trackably.systems.library import kinematic_bicycle, mobile_robot, tank
+from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Interval, Polytope
+
+KERNELS: dict[str, Callable[[], Kernel]] = {
+    "squared exponential": SquaredExponential,
+    "Matérn 3/2": Matern32,
+    "Matérn 5/2": Matern52,
+}
+ALONE = "θ alone"
+
+
+def rows() -> Iterator[Row]:
+    """All comparisons."""
+    for problem in problems():
+        yield from _beside_program(problem)
+    yield from _bending()
+    yield from _jointly()
+    for recording in recordings():
+        yield from _defaults(recording)
+
+
+def first_order(values: Interval, slopes: Interval, sampling_time: float) -> ConstrainedSystem:
+    """Return x⁺ = x + T_s u with bounds of x and u, the mean slope of a sampling interval."""
+    system = LinearSystem.scalar(1.0, sampling_time, sampling_time=sampling_time)
+    return ConstrainedSystem(system, *(Polytope.box([of.lower], [of.upper]) for of in (values, slopes)))
+
+
+_GIVEN, _LEARNED, _MISFIT = 3.0, 10.0, 1.05  # times the program's
+_ON_BOUNDS = 0.7  # of the time
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Regular samples of x with bounds of x and of its slope, of which θ is learned with a `kernel`."""
+
+    name: str
+    samples: Samples
+    values: Interval
+    slopes: Interval
+    sampling_time: float
+    kernel: str
+    mean: float = 0.0
+
+    @property
+    def task(self) -> Task:
+        prior = JointPrior((Prior(KERNELS[self.kernel](), None, self.mean),))
+        window = (float(self.samples.times[0]), float(self.samples.times[-1]))
+        return Task((self.samples,), prior, first_order(self.values, self.slopes, self.sampling_time), window, starts=4)
+
+
+def around(size: float) -> Interval:
+    """Return [−size, size]."""
+    return Interval(-size, size)
+
+
+def problems() -> Iterator[Problem]:
+    """Return drive cycles, breathing with less speed than recorded, and signals whose input is on its bounds."""
+    table = np.loadtxt(ROOT / "benchmarks" / "rivals" / "data" / "udds.csv", delimiter=",", skiprows=1)
+    urban, cycle = Samples(table[:, 0], 0.44704 * table[:, 1]), drive_cycle(1800)
+    for kernel in KERNELS:
+        yield Problem("UDDS", urban, Interval(-0.05, 26.0), around(1.5), 0.2, kernel, 8.7)
+        yield Problem("drive cycle", cycle, Interval(0.0, 40.0), around(1.2), 0.1, kernel, 15.0)
+        for count, speed in ((300, 8.0), (300, 5.0), (1200, 8.0), (1200, 5.0)):
+            yield Problem(f"breathing, |v| ≤ {speed:g}", _breathing(count), around(20.0), around(speed), 0.01, kernel)
+        for count in (100, 300, 1000, 3000):
+            yield on_bounds(count, kernel)
+
+
+def _breathing(count: int) -> Samples:
+    """Return half a minute of breathing at regular times, by splines: a tracker's own are nearly so."""
+    recorded, times = tracked(), np.arange(count) * (30.0 / count)
+    values = recorded.values - np.median(recorded.values)
+    noise = 0.02 * np.random.default_rng(count).standard_normal(count)
+    return Samples(times, scipy.interpolate.PchipInterpolator(recorded.times, values)(times) + noise)
+
+
+def on_bounds(count: int, kernel: str, seed: int = 0) -> Problem:
+    """Return noisy samples of a sum of sines whose speed is cut off, so that it is on its bounds most of the time."""
+    draws, apart, fine = np.random.default_rng(seed), 0.1, 0.01
+    t = fine * np.arange(round(count * apart / fine) + 1)
+    phases, periods, sizes = draws.uniform(0, 2 * np.pi, 3), np.array([7.3, 4.1, 2.6]), np.array([1.0, 0.7, 0.4])
+    speed = np.cos(2 * np.pi * np.outer(t, 1 / periods) + phases) @ (2 * np.pi * sizes / periods)
+    fastest = float(np.quantile(np.abs(speed), 1 - _ON_BOUNDS))
+    position = fine * np.cumsum(np.clip(speed, -fastest, fastest))
+    position -= np.linspace(0.0, position[-1], len(position))
+    times = apart * np.arange(count)
+    noise = 0.02 * np.std(position) * draws.standard_normal(count)
+    samples, width = Samples(times, np.interp(times, t, position) + noise), 3 * float(np.ptp(position))
+    return Problem("axis on its bounds", samples, around(width), around(fastest), fine, kernel)
+
+
+def _beside_program(problem: Problem) -> Iterator[Row]:
+    """Yield times beside those of the program, with θ learned and for this θ, and the misfit beside its misfit."""
+    name, rival = f"{problem.name}, {len(problem.samples)} samples, {problem.kernel}", "program for this θ"
+    try:
+        joint, taken = timed(partial(problem.task.learned, JOINT))
+        known = problem.task.with_known(joint.solution.posterior.prior)
+        given, taken_given = timed(partial(known.learned, FUNCTION))
+        own, active = misfit(given, (problem.samples,)), len(given.solution.active_bounds)
+        beside = likeliest(problem.samples, known.prior.parts[0], problem.values, problem.slopes)
+    except FAILURES as why:
+        yield Row.failed("active bounds", name, "program on a fine grid", why)
+        return
+    told = f"J = {joint.solution.objective:.6g}, back-off {joint.backoff:.1g}, {active} bounds active"
+    for what, seconds, target in (("θ learned", taken, _LEARNED), ("θ given", taken_given, _GIVEN)):
+        row = part_of("active bounds", f"{name}: {what}", rival, seconds, beside.seconds, target, told)
+        yield replace(row, seconds=seconds, rival_seconds=beside.seconds)
+    yield part_of("active bounds", f"{name}: misfit", rival, own, beside.misfit, _MISFIT, f"{own:.4g}")
+
+
+_SECONDS = 10.0
+_NOT_SLOWER = 1.1  # times the misfit of a robot that may stand
+
+
+def bending() -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield arguments of `learn_reference`: robots that stop, an eight, a bicycle, a tank."""
+    draws = np.random.default_rng(0)
+    t, filled, at = np.arange(0.0, 8.01, 0.2), np.linspace(0.0, 16.0, 40), np.arange(48) / 4
+
+    def noisy(times: Array, noise: float, **paths: Array) -> dict[str, Samples]:
+        return {name: Samples(times, path + noise * draws.standard_normal(len(times))) for name, path in paths.items()}
+
+    def planar(system: System, low: list[float], high: list[float], inputs: Polytope) -> ConstrainedSystem:
+        any_heading = float("inf")
+        return ConstrainedSystem(system, Polytope.box([*low, -any_heading], [*high, any_heading]), inputs)
+
+    driven = mobile_robot(0.1)
+    corridor = noisy(t, 0.02, x=4 * _eased((t - 0.5) / 7), y=0.5 * np.sin(1.5 * np.pi * _eased((t - 0.5) / 7)))
+    known = {"kernel": SquaredExponential(), "noise_std": 0.02, "claim": (0.0, 8.0)}
+    for slowest in (0.0, 0.05):
+        plant = planar(driven, [-1.0, -0.4], [5.0, 0.4], Polytope.box([slowest, -1.5], [0.9, 1.5]))
+        yield f"robot that stops, v ≥ {slowest:g}", {"samples": corridor, "plant": plant, **known}
+    eight = noisy(at, 0.03, x=2 * np.sin(np.pi * at / 6), y=1.2 * np.sin(np.pi * at / 3))
+    plant = planar(driven, [-1.9, -1.1], [1.9, 1.1], Polytope.box([0.3, -1.6], [1.5, 1.6]))
+    of_eight = {"kernel": Periodic(period=12.0), "noise_std": 0.03, "claim": "all_phases", "mean": 0.0}
+    yield "eight of 2 × 48 samples", {"samples": eight, "plant": plant, **of_eight}
+    swerve = noisy(t, 0.02, x=t, y=1.5 * _eased((t - 1) / 5))
+    plant = planar(kinematic_bicycle(0.1, 0.5), [-1.0, -0.1], [10.0, 1.6], Polytope.box([0.5, -0.2], [1.15, 0.2]))
+    yield "bicycle", {"samples": swerve, "plant": plant, **known}
+    plant = ConstrainedSystem(tank(0.1, 1.0, 0.1), Polytope.box([0.5], [1.35]), Polytope.box([0.0], [0.25]))
+    levels = noisy(filled, 0.02, level=1.2 + 0.25 * np.sin(filled))
+    yield "tank", {"samples": levels, "plant": plant, **known, "claim": (0.0, 16.0), "mean": 1.0}
+
+
+def _eased(part: Array) -> Array:
+    """Return a motion from 0 to 1 with the least jerk."""
+    part = np.clip(part, 0.0, 1.0)
+    return np.asarray(10 * part**3 - 15 * part**4 + 6 * part**5)
+
+
+def _bending() -> Iterator[Row]:
+    """Yield the seconds of each beside ten, and how far a robot that has to move is off beside one that may stand."""
+    misfits = []
+    for name, given in bending():
+        try:
+            found, taken = timed(partial(learn_reference, **given, starts=4, progress=False))
+        except FAILURES as why:
+            yield Row.failed("active bounds", name, f"{_SECONDS:g} s", why)
+            continue
+        misfits += [float(np.hypot.reduce(list(found.misfit.values())))] if name.startswith("robot") else []
+        told = f"J = {found.objective:.6g}, gap {found.duality_gap:.2g}, starts differ by {found.fit.spread:.2g}"
+        yield within("active bounds", name, taken, _SECONDS, told)
+    if len(misfits) == 2:
+        yield part_of("active bounds", "robot that stops: misfit, v ≥ 0.05", "v ≥ 0", *misfits[::-1], _NOT_SLOWER)
+
+
+_TIME, _OFF, _ERROR = (f"learned jointly: {what}" for what in ("time with proof", "misfit", "error"))
+_DRAWN, _COLLAPSED = 10, 5.0  # a misfit of so many σ_n is a collapse
+
+
+def _jointly() -> Iterator[Row]:
+    """Times of both examples and of many samples; misfits and errors beside those of θ alone."""
+    for name, rounds in (("Example 1", 9), ("Example 2", 5)):
+        of = task(name.lower().replace(" ", ""))
+        ours, theirs = (partial(of.learned, learner) for learner in (JOINT, HYPERPARAMETERS))
+        yield duel(_TIME, name, ALONE, ours, theirs, rounds=rounds, target=3.0, at_most=True)
+    system = LinearSystem.scalar(0.9, 0.5, sampling_time=0.01)
+    cut = ConstrainedSystem(system, Polytope.box([-1.5], [0.9]), box([1.0]))  # the crests of a sine
+    many = irregular(1000)
+    prior, window = JointPrior((Prior(SquaredExponential(), NOISE),)), (0.0, float(many.times[-1]))
+    found, taken = timed(Task((many,), prior, cut, window, starts=4).learned)
+    note = f"{len(found.solution.active_bounds)} bounds active; {_told(found, (many,))}"
+    yield within(_TIME, "n = 1 000 at random times", taken, 10.0, note)
+    guide = experiment("axis")
+    axis = Task(sampled_by(guide).samples, guide.learned_prior, guide.plant, guide.claim)
+    for name, of, target in (
+        ("guide's axis", axis, 0.5),
+        ("Example 2", task("example2"), 0.5),
+        ("tank", task("tank"), None),
+    ):
+        yield _compared(_OFF, name, of, target, lambda found, of=of: misfit(found, of.samples))
+    tight = task("example1").with_upper_state_bound(0.002)
+    for name, of, process, truth, last, target in (
+        ("Example 1, x ≤ 0.002", tight, 0, setpoint_change, 200, 0.2),
+        ("vehicle, y", task("vehicle"), 1, docking_y, 240, 0.4),
+    ):
+        yield _compared(_ERROR, name, of, target, partial(_error, of, process, truth, last))
+    yield _collapsed()
+
+
+def _compared(topic: str, name: str, of: Task, target: float | None, off: Callable[[Certified], float]) -> Row:
+    """Compare a distance; the note has J and the price of the bounds."""
+    both = [of.learned(learner) for learner in (JOINT, HYPERPARAMETERS)]
+    joint, alone = map(off, both)
+    note = " beside ".join(f"{off(found):.3g}, {_told(found, of.samples)}" for found in both)
+    return part_of(topic, name, ALONE, joint, alone, target, note)
+
+
+def _error(of: Task, process: int, truth: GroundTruth, last_step: int, found: Certified) -> float:
+    """Return the root mean square error of a flat output to the truth, at the plant's steps."""
+    times = np.arange(last_step + 1.0) * of.plant.sampling_time
+    stencil = of.samples[process].stencil
+    return root_mean_square(stencil.measured(found.solution.signals[process], times) - truth(times))
+
+
+def _collapsed() -> Row:
+    """Count the draws of Example 1's samples (its times, its σ_n, seeds 0 to 9) that are missed with x ≤ 0.005."""
+    of = task("example1").with_upper_state_bound(0.005)
+    noise = of.prior.parts[0].noise_std
+    drawn = [replace(of, samples=(draw(setpoint_change, of.samples[0].times, noise, seed),)) for seed in range(_DRAWN)]
+    joint, alone = (
+        [misfit(each.learned(learner), each.samples) / noise for each in drawn] for learner in (JOINT, HYPERPARAMETERS)
+    )
+    counts = [sum(found > _COLLAPSED for found in found_by) for found_by in (joint, alone)]
+    largest = f"largest misfits {max(joint):.2g} and {max(alone):.2g} σ"
+    note = f"collapsed: {counts[0]} of {_DRAWN} beside {counts[1]}; {largest}"
+    problem = f"Example 1, x ≤ 0.005, {_DRAWN} draws: largest"
+    return part_of(_OFF, problem, ALONE, max(joint), max(alone), _COLLAPSED / max(alone), note)
+
+
+def _told(found: Certified, samples: tuple[Samples, ...]) -> str:
+    bounds = f" with D = {found.solution.price:.3g}" if found.solution.active_bounds else ""
+    return f"J = {found.solution.objective:.5g}{bounds}, misfit {misfit(found, samples):.3g}"
+
+
+MISFIT, HELD_OUT = 1.05, 1.1
+LEVELS = 293.15, 80.0, -1200.0
+_FOLDS = 5
+_DECADES = 0.1, 1.0, 10.0
+Chosen = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Samples of the first state of a plant, and what programs on a grid need: `bounds` of derivatives by their order,
+    and times `step` [s] apart. `weight` is that of the middle one; `mean` is the true mean of a signal that is made up.
+    The laws are asked of `kernels`: a squared exponential has all derivatives, which a person's motion has not.
+    """
+
+    name: str
+    samples: Samples
+    plant: ConstrainedSystem
+    claim: Claim
+    bounds: dict[int, Interval]
+    step: float
+    weight: float
+    kernels: tuple[str, ...] = ("Matérn 5/2",)
+    mean: float | None = None
+
+    @property
+    def seen(self) -> Chosen:
+        """Which samples are learned from: all but every fifth one, in the middle of five."""
+        return np.asarray(np.arange(len(self.samples)) % _FOLDS != _FOLDS // 2)
+
+    def learned(self, kernel: Kernel, seen: Chosen | None = None, **options: Any) -> TrackableReference:
+        """Return a reference learned from some of the samples, from all by default."""
+        of = self.samples
+        part = of if seen is None else Samples(of.times[seen], of.values[seen])
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return learn_reference(part, self.plant, kernel, self.claim, progress=False, **options)
+
+    def misfit(self, found: TrackableReference, at: Chosen | None = None) -> float:
+        """Return the root mean square of reference minus samples, at some of them or at all."""
+        off = found.reference.state_at(self.samples.times)[:, 0] - self.samples.values
+        return root_mean_square(off if at is None else off[at])
+
+    def held_out(self, kernel: Kernel) -> float:
+        """Return the error of a reference at the samples that it has not seen."""
+        return self.misfit(self.learned(kernel, self.seen), ~self.seen)
+
+    def held_out_by_programs(self) -> float:
+        """Return the same of the best of three quadratic programs."""
+        found = (smoothed(self.samples, self.bounds, self.step, by * self.weight, self.seen) for by in _DECADES)
+        return min(root_mean_square((values - self.samples.values)[~self.seen]) for values in found)
+
+
+def made_up(level: float, count: int = 80, seed: int = 0) -> Recording:
+    """Return a sum of three sines about a level, in noise, under bounds on value and speed; the speed's are broken."""
+    draws = np.random.default_rng(seed)
+    times = 0.15 * np.arange(count) + draws.uniform(-0.03, 0.03, count)
+    phases, periods, sizes = draws.uniform(0, 2 * np.pi, 3), np.array([6.3, 3.1, 1.9]), np.array([1.0, 0.5, 0.25])
+
+    def signal(t: Array, order: int = 0) -> Array:
+        omega = 2 * np.pi / periods
+        return np.asarray(np.sin(np.outer(t, omega) + phases + order * np.pi / 2) @ (sizes * omega**order))
+
+    samples = Samples(times, level + 10 * signal(times) + 0.8 * draws.standard_normal(count))
+    fastest = 0.8 * 10 * float(np.max(np.abs(signal(np.linspace(0, 0.15 * count, 4000), 1))))
+    bounds = {0: Interval(level - 22.0, level + 22.0), 1: around(fastest)}
+    plant, window = first_order(bounds[0], bounds[1], 0.05), (float(times[0]), float(times[-1]))
+    name = f"made up about {level:g}"
+    return Recording(name, samples, plant, window, bounds, 0.025, 1e-4, tuple(KERNELS), level)
+
+
+def _axis_of_robot(bounds: dict[int, Interval]) -> ConstrainedSystem:
+    """Return a double integrator, sampled at 100 Hz."""
+    system = LinearSystem.discretised([[0, 1], [0, 0]], [[0], [1]], 0.01)
+    states = Polytope.box(*([getattr(bounds[order], end) for order in (0, 1)] for end in ("lower", "upper")))
+    return ConstrainedSystem(system, states, Polytope.box([bounds[2].lower], [bounds[2].upper]))
+
+
+def breathing(path: Path = BREATHING, start: float = 0.0, every: int = 1) -> Recording:
+    """Return half a minute of a tracker's recording [mm], for an axis with 0.8 of the speed that breathing has."""
+    recorded = tracked(path, start)
+    samples = Samples(recorded.times[::every] - start, recorded.values[::every])
+    smooth = np.convolve(recorded.values, np.ones(5) / 5, "valid")
+    fastest = 0.8 * float(np.max(np.abs(np.diff(smooth) / np.diff(recorded.times[2:-2]))))
+    low, high = float(np.min(samples.values)), float(np.max(samples.values))
+    bounds = {0: Interval(low - 1.0, high + 1.0), 1: around(fastest), 2: around(40.0)}
+    name, window = f"breathing, {path.stem} from {start:g} s", (0.0, float(samples.times[-1]))
+    return Recording(name, samples, _axis_of_robot(bounds), window, bounds, 0.02, 1e-5)
+
+
+def axis() -> Recording:
+    """Return the axis of the guide, which was moved by hand [m]."""
+    bounds = {0: around(0.10), 1: around(0.09), 2: around(0.3)}
+    (samples,) = sampled_by(experiment("axis")).samples
+    of = Samples(samples.times, samples.values)
+    return Recording("axis", of, _axis_of_robot(bounds), "all_times", bounds, 0.01, 1e-6)
+
+
+def hill() -> Recording:
+    """Return a hill of the Urban Dynamometer Driving Schedule [m/s]."""
+    bounds = {0: Interval(-0.05, 16.3), 1: around(1.5)}
+    (samples,) = sampled_by(experiment("drive-cycle")).samples
+    of = Samples(samples.times - samples.times[0], samples.values)
+    window = (0.0, float(of.times[-1]))
+    return Recording("drive cycle", of, first_order(bounds[0], bounds[1], 0.2), window, bounds, 0.1, 0.1)
+
+
+def recordings() -> Iterator[Recording]:
+    """Return all recordings."""
+    yield axis()
+    yield hill()
+    yield from (breathing(BREATHING, start) for start in (0.0, 60.0))
+    yield from (made_up(level) for level in LEVELS)
+
+
+def _defaults(recording: Recording) -> Iterator[Row]:
+    """Yield misfits of signals whose mean is known, and errors at samples that were left out."""
+    best = recording.held_out_by_programs()
+    for name, kernel in KERNELS.items():
+        asked: list[tuple[str, str, Callable[[], tuple[float, float]], float | None]] = []
+        if recording.mean is not None:
+            both = partial(_with_mean_and_without, recording, kernel())
+            asked.append(("misfit", "its mean given", both, MISFIT))
+        errors = lambda kernel=kernel: (recording.held_out(kernel()), best)  # noqa: E731
+        target = HELD_OUT if name in recording.kernels else None
+        asked.append(("error at samples left out", "the best of three quadratic programs", errors, target))
+        for what, rival, numbers, target in asked:
+            problem = f"{recording.name}, {name}: {what}"
+            try:
+                own, other = numbers()
+            except FAILURES as why:
+                yield Row.failed("defaults alone", problem, rival, why)
+                continue
+            yield part_of("defaults alone", problem, rival, own, other, target, f"{own:.4g} beside {other:.4g}")
+
+
+def _with_mean_and_without(recording: Recording, kernel: Kernel) -> tuple[float, float]:
+    without, given = recording.learned(kernel), recording.learned(kernel, mean=recording.mean)
+    return recording.misfit(without), recording.misfit(given)

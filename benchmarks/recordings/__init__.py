@@ -1,1 +1,0 @@
-"""Recordings: bounds that they break, and hundreds of them at once."""
