@@ -82,7 +82,7 @@ def within(
 ) -> Row:
     """Return the row that says which part of a budget [s] was taken, in the median where it was taken several times."""
     times = np.atleast_1d(taken)
-    rival = f"{budget:g} s" if budget >= 0.01 else f"{1e3 * budget:g} ms"
+    rival = f"{budget:g} s" if budget >= 0.1 else f"{1e3 * budget:g} ms"
     parts = [float(part) / budget for part in (np.median(times), times.min(), times.max())]
     return Row(topic, problem, rival, parts[0] * budget, budget, *parts, target, at_most=True, note=note)
 

@@ -4,9 +4,9 @@
 - Plants whose formulas bend have no such program: their seconds are beside ten.
 - Function and hyperparameters learned together, beside θ alone.
 - Defaults: `learn_reference` is given samples, a plant, a kernel and a claim, and nothing else. With the prior mean
-  left out, the misfit is at most 1.05 times that with the true mean given, of signals made up far from zero. Every fifth
-  sample, in the middle of five, is left out: the error there is at most 1.1 times that of the best of three quadratic
-  programs, whose smoothness weights are a decade apart. Which of them is best is told by the samples that are left out:
+  left out, the misfit is at most 1.05 times that with the true mean given, of signals made up far from zero. Every
+  fifth sample, in the middle of five, is left out: the error there is at most 1.1 times that of the best of three
+  quadratic programs, whose smoothness weights are a decade apart. Which is best is told by the samples left out:
   no rule that chooses a weight does better.
 """
 
