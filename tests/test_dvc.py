@@ -14,7 +14,6 @@ READS = {  # logs that hold the experiment's parameters, from `generate` on
     "verify": {"fit"},
     "control": {"fit"},
     "figures": {"fit", "verification", "control"},
-    "notebook": {"fit", "verification", "control"},
 }
 
 
@@ -28,7 +27,7 @@ def logs(paths: list[str]) -> set[str]:
 
 
 def test_the_stages_are_those_of_the_pipeline() -> None:
-    assert [*STAGES] == ["record", "generate", "fit", "verify", "control", "figures", "notebook", "guide"]
+    assert [*STAGES] == ["record", "generate", "fit", "verify", "control", "figures", "guide"]
 
 
 @pytest.mark.parametrize("stage", STAGES)

@@ -61,9 +61,9 @@ def test_the_plan_is_that_of_dvc_yaml() -> None:
     assert (fit.command, fit.needs) == ("python -m pipeline fit example1", {"generate@example1"})
     assert Path("data/results/example1/fit.mcap") in fit.outputs
     assert "record" in stages["generate@robot-axis"].needs
-    assert {"fit@tank", "verify@tank", "control@tank"} <= stages["notebook@tank"].needs
+    assert {"fit@tank", "verify@tank", "control@tank"} <= stages["figures@tank"].needs
     experiments = {path.name for path in (ROOT / "data/results").iterdir()}
-    for kind in ("generate", "fit", "verify", "control", "figures", "notebook"):
+    for kind in ("generate", "fit", "verify", "control", "figures"):
         assert {name for name in stages if name.startswith(f"{kind}@")} == {f"{kind}@{name}" for name in experiments}
 
 
