@@ -10,17 +10,18 @@ from importlib import import_module
 from threadpoolctl import threadpool_limits
 
 from benchmarks.rivals import joints, page, sweep, table
-from benchmarks.rivals.entries import RIVALS
 from benchmarks.rivals.model import Problem, Rival
+from benchmarks.rivals.page import RIVALS
 from benchmarks.rivals.pendulum import table as pendulum
 from benchmarks.rivals.problems import ROOT, problems
+from benchmarks.rivals.tables import read, write
 
 
 def main(names: list[str]) -> None:
     """Measure row by row; each is written as soon as it is there."""
     os.chdir(ROOT)  # where params.yaml finds its recordings
     if names == ["page"]:
-        page.write(table.read(page.RESULTS), pendulum.read(page.PENDULUM), table.read(page.SWEEP))
+        page.write(read(table.Row, page.RESULTS), read(pendulum.Row, page.PENDULUM), read(table.Row, page.SWEEP))
         return
     if names == ["joints"]:
         print(joints.page(list(joints.rows())))
@@ -34,15 +35,15 @@ def main(names: list[str]) -> None:
     for problem in wanted:
         rows += [row(problem, rival) for rival in RIVALS]
         if not names:
-            table.write(rows, page.RESULTS)
+            write(rows, page.RESULTS)
     if names:
         print(table.page(rows))
     else:
         swings = list(pendulum.rows())
-        pendulum.write(swings, page.PENDULUM)
+        write(swings, page.PENDULUM)
         finer = list(sweep.rows())
-        table.write(finer, page.SWEEP)
-        joints.write(list(joints.rows()), page.JOINTS)
+        write(finer, page.SWEEP)
+        write(joints.rows(), page.JOINTS)
         page.write(rows, swings, finer)
 
 

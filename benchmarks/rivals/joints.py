@@ -4,17 +4,16 @@ Each planner is asked for `PROBLEMS` motions through random waypoints, or from r
 What it hands out is proved or refuted by the library, between its points; limits are widened by `ROUNDING` for it.
 """
 
-import json
 import logging
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import dataclass
 from time import process_time
 from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from benchmarks.rivals.tables import markdown
 from trackably.arrays import Array
 from trackably.joints.certify import BrokenLimits, CertifiedTrajectory, certify_joints, stretch_joints
 from trackably.joints.limits import Joints
@@ -38,10 +37,10 @@ class Row:
     limits: str
     kept: int
     of: int
-    first_broken: str
     worst: float
-    slowdown: float | None
     seconds: float
+    first_broken: str = ""
+    slowdown: float | None = None
 
 
 def _waypoints(rng: np.random.Generator) -> Array:
@@ -110,7 +109,7 @@ def rows() -> Iterator[Row]:
         first, worst = _worst(broken)
         kept = sum(isinstance(answer, CertifiedTrajectory) for answer in answers)
         slowdown = max(factors) if len(factors) == PROBLEMS else None
-        yield Row(planner, ", ".join(limits), kept, PROBLEMS, first, worst, slowdown, seconds)
+        yield Row(planner, ", ".join(limits), kept, PROBLEMS, worst, seconds, first, slowdown)
 
 
 def _worst(broken: Sequence[BrokenLimits]) -> tuple[str, float]:
@@ -126,23 +125,12 @@ def _worst(broken: Sequence[BrokenLimits]) -> tuple[str, float]:
 
 def page(found: Sequence[Row]) -> str:
     """Return the table as Markdown."""
-    lines = ["| planner | limits | kept | broken most | by | slowdown | time |", "|---|---|--:|---|--:|--:|--:|"]
-    for row in found:
-        by = f"{100 * row.worst:.2g} %" if row.worst else ""
-        slowdown = "none does" if row.slowdown is None else f"{row.slowdown:.4f}"
-        counts = f"{row.kept} of {row.of}"
-        lines.append(
-            f"| {row.planner} | {row.limits} | {counts} | {row.first_broken} | {by} | {slowdown} | "
-            f"{1e3 * row.seconds:.2g} ms |"
-        )
-    return "\n".join(lines)
+    head = ("planner", "limits", "kept", "broken most", "by", "slowdown", "time")
+    return markdown(head, "llrlrrr", map(_cells, found))
 
 
-def write(found: Sequence[Row], path: Path) -> None:
-    """Write the rows as JSON."""
-    path.write_text(json.dumps([asdict(row) for row in found], indent=1) + "\n", encoding="utf-8")
-
-
-def read(path: Path) -> list[Row]:
-    """Return the rows that were written."""
-    return [Row(**row) for row in json.loads(path.read_text(encoding="utf-8"))]
+def _cells(row: Row) -> list[str]:
+    by = f"{100 * row.worst:.2g} %" if row.worst else ""
+    slowdown = "none does" if row.slowdown is None else f"{row.slowdown:.4f}"
+    counts, time = f"{row.kept} of {row.of}", f"{1e3 * row.seconds:.2g} ms"
+    return [row.planner, row.limits, counts, row.first_broken, by, slowdown, time]

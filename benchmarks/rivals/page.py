@@ -4,11 +4,40 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.rivals import figures, joints, table
-from benchmarks.rivals.entries import RIVALS
+from benchmarks.rivals.adapters import (
+    drake,
+    fine_grid,
+    flatsys,
+    governor,
+    gp_sklearn,
+    ours,
+    splines,
+    tightened,
+    toppra_path,
+    truncated,
+)
 from benchmarks.rivals.model import Rival
 from benchmarks.rivals.pendulum import table as pendulum
 from benchmarks.rivals.study import summary as study
+from benchmarks.rivals.tables import markdown, read
 from pipeline.drawings.style import save
+
+RIVALS: tuple[Rival, ...] = (
+    gp_sklearn.SKLEARN,
+    fine_grid.FINE_GRID,
+    tightened.TIGHTENED,
+    truncated.MODE,
+    truncated.MEAN,
+    drake.DRAKE,
+    toppra_path.TOPP_RA,
+    flatsys.FLATSYS,
+    splines.SPLINE,
+    governor.GOVERNOR,
+    ours.ALGORITHM_1,
+    ours.HYPERPARAMETERS,
+    ours.JOINT,
+)
+"""The rivals, in the order of the table."""
 
 FOLDER = Path(__file__).parent
 RESULTS, PENDULUM, SWEEP = FOLDER / "results.json", FOLDER / "pendulum.json", FOLDER / "sweep.json"
@@ -100,26 +129,10 @@ def write(rows: Sequence[table.Row], swings: Sequence[pendulum.Row], finer: Sequ
     FIGURES.mkdir(exist_ok=True)
     save(figures.violations(finer), FIGURES / "violations.svg")
     save(figures.tightness(rows), FIGURES / "tightness.svg")
-    lines = [
-        _INTRODUCTION,
-        "## What they promise",
-        "",
-        "| | rival | of bounds | source | licence |",
-        "|---|---|---|---|---|",
-    ]
-    lines += [_promise(rival) for rival in RIVALS]
-    moved = ["", _ABOUT_JOINTS, joints.page(joints.read(JOINTS))] if JOINTS.exists() else []
-    lines += [
-        "",
-        _ABOUT_PENDULUM,
-        pendulum.page(swings),
-        *moved,
-        "",
-        _ABOUT_FIGURES,
-        "## What they did",
-        "",
-        table.page(rows),
-    ]
+    promises = markdown(("", "rival", "of bounds", "source", "licence"), "lllll", map(_promise, RIVALS))
+    moved = ["", _ABOUT_JOINTS, joints.page(read(joints.Row, JOINTS))] if JOINTS.exists() else []
+    lines = [_INTRODUCTION, "## What they promise", "", promises, "", _ABOUT_PENDULUM, pendulum.page(swings), *moved]
+    lines += ["", _ABOUT_FIGURES, "## What they did", "", table.page(rows)]
     if STUDY.exists():
         drawn = study.read(STUDY)[-1]
         save(figures.study(drawn), FIGURES / "study.svg")
@@ -127,7 +140,7 @@ def write(rows: Sequence[table.Row], swings: Sequence[pendulum.Row], finer: Sequ
     PAGE.write_text("\n".join(lines), encoding="utf-8")
 
 
-def _promise(rival: Rival) -> str:
+def _promise(rival: Rival) -> list[str]:
     of = rival.promise
     said = "; ".join(part for part in (of.summary, f"“{of.quote}”" if of.quote else "") if part)
-    return f"| {rival.letter} | {rival.name} | {said} | {of.source} | {rival.licence} |"
+    return [rival.letter, rival.name, said, of.source, rival.licence]

@@ -1,22 +1,18 @@
 """The table: one row for each problem and rival, and how it is written down."""
 
-import json
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from time import process_time
 
 import numpy as np
 
+from benchmarks.rivals.judge.kernels import KernelCurve
 from benchmarks.rivals.model import Curve, Found, NotFound, Problem, Rival, Violation
-from benchmarks.rivals.objective import objective_of
+from benchmarks.rivals.tables import markdown, number, percent, seconds
 from trackably.arrays import Array
+from trackably.gp.joint import JointPosterior
 
-HEAD = (
-    "| | rival | answer | its objective | J | misfit | held out | error | time | asked at | largest violation | time |",
-    "|---|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|",
-)
+_HEAD = ("", "rival", "answer", "its objective", "J", "misfit", "held out", "error", "time", "asked at")
 
 
 @dataclass(frozen=True)
@@ -56,13 +52,13 @@ def measured(problem: Problem, rival: Rival) -> Row:
     problem = problem.forgotten()
     started = process_time()
     answer = rival.solve(problem)
-    seconds = process_time() - started
+    taken = process_time() - started
     row = Row(problem.name, rival.letter, rival.name, "found", family=problem.family, tightness=problem.tightness)
     if isinstance(answer, NotFound):
-        gone = None if answer.kind == "does not apply" else seconds
+        gone = None if answer.kind == "does not apply" else taken
         return Row(**{**asdict(row), "answer": answer.kind, "says": answer.why, "seconds": gone})
     violation = answer.curve.violation(_window(problem, answer))
-    return Row(**{**asdict(row), "seconds": seconds, **_numbers(problem, answer), **_facts(violation)})
+    return Row(**{**asdict(row), "seconds": taken, **_numbers(problem, answer), **_facts(violation)})
 
 
 def _window(problem: Problem, found: Found) -> tuple[float, float]:
@@ -114,21 +110,51 @@ def _largest(values: Sequence[float | None]) -> float | None:
     return max(known) if known and len(known) == len(values) else None
 
 
+def objective_of(problem: Problem, found: Found) -> float | None:
+    """Return J = ln|K + Σ| + n ln 2π + ‖y − S g‖²/σ² + ‖g − m‖²; None where g is not a sum of kernels of a prior.
+
+    It is l(θ) for a posterior mean. The norm is infinite for piecewise polynomials: there is nothing to compare.
+    """
+    if not isinstance(found.curve, KernelCurve) or found.prior is None:
+        return None
+    posterior = JointPosterior(found.prior, problem.task.samples)
+    total = posterior.negative_log_marginal_likelihood()[0]
+    for c, (part, signal) in enumerate(zip(posterior.parts, found.curve.reference.signals, strict=True)):
+        samples, prior = part.samples, part.prior
+        total -= float(part.weights @ (samples.values - samples.stencil.at_rest(prior.mean)))
+        off = (samples.values - found.curve.sampled(c, samples.times)) / (
+            float(prior.noise_std) * samples.relative_noise
+        )
+        covariance = signal.kernel(signal.centres[:, None] - signal.centres)
+        total += float(off @ off + signal.weights @ covariance @ signal.weights)
+    return float(np.round(total, 9))
+
+
 def page(rows: Iterable[Row]) -> str:
     """Return the rows as Markdown, one table a problem."""
     rows, lines = list(rows), []
     for problem in dict.fromkeys(row.problem for row in rows):
-        lines += [f"### {problem}", "", *HEAD]
-        lines += [_line(row) for row in rows if row.problem == problem]
-        lines += [""] + [f"- {row.rival}: {row.says}" for row in rows if row.problem == problem and row.says] + [""]
+        own = [row for row in rows if row.problem == problem]
+        lines += [
+            f"### {problem}",
+            "",
+            markdown((*_HEAD, "largest violation", "time"), "lllrrrrrrrrr", map(_cells, own)),
+        ]
+        lines += ["", *(f"- {row.rival}: {row.says}" for row in own if row.says), ""]
     return "\n".join(lines)
 
 
-def _line(row: Row) -> str:
+def _cells(row: Row) -> list[str]:
     own = f"{row.objective:.6g} ({row.minimises})" if row.objective is not None else ""
-    cells = [row.letter, row.rival, row.answer, own, _number(row.J), *map(_percent, (row.misfit, row.held_out))]
-    cells += [_percent(row.error), _seconds(row.seconds), "" if row.places is None else str(row.places)]
-    return f"| {' | '.join([*cells, *_violation(row)])} |"
+    cells = [
+        row.letter,
+        row.rival,
+        row.answer,
+        own,
+        number(row.J),
+        *map(percent, (row.misfit, row.held_out, row.error)),
+    ]
+    return [*cells, seconds(row.seconds), "" if row.places is None else str(row.places), *_violation(row)]
 
 
 def _violation(row: Row) -> list[str]:
@@ -137,33 +163,6 @@ def _violation(row: Row) -> list[str]:
     if row.least == 0:
         # Nothing is broken for certain: either that is proved, or only up to `most`.
         proved = "none at its steps" if row.at_steps else "**none: proved**"
-        shown = proved if row.most == 0 else f"none found, < {_percent(row.most) or '?'}"
-        return [shown, ""]
+        return [proved if row.most == 0 else f"none found, < {percent(row.most) or '?'}", ""]
     exact = "" if row.most is not None else "at least "
-    return [f"{exact}{_percent(row.least)} of {row.quantity}", f"{row.at:.4g} s"]
-
-
-def _number(value: float | None) -> str:
-    return "" if value is None else ("∞" if math.isinf(value) else f"{value:.6g}")
-
-
-def _percent(value: float | None) -> str:
-    return "" if value is None else f"{100 * value:.3g} %"
-
-
-def _seconds(value: float | None) -> str:
-    return "" if value is None else f"{value:.3g} s"
-
-
-def write(rows: Sequence[Row], path: Path) -> None:
-    """Write the rows as JSON; what is None is left out."""
-    known = [
-        {name: value for name, value in asdict(row).items() if value is not None and value is not False and value != ""}
-        for row in rows
-    ]
-    path.write_text(json.dumps(known, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-
-
-def read(path: Path) -> list[Row]:
-    """Return the rows that were written."""
-    return [Row(**entry) for entry in json.loads(path.read_text(encoding="utf-8"))]
+    return [f"{exact}{percent(row.least)} of {row.quantity}", f"{row.at:.4g} s"]

@@ -1,16 +1,15 @@
 """The pendulum's table: printed numbers, and ours beside them."""
 
-import json
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from time import process_time
 
 from benchmarks.rivals.adapters.conic import Unsolved
 from benchmarks.rivals.pendulum import proved, transcribed
 from benchmarks.rivals.pendulum.spline import Spline
 from benchmarks.rivals.pendulum.transcribed import Trajectory
+from benchmarks.rivals.tables import markdown
 
 PAPER = "Aubin-Frankowski, SICON 2021, figure 1"
 
@@ -23,7 +22,7 @@ class Row:
     """
 
     way: str
-    final_speed: float | None
+    final_speed: float | None = None
     least: float | None = None
     most: float | None = None
     largest_w: float | None = None
@@ -49,7 +48,7 @@ def rows() -> Iterator[Row]:
         found = solve()
         seconds = process_time() - started
         if isinstance(found, Unsolved):
-            yield Row(way, None, seconds=seconds, printed=printed, says=f"CLARABEL says {found.status}")
+            yield Row(way, seconds=seconds, printed=printed, says=f"CLARABEL says {found.status}")
             continue
         facts = found.facts()
         least, most = facts.violation
@@ -58,27 +57,13 @@ def rows() -> Iterator[Row]:
 
 def page(found: Sequence[Row]) -> str:
     """Return the table as Markdown."""
-    lines = [
-        "| | x′(1) | printed | largest \\|w\\| for all t | largest violation | time |",
-        "|---|--:|--:|--:|--:|--:|",
-    ]
-    return "\n".join([*lines, *map(_line, found)])
+    head = ("", "x′(1)", "printed", "largest \\|w\\| for all t", "largest violation", "time")
+    return markdown(head, "lrrrrr", map(_cells, found))
 
 
-def _line(row: Row) -> str:
-    printed = "" if row.printed is None else f"{row.printed:.2f}"
+def _cells(row: Row) -> list[str]:
+    printed, time = "" if row.printed is None else f"{row.printed:.2f}", f"{row.seconds:.2g} s"
     if row.final_speed is None or row.least is None:
-        return f"| {row.way} | {row.says} | {printed} | | | {row.seconds:.2g} s |"
+        return [row.way, row.says, printed, "", "", time]
     broken = "**none: proved**" if row.most == 0 else f"{row.least:.3g}"
-    return f"| {row.way} | {row.final_speed:.4f} | {printed} | {row.largest_w:.4f} | {broken} | {row.seconds:.2g} s |"
-
-
-def write(found: Sequence[Row], path: Path) -> None:
-    """Write the rows as JSON."""
-    known = [{name: value for name, value in asdict(row).items() if value not in (None, "")} for row in found]
-    path.write_text(json.dumps(known, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-
-
-def read(path: Path) -> list[Row]:
-    """Return the rows that were written."""
-    return [Row(**{"final_speed": None, **entry}) for entry in json.loads(path.read_text(encoding="utf-8"))]
+    return [row.way, f"{row.final_speed:.4f}", printed, f"{row.largest_w:.4f}", broken, time]

@@ -11,6 +11,7 @@ import scipy
 
 from benchmarks.rivals.study.draws import CASES, LEVELS, Run
 from benchmarks.rivals.study.outcome import SOLVERS, Outcome
+from benchmarks.rivals.tables import markdown
 
 _OUTSIDE = 0.025  # on either side of a confidence band
 _SAME = 1e-6  # relative: numbers that are closer are reproduced
@@ -138,34 +139,33 @@ def _is_same(one: object, other: object) -> bool:
 
 def page(entries: Sequence[Entry]) -> str:
     """Return the summary as Markdown: a table for each system, and what each tightness does to it."""
-    lines = []
+    head, lines = ("", "infeasible", "failed", "collapsed", "violated", "worst", "median error", "95 % band"), []
+    tight = ("collapsed / violated / median error", *LEVELS)
     for system in dict.fromkeys(entry.system for entry in entries):
         shown = [entry for entry in entries if entry.system == system]
         whole = [entry for entry in shown if entry.factor == ALL]
         title = f"#### {system}: {whole[0].runs} runs, errors of {whole[0].compared} in which all found a curve"
-        lines += [title, "", "| | infeasible | failed | collapsed | violated | worst | median error | 95 % band |"]
-        lines += ["|---|--:|--:|--:|--:|--:|--:|---|", *map(_line, whole), "", *_by_tightness(shown), ""]
+        by_level = markdown(tight, "l" * len(tight), _by_tightness(shown))
+        lines += [title, "", markdown(head, "lrrrrrrl", map(_cells, whole)), "", by_level, ""]
     return "\n".join(lines)
 
 
-def _line(entry: Entry) -> str:
+def _cells(entry: Entry) -> list[str]:
+    counts = entry.infeasible, entry.failed, entry.collapsed, entry.violated
     worst = f"{100 * entry.worst:.2g} %" if entry.violated else ""
-    counts = f"{entry.infeasible} | {entry.failed} | {entry.collapsed} | {entry.violated}"
-    return f"| {entry.rival} | {counts} | {worst} | {_percent(entry.error)} | {_range(entry)} |"
+    band = "" if entry.lower is None or entry.upper is None else f"{100 * entry.lower:.2f} … {_percent(entry.upper)}"
+    return [entry.rival, *map(str, counts), worst, _percent(entry.error), band]
 
 
-def _by_tightness(entries: Sequence[Entry]) -> Iterator[str]:
+def _by_tightness(entries: Sequence[Entry]) -> Iterator[list[str]]:
     """Yield, for each rival and tightness, collapsed / violated / median error."""
-    yield "| collapsed / violated / median error | " + " | ".join(LEVELS) + " |"
-    yield "|---" * (len(LEVELS) + 1) + "|"
     for rival in dict.fromkeys(entry.rival for entry in entries):
         at = {e.level: e for e in entries if e.factor == TIGHTNESS and e.rival == rival}
-        yield f"| {rival} | " + " | ".join(_cell(at[level]) if level in at else "" for level in LEVELS) + " |"
+        yield [rival, *(_cell(at[level]) if level in at else "" for level in LEVELS)]
 
 
 def _cell(entry: Entry) -> str:
-    none = entry.infeasible + entry.failed
-    if none == entry.runs:
+    if entry.infeasible + entry.failed == entry.runs:
         return "no curve"
     parts = [f"{100 * n / entry.runs:.3g} %" if n else "0" for n in (entry.collapsed, entry.violated)]
     return " / ".join([*parts, _percent(entry.error) or "–"])
@@ -173,7 +173,3 @@ def _cell(entry: Entry) -> str:
 
 def _percent(value: float | None) -> str:
     return "" if value is None else f"{100 * value:.2f} %"
-
-
-def _range(entry: Entry) -> str:
-    return "" if entry.lower is None or entry.upper is None else f"{100 * entry.lower:.2f} … {_percent(entry.upper)}"

@@ -3,10 +3,11 @@
 import numpy as np
 
 from benchmarks.rivals import joints, page
+from benchmarks.rivals.tables import read
 
 
 def test_the_page_has_the_rows_that_were_written() -> None:
-    assert joints.page(joints.read(page.JOINTS)) in page.PAGE.read_text(encoding="utf-8")
+    assert joints.page(read(joints.Row, page.JOINTS)) in page.PAGE.read_text(encoding="utf-8")
 
 
 def test_a_planner_that_looks_at_points_breaks_limits_between_them() -> None:

@@ -6,11 +6,12 @@ import pytest
 from benchmarks.rivals import page, table
 from benchmarks.rivals.adapters import fine_grid, ours, tightened
 from benchmarks.rivals.adapters.rows import Grid
-from benchmarks.rivals.entries import RIVALS
 from benchmarks.rivals.judge.kernels import KernelCurve
 from benchmarks.rivals.model import Found, NotFound, Promise, Rival
-from benchmarks.rivals.objective import objective_of
+from benchmarks.rivals.page import RIVALS
 from benchmarks.rivals.problems import problem, problems
+from benchmarks.rivals.table import objective_of
+from benchmarks.rivals.tables import read
 from trackably.gp.row_posterior import RowPosterior
 from trackably.learning.joint.dual import solve_dual
 from trackably.systems.reference import Reference
@@ -78,7 +79,7 @@ def test_a_rival_that_fails_is_a_row_that_says_so():
 
 def test_committed_rows_are_of_known_problems_and_rivals():
     names, rivals = {of.name for of in problems()}, {rival.name for rival in RIVALS}
-    for row in table.read(page.RESULTS):
+    for row in read(table.Row, page.RESULTS):
         assert row.problem in names
         assert row.rival in rivals
 
