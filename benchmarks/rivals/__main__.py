@@ -5,16 +5,38 @@
 
 import os
 import sys
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
 from importlib import import_module
 
 from threadpoolctl import threadpool_limits
 
-from benchmarks.rivals import joints, page, sweep, table
-from benchmarks.rivals.model import Problem, Rival
+from benchmarks.rivals import joints, page, table
+from benchmarks.rivals.adapters import fine_grid, ours, splines, tightened, truncated
+from benchmarks.rivals.model import Answer, Problem, Rival
 from benchmarks.rivals.page import RIVALS
 from benchmarks.rivals.pendulum import table as pendulum
-from benchmarks.rivals.problems import ROOT, problems
+from benchmarks.rivals.problems import ROOT, problem, problems
 from benchmarks.rivals.tables import read, write
+
+POINTS = (13, 25, 50, 100, 200, 400, 800)
+ON_GRIDS: tuple[tuple[Rival, Callable[[Problem, int], Answer], str], ...] = (
+    (fine_grid.FINE_GRID, fine_grid.solve, "the same program on a grid"),
+    (splines.SPLINE, splines.solve, "smoothing spline on a grid"),
+    (tightened.TIGHTENED, tightened.solve, "second-order cones"),
+)
+AT_ONCE = (truncated.MODE, ours.HYPERPARAMETERS, ours.JOINT)
+
+
+def sweep(name: str = "axis") -> Iterator[table.Row]:
+    """Yield the rows of all rivals with a grid, and of those without one."""
+    of = problem(name)
+    for rival, solve, short in ON_GRIDS:
+        for points in POINTS:
+            yield table.measured(of, replace(rival, name=short, solve=partial(solve, points=points)))
+    for rival in AT_ONCE:
+        yield table.measured(of, rival)
 
 
 def main(names: list[str]) -> None:
@@ -32,8 +54,8 @@ def main(names: list[str]) -> None:
     for package in {package for rival in RIVALS for package in rival.needs}:
         import_module(package)  # loading is no part of a rival's time
     rows = []
-    for problem in wanted:
-        rows += [row(problem, rival) for rival in RIVALS]
+    for each in wanted:
+        rows += [row(each, rival) for rival in RIVALS]
         if not names:
             write(rows, page.RESULTS)
     if names:
@@ -41,7 +63,7 @@ def main(names: list[str]) -> None:
     else:
         swings = list(pendulum.rows())
         write(swings, page.PENDULUM)
-        finer = list(sweep.rows())
+        finer = list(sweep())
         write(finer, page.SWEEP)
         write(joints.rows(), page.JOINTS)
         page.write(rows, swings, finer)

@@ -1,14 +1,17 @@
-"""Curves made of polynomials, and their largest violation: exact."""
+"""Curves that are no sums of kernels, and their largest violation: exact of polynomials, at the steps of sequences.
+
+Rivals that know no sampled systems are judged as they see the system: x = (p, ṗ), u = p̈ at all times.
+"""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 
 from benchmarks.rivals.judge.polynomials import Combination, Pieces, largest
-from benchmarks.rivals.model import Curve, Violation
+from benchmarks.rivals.model import Curve, Problem, Violation
 from trackably.arrays import Array
 from trackably.gp.stencil import POINT, Stencil
 from trackably.systems.constrained import ConstrainedSystem
@@ -110,3 +113,72 @@ def _quantity(quantity: Quantity, signals: Sequence[Pieces]) -> Combination:
         (w, signals[c].shifted(j * step)) for c, row in enumerate(functional.weights) for j, w in enumerate(row) if w
     )
     return Combination(shifted, functional.offset)
+
+
+def is_driven_by_accelerations(problem: Problem) -> bool:
+    """Whether the system is ṗ = v, v̇ = u with as many inputs as positions."""
+    if problem.continuous is None:
+        return False
+    A, B = problem.continuous
+    m = B.shape[1]
+    zero, one = np.zeros((m, m)), np.eye(m)
+    return np.array_equal(A, np.block([[zero, one], [zero, zero]])) and np.array_equal(B, np.vstack([zero, one]))
+
+
+def moving(positions: Sequence[Pieces], problem: Problem) -> PolynomialCurve:
+    """Return the curve of these positions, with everything that is bounded."""
+    speeds = [p.derivative() for p in positions]
+    accelerations = [v.derivative() for v in speeds]
+    of = {"state": [*positions, *speeds], "input": accelerations}
+    bounded = tuple(
+        (
+            limit.name,
+            limit.bounds,
+            Combination(tuple((w, p) for w, p in zip(limit.row, of[limit.side], strict=True) if w)),
+        )
+        for limit in problem.task.plant.given_constraints
+    )
+    return PolynomialCurve(tuple(positions), bounded)
+
+
+def interpolated(function: Callable[[float], float], breaks: Array, degree: int) -> Pieces:
+    """Return the polynomials of this degree that a function is between its breaks, up to rounding in float64."""
+    nodes = (1 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2
+    powers = np.vander(nodes, increasing=True)
+    parts = []
+    for start, end in zip(breaks[:-1].tolist(), breaks[1:].tolist(), strict=True):
+        values = [function(start + (end - start) * node) for node in nodes.tolist()]
+        scaled, length = np.linalg.solve(powers, values), Fraction(end) - Fraction(start)
+        parts.append(tuple(Fraction(c) / length**k for k, c in enumerate(scaled.tolist())))
+    return Pieces(tuple(map(Fraction, breaks.tolist())), tuple(parts))
+
+
+@dataclass(frozen=True, eq=False)
+class StepCurve(Curve):
+    """`states` (K + 1, n) and `inputs` (K, m) of a plant at steps 0 … K; samples show the states `shown`."""
+
+    plant: ConstrainedSystem
+    states: Array
+    inputs: Array
+    shown: tuple[int, ...]
+
+    def sampled(self, signal: int, t: Array) -> Array:
+        """Between steps, a straight line: only to compare with samples."""
+        steps = np.arange(len(self.states)) * self.plant.sampling_time
+        return np.asarray(np.interp(t, steps, self.states[:, self.shown[signal]]))
+
+    def violation(self, window: tuple[float, float]) -> Violation:
+        """At the steps, whose stored values are all that there is."""
+        found = Violation(0.0, 0.0, at_steps=True)
+        for limit in self.plant.given_constraints:
+            values = (self.states if limit.side == "state" else self.inputs) @ np.array(limit.row, dtype=float)
+            outside = -limit.bounds.margin(values) / limit.bounds.width
+            k = int(np.argmax(outside))
+            if outside[k] > found.least:
+                time = k * self.plant.sampling_time
+                found = Violation(float(outside[k]), float(outside[k]), limit.name, time, at_steps=True)
+        return found
+
+    def violation_seen(self, window: tuple[float, float]) -> Violation:
+        """There is nothing beside the steps."""
+        return self.violation(window)

@@ -7,7 +7,7 @@ from time import process_time
 
 from benchmarks.rivals.adapters.conic import Unsolved
 from benchmarks.rivals.pendulum import proved, transcribed
-from benchmarks.rivals.pendulum.spline import Spline
+from benchmarks.rivals.pendulum.proved import Spline
 from benchmarks.rivals.pendulum.transcribed import Trajectory
 from benchmarks.rivals.tables import markdown
 

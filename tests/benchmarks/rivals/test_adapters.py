@@ -8,7 +8,7 @@ from scipy.special import ndtr, ndtri
 from benchmarks.rivals.adapters import governor, splines, toppra_path, truncated
 from benchmarks.rivals.adapters.conic import Unsolved
 from benchmarks.rivals.adapters.truncated import Bounds, Truncated, hats
-from benchmarks.rivals.judge.moving import interpolated
+from benchmarks.rivals.judge.curves import interpolated
 from benchmarks.rivals.model import Found
 from benchmarks.rivals.problems import problem
 from trackably import certify
