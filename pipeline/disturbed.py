@@ -4,7 +4,7 @@ A million steps by default, under the disturbances of experiments and of random 
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from fractions import Fraction
 from functools import cached_property
 from itertools import count
@@ -165,19 +165,14 @@ def disturbed_runs(case: Case, steps: int) -> Counts:
     Most runs start in x_r ⊕ Z, every twentieth one off the tube.
     """
     found = Counts(case.name)
-    for i, pushed in _kinds(case):
+    for i in count():
         if found.steps >= steps:
-            return found
+            break
         measured = _noise_of(case, i)
-        first = _start_of(case, i) - (0.0 if measured is None else measured(0, case.robust.state(0)))
-        loop = simulate(
-            case.tube,
-            case.robust,
-            case.robust.state(0) + first,
-            case.steps,
-            disturbances=pushed,
-            noise=_noise_of(case, i),
-        )
+        first = case.robust.state(0) + _start_of(case, i)
+        first = first if measured is None else first - measured(0, case.robust.state(0))
+        pushed, noise_again = _kind(case, i), _noise_of(case, i)
+        loop = simulate(case.tube, case.robust, first, case.steps, disturbances=pushed, measurement_noise=noise_again)
         found.runs += 1
         found.steps += len(loop.inputs)
         found.broken += _broken(loop, case.tightening.given)
@@ -189,11 +184,6 @@ def disturbed_runs(case: Case, steps: int) -> Counts:
             found.nominal_failed += failure is not None
             found.nominal_on_robust_failed += _nominal_fails(case, case.robust, i) is not None
     return found
-
-
-def _kinds(case: Case) -> Iterator[tuple[int, Disturbances]]:
-    for i in count():
-        yield i, _kind(case, i)
 
 
 def _kind(case: Case, i: int) -> Disturbances:
@@ -252,17 +242,8 @@ def total(found: list[Counts]) -> Counts:
     """Return the sums of all counts."""
     every = Counts("all")
     for of in found:
-        for name in (
-            "steps",
-            "runs",
-            "broken",
-            "without_plan",
-            "compared",
-            "nominal_failed",
-            "nominal_on_robust_failed",
-        ):
-            setattr(every, name, getattr(every, name) + getattr(of, name))
-        every.first_failures += of.first_failures
+        for each in fields(Counts)[1:]:
+            setattr(every, each.name, getattr(every, each.name) + getattr(of, each.name))
     return every
 
 

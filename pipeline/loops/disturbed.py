@@ -1,9 +1,9 @@
 """Loops under an experiment's disturbances: by two controllers, hundreds of runs at once, and what room costs."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 
@@ -28,47 +28,26 @@ from trackably.systems.reference import Reference, Window
 from trackably.systems.tightening import InvariantSet, Tightening, tightening
 
 
-@dataclass(frozen=True, eq=False)
-class Drawn:
-    """Points of a set, the same for the same seed; every call draws another one."""
-
-    disturbance: DisturbanceSet
-    seed: int
-
-    def __call__(self, k: int, successor: Array) -> Array:
-        return self.disturbance.draw(self._generator)
-
-    @cached_property
-    def _generator(self) -> np.random.Generator:
-        return np.random.default_rng(self.seed)
+def drawn(of: DisturbanceSet, seed: int) -> Disturbances:
+    """Return points of a set, the same for the same seed; every call draws another one."""
+    rng = np.random.default_rng(seed)
+    return lambda k, successor: of.draw(rng)
 
 
-@dataclass(frozen=True, eq=False)
-class Constant:
-    """At all steps the point of a set that lies farthest in the direction of `row` (n,)."""
-
-    disturbance: DisturbanceSet
-    row: Array
-
-    def __call__(self, k: int, successor: Array) -> Array:
-        return self.disturbance.farthest(self.row)
+def constant(of: DisturbanceSet, row: Array) -> Disturbances:
+    """Return, at all steps, the point of a set that lies farthest in the direction of `row` (n,)."""
+    point = of.farthest(row)
+    return lambda k, successor: point
 
 
-@dataclass(frozen=True, eq=False)
-class Greedy:
-    """The point of a set that takes the state furthest towards the bound that is nearest, in parts of the widths."""
+def greedy(of: DisturbanceSet, state_set: Polytope) -> Disturbances:
+    """Return the point of a set that takes the state furthest towards the bound that is nearest, in parts of widths."""
+    X = Inequalities.of(state_set)
 
-    disturbance: DisturbanceSet
-    state_set: Polytope
+    def pushed(k: int, successor: Array) -> Array:
+        return of.farthest(X.rows[int(np.argmin((X.bounds - X.rows @ successor) / X.widths))])
 
-    def __call__(self, k: int, successor: Array) -> Array:
-        X = self._inequalities
-        nearest = int(np.argmin((X.bounds - X.rows @ successor) / X.widths))
-        return self.disturbance.farthest(X.rows[nearest])
-
-    @cached_property
-    def _inequalities(self) -> Inequalities:
-        return Inequalities.of(self.state_set)
+    return pushed
 
 
 COUNT, KEPT = 300, 9
@@ -80,13 +59,13 @@ def disturbances(kind: str, drawn_in: Tightening, seed: int) -> Disturbances:
     W, rng = drawn_in.disturbance, np.random.default_rng(seed)
     assert W is not None, "loops are disturbed where there is a set"
     if kind == "greedy":
-        return Greedy(W, drawn_in.given.state_set)
-    return Drawn(W, seed) if kind == "drawn" else Constant(W, rng.standard_normal(W.dimension))
+        return greedy(W, drawn_in.given.state_set)
+    return drawn(W, seed) if kind == "drawn" else constant(W, rng.standard_normal(W.dimension))
 
 
 def noise(drawn_in: Tightening, seed: int) -> Disturbances | None:
     """Return noise drawn from V, if the state is measured with noise; it has nothing to do with disturbances drawn."""
-    return None if drawn_in.noise is None else Drawn(drawn_in.noise, 10**6 + seed)
+    return None if drawn_in.noise is None else drawn(drawn_in.noise, 10**6 + seed)
 
 
 def start(Z: InvariantSet, seed: int) -> Array:

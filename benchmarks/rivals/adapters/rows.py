@@ -1,5 +1,6 @@
 """Bounded quantities at many times, as rows of one finite program: what rivals (b), (c) and (d) have in common."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +9,7 @@ from benchmarks.rivals.model import Problem
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.rows import Rows, Terms, row_kernel
+from trackably.gp.samples import Samples
 from trackably.systems.trajectories import Functional
 
 POINTS = 200
@@ -66,3 +68,32 @@ def prior_covariance(posterior: JointPosterior, rows: Rows) -> Array:
     pairs = zip(posterior.prior.parts, rows.terms, strict=True)
     each = (row_kernel(part.kernel, terms, len(rows)).among() for part, terms in pairs)
     return np.asarray(sum(each, np.zeros((len(rows), len(rows)))))
+
+
+Basis = Callable[[Array], Array]
+"""Functions at times (n,) [s], one column each: a signal is a sum of them."""
+
+
+def bounds_by_basis(problem: Problem, times: Array, basis: Basis) -> tuple[Array, Array, Array]:
+    """Return rows with lower and upper bounds of coefficients: all quantities at these times, quantity after quantity.
+
+    A row has the coefficients of all signals, signal after signal.
+    """
+    plant, rows, lower, upper = problem.task.plant, [], [], []
+    for q in plant.quantities:
+        assert q.functional is not None, "asked for weighted sums"
+        parts = [np.zeros_like(basis(times)) for _ in range(plant.signal_count)]
+        for c, weights in q.functional.rounded:
+            for j, w in enumerate(weights):
+                parts[c] += w * basis(times + j * plant.sampling_time)
+        offset = float(q.functional.offset)
+        rows.append(np.hstack(parts))
+        lower.append(np.full(len(times), q.bounds.lower - offset))
+        upper.append(np.full(len(times), q.bounds.upper - offset))
+    return np.vstack(rows), np.concatenate(lower), np.concatenate(upper)
+
+
+def samples_by_basis(samples: Samples, basis: Basis) -> Array:
+    """Return what samples show of each function, without their offset: shape (samples, functions)."""
+    stencil = samples.stencil
+    return np.asarray(sum(w * basis(samples.times + j * stencil.step) for j, w in enumerate(stencil.weights)))

@@ -1,18 +1,18 @@
 """A cubic smoothing spline with bounds at many times: the smoothing by generalised cross-validation."""
 
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 import scipy
 from scipy.interpolate import BSpline, PPoly
 
 from benchmarks.rivals.adapters.conic import Conic, Unsolved
-from benchmarks.rivals.adapters.rows import POINTS
+from benchmarks.rivals.adapters.rows import POINTS, bounds_by_basis, samples_by_basis
 from benchmarks.rivals.judge.curves import of_flat_outputs
 from benchmarks.rivals.judge.polynomials import Pieces
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
-from trackably.gp.samples import Samples
 
 _DEGREE = 3
 _PIECES = 120
@@ -28,36 +28,24 @@ def solve(problem: Problem, points: int = POINTS) -> Answer:
     start, end = problem.window[0], problem.window[1] + longest * step
     inner = np.linspace(start, end, _PIECES + 1)
     knots = np.concatenate([[start] * _DEGREE, inner, [end] * _DEGREE])
-    size = len(knots) - _DEGREE - 1
-    bending = _bending(knots, inner)
+    size, bending, basis = len(knots) - _DEGREE - 1, _bending(knots, inner), partial(_values, knots)
     blocks, right, smoothings = [], [], []
     for samples in task.samples:
-        S, y = _seen(samples, knots), samples.values - samples.stencil.offset
+        S, y = samples_by_basis(samples, basis), samples.values - samples.stencil.offset
         spacing = float(np.ptp(samples.times)) / (len(samples) - 1)
         smoothing = _cross_validated(S, y, bending, _SMOOTHINGS * spacing**3)
         blocks.append(2 * (S.T @ S + smoothing * bending))
         right.append(-2 * S.T @ y)
         smoothings.append(smoothing)
-    times = np.linspace(*problem.window, points)
-    rows, h = [], []
-    for q in plant.quantities:
-        assert q.functional is not None
-        row = np.zeros((points, plant.signal_count, size))
-        for c, weights in q.functional.rounded:
-            for j, w in enumerate(weights):
-                row[:, c] += w * _values(times + j * step, knots)
-        offset = float(q.functional.offset)
-        flat = row.reshape(points, -1)
-        rows += [flat, -flat]
-        h += [np.full(points, q.bounds.upper - offset), np.full(points, offset - q.bounds.lower)]
+    rows, lower, upper = bounds_by_basis(problem, np.linspace(*problem.window, points), basis)
     total = size * plant.signal_count
     found = Conic(
         scipy.sparse.csr_array(scipy.linalg.block_diag(*blocks)),
         np.concatenate(right),
         scipy.sparse.csr_array((0, total)),
         np.empty(0),
-        scipy.sparse.csr_array(np.vstack(rows)),
-        np.concatenate(h),
+        scipy.sparse.csr_array(np.vstack([rows, -rows])),
+        np.concatenate([upper, -lower]),
     ).solve()
     if isinstance(found, Unsolved):
         return NotFound("infeasible" if found.infeasible else "failed", f"CLARABEL says {found.status}")
@@ -68,14 +56,8 @@ def solve(problem: Problem, points: int = POINTS) -> Answer:
     return Found(curve, objective, "Σ (y − s)² + λ ∫ s″²", points, says=says)
 
 
-def _values(t: Array, knots: Array) -> Array:
+def _values(knots: Array, t: Array) -> Array:
     return np.asarray(BSpline.design_matrix(np.clip(t, knots[0], knots[-1]), knots, _DEGREE).toarray())
-
-
-def _seen(samples: Samples, knots: Array) -> Array:
-    stencil = samples.stencil
-    shifted = (w * _values(samples.times + j * stencil.step, knots) for j, w in enumerate(stencil.weights))
-    return np.asarray(sum(shifted))
 
 
 def _bending(knots: Array, inner: Array) -> Array:

@@ -16,13 +16,12 @@ import numpy as np
 import scipy
 
 from benchmarks.rivals.adapters.conic import Conic, Unsolved
+from benchmarks.rivals.adapters.rows import bounds_by_basis, samples_by_basis
 from benchmarks.rivals.judge.curves import of_flat_outputs
 from benchmarks.rivals.judge.polynomials import Pieces
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
 from trackably.gp.bounded import BoundedNormal, NoRoom, root
-from trackably.gp.kernels.base import Kernel
-from trackably.gp.samples import Samples
 
 _DRAWS, _SEED = 2000, 0
 _MOST_KNOTS = 700
@@ -87,16 +86,16 @@ def solve(problem: Problem, of: str) -> Answer:
         return NotFound("does not apply", "is for weighted sums of the signal; an input is none")
     if len(knots) > _MOST_KNOTS:
         return NotFound("does not apply", f"{len(knots)} knots, one for each sampling instant, are too many here")
-    posterior = problem.likeliest.posterior
+    posterior, basis = problem.likeliest.posterior, partial(hats, knots=knots)
     parts = []
     for part in posterior.parts:
-        seen, noise = _seen(part.samples, knots), float(part.prior.noise_std) * part.samples.relative_noise
+        seen, noise = samples_by_basis(part.samples, basis), float(part.prior.noise_std) * part.samples.relative_noise
         values = part.samples.values - part.samples.stencil.offset
         level = np.full(len(knots), part.prior.mean)
         nothing = Bounds(np.empty((0, len(knots))), np.empty(0), np.empty(0))
-        covariance = _covariance(part.prior.kernel, knots)
+        covariance = np.asarray(part.prior.kernel(knots[:, None] - knots))
         parts.append(Truncated.given(covariance, level, seen, noise, values, nothing))
-    bounded = _bounds(problem, len(knots), longest)
+    bounded = Bounds(*bounds_by_basis(problem, knots[: len(knots) - longest], basis))
     whole = Truncated(
         np.concatenate([p.mean for p in parts]),
         scipy.linalg.block_diag(*(p.root for p in parts)),
@@ -114,36 +113,6 @@ def solve(problem: Problem, of: str) -> Answer:
     curve = of_flat_outputs(signals, [s.stencil for s in task.samples], task.plant)
     says = f"{len(knots)} knots" + ("" if of == "mode" else f", {_DRAWS} draws")
     return Found(curve, None, "", len(knots), says=says)
-
-
-def _bounds(problem: Problem, count: int, longest: int) -> Bounds:
-    """Return all quantities at all sampling instants of the window, as sums of values at knots."""
-    plant = problem.task.plant
-    steps = count - longest
-    rows, lower, upper = [], [], []
-    for q in plant.quantities:
-        assert q.functional is not None
-        blocks = np.zeros((steps, plant.signal_count, count))
-        for c, weights in q.functional.rounded:
-            for j, w in enumerate(weights):
-                blocks[np.arange(steps), c, np.arange(steps) + j] += w
-        rows.append(blocks.reshape(steps, -1))
-        offset = float(q.functional.offset)
-        lower.append(np.full(steps, q.bounds.lower - offset))
-        upper.append(np.full(steps, q.bounds.upper - offset))
-    return Bounds(np.vstack(rows), np.concatenate(lower), np.concatenate(upper))
-
-
-def _covariance(kernel: Kernel, knots: Array) -> Array:
-    return np.asarray(kernel(knots[:, None] - knots))
-
-
-def _seen(samples: Samples, knots: Array) -> Array:
-    """Return the samples as sums of hats: shape (samples, knots)."""
-    total = np.zeros((len(samples), len(knots)))
-    for j, w in enumerate(samples.stencil.weights):
-        total += w * hats(samples.times + j * samples.stencil.step, knots)
-    return total
 
 
 def hats(t: Array, knots: Array) -> Array:

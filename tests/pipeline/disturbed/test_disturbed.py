@@ -7,7 +7,7 @@ import pytest
 
 from pipeline import disturbed as counts
 from pipeline.disturbed import Case, disturbed_runs, random_case
-from pipeline.loops.disturbed import Constant
+from pipeline.loops.disturbed import constant
 
 SEEDS = (0, 3, 11, 12)
 
@@ -30,7 +30,7 @@ def test_no_bound_is_broken_and_no_step_is_without_a_plan(seed):
 def test_a_controller_that_leaves_no_room_is_counted(monkeypatch):
     """Disturbances that are thirty times too large break bounds, and the counts tell."""
     case = case_of(11)
-    pushed = Constant(case.tube.invariant.disturbance, np.ones(1))
+    pushed = constant(case.tube.invariant.disturbance, np.ones(1))
     monkeypatch.setattr(counts, "_kind", lambda case, i: lambda k, x: 30 * pushed(k, x))
     found = disturbed_runs(case, 1)
     assert found.broken + found.without_plan > 0

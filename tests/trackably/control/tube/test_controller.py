@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pipeline.loops.disturbed import Constant, Drawn, Greedy
+from pipeline.loops.disturbed import constant, drawn, greedy
 from tests.trackably.control.instances import at_rest
 from tests.trackably.control.tube import naive
 from tests.trackably.control.tube.instances import LOOPS, STEPS, Loop
@@ -60,10 +60,10 @@ def test_the_optimum_is_that_of_the_naive_program(name, part):
 def kinds(loop) -> dict:
     W, n = loop.disturbance, len(loop.controller.Q)
     return {
-        "drawn": Drawn(W, 5),
-        "greedy": Greedy(W, loop.plant.state_set),
-        "up": Constant(W, np.ones(n)),
-        "down": Constant(W, -np.ones(n)),
+        "drawn": drawn(W, 5),
+        "greedy": greedy(W, loop.plant.state_set),
+        "up": constant(W, np.ones(n)),
+        "down": constant(W, -np.ones(n)),
     }
 
 
@@ -88,7 +88,7 @@ def test_the_nominal_controller_loses_its_plan_under_the_same_disturbances():
     loop = LOOPS["example1"]
     nominal = Controller(EXAMPLE1, 12, loop.controller.Q, loop.controller.R)
     touching = at_rest(EXAMPLE1, 0.05)
-    run = simulate(nominal, touching, touching.state(0), STEPS, disturbances=Constant(loop.disturbance, np.ones(1)))
+    run = simulate(nominal, touching, touching.state(0), STEPS, disturbances=constant(loop.disturbance, np.ones(1)))
     assert run.without_plan or np.min(EXAMPLE1.state_set.margin(run.states)) < 0
 
 
