@@ -32,7 +32,7 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
-from trackably.streams.window_learner import WindowLearner
+from trackably.streams.relearner import WindowLearner
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Interval
