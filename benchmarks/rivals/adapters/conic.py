@@ -6,7 +6,10 @@ import clarabel
 import numpy as np
 import scipy
 
+from benchmarks.rivals.model import NotFound
 from trackably.arrays import Array
+
+Matrix = Array | scipy.sparse.sparray
 
 _SOLVED = ("Solved", "AlmostSolved")
 _INFEASIBLE = ("PrimalInfeasible", "AlmostPrimalInfeasible")
@@ -28,21 +31,25 @@ class Unsolved:
     status: str
     infeasible: bool
 
+    @property
+    def answer(self) -> NotFound:
+        """The same in the form of all rivals."""
+        return NotFound("infeasible" if self.infeasible else "failed", f"CLARABEL says {self.status}")
+
 
 @dataclass(frozen=True)
 class Conic:
-    """minimise xᵀP x/2 + qᵀx  subject to  E x = e,  G x ≤ h  and, for each pair (M, m), m + M x in a second-order cone.
+    """minimise xᵀP x/2 + qᵀx  subject to  G x ≤ h,  E x = e  and, for each pair (M, m), m + M x in a second-order cone.
 
-    The first entry of m + M x is at least the norm of the others.
+    The first entry of m + M x is at least the norm of the others. Matrices are sparse or not.
     """
 
-    P: scipy.sparse.sparray
+    P: Matrix
     q: Array
-    E: scipy.sparse.sparray
-    e: Array
-    G: scipy.sparse.sparray
+    G: Matrix
     h: Array
-    cones: tuple[tuple[scipy.sparse.sparray, Array], ...] = ()
+    equations: tuple[Matrix, Array] | None = None
+    cones: tuple[tuple[Matrix, Array], ...] = ()
 
     def solve_by_exchange(self, every: int = 16) -> Solved | Unsolved:
         """Solve with one inequality out of so many first, and add those that are broken until none is.
@@ -67,14 +74,15 @@ class Conic:
         settings = clarabel.DefaultSettings()
         settings.verbose = False
         settings.max_threads = 1
-        parts = [self.E, self.G, *(-M for M, _ in self.cones)]
-        right = np.concatenate([self.e, self.h, *(m for _, m in self.cones)])
-        cones = [clarabel.ZeroConeT(len(self.e)), clarabel.NonnegativeConeT(len(self.h))]
+        E, e = self.equations or (np.empty((0, len(self.q))), np.empty(0))
+        parts = [scipy.sparse.csr_array(matrix) for matrix in (E, self.G, *(-M for M, _ in self.cones))]
+        right = np.concatenate([e, self.h, *(m for _, m in self.cones)])
+        cones = [clarabel.ZeroConeT(len(e)), clarabel.NonnegativeConeT(len(self.h))]
         cones += [clarabel.SecondOrderConeT(len(m)) for _, m in self.cones]
         matrix = scipy.sparse.csc_matrix(scipy.sparse.vstack(parts))
-        quadratic = scipy.sparse.csc_matrix(scipy.sparse.triu(self.P))
+        quadratic = scipy.sparse.csc_matrix(scipy.sparse.triu(scipy.sparse.csr_array(self.P)))
         found = clarabel.DefaultSolver(quadratic, self.q, matrix, right, cones, settings).solve()
         status = str(found.status)
         if status in _SOLVED:
-            return Solved(np.array(found.x), float(found.obj_val), np.array(found.z)[len(self.e) :])
+            return Solved(np.array(found.x), float(found.obj_val), np.array(found.z)[len(e) :])
         return Unsolved(status, status in _INFEASIBLE)

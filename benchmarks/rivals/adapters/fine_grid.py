@@ -5,7 +5,6 @@ rows a of the grid. With K⁺ = F Fᵀ and v = Fᵀ λ it is the program of the 
 """
 
 import numpy as np
-import scipy
 
 from benchmarks.rivals.adapters.conic import Conic, Unsolved
 from benchmarks.rivals.adapters.rows import POINTS, Grid
@@ -23,23 +22,17 @@ def solve(problem: Problem, points: int = POINTS) -> Answer:
         return NotFound("does not apply", "the program is not convex: an input is no weighted sum of the signal")
     posterior = problem.likeliest.posterior
     given = RowPosterior(posterior, grid.rows)
-    F = scipy.sparse.csr_array(root(given.covariance))
+    F = root(given.covariance)
     r = F.shape[1]
     right = np.concatenate([grid.upper - given.mean, given.mean - grid.lower])
-    nothing = scipy.sparse.csr_array((0, r))
-    program = Conic(scipy.sparse.eye_array(r) * 2, np.zeros(r), nothing, np.empty(0), _both(F), right)
-    found = program.solve_by_exchange()
+    found = Conic(2 * np.eye(r), np.zeros(r), np.vstack([F, -F]), right).solve_by_exchange()
     if isinstance(found, Unsolved):
-        return NotFound("infeasible" if found.infeasible else "failed", f"CLARABEL says {found.status}")
+        return found.answer
     above, below = np.split(found.dual, 2)
     signals = given.signals((below - above) / 2)
     curve = KernelCurve(Reference(signals, problem.task.plant), problem.task.samples)
     objective = posterior.negative_log_marginal_likelihood()[0] + found.objective
     return Found(curve, objective, "J at the likeliest θ", points, posterior.prior)
-
-
-def _both(F: scipy.sparse.sparray) -> scipy.sparse.sparray:
-    return scipy.sparse.vstack([F, -F])
 
 
 FINE_GRID = Rival(

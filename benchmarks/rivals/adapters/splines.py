@@ -28,7 +28,7 @@ def solve(problem: Problem, points: int = POINTS) -> Answer:
     start, end = problem.window[0], problem.window[1] + longest * step
     inner = np.linspace(start, end, _PIECES + 1)
     knots = np.concatenate([[start] * _DEGREE, inner, [end] * _DEGREE])
-    size, bending, basis = len(knots) - _DEGREE - 1, _bending(knots, inner), partial(_values, knots)
+    bending, basis = _bending(knots, inner), partial(_values, knots)
     blocks, right, smoothings = [], [], []
     for samples in task.samples:
         S, y = samples_by_basis(samples, basis), samples.values - samples.stencil.offset
@@ -38,17 +38,14 @@ def solve(problem: Problem, points: int = POINTS) -> Answer:
         right.append(-2 * S.T @ y)
         smoothings.append(smoothing)
     rows, lower, upper = bounds_by_basis(problem, np.linspace(*problem.window, points), basis)
-    total = size * plant.signal_count
     found = Conic(
-        scipy.sparse.csr_array(scipy.linalg.block_diag(*blocks)),
+        scipy.linalg.block_diag(*blocks),
         np.concatenate(right),
-        scipy.sparse.csr_array((0, total)),
-        np.empty(0),
-        scipy.sparse.csr_array(np.vstack([rows, -rows])),
+        np.vstack([rows, -rows]),
         np.concatenate([upper, -lower]),
     ).solve()
     if isinstance(found, Unsolved):
-        return NotFound("infeasible" if found.infeasible else "failed", f"CLARABEL says {found.status}")
+        return found.answer
     signals = [_pieces(knots, c) for c in np.split(found.x, plant.signal_count)]
     curve = of_flat_outputs(signals, [s.stencil for s in task.samples], plant)
     objective = found.objective + sum(float(np.sum((s.values - s.stencil.offset) ** 2)) for s in task.samples)

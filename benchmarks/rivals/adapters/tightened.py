@@ -46,11 +46,10 @@ def solve(problem: Problem, points: int = POINTS) -> Answer:
     q = np.append(-2 * S.T @ target, 0.0)
     G = np.block([[F[n:], eta[:, None]], [-F[n:], eta[:, None]]])
     h = np.concatenate([grid.upper - before[n:], before[n:] - grid.lower])
-    cone = scipy.sparse.csr_array(np.roll(np.eye(r + 1), 1, axis=0)), np.zeros(r + 1)
-    nothing = scipy.sparse.csr_array((0, r + 1))
-    found = Conic(_sparse(P), q, nothing, np.empty(0), _sparse(G), h, (cone,)).solve()
+    cone = np.roll(np.eye(r + 1), 1, axis=0), np.zeros(r + 1)
+    found = Conic(P, q, G, h, cones=(cone,)).solve()
     if isinstance(found, Unsolved):
-        return NotFound("infeasible" if found.infeasible else "failed", f"CLARABEL says {found.status}")
+        return found.answer
     v, objective = found.x[:-1], found.objective + float(target @ target)
     above, below = np.split(found.dual[: 2 * len(eta)], 2)
     # Stationarity: v (1 + Σ η μ/(2|v|)) = Fᵀ [(y − S g)/σ² ; (μ_below − μ_above)/2].
@@ -90,10 +89,6 @@ def _noise(posterior: JointPosterior) -> Array:
 
 def _level(mean: float):
     return lambda t: np.full(np.shape(t), mean)
-
-
-def _sparse(dense: Array) -> scipy.sparse.sparray:
-    return scipy.sparse.csr_array(dense)
 
 
 TIGHTENED = Rival(

@@ -53,11 +53,8 @@ class Truncated:
         """Return the most likely ξ within the bounds."""
         D, r = self.rows @ self.root, self.root.shape[1]
         at = self.rows @ self.mean
-        G = scipy.sparse.csr_array(np.vstack([D, -D]))
         h = np.concatenate([self.upper - at, at - self.lower])
-        found = Conic(
-            scipy.sparse.eye_array(r) * 2, np.zeros(r), scipy.sparse.csr_array((0, r)), np.empty(0), G, h
-        ).solve_by_exchange()
+        found = Conic(2 * np.eye(r), np.zeros(r), np.vstack([D, -D]), h).solve_by_exchange()
         return found if isinstance(found, Unsolved) else self.mean + self.root @ found.x
 
     def average(self, draws: int = _DRAWS) -> Array:
@@ -108,7 +105,7 @@ def solve(problem: Problem, of: str) -> Answer:
     except NoRoom as why:
         return NotFound("failed", f"no draws: {why}")
     if isinstance(found, Unsolved):
-        return NotFound("infeasible" if found.infeasible else "failed", f"CLARABEL says {found.status}")
+        return found.answer
     signals = [_hats(knots, values) for values in np.split(found, len(parts))]
     curve = of_flat_outputs(signals, [s.stencil for s in task.samples], task.plant)
     says = f"{len(knots)} knots" + ("" if of == "mode" else f", {_DRAWS} draws")

@@ -16,7 +16,6 @@ import scipy
 from benchmarks.rivals.adapters.conic import Conic, Unsolved
 from benchmarks.rivals.judge.polynomials import Pieces, Polynomial, bernstein, halved
 from benchmarks.rivals.pendulum.statement import EFFORT, LEAST_SPEED, MOST_W, REWARD, Facts, facts
-from trackably.arrays import Array
 
 DEGREE = 5
 
@@ -139,22 +138,14 @@ def solve(intervals: int = 240) -> Spline | Unsolved:
         raise ValueError(f"intervals: a multiple of 3 puts a knot at 1/3, got {intervals}")
     size = intervals + DEGREE
     speed, w, effort = _operators(intervals)
-    equations = _equations(intervals)
     G = scipy.sparse.vstack([-speed, w, -w])
     h = np.concatenate(
         [np.full(speed.shape[0], -LEAST_SPEED - _KEPT_FREE), np.full(2 * w.shape[0], MOST_W - _KEPT_FREE)]
     )
     last = np.zeros(size)
     last[-DEGREE - 1 :] = [float(sum(k * a for k, a in enumerate(piece))) * intervals for piece in CARDINAL]
-    program = Conic(
-        2 * EFFORT * effort,
-        -REWARD * last,
-        equations,
-        np.array([0.5, 0.0, 0.0, 0.5, 0.0]),
-        G,
-        h,
-    )
-    found = program.solve()
+    met = _equations(intervals), np.array([0.5, 0.0, 0.0, 0.5, 0.0])
+    found = Conic(2 * EFFORT * effort, -REWARD * last, G, h, met).solve()
     if isinstance(found, Unsolved):
         return found
     return exactly(tuple(Fraction(round(v * 2**60), 2**60) for v in found.x.tolist()))
@@ -165,17 +156,22 @@ def _operators(intervals: int) -> tuple[scipy.sparse.sparray, scipy.sparse.sparr
     speed_of, w_of, u_of = [], [], []
     for piece in CARDINAL:
         x = Pieces((Fraction(0), Fraction(1)), (piece,))
-        speed = [a * intervals for a in x.derivative().parts[0]]
+        first = [a * intervals for a in x.derivative().parts[0]]
         second = [a * intervals**2 for a in x.derivative().derivative().parts[0]]
-        w = [a + 10 * b for a, b in zip((*second, 0, 0), piece, strict=True)]
-        speed_of.append(_parts(tuple(speed)))
-        w_of.append(_parts(tuple(map(Fraction, w))))
-        u_of.append([float(k * a) * intervals for k, a in enumerate(w)][1:])
+        both = [a + 10 * b for a, b in zip((*second, 0, 0), piece, strict=True)]
+        speed_of.append(_parts(tuple(first)))
+        w_of.append(_parts(tuple(map(Fraction, both))))
+        u_of.append([float(k * a) * intervals for k, a in enumerate(both)][1:])
     moments = np.array([[1 / (i + j + 1) for j in range(DEGREE)] for i in range(DEGREE)]) / intervals
     by_piece = np.array(u_of)
     local = by_piece @ moments @ by_piece.T
-    each = [_placed(local, i, intervals) for i in range(intervals)]
-    return _stacked(np.array(speed_of).T, intervals), _stacked(np.array(w_of).T, intervals), sum(each[1:], each[0])
+    # Coefficient j of those that are not zero on an interval is that many places behind the first one.
+    behind = [scipy.sparse.eye_array(intervals, intervals + DEGREE, k=j) for j in range(DEGREE + 1)]
+    squares = sum(local[i, j] * (one.T @ other) for i, one in enumerate(behind) for j, other in enumerate(behind))
+    speed, w = (
+        sum(scipy.sparse.kron(shift, np.array(of)[[j]].T) for j, shift in enumerate(behind)) for of in (speed_of, w_of)
+    )
+    return speed, w, squares
 
 
 def _parts(polynomial: Polynomial) -> list[float]:
@@ -183,31 +179,6 @@ def _parts(polynomial: Polynomial) -> list[float]:
     for _ in range(_HALVINGS):
         pieces = [half for piece in pieces for half in halved(piece)]
     return [float(b) for piece in pieces for b in piece]
-
-
-def _stacked(local: Array, intervals: int) -> scipy.sparse.sparray:
-    rows = [
-        scipy.sparse.hstack(
-            [
-                scipy.sparse.csr_array((len(local), i)),
-                scipy.sparse.csr_array(local),
-                scipy.sparse.csr_array((len(local), intervals - 1 - i)),
-            ]
-        )
-        for i in range(intervals)
-    ]
-    return scipy.sparse.vstack(rows)
-
-
-def _placed(local: Array, i: int, intervals: int) -> scipy.sparse.sparray:
-    return scipy.sparse.block_diag(
-        [
-            scipy.sparse.csr_array((i, i)),
-            scipy.sparse.csr_array(local),
-            scipy.sparse.csr_array((intervals - 1 - i, intervals - 1 - i)),
-        ],
-        format="csr",
-    )
 
 
 def _equations(intervals: int) -> scipy.sparse.sparray:

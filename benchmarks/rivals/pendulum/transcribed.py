@@ -74,8 +74,7 @@ def solve(points: int, cones: bool) -> Trajectory | Unsolved:
     norm = np.concatenate([np.full(3, _INITIAL**-0.5), np.zeros(3 * N), np.full(3 * N, _CONTROLLED**-0.5), np.ones(1)])
     kept = np.flatnonzero(norm)
     cone = scipy.sparse.csr_array(scipy.sparse.diags_array(norm))[np.roll(kept, 1)], np.zeros(len(kept))
-    program = Conic(scipy.sparse.diags_array(effort), q, E, e, G, h, (cone,) if cones else ())
-    found = program.solve()
+    found = Conic(scipy.sparse.diags_array(effort), q, G, h, (E, e), (cone,) if cones else ()).solve()
     if isinstance(found, Unsolved):
         return found
     states = found.x[: 3 * (N + 1)].reshape(-1, 3)
