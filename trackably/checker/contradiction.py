@@ -29,7 +29,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
-from trackably.checker.disturbances import product
+from trackably.checker.disturbances import in_whole_numbers, product
 from trackably.checker.form import (
     Plant,
     a_plant,
@@ -57,7 +57,7 @@ from trackably.checker.intervals import (
 from trackably.checker.limits import INSTANTS, ROWS
 from trackably.checker.redundancy import null_space
 from trackably.checker.statement import bounds_text, dynamics
-from trackably.checker.subject import LinearSystem, NonlinearSystem, Polytope, System
+from trackably.checker.subject import LinearSystem, NonlinearSystem, Polytope, System, single_bounds
 from trackably.checker.trajectories import why_no_plant
 from trackably.checker.watch import progress, tick
 
@@ -223,13 +223,12 @@ def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipli
 def _price(rows: Sequence[_Weighted], of_inputs: Sequence[Sequence[int]], m: int) -> Fraction | None:
     """Return Σ_k Σ_i (h_i if ν_ki > 0, else l_i) ν_ki with Σ_i ν_ki r_i = −e_k for all factors e_k; None without ν."""
     taking = [_taking_away([Fraction(int(i == j)) for i in range(m)], [row.row for row in rows]) for j in range(m)]
-    v = common_denominator(x for factors in taking for x in factors or ())
-    b = common_denominator(end for row in rows for end in (row.lower, row.upper))
-    whole = [_whole(factors, v) if factors else None for factors in taking]
-    found, ends = 0, [_whole((row.lower, row.upper), b) for row in rows]
+    v, whole = in_whole_numbers([factors or [] for factors in taking])
+    b, ends = in_whole_numbers([(row.lower, row.upper) for row in rows])
+    found = 0
     for k, e in enumerate(of_inputs):
         progress(k, len(of_inputs))
-        if any(x and factors is None for x, factors in zip(e, whole, strict=True)):
+        if any(x and factors is None for x, factors in zip(e, taking, strict=True)):
             return None
         for i, (low, high) in enumerate(ends):
             factor = sum(x * factors[i] for x, factors in zip(e, whole, strict=True) if factors)
@@ -250,11 +249,10 @@ class _Dynamics:
     @classmethod
     def of(cls, A: list[list[Fraction]], B: list[list[Fraction]], c: list[Fraction], steps: int) -> "_Dynamics | None":
         """Return them; None where they have too many digits."""
-        q = common_denominator(v for row in (*A, *B, c) for v in row)
+        q, columns = in_whole_numbers([*zip(*A, strict=True), *zip(*B, strict=True), c])
         if steps * q.bit_length() > _MOST_BITS:
             return None
-        of_state, of_input = ([_whole(column, q) for column in zip(*M, strict=True)] for M in (A, B))
-        return cls(q, of_state, of_input, _whole(c, q), steps)
+        return cls(q, columns[: len(A)], columns[len(A) : -1], columns[-1], steps)
 
     def factors(self, rows: Sequence[_Weighted]) -> tuple[list[int], list[list[int]], int, int]:
         """Return p_0, e_k + Bᵀ p_(k+1) for each k from the last on, and Σ_k p_(k+1) c: times the number at the end."""
@@ -292,10 +290,6 @@ def _taking_away(vector: Sequence[Fraction], lines: Sequence[Sequence[Fraction]]
     return found[-1][:-1] if found and found[-1][-1] else None
 
 
-def _whole(values: Sequence[Fraction], by: int) -> list[int]:
-    return [value.numerator * (by // value.denominator) for value in values]
-
-
 def _why_no_gap(of: Contradiction, system: NonlinearSystem, gap: Gap) -> str | None:
     """Return why it is not shown that there is nothing at the step."""
     if gap.step >= of.steps or gap.name not in (*system.states, *system.inputs):
@@ -316,10 +310,16 @@ def wanted_boxes(of: Contradiction, system: NonlinearSystem) -> Iterator[dict[st
     The first step at which some ends are apart is the last one.
     """
     sides = ((of.state_set, system.states), (of.input_set, system.inputs))
-    bounds = [found for bounded, names_of in sides for found in _of_single_coordinates(bounded, names_of)]
+    bounds = [
+        (names_of[j], interval)
+        for bounded, names_of in sides
+        for j, low, high in single_bounds(bounded)
+        for interval in _interval(low, high)
+    ]
     reached: list[tuple[str, Real]] = []
     for k in range(of.steps):
-        given = [(v.name, interval) for v in of.values if v.step == k for interval in _interval(v.lower, v.upper)]
+        asked = [(v.name, Fraction(v.lower), Fraction(v.upper)) for v in of.values if v.step == k]
+        given = [(name, interval) for name, *ends in asked for interval in _interval(*ends)]
         box: dict[str, tuple[Real, Real]] = {}
         for name, wanted in (*bounds, *reached, *given):
             low, high = box.get(name, (wanted.a, wanted.b))
@@ -330,22 +330,10 @@ def wanted_boxes(of: Contradiction, system: NonlinearSystem) -> Iterator[dict[st
         reached = list(_reached(system, {name: between(low, high) for name, (low, high) in box.items()}))
 
 
-def _of_single_coordinates(bounded: Polytope, names_of: Sequence[str]) -> Iterator[tuple[str, Real]]:
-    """Yield what the rows of a single state or input say of it."""
-    for row in bounded.rows:
-        used = [(name, r) for name, r in zip(names_of, row.row, strict=True) if r]
-        if len(used) == 1:
-            ((name, r),) = used
-            for interval in _interval(row.lower, row.upper):
-                yield name, interval / ratio(r)
-
-
-def _interval(lower: float, upper: float) -> Iterator[Real]:
+def _interval(lower: Fraction, upper: Fraction) -> Iterator[Real]:
     """Yield the interval; two that are apart where it holds nothing."""
-    if lower <= upper:
-        yield between(lower, upper)
-    else:
-        yield from (exactly(lower), exactly(upper))
+    ends = ratio(lower), ratio(upper)
+    yield from (between(*ends),) if lower <= upper else ends
 
 
 def _reached(system: NonlinearSystem, box: Mapping[str, Real]) -> Iterator[tuple[str, Real]]:

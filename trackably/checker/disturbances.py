@@ -170,21 +170,21 @@ class _Errors:
             [exact_sum([a, *(b * k[j] for b, k in zip(inputs, K, strict=True))]) for j, a in enumerate(row)]
             for row, inputs in zip(A, B, strict=True)
         ]
-        q, whole_closed = _whole(closed)
+        q, whole_closed = in_whole_numbers(closed)
         W, V = robust.disturbance, robust.noise
         disturbance = of_measured_state(W, V, system.A) if V and isinstance(W, Zonotope) else W
         added = robust.added(system)
         if isinstance(disturbance, Zonotope) and not isinstance(added, str):
             disturbance = Zonotope(disturbance.centre, (*disturbance.generators, *added))
-        d, vectors = _whole(disturbance.vectors)
-        b, (box,) = _whole([[Fraction(p) for p in robust.box]])
+        d, vectors = in_whole_numbers(disturbance.vectors)
+        b, (box,) = in_whole_numbers([[Fraction(p) for p in robust.box]])
         return cls(robust, disturbance, q, whole_closed, d, vectors, b, box)
 
     def noise_support(self, row: Sequence[Fraction]) -> Fraction:
         """Return h_V(row); 0 without noise."""
         if self.robust.noise is None:
             return Fraction(0)
-        (r, (moved,)), (d, vectors) = _whole([row]), _whole(self.robust.noise.vectors)
+        (r, (moved,)), (d, vectors) = in_whole_numbers([row]), in_whole_numbers(self.robust.noise.vectors)
         return Fraction(self.robust.noise.support(vectors, moved), r * d)
 
     def fits(self, row: Sequence[Fraction], room: Fraction) -> bool:
@@ -194,7 +194,7 @@ class _Errors:
         takes far longer than all the rest: the sums have as many digits as the last power.
         """
         N, s, left = self.robust.head, self.robust.terms, 1 - Fraction(self.robust.contraction)
-        r, (moved,) = _whole([row])
+        r, (moved,) = in_whole_numbers([row])
         of_W = of_P = 0
         for i in range(N + s):
             tick()
@@ -266,7 +266,7 @@ def _combined(columns: list[list[Fraction]], row: Sequence[Fraction]) -> list[Fr
     return [exact_sum(r * k for r, k in zip(row, column, strict=True)) for column in columns]
 
 
-def _whole(rows: Sequence[Sequence[Fraction]]) -> tuple[int, list[list[int]]]:
+def in_whole_numbers(rows: Sequence[Sequence[Fraction]]) -> tuple[int, list[list[int]]]:
     """Return the least d that makes all numbers whole, and d times them."""
     d = common_denominator(value for row in rows for value in row)
     require_room(sum(map(len, rows)), d.bit_length())

@@ -19,7 +19,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from trackably.checker.subject import LinearSystem, Polytope
+from trackably.checker.subject import LinearSystem, Polytope, single_bounds
 from trackably.checker.watch import tick
 
 Vector = tuple[Fraction, ...]
@@ -65,13 +65,9 @@ def _columns(system: LinearSystem | Vertex) -> Iterator[list[Fraction]]:
 def _reach(bounded: Polytope, dimension: int) -> list[Fraction | None]:
     """Return the largest size of each coordinate, of rows that bound it alone; None without one."""
     found: list[Fraction | None] = [None] * dimension
-    for row in bounded.rows:
-        used = [j for j, r in enumerate(row.row) if r]
-        if len(used) == 1:
-            (j,) = used
-            size = max(abs(Fraction(row.lower)), abs(Fraction(row.upper))) / abs(row.row[j])
-            known = found[j]
-            found[j] = size if known is None else min(known, size)
+    for j, low, high in single_bounds(bounded):
+        known, size = found[j], max(abs(low), abs(high))
+        found[j] = size if known is None else min(known, size)
     return found
 
 

@@ -36,8 +36,7 @@ from trackably.checker.intervals import (
 )
 from trackably.checker.models import Model, Models
 from trackably.checker.quantities import ITSELF, LinearCombination, Quantity, functionals
-from trackably.checker.subject import NonlinearSystem, Signal, Subject
-from trackably.checker.watch import tick
+from trackably.checker.subject import NonlinearSystem, Signal, Subject, single_bounds
 
 _UNDERFLOW = exactly(2) ** -1000
 _OVERFLOW = exactly(10) ** 300
@@ -137,13 +136,6 @@ def signal_errors(subject: Subject, until: float) -> list[Tracked]:
     return [_signal_error(subject, until, signal) for signal in subject.signals]
 
 
-def errors_of_arguments(certificate: Certificate, arguments: Mapping[str, LinearCombination]) -> dict[str, Real]:
-    """Return the rounding error of each argument, by name."""
-    subject = certificate.subject
-    of_signals = signal_errors(subject, certificate.until) if arguments else []
-    return {name: _combination(subject, argument, of_signals).error for name, argument in arguments.items()}
-
-
 def error_of(subject: Subject, q: Quantity, of_signals: list[Tracked]) -> Real:
     """Over-estimate the rounding error of a quantity. Raise UndefinedError where it has no bound."""
     if q.combination is not None:
@@ -152,11 +144,15 @@ def error_of(subject: Subject, q: Quantity, of_signals: list[Tracked]) -> Real:
     for i, state in enumerate(subject.system.states):
         if state in values:  # bounds of states are proved without any use of this step
             values[state] = _interval(_within(subject, i, values[state].model.span), values[state].error)
-    error, size = ZERO, ZERO
-    for r, part in q.parts:
-        found = evaluate(part, values, TrackedFormulas(1))
-        error, size = error + abs(ratio(r)) * found.error, size + abs(ratio(r)) * abs(found.computed)
-    return 1.01 * (error + (len(subject.system.inputs) + 2) * UNIT * size) + TINY
+    parts = [(ratio(r), evaluate(part, values, TrackedFormulas(1))) for r, part in q.parts]
+    return _of_row(parts, len(subject.system.inputs) + 2)
+
+
+def _of_row(parts: list[tuple[Real, Tracked]], roundings: int) -> Real:
+    """Over-estimate the rounding error of a weighted sum."""
+    error = total(abs(r) * part.error for r, part in parts)
+    size = total(abs(r) * abs(part.computed) for r, part in parts)
+    return exactly(1.01) * (error + roundings * UNIT * size) + TINY
 
 
 def _combination(subject: Subject, argument: LinearCombination, of_signals: list[Tracked]) -> Tracked:
@@ -172,15 +168,10 @@ def _combination(subject: Subject, argument: LinearCombination, of_signals: list
 def _within(subject: Subject, i: int, exact: Real) -> Real:
     """Return the part of an interval that is inside all bounds of the i-th state alone."""
     low, high = exact.a, exact.b
-    for bound in subject.state_set.rows:
-        tick()
-        row = bound.row
-        if row[i] and not any(r for k, r in enumerate(row) if k != i):
-            ends = [exactly(end) / ratio(row[i]) for end in (bound.lower, bound.upper)]
-            if row[i] < 0:
-                ends.reverse()
-            low = ends[0].a if ends[0].a > low else low
-            high = ends[1].b if ends[1].b < high else high
+    for j, *ends in single_bounds(subject.state_set):
+        if i == j:
+            least, most = map(ratio, ends)
+            low, high = least.a if least.a > low else low, most.b if most.b < high else high
     return between(low, high) if low <= high else exact
 
 
@@ -262,7 +253,7 @@ class FlatNeeds:
     @classmethod
     def of(cls, certificate: Certificate, quantities: list[Quantity]) -> "FlatNeeds":
         """Return what these quantities need; nothing where none is of a flat form."""
-        system = certificate.subject.system
+        subject = certificate.subject
         arguments = {
             name: argument
             for q in quantities
@@ -270,8 +261,9 @@ class FlatNeeds:
             for name, argument in q.arguments.items()
             if name != ITSELF
         }
-        errors = errors_of_arguments(certificate, arguments)
-        return cls(certificate.errors, errors, len(system.states) + len(system.inputs) + 2)
+        of_signals = signal_errors(subject, certificate.until) if arguments else []
+        errors = {name: _combination(subject, argument, of_signals).error for name, argument in arguments.items()}
+        return cls(certificate.errors, errors, len(subject.system.states) + len(subject.system.inputs) + 2)
 
 
 @dataclass(frozen=True)
@@ -297,7 +289,7 @@ class FlatValues:
             return evaluate(q.formula, arguments, Models(self.terms))
         parts = self._parts(q, tracked)
         stated = self.needs.stated[q.name]
-        required(self._error(parts).b <= stated, f"it can be off by more than {stated!r} in float64")
+        required(_of_row(parts, self.needs.roundings).b <= stated, f"it can be off by more than {stated!r} in float64")
         found = Models(self.terms).number(ZERO)
         for r, part in parts:
             found += part.model.times(r)
@@ -305,7 +297,7 @@ class FlatValues:
 
     def error(self, q: Quantity, arguments: Mapping[str, Model]) -> Real:
         """Over-estimate the rounding error of a formula. Raise UndefinedError where it may not be defined."""
-        return self._error(self._parts(q, self._tracked(arguments)))
+        return _of_row(self._parts(q, self._tracked(arguments)), self.needs.roundings)
 
     def _tracked(self, arguments: Mapping[str, Model]) -> dict[str, Tracked]:
         errors = self.needs.of_arguments
@@ -316,11 +308,6 @@ class FlatValues:
 
     def _of(self, formula: Formula, values: Mapping[str, Tracked]) -> Tracked:
         return evaluate(formula, values, TrackedFormulas(self.terms), self.known)
-
-    def _error(self, parts: list[tuple[Real, Tracked]]) -> Real:
-        error = total(abs(r) * part.error for r, part in parts)
-        size = total(abs(r) * abs(part.computed) for r, part in parts)
-        return exactly(1.01) * (error + self.needs.roundings * UNIT * size) + TINY
 
 
 def constants(values: Mapping[str, Real], terms: int) -> dict[str, Model]:

@@ -1,6 +1,7 @@
 """What a file speaks about, as typed values: a reference, its system and its sets."""
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -11,7 +12,7 @@ from trackably.checker.formulas import Formula
 from trackably.checker.formulas import names as names_in
 from trackably.checker.intervals import Real, exactly, total
 from trackably.checker.kernels import Decay, Kernel, Reach, reach
-from trackably.checker.watch import UndecidedError
+from trackably.checker.watch import UndecidedError, tick
 
 Beyond = Literal["rest", "period", "end"]
 
@@ -204,6 +205,17 @@ class Polytope:
 
     rows: tuple[Row, ...]
     dimension: int
+
+
+def single_bounds(bounded: Polytope) -> Iterator[tuple[int, Fraction, Fraction]]:
+    """Yield each coordinate that a row bounds alone, and between which numbers; rows that move are passed over."""
+    for row in bounded.rows:
+        tick()
+        used = [(j, r) for j, r in enumerate(row.row) if r]
+        if len(used) == 1 and not row.moves:
+            ((j, r),) = used
+            ends = Fraction(row.lower) / r, Fraction(row.upper) / r
+            yield (j, *ends) if r > 0 else (j, *ends[::-1])
 
 
 @dataclass(frozen=True)
