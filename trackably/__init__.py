@@ -1,6 +1,6 @@
 """Trackably: learn a reference from noisy samples, and guarantee that the controlled system can follow it.
 
-All that a notebook or a program needs is imported from here:
+The public names, by task:
 
 - samples: `Samples`, or recordings by `read_csv`, `read_mcap` and `read_parquet`
 - the plant: a `ConstrainedSystem` of a `LinearSystem` or a `NonlinearSystem`, and of sets such as `Polytope.box`

@@ -30,7 +30,7 @@ _INTERPOLATIONS = ("linear", "cubic", "quintic", "pchip", "akima")
 
 
 def main(arguments: list[str]) -> int:
-    """Run a command and return its exit code, which its `--help` explains."""
+    """Run a command and return its exit code; `--help` lists the codes."""
     parser = argparse.ArgumentParser(
         prog="python -m trackably", description="Check proofs, and certify trajectories that others made."
     )
@@ -102,7 +102,7 @@ def _state(file: Path, output: Path, emulated: bool) -> int:
 
 
 def _positive(text: str) -> float:
-    """Return a positive number, for argparse: it names the option where there is none."""
+    """Parse a positive number for argparse, which adds the name of the option to the error."""
     try:
         seconds = float(text)
     except ValueError:

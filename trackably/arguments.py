@@ -1,4 +1,6 @@
-"""Check arguments where they enter: one sentence names the argument, what was expected and what came."""
+"""Check arguments of public functions: each error is one sentence with the argument, what was
+expected and what came.
+"""
 
 import math
 from decimal import Decimal
@@ -17,7 +19,7 @@ _SECONDS = "(times - times[0]) / np.timedelta64(1, 's') are seconds"
 
 
 def real(what: str, given: object) -> float:
-    """Return a finite number as a float. TypeError: no number. ValueError: infinite or NaN."""
+    """Return a finite number as a float. TypeError: `given` is no number. ValueError: it is infinite or NaN."""
     if not is_number(given):
         raise TypeError(f"{what}: expected a number, got {short(given)}")
     number = float(given)
@@ -27,14 +29,14 @@ def real(what: str, given: object) -> float:
 
 
 def positive(what: str, given: object) -> float:
-    """Return a positive number. TypeError: no number. ValueError: it is not positive, or not finite."""
+    """Return a positive number. TypeError: `given` is no number. ValueError: it is not positive, or not finite."""
     if (number := real(what, given)) <= 0:
         raise ValueError(f"{what} must be positive, got {number:g}")
     return number
 
 
 def whole(what: str, given: object, least: int | None = None, most: int | None = None) -> int:
-    """Return a whole number as an int. TypeError: no whole number. ValueError: it is not between `least` and `most`."""
+    """Return a whole number as an int. TypeError: `given` is none. ValueError: it is not between `least` and `most`."""
     if not isinstance(given, int | np.integer) or isinstance(given, bool):
         raise TypeError(f"{what}: expected a whole number, got {short(given)}")
     if least is not None and given < least:
@@ -45,29 +47,29 @@ def whole(what: str, given: object, least: int | None = None, most: int | None =
 
 
 def text(what: str, given: object) -> str:
-    """Return a text. TypeError: anything else."""
+    """Return a str. TypeError: `given` is anything else."""
     if not isinstance(given, str):
         raise TypeError(f"{what}: expected a text, got {short(given)}")
     return given
 
 
 def instance(what: str, given: object, wanted: type | UnionType, described: str) -> None:
-    """Raise TypeError where something is not of the type `wanted`, which is `described` for people."""
+    """Raise TypeError if `given` is not of the type `wanted`; the message calls that type `described`."""
     if not isinstance(given, wanted):
         raise TypeError(f"{what}: expected {described}, got {_came(given)}")
 
 
 def names(what: str, given: object) -> tuple[str, ...]:
-    """Return names, given in a list or the like. TypeError: a text alone, or entries that are none."""
+    """Return names from a list, tuple or array. TypeError: `given` is a single str, or an entry is no str."""
     if isinstance(given, str) or not isinstance(given, tuple | list | np.ndarray):
         raise TypeError(f"{what}: expected a list of names, got {short(given)}")
     return tuple(text(f"{what}[{i}]", str(name) if isinstance(name, np.str_) else name) for i, name in enumerate(given))
 
 
 def numbers(what: str, given: npt.ArrayLike) -> Array:
-    """Return real numbers, in lists or an array, as an array of float64 of its own: infinite ones and NaN too.
+    """Return real numbers, in lists or an array, as a new float64 array; it may hold infinities and NaN.
 
-    TypeError: dates, texts, complex numbers, masked values, or lists that are not of one length.
+    TypeError: `given` holds dates, texts, complex numbers or masked values, or its lists differ in length.
     """
     if isinstance(given, np.ma.MaskedArray) and given.mask.any():
         raise TypeError(f"{what}: some values are masked; leave them out, as with `.compressed()`")
@@ -88,9 +90,9 @@ def numbers(what: str, given: npt.ArrayLike) -> Array:
 
 
 def array(what: str, given: npt.ArrayLike, *shape: int | None) -> Array:
-    """Return finite numbers of a `shape`, in which None is any size but 0, as an array that cannot be written to.
+    """Return finite numbers as a read-only array of the given `shape`, in which None stands for any size but 0.
 
-    TypeError as `numbers`. ValueError: the shape is another, or a number is not finite.
+    TypeError as for `numbers`. ValueError: the shape differs, or a number is not finite.
     """
     found = numbers(what, given)
     fits = len(found.shape) == len(shape) and all(
@@ -106,7 +108,7 @@ def array(what: str, given: npt.ArrayLike, *shape: int | None) -> Array:
 
 
 def _from_objects(what: str, array: npt.NDArray[np.object_]) -> Array:
-    """Return numbers that are Python's own, as of `Fraction`. TypeError: an entry is no number; it names the place."""
+    """Return an array of Python's own numbers, such as `Fraction`, as float64. TypeError: an entry is no number."""
     for index, value in np.ndenumerate(array):
         if not is_number(value):
             place = f"[{', '.join(map(str, index))}]" if index else ""
@@ -116,14 +118,14 @@ def _from_objects(what: str, array: npt.NDArray[np.object_]) -> Array:
 
 
 def _came(given: object) -> str:
-    """Describe what came: a value of Python's own types as it is, anything else by its type."""
+    """Describe a value in an error message: a value of Python's own types as it is, any other by its type."""
     if isinstance(given, type):
         return f"the class {given.__name__}"
     return short(given) if type(given).__module__ == "builtins" else type(given).__name__
 
 
 def is_number(value: object) -> TypeGuard[float]:
-    """Whether something is a real number that float64 can hold, if need be rounded; truth values are none."""
+    """Whether `value` is a real number that fits into a float64, rounded if need be; True and False are none."""
     if isinstance(value, float):  # by far the most are
         return True
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real | Decimal | Fraction):

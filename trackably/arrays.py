@@ -1,4 +1,6 @@
-"""The array types of the project, float64 and flags of any shape, and what can be turned into numbers: lists, say."""
+"""Array types of the project: float64 and bool arrays of any shape, and whatever NumPy converts
+to arrays (lists, say).
+"""
 
 import numpy as np
 import numpy.typing as npt

@@ -1,4 +1,4 @@
-"""Properties that are computed on first use, for objects of which optimisers make thousands."""
+"""A faster `cached_property`, for objects that optimisers make by the thousand."""
 
 from collections.abc import Callable
 from typing import Any, Generic, Self, TypeVar, overload
@@ -7,10 +7,10 @@ T = TypeVar("T")
 
 
 class cached(Generic[T]):  # noqa: N801  a decorator, as functools.cached_property
-    """A property that is computed on first use and kept in the instance, where `vars` finds it.
+    """A property that is computed on first use and then kept in the instance's `vars`.
 
-    `functools.cached_property` does the same, but in Python 3.11 it takes a lock, which takes longer than most of what
-    it guards here.
+    `functools.cached_property` does the same, but in Python 3.11 it takes a lock, which costs more time than most of
+    the properties here.
     """
 
     def __init__(self, compute: Callable[[Any], T]) -> None:

@@ -1,4 +1,4 @@
-"""The certificate checker on files, for the command line and for notebooks; the checker itself reads no files."""
+"""Run the certificate checker on files, for the command line and notebooks; the checker itself reads no files."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def check_file(path: Path | str) -> str:
 
 
 def read(path: Path) -> object:
-    """Return the content of a certificate's file. Raises InputError where it cannot be read."""
+    """Return the parsed JSON of a certificate's file. InputError: it cannot be read."""
     content: object
     try:
         content = from_json(read_bytes(path, BYTES))

@@ -1,8 +1,8 @@
-"""Frozen dataclasses of the library as JSON and back, losslessly: every float64 returns bit for bit.
+"""Convert the library's frozen dataclasses to JSON and back, losslessly: every float64 returns bit for bit.
 
 Reading is strict. An object has exactly the fields of its class, and nothing is converted: strings and truth values are
-no numbers, and NaN and infinities are refused. A kernel has its name in the registry as `type`, a formula is nested
-lists, and a system with formulas f is nonlinear.
+no numbers, and NaN and infinities are refused. The name of a kernel in the registry is the field `type`, a formula is
+nested lists, and a system with the field f is nonlinear.
 """
 
 import dataclasses
@@ -41,7 +41,7 @@ from trackably.systems.polytopes import Polytope
 
 
 def read_hyperparameter(data: Any, _: Any) -> float:
-    """Read a hyperparameter, with its present value. CodecError for anything else."""
+    """Read a hyperparameter: a float, with its interval if it is learned. CodecError: `data` is anything else."""
     if not isinstance(data, dict):
         return read_float(data, float)
     if data.keys() != {"learned", "interval"}:
@@ -69,7 +69,7 @@ class CodecError(ValueError):
 
 
 def read_float(value: Any, _: Any) -> float:
-    """Return a finite number that float64 holds exactly. Raise CodecError for anything else."""
+    """Return a finite number that float64 holds exactly. CodecError: `value` is anything else."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise CodecError(f"must be a number, got {short(value)}")
     if not (abs(value) <= sys.float_info.max and float(value) == value):
@@ -78,14 +78,14 @@ def read_float(value: Any, _: Any) -> float:
 
 
 def read_fraction(value: Any, _: Any) -> Fraction:
-    """Return the rational number of a text such as -3/4. Raise CodecError for anything else."""
+    """Return the rational number of a text such as -3/4. CodecError: `value` is anything else."""
     if not isinstance(value, str) or not re.fullmatch(r"-?[0-9]+(/0*[1-9][0-9]*)?", value):
         raise CodecError(f"must be a rational number such as -3/4, got {short(value)}")
     return Fraction(value)
 
 
 def read_array(values: Any, _: Any) -> Array:
-    """Return numbers in lists as an array; nested lists must have one length. Raise CodecError for anything else."""
+    """Return nested lists of numbers as an array. CodecError: `values` are anything else, or lists differ in length."""
     if not isinstance(values, list):
         raise CodecError(f"must be a list of numbers, got {short(values)}")
     items: list[Any] = []
@@ -99,14 +99,17 @@ def read_array(values: Any, _: Any) -> Array:
     return np.array(items, dtype=float)
 
 
-_MAY_BE_MISSING = {"flat", "angles", "positive", "scatters"}  # fields of systems and samples, which know no files
+_MAY_BE_MISSING = {"flat", "angles", "positive", "scatters"}  # fields of systems and samples, left out by default
 
 T = TypeVar("T")
 Hook = Callable[[Any, Any], Any]
 
 
 def encode(value: object) -> Any:
-    """Return a dataclass as nested dicts, lists, strings and numbers, which `decode` accepts. Raise CodecError else."""
+    """Return a dataclass as nested dicts, lists, strings and numbers, which `decode` reads.
+
+    CodecError: it has no JSON.
+    """
     if isinstance(value, type) or not dataclasses.is_dataclass(value):
         raise CodecError(f"only a dataclass has a JSON here, got {short(value)}")
     data = unverified(value)
@@ -115,12 +118,15 @@ def encode(value: object) -> Any:
 
 
 def unverified(value: object) -> Any:
-    """Return what `encode` returns without reading it again, where somebody else reads it: the checker."""
+    """Return the same as `encode`, but do not verify that `decode` reads it.
+
+    For certificates, which the checker reads.
+    """
     return _CONVERTER.unstructure(value)
 
 
 def decode(wanted: type[T], data: object) -> T:
-    """Return the value of type `wanted` whose `encode` is `data`. Raise CodecError where there is none."""
+    """Return the value of type `wanted` whose `encode` is `data`. CodecError: there is none."""
     try:
         value = _CONVERTER.structure(data, wanted)
     except (CodecError, BaseValidationError, StructureHandlerNotFoundError) as error:
@@ -132,12 +138,12 @@ def decode(wanted: type[T], data: object) -> T:
 
 
 def dumps(value: object) -> bytes:
-    """Return `encode` as the content of a JSON file."""
+    """Return the JSON file's content for `encode(value)`."""
     return to_json(encode(value))
 
 
 def loads(wanted: type[T], data: bytes) -> T:
-    """Return `decode` of the content of a JSON file. Raise CodecError also where it is not strict JSON."""
+    """Return `decode` of a JSON file's content. CodecError: `data` is not strict JSON, or not of the type `wanted`."""
     try:
         content = from_json(data)
     except ValueError as error:
@@ -154,7 +160,7 @@ def _sentence(error: BaseException, _: object) -> str:
 
 
 def _difference(written: object, data: object, path: str) -> str | None:
-    """Return where two JSON values first differ; a whole number equals the float of the same value."""
+    """Return the path at which two JSON values first differ; an int equals the float of the same value."""
     if isinstance(written, dict) and isinstance(data, dict) and written.keys() == data.keys():
         inner = ((f"{path}.{key}", written[key], data[key]) for key in written)
     elif isinstance(written, list) and isinstance(data, list) and len(written) == len(data):
@@ -166,9 +172,9 @@ def _difference(written: object, data: object, path: str) -> str | None:
 
 @cache
 def _read_object(cls: type) -> Hook:
-    """Return a reader of objects that have each of the fields of `cls`, with defaults or not, and no other.
+    """Return a reader of JSON objects that have every field of `cls`, with defaults or not, and no other.
 
-    Fields that are left out by default need not be there.
+    Only fields that are left out by default may be missing.
     """
     read: Hook = make_dict_structure_fn(cls, _CONVERTER)
     names = [field.name for field in dataclasses.fields(cls)]
@@ -187,7 +193,7 @@ def _read_object(cls: type) -> Hook:
 
 
 def _is_left_out(field: dataclasses.Field[Any]) -> bool:
-    """Whether a field is not written where it has its default value."""
+    """Whether a field with its default value is not written."""
     return bool(field.metadata.get(LEFT_OUT)) or field.name in _MAY_BE_MISSING
 
 
@@ -233,7 +239,10 @@ def _kernel_fields(cls: type[Kernel]) -> Callable[[Kernel], dict[str, Any]]:
 
 
 def _read_either(telltale: str, with_it: type, without: type, optional: bool = False) -> Hook:
-    """Return a reader of two classes, which a field tells apart, and of None where values are optional."""
+    """Return a reader of two classes: `with_it` if the object has the field `telltale`, else `without`.
+
+    If the value is `optional`, null is read as None.
+    """
 
     def hook(data: Any, _: Any) -> Any:
         if data is None and optional:
@@ -244,13 +253,13 @@ def _read_either(telltale: str, with_it: type, without: type, optional: bool = F
 
 
 def _write_set(bounded: Polytope) -> dict[str, Any]:
-    """Write a set; an end that moves is an object in the place of a number."""
+    """Write a set; an end that moves in time is an object instead of a number."""
     low, high = (_CONVERTER.unstructure(of) for of in bounded.ends)
     return {"rows": bounded.rows.tolist(), "lower": low, "upper": high, "dimension": bounded.dimension}
 
 
 def _read_set_of_points(data: Any, _: Any) -> Polytope:
-    """Read a set, whose ends may be objects."""
+    """Read a set; ends that move in time are objects instead of numbers."""
     fields = {"rows", "lower", "upper", "dimension"}
     if not isinstance(data, dict) or data.keys() != fields or not any(isinstance(end, dict) for end in _ends(data)):
         found: Polytope = _read_object(Polytope)(data, Polytope)
@@ -281,7 +290,7 @@ def _read_set(values: Any, wanted: Any) -> frozenset[Any]:
 
 
 def _read_exactly(cls: type) -> Hook:
-    """Return a reader that accepts values of this very class only: True is no int."""
+    """Return a reader of values of exactly this class: True, say, is no int."""
 
     def hook(value: Any, _: Any) -> Any:
         if type(value) is not cls:

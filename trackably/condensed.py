@@ -73,7 +73,7 @@ _OF_NOISE = 0.1  # σ_n
 
 @dataclass(frozen=True)
 class Condensation:
-    """The effect of replacing `count` samples called `name` by `centres` samples, compared with `beside` of them.
+    """The effect of replacing `count` samples of `name` by `centres` samples; they are compared with `beside` samples.
 
     `change_of_l` is l of the compared samples minus l of the centres, for the same hyperparameters. `apart` is the
     largest distance of the two posterior means, at the times of both and halfway between these, in standard deviations

@@ -6,7 +6,7 @@ class InputError(Exception):
 
 
 class DoubtfulInputWarning(UserWarning):
-    """An input is accepted, but is hardly what was meant; the message asks, and says what else could be given."""
+    """An input is accepted, but is probably a mistake; the message says why, and what to give instead."""
 
 
 class NoReferenceError(Exception):

@@ -1,4 +1,4 @@
-"""Optional packages: which extra of this package installs each, and the error that says so where one is missing."""
+"""Optional packages: the extra of this package that installs each, and the error for one that is missing."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -27,7 +27,10 @@ class MissingExtra(InputError, ImportError):
 
 @contextmanager
 def optional(what: str) -> Iterator[None]:
-    """Import optional packages within this context. MissingExtra: one is not installed, and `what` needs it."""
+    """Import optional packages within this context, for the feature named `what`.
+
+    MissingExtra: one is not installed.
+    """
     try:
         yield
     except ModuleNotFoundError as error:

@@ -1,4 +1,4 @@
-"""Bounds and given values that no reference can satisfy, whatever its kernel and its samples."""
+"""Find bounds and waypoints that no reference can satisfy, whatever its kernel and its samples."""
 
 from __future__ import annotations
 
@@ -31,15 +31,16 @@ from trackably.systems.tightening import Tightening
 # step say what cannot be reached. Both are plain float64 and may be wrong: the checker verifies what they find.
 
 _MOST_UNKNOWNS = 2000
-"""States and inputs of all steps. Further steps are left out: fewer are a relaxation too, and programs stay small."""
+"""Most unknowns (states and inputs of all steps) of a program. Leaving out further steps is a valid relaxation."""
 
 
 @dataclass(frozen=True, eq=False)
 class Steps:
-    """x_{k+1} = A x_k + B u_k + c with x_k ∈ X, u_k ∈ U and given values, at t = `start` + k T_s for k < `count`.
+    """The constraints x_{k+1} = A x_k + B u_k + c, x_k ∈ X, u_k ∈ U and waypoints, at t = `start`
+    + k T_s for k < `count`.
 
-    A vector of all unknowns is (x_0, u_0, x_1, u_1, …). Each of `rows` has a `lower` and an `upper` bound: first come
-    the rows of X and of U at each step, then one for each of the `values`.
+    The vector of all unknowns is (x_0, u_0, x_1, u_1, …). Each of `rows` has a `lower` and an `upper` bound: first the
+    rows of X and of U at each step, then one row for each of the `values`.
     """
 
     plant: ConstrainedSystem
@@ -59,7 +60,7 @@ class Steps:
 
     @property
     def rows(self) -> scipy.sparse.csr_array:
-        """Each row of the bounds, (r, count · (n + m))."""
+        """The matrix of all rows, (r, count · (n + m))."""
         X, U = self.plant.state_set.rows, self.plant.input_set.rows
         bounded = scipy.sparse.kron(scipy.sparse.eye_array(self.count), scipy.linalg.block_diag(X, U))
         at = [value.step * self.size + self.names.index(value.name) for value in self.values]
@@ -79,18 +80,18 @@ class Steps:
 
     @property
     def is_given(self) -> Flags:
-        """Which rows are those of given values."""
+        """Which rows are those of waypoints."""
         return np.arange(len(self.lower)) >= len(self.lower) - len(self.values)
 
     @property
     def scales(self) -> Array:
-        """The width of each state and input, 1 where nothing bounds it: (n + m,)."""
+        """The width of the bounds of each state and input, 1 if it has none: (n + m,)."""
         extents = [extent(self.plant, name) for name in self.names]
         return np.array([of.width if of else 1.0 for of in extents])
 
     @property
     def widths(self) -> Array:
-        """The width of each row: of given values, that of the state or input."""
+        """The width of each row's bounds; for a waypoint, that of the state's or input's bounds."""
         X, U = self.plant.state_set, self.plant.input_set
         scale = dict(zip(self.names, self.scales.tolist(), strict=True))
         return np.append(np.tile([*X.widths, *U.widths], self.count), [scale[value.name] for value in self.values])
@@ -104,10 +105,12 @@ class Steps:
 
 
 def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Pinned]) -> Iterator[Steps]:
-    """Yield the claimed steps through each set of given values that whole steps link; without any, from the start on.
+    """Yield the claimed steps for each set of waypoints that are whole steps apart.
 
-    Between such sets there is nothing but the kernel. Values hold in a short window around their times, which is why
-    times that a whole number of steps separates up to this window count as linked.
+    Without waypoints, all from the start.
+
+    Only the kernel couples waypoints of different sets. Waypoints hold in a short window around their times; so times
+    count as whole steps apart if they are up to this window.
     """
     step, most = plant.sampling_time, _MOST_UNKNOWNS // (len(plant.system.states) + len(plant.system.inputs))
     first, last = span_of(claim)
@@ -140,9 +143,9 @@ def _linked(pinned: list[Pinned], step: float) -> list[list[Pinned]]:
 
 
 def _whole(time: float, start: float, step: float, most: int) -> int:
-    """Return how many whole steps fit, up to the rounding of times, and at most as many as are examined.
+    """Return how many whole steps fit from `start` to `time`, allowing for the rounding of times, and at most `most`.
 
-    Bounds at a step that is outside of the claim ask nothing, however close to its ends it is.
+    A step outside of the claim does not count, however close it is: bounds do not apply there.
     """
     rounding = 4 * float(np.spacing(max(abs(start), min(time, most * step))))
     return math.floor(min((time + rounding) / step, most))
@@ -153,7 +156,7 @@ class Least:
     """The least d ≥ 0 for which a sequence has every row between lower - d `elastic` and upper + d `elastic`.
 
     `at_lower` and `at_upper` are multipliers λ ≥ 0 of the rows, in their own units. `missing` is d up to the solver's
-    tolerance: the checker says what is certain of it.
+    tolerance; the checker proves how much of it is certain.
     """
 
     steps: Steps
@@ -164,7 +167,7 @@ class Least:
 
 
 def least(steps: Steps, elastic: Array) -> Least | None:
-    """Return the least d; None where there is none, as rows that are not elastic contradict each other.
+    """Solve for the least relaxation d; None if no d suffices, because rows with `elastic` 0 contradict each other.
 
     Unknowns and rows are divided by their widths, as tolerances of solvers are absolute.
     """
@@ -189,7 +192,9 @@ def least(steps: Steps, elastic: Array) -> Least | None:
 
 
 def _dynamics(steps: Steps) -> tuple[scipy.sparse.csr_array, Array]:
-    """Return x_{k+1} - A x_k - B u_k = c for each step, in widths of the states."""
+    """Return the equations x_{k+1} - A x_k - B u_k = c of all steps: their matrix and right
+    side, in widths of the states.
+    """
     system, scales = steps.plant.linear, steps.scales
     n, size, last = len(system.A), steps.size, steps.count - 1
     of_states = 1 / scales[:n, None]
@@ -201,9 +206,11 @@ def _dynamics(steps: Steps) -> tuple[scipy.sparse.csr_array, Array]:
 
 
 def first_gap(steps: Steps) -> tuple[Gap, float] | None:
-    """Return what cannot be where bounds and values want it, for x(k+1) = f(x(k), u(k)), and by how much it is apart.
+    """Return the first bound or waypoint that x(k+1) = f(x(k), u(k)) cannot reach, and its distance.
 
-    Each state is enclosed by itself, for all others in their intervals: more than can be reached. None: nothing is.
+    None if there is none.
+
+    Each state is enclosed by an interval of its own, for all others in theirs: a superset of what can be reached.
     """
     system, state_set, input_set = a_plant(as_written(steps.plant), "plant")[:3]
     assert isinstance(system, subject.NonlinearSystem), "of linear systems, a program says more"
@@ -220,10 +227,10 @@ def first_gap(steps: Steps) -> tuple[Gap, float] | None:
     return None
 
 
-_NOTHING = 1e-6  # of a width: solvers find no less
-_ACTIVE = 1e-6  # of the largest multiplier
+_NOTHING = 1e-6  # of a width: smaller violations are within the tolerance of solvers
+_ACTIVE = 1e-6  # of the largest multiplier: smaller ones count as 0
 _PARTS = (1 - 1e-9, 1 - 1e-6, 1 - 1e-3, 0.9, 0.5, 0.1)
-"""Parts of what a solver finds to be missing: the checker is asked about each until it accepts one."""
+"""Factors of the violation that a solver finds: each is tried until the checker accepts one."""
 
 
 def impossible(
@@ -233,13 +240,13 @@ def impossible(
     means: Sequence[float],
     tightening: Tightening | None = None,
 ) -> Impossible | InfeasibleTightening | None:
-    """Return what contradicts what at steps that are claimed; None where no contradiction is certain.
+    """Return bounds and waypoints that contradict each other at claimed steps; None if no contradiction is proved.
 
-    Where `plant` is what a `tightening` leaves, the given plant is asked first: only its own bounds exclude every
-    reference. What is said is proved: programs say where to look and by how much, and what is returned is a file that
-    the checker has accepted. It is not complete: no times between steps are examined, of nonlinear systems boxes that
-    can be reached only, and of vehicles or of bounds that move in time nothing. Without `pinned` values there is
-    nothing to ask where the plant may rest at the `means` of its flat outputs.
+    If `plant` has tightened bounds, the given plant is tried first: only its own bounds exclude every reference. Each
+    contradiction returned is proved: programs find where it is and how large, and the checker accepts its file. The
+    search is incomplete: it examines no times between steps, of nonlinear systems only reachable boxes, and neither
+    vehicles nor bounds that move in time. It is skipped if there are no waypoints (`pinned`) and the plant may rest at
+    the `means` of its flat outputs.
     """
     if tightening is None:
         return _of_bounds(plant, claim, pinned, means)
@@ -267,7 +274,10 @@ def _of_linear(steps: Steps) -> Impossible | None:
 
 
 def _accepted(found: Impossible) -> Impossible | None:
-    """Return nearly as much as what was found to be missing, as the checker accepts it; None where it does not."""
+    """Return a contradiction with the largest part of `found.missing` that the checker accepts.
+
+    None if it accepts none.
+    """
     for part in _PARTS:
         missing = part * found.missing
         nearly = replace(found, missing=missing, contradiction={**found.contradiction, "missing": missing})
@@ -277,7 +287,7 @@ def _accepted(found: Impossible) -> Impossible | None:
 
 
 def _file(steps: Steps, first: int, count: int, missing: float, proof: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what the checker reads about so many steps from the `first` on."""
+    """Return the content of a contradiction's file, about `count` steps from the step `first`."""
     return {
         "format": FORMAT,
         "version": VERSION,
@@ -293,7 +303,10 @@ def _file(steps: Steps, first: int, count: int, missing: float, proof: Mapping[s
 
 
 def _of_nonlinear(steps: Steps) -> Impossible | None:
-    """Return what cannot be reached; None of vehicles, whose headings count up to whole turns only."""
+    """Return values or bounds that cannot be reached.
+
+    None for vehicles, whose headings are known up to whole turns only.
+    """
     system = steps.plant.system
     if not isinstance(system, NonlinearSystem) or (system.flat and system.flat.angles):
         return None
@@ -311,9 +324,10 @@ def _of_nonlinear(steps: Steps) -> Impossible | None:
 
 
 def _contradiction(steps: Steps) -> Least | None:
-    """Return the program of the first value that cannot be had beside those before it; of bounds, where they alone do.
+    """Return the program for the first waypoint value that contradicts those before it, or for the
+    bounds if they alone do.
 
-    None where all rows are satisfied up to what solvers find.
+    None if all rows are satisfied up to the tolerance of solvers.
     """
     all_values = least(steps, np.where(steps.is_given, steps.widths, 0.0))
     if all_values is None:
@@ -339,7 +353,9 @@ def _told(found: Least) -> Impossible:
 
 
 def _multipliers(found: Least, missing: float) -> dict[str, Any]:
-    """Return the contradiction's file: the steps from the first to the last one that matters, n of them at least."""
+    """Return the contradiction's file, cut to the steps between the first and the last one that
+    matters, at least n steps.
+    """
     steps, r = found.steps, len(found.steps.plant.state_set.rows)
     signed, rows = found.at_upper - found.at_lower, len(found.at_upper) - len(found.steps.values)
     of_bounds, of_values = signed[:rows].reshape(steps.count, -1), signed[rows:].tolist()
@@ -359,7 +375,7 @@ def _multipliers(found: Least, missing: float) -> dict[str, Any]:
 
 
 def _values(found: Least) -> Iterator[str]:
-    """Yield the given values, an empty text for those that do not matter."""
+    """Yield a text for each waypoint value, empty for those with multiplier 0."""
     steps, price = found.steps, (found.at_lower + found.at_upper) * found.steps.widths
     first = len(price) - len(steps.values)
     for value, of in zip(steps.values, price[first:].tolist(), strict=True):
@@ -368,7 +384,7 @@ def _values(found: Least) -> Iterator[str]:
 
 
 def _bounds(found: Least) -> Iterator[str]:
-    """Yield the bounds that matter, each with the first and the last time at which it does."""
+    """Yield a text for each bound with a positive multiplier, with the first and the last time of one."""
     steps, constraints = found.steps, found.steps.plant.given_constraints
     times: dict[tuple[int, str], list[float]] = defaultdict(list)
     for side, multipliers in (("lower", found.at_lower), ("upper", found.at_upper)):

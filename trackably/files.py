@@ -1,4 +1,4 @@
-"""What reaches the disk: whole files or none, and JSON that is strict in both directions."""
+"""Read and write files: atomically, and JSON and YAML strictly."""
 
 import errno
 import json
@@ -13,26 +13,27 @@ from trackably.checker import form
 from trackably.errors import InputError
 
 YAML_DEPTH, YAML_VALUES = 100, 1_000_000
-"""Sequences and mappings inside of each other in YAML; and numbers, texts, sequences and mappings."""
+"""Most levels of nesting in YAML, and most values (numbers, texts, sequences and mappings)."""
 
 from_json = form.from_json
-"""What the JSON in some bytes says, read as strictly as certificates are."""
+"""Parse JSON as strictly as the checker parses certificates."""
 
 LEFT_OUT = "left out by default"
-"""Metadata of a dataclass's field that files do not have where it has its default value."""
+"""Metadata of a dataclass field that is not written to files while it has its default value."""
 
 
 def path_of(what: str, given: object) -> Path:
-    """Return a path that is given as such, or as a text. TypeError: anything else."""
+    """Return a path from a Path or str. TypeError: `given` is anything else."""
     if not isinstance(given, str | Path):
         raise TypeError(f"{what}: expected a path, got {short(given)}")
     return Path(given)
 
 
 def new_file(what: str, given: object) -> Path:
-    """Return the path of a file that a user wants written, into a folder that is there.
+    """Return the path of a file to write, whose folder exists.
 
-    TypeError: no path. FileNotFoundError: a misspelt folder would otherwise be made, and the file be looked for.
+    TypeError: `given` is no path. FileNotFoundError: there is no such folder; it is not made, as the name may be
+    misspelt.
     """
     path = path_of(what, given)
     if not path.parent.exists():
@@ -41,11 +42,11 @@ def new_file(what: str, given: object) -> Path:
 
 
 def write_atomically(path: Path, data: bytes) -> None:
-    """Put `data` at `path`, making its parent folders, so that no reader ever meets a part of it there.
+    """Write `data` to `path`, making its parent folders; a reader sees the old file or the new one, never a part.
 
-    The bytes go to a hidden neighbour first, which then takes the name. A failure removes the neighbour; a kill leaves
-    it behind, as `.<name>.<random>.tmp`, and what was at `path` before is still there. A link at `path` is replaced,
-    not followed: a file that a cache shares is never written through. Raises OSError, with the path that was given.
+    The bytes go to a hidden file `.<name>.<random>.tmp` in the same folder, which is then renamed. A failure removes
+    that file; a killed process leaves it behind, and `path` as it was. A symbolic link at `path` is replaced, not
+    followed, so that a file shared by a cache is never overwritten. Raises OSError, with the path that was given.
     """
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, "expected the name of a file, got a folder", str(path))
@@ -60,14 +61,14 @@ def write_atomically(path: Path, data: bytes) -> None:
             os.fsync(file.fileno())  # else a power failure may keep the new name and lose the bytes
         neighbour.replace(path)
     except OSError as error:
-        error.filename = str(path)  # nobody knows the neighbour by name
+        error.filename = str(path)  # users do not know the temporary file's name
         raise
     finally:
         neighbour.unlink(missing_ok=True)  # once it took the name there is nothing left to remove
 
 
 def read_bytes(path: Path, most: int | None = None) -> bytes:
-    """Return a file's content. Raises InputError where it cannot be read, or has more than `most` bytes."""
+    """Return a file's content. InputError: the file cannot be read, or has more than `most` bytes."""
     with opened(path) as file:
         data = file.read(-1 if most is None else most + 1)
     if most is not None and len(data) > most:
@@ -77,9 +78,9 @@ def read_bytes(path: Path, most: int | None = None) -> bytes:
 
 @contextmanager
 def opened(path: Path) -> Iterator[BinaryIO]:
-    """Open a file to read it. Raises InputError where it cannot be read, and for what has no end, as a device or pipe.
+    """Open a file to read it. InputError: it cannot be read, or is a device or a pipe, which may have no end.
 
-    To open a pipe would wait until somebody writes.
+    Pipes are refused before they are opened, because opening one waits for a writer.
     """
     try:
         if not (path.is_file() or path.is_dir()) and path.exists():
@@ -91,13 +92,13 @@ def opened(path: Path) -> Iterator[BinaryIO]:
 
 
 def unwritable(error: OSError) -> str:
-    """Say which file could not be written, or whatever else the system refused, and why."""
+    """Describe an `error` from writing a file: which file, and why."""
     named = "" if error.filename is None else f"{error.filename}: "
     return f"{named}{error.strerror or error}"
 
 
 def unreadable(path: Path, error: OSError) -> InputError:
-    """Return what to raise where `error` came of opening or reading `path`: it says why, for whoever named the file."""
+    """Return the InputError to raise when opening or reading `path` failed with `error`; its message says why."""
     if isinstance(error, FileNotFoundError):
         looked = "" if path.is_absolute() else f" in {Path.cwd()}"
         return InputError(f"{path}: there is no such file{looked}")
@@ -117,7 +118,7 @@ def write_json(path: Path, value: object) -> None:
 
 
 def read_json(path: Path) -> object:
-    """Return what a JSON file says. Raises InputError where it cannot be read, or is no JSON."""
+    """Return the parsed content of a JSON file. InputError: it cannot be read, or is not JSON."""
     try:
         return from_json(read_bytes(path))
     except ValueError as error:
@@ -131,9 +132,9 @@ def to_json(value: object) -> bytes:
 
 
 def from_yaml(data: bytes) -> object:
-    """Return what the YAML in `data` says. ValueError: it is none, or is nested, or repeats itself, beyond any use.
+    """Parse YAML. ValueError: `data` is not YAML, or is nested too deeply, or has too many values.
 
-    Parts may be repeated by aliases; each counts as often as it is repeated. ModuleNotFoundError: no ruamel.yaml.
+    A part that aliases repeat counts as often as it is repeated. ModuleNotFoundError: ruamel.yaml is not installed.
     """
     from ruamel.yaml import YAML  # noqa: PLC0415  an extra
     from ruamel.yaml.error import YAMLError  # noqa: PLC0415
@@ -148,7 +149,7 @@ def from_yaml(data: bytes) -> object:
 
 
 def _require_small(events: Iterable[Any]) -> None:
-    """Raise ValueError where YAML has too many values, or is nested too deeply."""
+    """Raise ValueError if YAML has too many values, or is nested too deeply; `events` are those of its parser."""
     sizes: dict[str, int] = {}
     open_nodes: list[tuple[str | None, int]] = []  # anchors of sequences and mappings, and the values before them
     count = 0

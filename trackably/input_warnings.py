@@ -1,4 +1,4 @@
-"""Questions about input that is valid, but hardly what was meant."""
+"""Warnings about input that is valid, but probably a mistake."""
 
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
@@ -12,23 +12,23 @@ from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Interval
 
-_OUTLYING = 1e3  # times the spread of the others
-_FEW = 0.1  # of all samples: more are no outliers
-_FEWEST = 5  # samples: among fewer, none is one among others
-_LATE = 1e4  # times the span of the samples
-_SLOW = 500.0  # steps from one sample to the next: a thousand times fewer are usual
-_BEYOND = 10.0  # widths of the bounds
-_MOST = 0.75  # of all samples
+_OUTLYING = 1e3  # an outlier is this many times the spread of the other samples away from their median
+_FEW = 0.1  # part of the samples that may be outliers
+_FEWEST = 5  # samples at least, to tell outliers from the others
+_LATE = 1e4  # times start late if they exceed this many times the span of the samples
+_SLOW = 500.0  # time steps from one sample to the next; about 0.5 is usual
+_BEYOND = 10.0  # widths of the bounds: most samples lie this far outside
+_MOST = 0.75  # part of the samples that counts as most of them
 
 
 def ask(questions: Iterable[str], frames: int) -> None:
-    """Warn of input that is valid, but hardly meant; the user's call is that many `frames` up."""
+    """Warn with each of `questions`; the user's call, to which the warning points, is `frames` stack frames up."""
     for question in questions:
         warnings.warn(question, DoubtfulInputWarning, stacklevel=frames + 1)
 
 
 def doubts(claim: Claim, samples: Mapping[str, Samples], plant: ConstrainedSystem) -> Iterator[str]:
-    """Yield a sentence for each doubt; `samples` are by name."""
+    """Yield a sentence for each property of the input that is probably a mistake; `samples` are by name."""
     yield from _of_system(plant)
     bounds = {quantity.name: quantity.bounds for quantity in plant.quantities}
     for name, of_name in samples.items():
@@ -41,7 +41,9 @@ def doubts(claim: Claim, samples: Mapping[str, Samples], plant: ConstrainedSyste
 
 
 def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
-    """Ask about a singular A: exp(A T_s) is regular, so it comes of a delay, or is that of a differential equation."""
+    """Warn of a singular A: it may come from a delay, or be that of a differential equation,
+    since exp(A T_s) is regular.
+    """
     system = plant.system
     if isinstance(system, LinearSystem) and np.linalg.matrix_rank(system.A) < len(system.A):
         yield (
@@ -87,7 +89,7 @@ def _of_span(name: str, samples: Samples, sampling_time: float) -> Iterator[str]
 
 
 def _of_gaps(name: str, samples: Samples) -> Iterator[str]:
-    """Ask about the longest gap."""
+    """Warn if the longest gap between samples is long."""
     if gaps := samples.gaps:
         start, end = max(gaps, key=lambda gap: gap[1] - gap[0])
         usual = float(np.median(np.diff(samples.times)))
@@ -115,7 +117,9 @@ def _of_values(name: str, samples: Samples) -> Iterator[str]:
 
 
 def _of_bounds(name: str, samples: Samples, bounds: Interval) -> Iterator[str]:
-    """Ask about a state most samples of which are many widths outside of its bounds: as of millimetres and metres."""
+    """Warn if most samples of a state are many widths outside of its bounds, as when metres and
+    millimetres are mixed up.
+    """
     off = float(np.quantile(-bounds.margin(samples.values, samples.times), 1 - _MOST))
     if off > _BEYOND * bounds.width:
         yield (

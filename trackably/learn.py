@@ -94,48 +94,48 @@ def learn_reference(
         output takes samples of its first state without a name. A pandas Series or DataFrame will do, with times
         in seconds as its index; NaN is no sample.
     kernel
-        One for all flat outputs, or by the same names; of several that show one flat output, by the first of them. Each
-        hyperparameter is a number (known), a pair (learned in this interval), or left out (learned in an interval
-        chosen from the samples).
+        One kernel for all flat outputs, or one for each, by the name of its samples (the first name, where several show
+        one flat output). Each hyperparameter is a number (known), a pair (learned in this interval), or left out
+        (learned in an interval chosen from the samples).
     claim
         What is proved. "all_times": every time t ≥ 0, with kernels that decay; the reference comes to rest at the prior
         mean. "all_phases": every time, with periodic kernels of one period. (start, end): the times between, in
         seconds.
     noise_std
-        σ_n of the samples. The `relative_noise` of samples multiplies it. A number is known. A pair is learned in this
-        interval with the bounds, and grows where they keep the function off its samples. Left out, it is learned
-        without bounds and then known (with Matern52, and a warning, where that explains the samples far better than a
-        SquaredExponential); with the bounds only where samples show no noise, where no function is found with that
-        noise, and for the `method` "hyperparameters". It has to be known of several states that show one flat output,
-        each in its own unit.
+        σ_n, the standard deviation of the samples' noise; the `relative_noise` of samples multiplies it. A number is
+        taken as known. With a pair, σ_n is learned in this interval together with the function, and grows where bounds
+        keep the function off its samples. Left out, it is first learned without bounds and then held (with Matern52,
+        and a warning, where that explains the samples far better than a SquaredExponential); it is learned together
+        with the function where samples show no noise, where no function is found with the held value, and for the
+        `method` "hyperparameters". Where several states show one flat output, each needs a number in its own unit.
     mean
-        The prior mean, in the unit of the sampled states. A pair is learned in this interval, as it is most likely
-        without bounds. Left out, it is learned wherever it is most likely. Where the claim needs it to be an admissible
-        equilibrium, it is the likeliest of those a hundredth of each width away from the bounds.
+        The prior mean, in the unit of the sampled states. With a pair, it is learned in this interval, without bounds;
+        left out, in any. Where the claim needs an equilibrium within the bounds, the mean is the likeliest one that
+        stays a hundredth of each width away from them.
     learn_from
         Samples from which hyperparameters (and means) are learned, without bounds; they are then known while the
-        function is learned from `samples`: the paper's D_θ beside D_t. Left out, both are `samples`.
+        function is learned from `samples`: the paper's D_θ and D_t. Left out, both are learned from `samples`.
     method
         What is learned. "joint": function and hyperparameters together, so that J = l + D is least; l = −2 ln p(y) of
         the samples, and D is what the bounds cost. "hyperparameters": these alone, so that the posterior mean keeps the
-        bounds, as in the paper. The `method` of what is returned says which was taken: the second also where "joint"
+        bounds, as in the paper. The `method` of the result says which was taken: "hyperparameters" also where "joint"
         finds no function with a smaller J.
     centres
-        At most how many centres the reference has for the samples of each name. None: each sample is one. A whole
-        number: the time of the samples is divided into bins, and the samples in each are replaced by four that say the
-        same of every signal that is a cubic polynomial in each bin, noise included. "auto": of more than 2000 samples,
-        so few that all samples change l by less than 4, and the mean by less than a tenth of σ_n at samples, centres
-        and halfway between them, for the hyperparameters that are learned; all samples where half of them are not
-        enough, as for many kernels with kinks. Of more than 4000 samples, twice as many centres stand for all in this
-        comparison. `learn_stream` is faster then. What is proved is the reference that is handed out; its `explanation`
-        says how many samples are learned by how many centres, and what that changes in l and in the mean.
+        The largest number of kernel centres for the samples of each name. None: one centre for each sample. A whole
+        number: time is divided into bins, and the samples in each bin are replaced by four that have the same
+        likelihood for every signal that is a cubic polynomial in each bin, noise included. "auto", with more than 2000
+        samples: so few centres that, at the learned hyperparameters, the exact l differs by less than 4, and the exact
+        mean by less than a tenth of σ_n at samples, at centres and halfway between them; one for each sample if half as
+        many do not suffice, as for many kernels with kinks. With more than 4000 samples, this comparison is with twice
+        as many centres instead of all samples; `learn_stream` is faster then. The proof is of the reference that is
+        returned; its `explanation` gives the number of samples and centres, and the differences of l and of the mean.
     at
-        Values of states and inputs, by name, that the reference has at times [s]: {0.0: {"position": -0.08, "velocity":
-        0.0}} begins at a plant's present state. {6.0: "rest"} is in an equilibrium then, with the input that holds it,
-        wherever that is; the reference says where. Only function and hyperparameters together can meet them.
+        Waypoints: values of states and inputs, by name, that the reference has at times [s]. {0.0: {"position": -0.08,
+        "velocity": 0.0}} begins at a plant's present state. {6.0: "rest"} is in an equilibrium then, with the input
+        that holds it; which one is learned. Waypoints need the `method` "joint".
     at_tolerance
-        By how much these values may be missed, in their unit, for all names or by name; it is proved, by a certificate
-        for each time. Left out, it is 1e-4 of the width of what bounds the state or input.
+        The largest deviation from these values, in their unit, for all names or by name; it is proved, by a certificate
+        for each time. Left out, it is 1e-4 of the width of the state's or input's bounds.
     disturbance
         W in x(k+1) = A x(k) + B u(k) + c + w(k), w(k) ∈ W, of a linear system: Zonotope.box(lower, upper), or another
         Zonotope or ConvexHull. It holds 0. The reference then leaves room for every error that such disturbances may
@@ -144,40 +144,41 @@ def learn_reference(
         V of the measured state y = x + v, v(k) ∈ V: a Zonotope that holds 0, as W then has to be one. The feedback is
         given y, u = u_r + K (y - x_r), and the proof says so.
     feedback
-        K (m, n), with all eigenvalues of A + B K inside the unit circle. Left out, it is the linear-quadratic regulator
-        that leaves the most of the bounds, among some weights.
+        K (m, n), with all eigenvalues of A + B K inside the unit circle. Left out, it is a linear-quadratic regulator;
+        of several weights, those are taken that tighten the bounds least.
     model_error
         Plants that differ from the linear one that is learned for: ModelError.of(vertices), or ModelError.intervals of
         named entries. Any point of their convex hull may be the plant, another one at each step. The reference then
-        leaves room for what this may cause, under the feedback, beside `disturbance` and `measurement_noise`, which
-        are zonotopes then. States that multiply what is not known need bounds of their own.
+        leaves room for the errors that this may cause under the feedback, and for those of `disturbance` and
+        `measurement_noise`, which have to be zonotopes then. States and inputs whose coefficients are uncertain need
+        bounds of their own.
     margin
-        The part of each width that the reference keeps free at either bound, for those who have no W.
+        The part of each width by which the reference stays away from either bound: a substitute for a known W.
     truth
         What is known of the true signal of a sampled state, Truth(noise=…, second_derivative=…), by name or for the
-        only one: bounds of the sensor's error and of the signal's slope or second derivative, from the sensor and from
-        other data than these samples. The certificate then says how far the reference is at most from every such
-        signal, from the first sample to the last, and `accuracy` says how near any reference could be.
+        only one: bounds of the sensor's error and of the signal's slope or second derivative. They have to come from
+        the sensor and other data, not from these samples. The certificate then bounds the distance of the reference
+        from every such signal, from the first sample to the last, and `accuracy` compares it with the least possible.
     near
-        A reference that was learned of the same names with the same kernels, for other bounds, samples or times: the
-        function for its hyperparameters and prior means is one more candidate, and the search starts there too. So J is
-        no larger than that of `near` if `near` keeps these bounds and was learned from these samples, up to the gaps
-        that explanations say and what a back-off costs. It needs `method` "joint".
+        A warm start: a reference learned for the same names with the same kernels, for other bounds, samples or times.
+        The search also starts at its hyperparameters and prior means, and the function for them is one more candidate.
+        So J is no larger than that of `near` if `near` keeps these bounds and was learned from these samples, up to
+        the duality gaps that explanations state and the cost of a back-off. It needs `method` "joint".
     starts
         The number of points from which the search starts.
     budget
-        Seconds after which the best reference that is proved is handed out, and its `explanation` says how far its J
-        may be from the least. A function for likely hyperparameters is proved first, then one with hyperparameters from
-        one start, then what is found without a budget. What is handed out then depends on the machine and on what else
-        it does. A step that is under way is finished. None: as long as it takes, always with the same result.
+        Seconds after which the best proved reference is returned; its `explanation` says how far its J may be from the
+        least. A function for likely hyperparameters is proved first, then one with hyperparameters from a single start,
+        then the same as without a budget. The result then depends on the machine and on its load. A step that is under
+        way is finished. None: as long as it takes, always with the same result.
     progress
-        Whether a line on a terminal counts fits, evaluations and boxes proved. Elsewhere, the logger "trackably" says
-        it every 10 s, at level INFO: `logging.basicConfig(level="INFO")` shows that.
+        Whether a line on a terminal counts fits, evaluations and boxes proved. Elsewhere, the logger "trackably" logs
+        them every 10 s, at level INFO: `logging.basicConfig(level="INFO")` shows that.
 
     Warns
     -----
     DoubtfulInputWarning
-        Where the input is accepted, but is hardly what was meant: a singular A, a window far from every sample, samples
+        Where the input is accepted, but is probably a mistake: a singular A, a window far from every sample, samples
         before time zero, stamps since 1970, an outlier. Also where a hyperparameter lies at an end of the interval
         that was given for it, and where noise learned with the bounds differs by more than a half from that without.
     IgnoresSamplesWarning

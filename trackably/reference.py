@@ -40,11 +40,11 @@ from trackably.truth import Accuracy, accuracy
 class TrackableReference(ProvedReference):
     """A learned reference with its proof: the system can follow it at all times that `certificate` names.
 
-    `fit` holds what it was learned from, and what its bounds cost. `pin_certificates` prove the values that were asked
-    for at single times, one certificate a time, in the order of `fit.pinned`. `tightening` tells how a plant's bounds
-    were drawn in, for disturbances or by a margin; `reference` keeps what is left. Steps outside of what is proved are
-    refused with a ValueError, and so are steps at |t| > `certificate.last_time`; `reference` has values there too, but
-    no guarantee.
+    `fit` holds what it was learned from, and what its bounds cost. `pin_certificates` prove the waypoints (values asked
+    for at single times), one certificate a time, in the order of `fit.pinned`. `tightening` tells how the plant's
+    bounds were tightened, for disturbances or by a margin; `reference` keeps the tightened bounds. Methods raise
+    ValueError for steps k outside of the proved times, and with |k T_s| > `certificate.last_time`; `reference` has
+    values there too, but no guarantee.
     """
 
     fit: Fit
@@ -59,17 +59,17 @@ class TrackableReference(ProvedReference):
 
     @property
     def plant(self) -> ConstrainedSystem:
-        """The plant with the bounds that were given; `reference.plant` has what disturbance or margin leave of them."""
+        """The plant with the bounds that were given; `reference.plant` has the tightened ones."""
         return self.tightening.given if self.tightening else self.reference.plant
 
     @property
     def samples(self) -> tuple[Samples, ...]:
-        """The samples of the flat outputs: where they were too many, the fewer ones that stand for them."""
+        """The samples of the flat outputs; where there were too many, the fewer ones that stand for them."""
         return self.fit.samples
 
     @property
     def sampled(self) -> dict[str, Samples]:
-        """The samples by the name of what is sampled, a state or a flat output."""
+        """The samples by the name of the state or flat output that was sampled."""
         return {misfit.name: misfit.samples for misfit in self.fit.misfits}
 
     @property
@@ -79,35 +79,42 @@ class TrackableReference(ProvedReference):
 
     @property
     def objective(self) -> float:
-        """J = l(θ) + D(θ) at the optimum, with l = −2 ln p(y) and D what the bounds cost."""
+        """J = l(θ) + D(θ) at the optimum, with l = −2 ln p(y), and D the cost of the bounds."""
         return self.fit.objective
 
     @property
     def method(self) -> Method:
-        """What was learned: "joint", or "hyperparameters" if no better function was found than a posterior mean."""
+        """What was optimised: "joint" (function and hyperparameters), or "hyperparameters" if no
+        function beat a posterior mean.
+        """
         return self.fit.method
 
     @property
     def price(self) -> float:
-        """What the guarantee costs: J minus the least l that was found without bounds, in the unit of l = −2 ln p."""
+        """The cost of the guarantee: J minus the least l found without bounds, in the unit of l = −2 ln p."""
         return self.fit.price
 
     @property
     def duality_gap(self) -> float:
-        """At most how much J could fall for the same hyperparameters, by another function within the plant's bounds."""
+        """An upper bound of how much smaller J could be for the same hyperparameters, with the
+        best function within the bounds.
+        """
         return self.fit.duality_gap
 
     @property
     def active_bounds(self) -> tuple[ActiveBound, ...]:
-        """The bounds that hold the reference back: their times, multipliers and prices."""
+        """The bounds that the reference touches: their times, multipliers and prices."""
         return self.fit.active_bounds
 
     def state_std(self, k: Array | int) -> Array:
-        """Return the posterior standard deviation of the states at steps k, from the samples: shape (*k.shape, n)."""
+        """Return the posterior standard deviation of the states at steps k, given the samples: shape (*k.shape, n)."""
         return self.fit.std_of(self.reference.plant.flatness.states, self._times(k))
 
     def input_std(self, k: Array | int) -> Array:
-        """Return that of the inputs, to first order where they are no weighted sums: shape (*k.shape, m)."""
+        """Return the posterior standard deviation of the inputs at steps k, to first order if they are nonlinear.
+
+        Shape (*k.shape, m).
+        """
         plant, t = self.reference.plant, self._times(k)
         if plant.allocation is None:
             return self.fit.std_of(plant.flatness.inputs, t)
@@ -118,12 +125,12 @@ class TrackableReference(ProvedReference):
         """Return draws of states and inputs at steps k, given the samples and the bounds; the same for the same seed.
 
         Every draw keeps the bounds at the steps k, at up to 51 steps between the first sample and the last, and where
-        the reference is at a bound; nothing is promised between these steps. The bounds are those of `reference`: drawn
-        in, where they are so for disturbances or by a margin. Inputs of a nonlinear system are drawn to
-        first order around the reference. Shapes (count, *k.shape, n) and (count, *k.shape, m).
+        the reference touches a bound; it may break them between these steps. The bounds are those of `reference`, so
+        tightened ones where there are any. Inputs of a nonlinear system are drawn to first order around the reference.
+        Shapes (count, *k.shape, n) and (count, *k.shape, m).
 
-        Raises ValueError for steps outside of what is proved and for too many of them, and NoRoom (an ArithmeticError)
-        where the bounds leave nothing to draw.
+        Raises ValueError for steps outside of the proved times and for too many steps, and NoRoom (an ArithmeticError)
+        where the bounds leave no room for draws.
         """
         self._refuse_unproved(k)
         whole("draws: count", count, least=1)
@@ -132,32 +139,35 @@ class TrackableReference(ProvedReference):
         return draws_within_bounds(self.reference, self.fit.posterior, k, also, count, seed)
 
     def bands(self, k: Array | int, coverage: float = 0.95, count: int = 2000, seed: int = 0) -> Bands:
-        """Return where each state and each input is at steps k with probability `coverage`: they stay in their bounds.
+        """Return the intervals that hold each state and each input at steps k with probability
+        `coverage`, within the bounds.
 
-        The shortest intervals that hold this part of `count` draws: shapes (*k.shape, n) and (*k.shape, m), each with
-        lower and upper ends. Raises ValueError and NoRoom as `draws` does.
+        They are the shortest intervals with this part of `count` draws: shapes (*k.shape, n) and (*k.shape, m), for the
+        lower and for the upper ends. Raises ValueError and NoRoom as `draws` does.
         """
         coverage = real("bands: coverage", coverage)
         return Bands(*(band(of, coverage) for of in self.draws(k, count, seed)))
 
     @property
     def hyperparameters(self) -> dict[str, float]:
-        """All hyperparameters, learned and known ones, in natural units."""
+        """All hyperparameters, learned and given, in natural units."""
         return {name: float(value) for name, value in self.prior.hyperparameters.items()}
 
     @property
     def misfit(self) -> dict[str, float]:
-        """The root mean square of samples minus reference, by name of what is sampled and in its unit."""
+        """The root mean square of samples minus reference, by the sampled name and in its unit."""
         return {misfit.name: misfit.size for misfit in self.fit.misfits}
 
     @property
     def unconstrained_misfit(self) -> dict[str, float]:
-        """The same for what is learned from these samples without bounds."""
+        """The root mean square of samples minus the reference learned without bounds, by the
+        sampled name and in its unit.
+        """
         return {misfit.name: misfit.size_unconstrained for misfit in self.fit.misfits}
 
     @property
     def explanation(self) -> str:
-        """What is proved, how far the reference is from its samples, and what its bounds cost."""
+        """A text: what is proved, how far the reference is from its samples, and what its bounds cost."""
         fit = self.fit
         said = [
             ignored(fit),
@@ -175,9 +185,9 @@ class TrackableReference(ProvedReference):
         return "; ".join(filter(None, said))
 
     def accuracy(self, name: str | None = None) -> Accuracy:
-        """Return how far a state is from its true signal, beside what could be reached; the first one without a name.
+        """Return error bounds of the state `name` (by default the first): this reference's, and the least possible.
 
-        ValueError: no `truth` was given of it.
+        They bound the distance from the true signal. ValueError: no `truth` was given for this state.
         """
         for truth in self.certificate.truth:
             if name in (None, truth.state):
@@ -185,7 +195,9 @@ class TrackableReference(ProvedReference):
         raise ValueError(f"accuracy: no truth was given of {name or 'any state'}")
 
     def unconstrained(self) -> Reference:
-        """Return the reference of least l without bounds, to compare with: the system may be unable to follow it."""
+        """Return the reference with the least l without bounds, for comparison: the system may
+        be unable to follow it.
+        """
         return self.fit.unconstrained
 
     def save(self, path: Path | str) -> None:
@@ -194,10 +206,10 @@ class TrackableReference(ProvedReference):
 
     @classmethod
     def load(cls, path: Path | str) -> Self:
-        """Read what `save` wrote, and prove it again.
+        """Read a file that `save` wrote, and prove the reference again.
 
-        Raises InputError where the file cannot be read or holds a certificate, CodecError where it is not what `save`
-        wrote, and NotTrackableError where it holds a reference that cannot be proved to keep its bounds.
+        Raises InputError if the file cannot be read or holds a certificate, CodecError if `save` did not write it or it
+        is damaged, and NotTrackableError if the reference cannot be proved to keep its bounds.
         """
         saved = SavedReference.read(path_of("load", path))
         return cls(saved.fit, *found_or_raise(saved.proofs()), saved.drawn_in)

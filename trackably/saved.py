@@ -1,4 +1,4 @@
-"""What is saved: a learned reference, with the times of its proof, which is found again when it is read."""
+"""The content of saved references: the reference and the proved times. Loading a file proves the reference again."""
 
 import re
 from abc import ABC, abstractmethod
@@ -28,7 +28,7 @@ from trackably.systems.tightening import Tightening, tightening
 
 @dataclass(frozen=True, eq=False)
 class SavedTightening:
-    """The `given` plant, and what draws its bounds in: the rest is found again when it is read."""
+    """The `given` plant, and the parameters of its tightening, which is computed again when the file is read."""
 
     given: ConstrainedSystem
     margin: float
@@ -45,10 +45,10 @@ class SavedTightening:
         return cls(found.given, found.margin, found.disturbance, Z.feedback if Z else None, found.noise, error)
 
     def found_again(self, plant: ConstrainedSystem) -> Tightening:
-        """Return how the bounds were drawn in. ValueError: those of a reference's `plant` are not the ones left."""
+        """Compute the tightening again. ValueError: the tightened bounds are not those of `plant`, the reference's."""
         found = tightening(self.given, self.disturbance, self.feedback, self.margin, self.noise, self.model_error)
         if not _alike(found.plant, plant):
-            raise ValueError("tightening: the bounds of the reference are not those that it leaves")
+            raise ValueError("tightening: the bounds of the reference are not the tightened ones")
         return found
 
 
@@ -62,7 +62,10 @@ def _alike(one: ConstrainedSystem, other: ConstrainedSystem) -> bool:
 
 
 class Saved(ABC):
-    """A file's content: `proved_from` and `proved_until` [s] for a window only. ValueError: these are no window."""
+    """The content of a file; `proved_from` and `proved_until` [s] are None unless a window is proved.
+
+    ValueError: they are no window.
+    """
 
     proved_from: float | None
     proved_until: float | None
@@ -75,7 +78,9 @@ class Saved(ABC):
 
     @classmethod
     def read(cls, path: Path) -> Self:
-        """Read a file. Raises InputError for one that holds a certificate or cannot be read, CodecError else."""
+        """Read a file. InputError: it cannot be read, or holds a certificate. CodecError: it is
+        no saved reference, or damaged.
+        """
         from trackably.codec import CodecError, loads  # noqa: PLC0415  loaded for files only
 
         content = read_bytes(path)
@@ -97,7 +102,7 @@ class Saved(ABC):
 
     @cached_property
     def drawn_in(self) -> Tightening | None:
-        """How the bounds were drawn in, if they were."""
+        """The tightening of the bounds; None if they were not tightened."""
         return None if self.tightening is None else self.tightening.found_again(self.reference.plant)
 
     def write(self, path: Path) -> None:
@@ -106,7 +111,7 @@ class Saved(ABC):
         write_atomically(path, dumps(self))
 
     def proof(self) -> Certificate | Failure:
-        """Prove the claim again."""
+        """Prove the saved claim again."""
         if self.proved_from is None or self.proved_until is None:
             found = prove(self.reference)
         else:
@@ -115,14 +120,14 @@ class Saved(ABC):
 
 
 def window_of(certificate: Certificate) -> tuple[float, float] | tuple[None, None]:
-    """Return the first and the last time [s] of a window that is proved; None twice for other claims."""
+    """Return the first and the last time [s] of a claim on a window; (None, None) for other claims."""
     claim = certificate.claim
     return (claim.start, claim.end) if isinstance(claim, OnWindow) else (None, None)
 
 
 @dataclass(frozen=True, eq=False)
 class SavedReference(Saved):
-    """A fit, with the times of its proof."""
+    """A saved fit, with the proved times and the `truth` that was given."""
 
     fit: Fit
     proved_from: float | None
@@ -140,7 +145,7 @@ class SavedReference(Saved):
         return self.fit.reference
 
     def proofs(self) -> tuple[Certificate, tuple[Certificate, ...]] | Failure:
-        """Prove again what was proved: the claim, and the values at each time that has some."""
+        """Prove again the claim, and the waypoints at each time that has some."""
         found = self.proof()
         if not isinstance(found, Certificate):
             return found

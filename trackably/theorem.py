@@ -1,4 +1,4 @@
-"""Certificates as files for Coq, which state and prove their theorem by the checker in the repository's `theorem/`."""
+"""Write certificates as files for Coq, which state a theorem and prove it by the checker in the folder `theorem/`."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
@@ -19,7 +19,7 @@ from trackably.checking import read
 from trackably.errors import InputError
 
 KERNELS = ("SquaredExponential", "Periodic", "Matern32", "Matern52", "Sum", "Product")
-"""Kernels that `theorem/Checker.v` encloses: the names of the classes are those of Coq's constructors."""
+"""Kernels that `theorem/Checker.v` covers: class names here, constructors there."""
 
 _HEADER = """(* What a check of the certificate names as its reference has the SHA-256
    {}. *)
@@ -52,11 +52,11 @@ _TUBE = """check_tube_sound _ _
     {{| {0}.head := {head}; {0}.more := {more}; {0}.contraction := {contraction}; {0}.box := {box} |}} trackable"""
 
 _ROUNDING = 1 + Fraction(1, 2**30)
-"""What Coq's intervals round is made up for: the box and its contraction are this much larger, and more powers of
-A + B K are taken one by one, which makes errors smaller than those of the certificate."""
+"""The box and its contraction are made larger by this factor, because Coq's intervals round outwards. More powers of
+A + B K are summed one by one in return, which keeps the errors below those of the certificate."""
 
 _COVER = "check_sound _ {{| {0}.degree := 10; {0}.halvings := 40; {0}.cuts := 14; {0}.by_ := {0}.{1} |}}"
-"""Polynomials of degree 10 about the middle of each box; the numbers of halvings are far beyond what boxes need."""
+"""Enclose by polynomials of degree 10 about the middle of each box; boxes need far fewer halvings than these."""
 
 SILENT = """It says nothing about evaluation in float64, nor about disturbances from the hull of given points. That its
 numbers are those of the certificate is not proved, but can be read."""
@@ -64,7 +64,9 @@ numbers are those of the certificate is not proved, but can be read."""
 
 @dataclass(frozen=True)
 class Part:
-    """A definition, a theorem about it, and the lemma from which it follows by computation, as Coq reads them."""
+    """A definition, a theorem about it, and the lemma from which the theorem follows by
+    computation, as texts for Coq.
+    """
 
     definition: str
     name: str
@@ -81,7 +83,10 @@ class Part:
 
 @dataclass(frozen=True)
 class Theorem:
-    """What a certificate or a counterexample holds, as Coq reads it; `reference` is what checks call the reference."""
+    """The theorems of a certificate or counterexample for Coq.
+
+    `reference` is the SHA-256 by which checks name the reference.
+    """
 
     reference: str
     parts: tuple[Part, ...]
@@ -93,7 +98,7 @@ class Theorem:
 
     @property
     def statement(self) -> str:
-        """Definitions and theorems alone: system, signals, sets and claim, and what is said of them."""
+        """The definitions and theorems without proofs: system, signals, sets and claim, and what is said of them."""
         return "\n".join(part.statement for part in self.parts)
 
     @property
@@ -103,10 +108,11 @@ class Theorem:
 
 
 def theorem(file: Path, emulated: bool = False) -> Theorem:
-    """State for Coq, with a proof, what a certificate holds; `SILENT` says what of it is left out.
+    """State the content of a certificate as a theorem for Coq, with a proof; `SILENT` says what is left out.
 
-    Of a counterexample, that it does not hold. `emulated` floating-point numbers are made of integers: slower, but
-    the processor's need not be trusted. Raises InputError for other files, and for what Coq's checker does not cover.
+    For a counterexample, state that the reference is not trackable. `emulated` floating-point numbers are made of
+    integers: slower, but the processor's arithmetic need not be trusted. InputError: the file is of another kind, or
+    Coq's checker does not cover it.
     """
     content = read(file)
     kind = format_of(content)
@@ -176,7 +182,7 @@ def _zonotope(zonotope: Zonotope) -> str:
 
 
 def _claim(certificate: Certificate) -> tuple[str, str]:
-    """Return the times of the claim, and how to prove it."""
+    """Return the claimed times as a Coq term, and the proof's term."""
     match certificate.claim:
         case AllTimes(tail_start):
             return "AllTimes", f"Tail {_number(tail_start)}"
@@ -189,7 +195,7 @@ def _claim(certificate: Certificate) -> tuple[str, str]:
 
 
 def _counterexample(counterexample: Counterexample) -> tuple[str, str]:
-    """Return the times of the claim that is refuted, and the refutation at one of them."""
+    """Return the refuted claim's times as a Coq term, and the term that refutes it at one of them."""
     match counterexample.where:
         case Interval(start, end, time):
             times = f"Window {_number(start)} {_number(end)}" if isfinite(end) else "AllTimes"
@@ -228,7 +234,7 @@ def _numbers(values: Iterable[float | Fraction]) -> str:
 
 
 def _number(value: float | Fraction) -> str:
-    """Return exactly this number, with a power of two where it is a float64's denominator."""
+    """Return exactly this number as a Coq rational; a float64's denominator is written as a power of two."""
     exact = Fraction(value)
     below = exact.denominator
     power = below.bit_length() - 1

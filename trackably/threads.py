@@ -1,4 +1,4 @@
-"""Threads of the linear algebra libraries, and the memory that their arrays leave."""
+"""Control the threads of linear algebra libraries, and keep memory that freed arrays leave."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,17 +9,17 @@ import numpy as np
 
 # Freed memory: the C library gives it back to the system, and asks for it again for the next array.
 
-_LARGEST = 31 << 20  # bytes: of allocations above 32 MiB glibc learns nothing
+_LARGEST = 31 << 20  # bytes: allocations above 32 MiB do not raise glibc's limits
 
 
 @cache
 def keep_freed_memory() -> None:
-    """Let the process keep up to 62 MiB that it has freed, once and for all.
+    """Let the process keep up to 62 MiB of freed memory from now on.
 
-    Arrays of a few hundred KiB come and go by the thousand here. With its first limit of 128 KiB, glibc gives such
-    memory back each time, and the system clears every page of it again: a fifth of the time of a small window. glibc
-    raises its limits when a large allocation is freed, to its size and twice as much. This one is never written to,
-    so that no memory is taken for it; other C libraries pass over it.
+    The library allocates and frees arrays of a few hundred KiB by the thousand. With its first limit of 128 KiB, glibc
+    returns such memory to the system each time, which clears every page again: a fifth of the time of a small window.
+    When a large allocation is freed, glibc raises its limits to that size and to twice that size. The allocation here
+    is never written to, so it takes no memory; other C libraries ignore it.
     """
     np.empty(_LARGEST, dtype=np.uint8)
 
@@ -29,10 +29,10 @@ def keep_freed_memory() -> None:
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Let NumPy's and SciPy's BLAS use one thread inside, and as many as before afterwards; also a decorator.
+    """Limit NumPy's and SciPy's BLAS to one thread within this context; also a decorator.
 
-    Results are then the same on machines with other numbers of cores. The limit is that of the whole process. What asks
-    for it computes with many small arrays: from then on the process also keeps the memory that they leave.
+    Results are then the same on machines with other numbers of cores. The limit holds for the whole process.
+    Computations in this context use many small arrays, so that the process also keeps freed memory from then on.
     """
     keep_freed_memory()
     with _libraries().limit(limits=1, user_api="blas"):
@@ -41,7 +41,7 @@ def one_blas_thread() -> Iterator[None]:
 
 @cache
 def _libraries() -> Any:
-    """Return all libraries that are loaded, which takes 10 ms: NumPy and SciPy have loaded theirs before."""
+    """Return a controller of all loaded BLAS libraries, which takes 10 ms; NumPy and SciPy are loaded first."""
     import scipy.linalg  # noqa: F401, PLC0415
     from threadpoolctl import ThreadpoolController  # noqa: PLC0415  loaded by what learns only
 

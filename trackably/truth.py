@@ -314,8 +314,8 @@ def _derive(of: SignalClass, t: float) -> Derived | None:
 def _rationals(of: SignalClass, multipliers: Array, total: int, moment: Fraction) -> list[Fraction] | None:
     """Return rational multipliers μ_i of samples and ν_j of rates near these, with Σ μ_i = total exactly.
 
-    If the second derivative is bounded, Σ μ_i t_i + Σ ν_j = moment, too, so that they say the same of each straight
-    line. None if there are too few samples.
+    If the second derivative is bounded, Σ μ_i t_i + Σ ν_j = moment too, so that the weighted sum of any straight line's
+    values is fixed. None if there are too few samples.
     """
     n, times = len(of.samples.times), [Fraction(s) for s in of.samples.times]
     exact = [
@@ -380,7 +380,8 @@ def _of_plant(proved: TrueSignal, robust: Robust, state: int) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Courses:
-    """Courses x_(k+1) = A_k x_k + B_k u_k + c, as v = (x_0, …, x_K, u_0, …, u_(K−1)), and a number e.
+    """Trajectories x_(k+1) = A_k x_k + B_k u_k + c, as vectors v = (x_0, …, x_K, u_0, …, u_(K−1)),
+    with a relaxation e ≥ 0.
 
     Shapes of A and B are (K, n, n) and (K, n, m). For `rows` of v, lower − e growth ≤ rows v ≤ upper + e growth, and
     all entries of v have `bounds`.
@@ -396,7 +397,10 @@ class Courses:
     bounds: Sequence[tuple[float | None, float | None]]
 
     def minimise(self, cost: Array, most: float | None = 0.0) -> Any:
-        """Minimise cost · (v, e) over 0 ≤ e ≤ most. Multipliers are those of the upper ends, then of the lower ones."""
+        """Minimise cost · (v, e) over 0 ≤ e ≤ most.
+
+        Multipliers of the result: first of the upper ends, then of the lower ones.
+        """
         sparse, (K, n, m) = _scipy.sparse, self.B.shape
         blocks = np.arange(K), np.arange(K + 1)
         now = sparse.bsr_array((self.A, *blocks), shape=(K * n, (K + 1) * n))
@@ -416,16 +420,16 @@ class Courses:
 
 
 def _picked(columns: Any, count: int) -> Any:
-    """Return rows that pick these entries of `count`."""
+    """Return the rows of the identity matrix with these indices, of `count` columns."""
     each = np.arange(len(columns))
     return _scipy.sparse.csr_array((np.ones(len(each)), (each, columns)), shape=(len(each), count))
 
 
 @dataclass(frozen=True, eq=False)
 class Signals:
-    """Signals of a class as `courses` from knot to knot: of values, and of slopes if the second derivative is bounded.
+    """The signals of a class as `courses` from knot to knot: values, and slopes if the second derivative is bounded.
 
-    The highest derivative is constant between two `knots` [s]. Values are in a `unit`, the noise of samples.
+    The highest derivative is constant between two `knots` [s]. Values are in multiples of `unit`, the noise of samples.
     """
 
     courses: Courses
@@ -434,7 +438,9 @@ class Signals:
 
     @classmethod
     def of(cls, of: SignalClass, also: tuple[float, ...] = (), cells: int = 4) -> Self:
-        """Return signals with knots at all measurements, at further times, and at others between them."""
+        """Return signals with knots at all measurements, at the times `also`, and `cells` − 1
+        more between two of them.
+        """
         rates = of.rates or Measured((), (), 0.0)
         own = np.unique([*of.samples.times, *rates.times, *also])
         cells = max(1, min(cells, _KNOTS // max(1, len(own))))
@@ -458,7 +464,7 @@ class Signals:
         return cls(Courses(A, B, np.zeros(n), rows, values - noise, values + noise, growth, bounds), knots, unit)
 
     def value_at(self, t: float) -> Array:
-        """Return the cost that is the value at a knot."""
+        """Return the cost vector of the signal's value at a knot."""
         cost = np.zeros(len(self.courses.bounds) + 1)
         cost[self.courses.A.shape[1] * int(np.searchsorted(self.knots, t))] = 1.0
         return cost
@@ -512,9 +518,9 @@ def _contradiction(name: str, of: SignalClass) -> NoSignal | None:
 
 
 def _contradicting(of: SignalClass, cells: int) -> tuple[list[int], Array]:
-    """Return the indices of measurements that contradict each other, and the multipliers of all, one the largest.
+    """Return the indices of measurements that contradict each other, and multipliers of all, the largest of which is 1.
 
-    Rates follow the samples.
+    Samples come first, then rates.
     """
     courses = Signals.of(of, cells=cells).courses
     found = courses.minimise(np.append(np.zeros(len(courses.bounds)), 1.0), most=None)
@@ -574,7 +580,7 @@ class Accuracy:
 
 
 def accuracy(reference: Reference, truth: TrueSignal) -> Accuracy:
-    """Return the proved error of a reference, beside lower limits of the error of any other."""
+    """Return the proved error bound of a reference, and lower limits of the error bounds of all others."""
     times = np.unique(np.concatenate([np.linspace(a, b, 3) for a, b in pairwise(truth.ends)]))
     upper, lower = sides_at(truth.of, times, truth.derived)
     widest = float(times[int(np.argmax(upper - lower))])
@@ -584,9 +590,9 @@ def accuracy(reference: Reference, truth: TrueSignal) -> Accuracy:
 
 
 def _least_error(plant: ConstrainedSystem, truth: TrueSignal) -> float:
-    """Return the least ε of any state sequence x(t_0 + k T) that the plant can follow.
+    """Return the least error bound ε of any state sequence x(t_0 + k T) that the plant can follow.
 
-    Nan if the program is not solved.
+    NaN if none is computed.
     """
     system, T = plant.linear, plant.sampling_time
     first, K = truth.ends[0], min(_STEPS - 1, int((truth.ends[-1] - truth.ends[0]) / T))

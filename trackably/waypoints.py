@@ -1,4 +1,4 @@
-"""Values that a user asks of a reference at some times, checked, and with tolerances."""
+"""Check waypoints (values that a user asks of a reference at given times), and choose their tolerances."""
 
 import math
 from collections.abc import Mapping
@@ -28,10 +28,10 @@ def waypoints(
     claim: Claim,
     tightening: Tightening | None = None,
 ) -> tuple[Pinned, ...]:
-    """Return what is asked, in the order of time. Where the plant is what a `tightening` leaves, refusals say so.
+    """Return the waypoints, sorted by time. If `plant` has tightened bounds, error messages mention the `tightening`.
 
     Raises ValueError for times that are not claimed, unknown names, inputs of a plant with redundant ones, values
-    outside of their sets, and tolerances that are missing or not positive; TypeError for what is no number.
+    outside of their sets, and tolerances that are missing or not positive; TypeError for values that are no numbers.
     """
     if not isinstance(at, Mapping):
         raise TypeError(f"at: expected a mapping from times [s] to values by name, got {short(at)}")
@@ -76,7 +76,7 @@ def _waypoint(
 
 
 def _refuse_restless(time: float, plant: ConstrainedSystem) -> None:
-    """Raise ValueError for a plant whose inputs or states are not known at rest, wherever that is."""
+    """Raise ValueError if "rest" does not determine the plant's inputs or states."""
     if plant.allocation is not None:
         raise ValueError(
             f"at: rest at {time:g} s cannot be asked for, as several inputs act alike and only their effect is "
@@ -110,7 +110,9 @@ def _refuse_unknown(argument: str, values: Mapping[str, float], plant: Constrain
 
 
 def _refuse_outside(found: Pinned, plant: ConstrainedSystem, left: str) -> None:
-    """Raise ValueError where each value is possible, but not all of them together."""
+    """Raise ValueError if the values of one time, each of which is possible, lie outside of the
+    plant's sets together.
+    """
     for names, bounded in ((plant.system.states, plant.state_set), (plant.system.inputs, plant.input_set)):
         try:
             found.within(bounded, names)
@@ -119,7 +121,7 @@ def _refuse_outside(found: Pinned, plant: ConstrainedSystem, left: str) -> None:
 
 
 def _tolerance(given: float | Mapping[str, float] | None, name: str, bounds: Interval | None) -> float:
-    """Return the tolerance that is given for a name, or a part of the width of what bounds it."""
+    """Return the tolerance given for a name; by default a small part of the width of its bounds."""
     found = given.get(name) if isinstance(given, Mapping) else given
     if found is None:
         if bounds is None:

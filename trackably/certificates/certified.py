@@ -65,7 +65,7 @@ class Certified:
 
     @property
     def explanation(self) -> str:
-        drawn = f"bounds drawn in by {self.backoff:.1g} of their width, at a cost of {self.cost:.2g} in l"
+        drawn = f"bounds tightened by {self.backoff:.1g} of their width, at a cost of {self.cost:.2g} in l"
         return f"{self.certificate.explanation}; {drawn}"
 
 

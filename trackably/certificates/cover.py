@@ -131,7 +131,7 @@ class _Kinks:
         return cls(*np.array(sorted(found)).reshape(-1, 3).T)
 
     def inside(self, start: float, end: float) -> slice:
-        """Return which lie in a box, not only at its ends."""
+        """Return the slice of the kinks that lie in a box, but not at one of its ends."""
         return slice(
             int(np.searchsorted(self.upper, start, side="right")), int(np.searchsorted(self.lower, end, side="left"))
         )
@@ -141,7 +141,10 @@ class _Kinks:
         return any(of.stop > of.start for of in (self.inside(*box) for box in boxes.T.tolist()))
 
     def cuts(self, start: float, end: float) -> list[float]:
-        """Return where to divide a box: at the largest kink near its middle, or in the middle where it holds none."""
+        """Return the times at which to divide a box: at the largest kink near its middle.
+
+        Without kinks, in the middle.
+        """
         of = self.inside(start, end)
         off = np.abs((self.lower[of] + self.upper[of]) - (start + end)) / (end - start)
         if not len(off):
@@ -151,7 +154,10 @@ class _Kinks:
 
 
 def _split(boxes: Array, missing: Flags, kinks: _Kinks) -> tuple[Array, Flags]:
-    """Return the parts of the boxes in which something is missing, and what is missing in them."""
+    """Divide the boxes in which some quantity is not proved.
+
+    Return the parts, and flags of the unproved quantities in them.
+    """
     parts, wanted = list[tuple[float, float]](), list[Flags]()
     for (start, end), of in zip(boxes.T.tolist(), missing.T, strict=True):
         if of.any():

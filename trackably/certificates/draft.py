@@ -153,7 +153,7 @@ class Draft:
             error_of(self.subject, q, signal_errors(self.subject, self.certificate.until))
         except UndefinedError as undefined:
             return str(undefined)
-        return "it is not defined at any time that was looked at"
+        return "it is undefined at all times that were examined"
 
     def value(self, name: str, t: Real) -> Real:
         """Enclose a bounded quantity at a time [s]. UndefinedError: it may be undefined there."""

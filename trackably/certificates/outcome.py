@@ -142,7 +142,7 @@ class InfeasibleTightening(OutOfReach):
             drawn.append(f"by the margin {margin:g} of each width")
             others.append("a smaller margin=")
         return (
-            f"no reference keeps the bounds drawn in {' and '.join(drawn)}, whatever the kernel and the samples; "
+            f"no reference keeps the bounds tightened {' and '.join(drawn)}, whatever the kernel and the samples; "
             f"{' or '.join(others)} may leave more room: {self._contradiction}"
         )
 

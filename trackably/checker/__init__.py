@@ -124,10 +124,10 @@ __all__ = ["Contradicted", "Failed", "NotACertificate", "Proved", "Refuted", "Un
 
 
 def check(data: object, seconds: float | None = None, report: Report | None = None, exact: bool = False) -> Verdict:
-    """Verify the content of a certificate's, counterexample's, table's or contradiction's file: what its JSON says.
+    """Verify the content of a certificate, counterexample, table, trajectory or contradiction, as decoded from JSON.
 
-    A check that takes longer than `seconds` answers Undecided. `report` is told how far it is. An `exact` check does
-    without float64 intervals.
+    A check that takes longer than `seconds` answers Undecided. `report` receives its progress. An `exact` check does
+    not use float64 intervals.
     """
     try:
         with watched(seconds, report):

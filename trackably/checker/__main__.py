@@ -72,7 +72,7 @@ def _say(sentence: str, code: int) -> int:
 
 
 def _positive(given: str) -> float | None:
-    """Return a number of seconds; None where it is none."""
+    """Return a positive number of seconds; None if it is none."""
     try:
         seconds = float(given)
     except ValueError:
@@ -81,7 +81,7 @@ def _positive(given: str) -> float | None:
 
 
 def _content(path: Path) -> object:
-    """Return what a JSON file says. Raise OSError, or ValueError where it is no strict JSON or too long."""
+    """Return the content of a JSON file. Raise OSError, or ValueError if it is no strict JSON or too long."""
     if path.exists() and not (path.is_file() or path.is_dir()):
         raise ValueError("expected a file, got a device or a pipe, which may have no end")
     with path.open("rb") as file:

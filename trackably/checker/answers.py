@@ -1,4 +1,4 @@
-"""What a check may answer, each with its sentence, and the steps of each proof in order."""
+"""The answers of a check, each with its sentence, and the steps of each proof in order."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ from trackably.checker.truth import ContradictedSamples, check_truth, contradict
 
 @dataclass(frozen=True)
 class _Shown:
-    """A file that is valid; `statement` says in words what it shows, and of what."""
+    """A valid file; `statement` says in words what it shows, and about which reference."""
 
     statement: str
 
@@ -41,7 +41,7 @@ class Refuted(_Shown):
 
 
 class Contradicted(_Shown):
-    """The contradiction is valid: whatever reference is wanted, there is none; `statement` says in words why."""
+    """The contradiction is valid: no reference keeps the bounds; `statement` says in words why."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Failed:
 
     @property
     def sentence(self) -> str:
-        """What did not work."""
+        """The failure as a sentence."""
         wanted = {"certificate": "prove its claim", "contradiction": "exclude every reference"}.get(
             self.kind, "refute what is claimed"
         )
@@ -78,7 +78,7 @@ class NotACertificate(_NotShown):
 
 
 class Undecided(_NotShown):
-    """The time that the check may take was over before it ended: nothing is known."""
+    """The check ended at a limit of time or memory before it was finished, so nothing is known."""
 
 
 Verdict = Proved | Refuted | Contradicted | Failed | NotACertificate | Undecided
@@ -95,7 +95,9 @@ def of_file(
     say: Callable[[T], str],
     trusted: str = NO_FIRST_PASS.trusted,
 ) -> Callable[[dict[object, object]], Verdict]:
-    """Return what answers for the files of a kind: reads one, and says what it shows, or why it does not."""
+    """Return a function that answers for files of a kind: it reads a file, and says what it
+    shows, or why it does not.
+    """
 
     def answer(content: dict[object, object]) -> Verdict:
         found = read(content)
@@ -105,7 +107,7 @@ def of_file(
 
 
 def contradicted(samples: ContradictedSamples) -> Contradicted | Failed:
-    """Return what is shown of samples that no signal of a class explains."""
+    """Return the answer for samples that no signal of a class explains."""
     found = contradiction_of(samples)
     if isinstance(found, str):
         return Failed(found, "contradiction")
@@ -113,7 +115,7 @@ def contradicted(samples: ContradictedSamples) -> Contradicted | Failed:
 
 
 def proved(certificate: Certificate, first_pass: FirstPass) -> Proved | Failed:
-    """Return what is shown of a certificate; `first_pass` decides what float64 intervals can decide."""
+    """Return the answer for a certificate; `first_pass` decides as much as float64 intervals can."""
     subject, robust, truth = certificate.subject, certificate.robust, certificate.truth
     reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
     reason = reason or check_robust(subject, robust) or check_truth(subject, truth, robust, first_pass)
@@ -133,7 +135,7 @@ def _check_kernels(certificate: Certificate, first_pass: FirstPass) -> str | Non
 
 
 def refuted(counterexample: Counterexample, first_pass: FirstPass) -> Refuted | Failed:
-    """Return what is shown of a counterexample."""
+    """Return the answer for a counterexample."""
     subject = counterexample.subject
     reason: str | None = _misfit(subject)
     if not reason and subject.pieces:

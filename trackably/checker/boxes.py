@@ -1,6 +1,6 @@
-"""Steps 1, 2 and 4 of the proof: boxes of time cover what is claimed, and in each box quantities keep their bounds.
+"""Steps 1, 2 and 4 of the proof: boxes of time cover the claim, and in each box quantities keep their bounds.
 
-Where only instants are claimed, each of the first ones is in a narrow box.
+If only instants are claimed, each of the first ones is in a narrow box.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -22,7 +22,7 @@ from trackably.checker.watch import UndecidedError, progress, tick
 
 
 class Box(NamedTuple):
-    """The times of [start, end] [s]; `radius` [s] of the discs in Cauchy's estimate."""
+    """The times of [start, end] [s], and the `radius` [s] of the discs in Cauchy's estimate."""
 
     start: float
     end: float
@@ -77,14 +77,13 @@ Left = Iterator[tuple[Box, list[Quantity], dict[tuple[int, int], Model]]]
 
 @dataclass(frozen=True)
 class FirstPass:
-    """What is tried before mpmath, which decides where this does not.
+    """A faster check in float64; mpmath decides whatever it leaves undecided.
 
-    `boxes`: each box with the quantities that are left to be proved, and models of signals for formulas;
-    `envelope`: over-estimates of |z − m| and |ż| of a signal from a time on; None where nothing is known;
-    `cells_left`: of each row of polynomial pieces, the cells in which it is not certain to stay between two numbers;
-    `at_zero`: an interval that contains a linear combination of signals at t = 0; None where nothing is known;
-    `is_sound`: whether the processor is set such that all of this is true;
-    `trusted`: a sentence that says which arithmetic is trusted.
+    `boxes`: each box with the quantities that are left to be proved, and models of signals for formulas; `envelope`:
+    over-estimates of |z − m| and |ż| of a signal after a time; None if nothing is known; `cells_left`: for each row of
+    polynomial pieces, the cells in which it is not certain to stay between two numbers; `at_zero`: an interval that
+    contains a linear combination of signals at t = 0; None if nothing is known; `is_sound`: whether the processor's
+    settings make all of this true; `trusted`: a sentence that says which arithmetic is trusted.
     """
 
     boxes: Callable[[FlatNeeds, Subject, int, Held], Left]
@@ -116,9 +115,9 @@ NO_FIRST_PASS = FirstPass(
 def check_boxes(
     certificate: Certificate, quantities: list[Quantity], first_pass: FirstPass = NO_FIRST_PASS
 ) -> str | None:
-    """Return the first box in which a quantity is not shown to stay inside its bounds; None where there is none.
+    """Return the first box in which a quantity is not shown to stay inside its bounds; None if there is none.
 
-    What the `first_pass` leaves is enclosed in mpmath. Where only instants are claimed, each has a narrow box.
+    Quantities that the `first_pass` leaves are enclosed in mpmath. If only instants are claimed, each has a narrow box.
     """
     subject, needs = certificate.subject, FlatNeeds.of(certificate, quantities)
     at_instants = isinstance(certificate.claim, Instants)
@@ -136,8 +135,11 @@ _TERMS, _AT_ONCE = 4, 4096
 
 
 def _boxes(certificate: Certificate, quantities: list[Quantity]) -> Iterator[tuple[Held, int, int, int]]:
-    """Yield boxes with the quantities in them, the number of terms, the first of their numbers, and how many there are
-    in all. Those of instants are numbered as steps are."""
+    """Yield boxes with their quantities, the number of terms, the number of the first box, and the
+    total number of boxes.
+
+    Boxes of instants have the numbers of their steps.
+    """
     claim, step = certificate.claim, certificate.subject.system.sampling_time
     if isinstance(claim, Instants):
         for first in range(0, claim.last_step + 1, _AT_ONCE):
@@ -158,16 +160,16 @@ def _boxes(certificate: Certificate, quantities: list[Quantity]) -> Iterator[tup
 
 
 def around_instant(k: int, step: float) -> Box:
-    """Return a narrow box that holds k T. Raise UndecidedError where rounding makes it one that does not."""
+    """Return a narrow box that contains k T. Raise UndecidedError if its rounded ends do not enclose k T."""
     half = step * 2.0**-40 + k * step * 2.0**-50
     box = Box(k * step - half, k * step + half, half * 2.0**20)
     if not Fraction(box.start) <= k * Fraction(step) <= Fraction(box.end):
-        raise UndecidedError(f"not decided at step {k}, which no narrow box holds")
+        raise UndecidedError(f"not decided at step {k}: no narrow box encloses its time in float64")
     return box
 
 
 def refusals(needs: FlatNeeds, enclosures: Enclosures, quantities: list[Quantity]) -> Iterator[tuple[Quantity, str]]:
-    """Yield each quantity that is not shown to stay inside its bounds in a box, and why it may not be defined there."""
+    """Yield each quantity that is not shown to stay inside its bounds in a box, and why it may be undefined there."""
     values = FlatValues(needs, enclosures.terms)
     for q in quantities:
         try:
@@ -178,14 +180,14 @@ def refusals(needs: FlatNeeds, enclosures: Enclosures, quantities: list[Quantity
 
 
 def stays_inside(model: Model, q: Quantity, box: Box) -> bool:
-    """Return whether lower ≤ q ≤ upper in a box for all functions of the model."""
+    """Whether lower ≤ q ≤ upper in a box for all functions of the model."""
     negative = Model([-c for c in model.coefficients], model.missed)
     lows, highs = (limit.over(box.start, box.end) for limit in (q.lower, q.upper))
     return all(is_below(model, p) for p in highs) and all(is_below(negative, [-c for c in p]) for p in lows)
 
 
 def is_below(model: Model, bound: list[Real]) -> bool:
-    """Return whether all functions of the model are at most the polynomial `bound` on [−1, 1], in whole numbers."""
+    """Whether all functions of the model are at most the polynomial `bound` on [−1, 1], in whole numbers."""
     found = in_fixed_point([model.missed, *bound, *model.coefficients])
     if found is None:
         return False
@@ -199,7 +201,7 @@ def is_below(model: Model, bound: list[Real]) -> bool:
 
 
 def check_cover(certificate: Certificate) -> str | None:
-    """Return where the cover has a gap, or which kernel does not repeat; None where the claim is covered."""
+    """Return a gap of the cover, or a kernel that does not repeat; None if the claim is covered."""
     claim = certificate.claim
     if isinstance(claim, Instants):
         return None

@@ -1,4 +1,4 @@
-"""What a certificate says, as typed values: everything after reading works on these."""
+"""The content of a certificate as typed values, on which everything after reading works."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ FORMAT, VERSION = "trackably certificate", 3
 
 @dataclass(frozen=True)
 class Boxes:
-    """Boxes of time [ends_k, ends_(k+1)] and the `radii` of the discs in Cauchy's estimate, one for each [s]."""
+    """Boxes of time [ends_k, ends_(k+1)], and for each the radius [s] of the discs in Cauchy's estimate."""
 
     ends: tuple[float, ...]
     radii: tuple[float, ...]
@@ -20,7 +20,7 @@ class Boxes:
 
 @dataclass(frozen=True)
 class Cover:
-    """Boxes of time for each bound, by its name, and how many `terms` a Taylor polynomial takes."""
+    """Boxes of time for each bound, by its name, and the number of `terms` of a Taylor polynomial."""
 
     boxes: Mapping[str, Boxes]
     terms: int
@@ -28,14 +28,14 @@ class Cover:
 
 @dataclass(frozen=True)
 class AllTimes:
-    """Every real t ≥ 0: boxes up to `tail_start` [s], and the decay of the kernels from there on."""
+    """Every real t ≥ 0: boxes up to `tail_start` [s], and the decay of the kernels after it."""
 
     tail_start: float
     cover: Cover
 
     @property
     def span(self) -> tuple[float, float]:
-        """Where the boxes must begin and end [s]."""
+        """The required start and end of the boxes [s]."""
         return 0.0, self.tail_start
 
 
@@ -48,7 +48,7 @@ class AllPhases:
 
     @property
     def span(self) -> tuple[float, float]:
-        """Where the boxes must begin and end [s]."""
+        """The required start and end of the boxes [s]."""
         return 0.0, self.period
 
 
@@ -62,13 +62,13 @@ class Window:
 
     @property
     def span(self) -> tuple[float, float]:
-        """Where the boxes must begin and end [s]."""
+        """The required start and end of the boxes [s]."""
         return self.start, self.end
 
 
 @dataclass(frozen=True)
 class Instants:
-    """Every t = k T: one by one up to `last_step`, and the decay of the kernels from there on."""
+    """Every t = k T: one by one up to `last_step`, and by the decay of the kernels after it."""
 
     last_step: int
 
@@ -78,7 +78,7 @@ Pair = tuple[int, int]
 
 @dataclass(frozen=True)
 class Measured:
-    """`values` at rising `times` [s], each within `noise` of what is measured."""
+    """Measured `values` at increasing `times` [s], each with an error of at most `noise`."""
 
     times: tuple[float, ...]
     values: tuple[float, ...]
@@ -87,8 +87,10 @@ class Measured:
 
 @dataclass(frozen=True)
 class SignalClass:
-    """All signals within the noise of `samples`, and of `rates` of change, with a bounded `slope` L [1/s], or a bounded
-    `second_derivative` M [1/s²], or both."""
+    """All signals within the noise of `samples`, and of `rates` of change, with bounded derivatives.
+
+    They have a bounded `slope` L [1/s], or a bounded `second_derivative` M [1/s²], or both.
+    """
 
     samples: Measured
     rates: Measured | None = None
@@ -98,9 +100,10 @@ class SignalClass:
 
 @dataclass(frozen=True)
 class Derived:
-    """What measurements together say of a signal at a `time` [s]: multipliers of some, for what is above and below it.
+    """Bounds of a signal at a `time` [s] from several measurements, by their multipliers for the
+    `upper` and `lower` bound.
 
-    Rates count after the samples.
+    Measurements are numbered; rates follow the samples.
     """
 
     time: float
@@ -112,8 +115,9 @@ class Derived:
 class TrueSignal:
     """The claim that a `state` of the reference is within `errors`[k] of every signal of `of`, in each cell of `ends`.
 
-    `upper` and `lower` name two measurements of each cell: samples, then rates, then what is `derived`. `radii` [s] are
-    of the discs in Cauchy's estimate; Taylor models have so many `terms`. `plant` is δ, if the system is disturbed.
+    `upper` and `lower` name two measurements for each cell: samples, then rates, then `derived` points. `radii` [s] are
+    those of the discs in Cauchy's estimate, and `terms` is the number of terms of Taylor models. `plant` is δ, if the
+    system is disturbed.
     """
 
     state: str
@@ -129,7 +133,7 @@ class TrueSignal:
 
     @property
     def error(self) -> float:
-        """ε at all times, the largest of all cells."""
+        """ε at all times, the largest error of all cells."""
         return max(self.errors)
 
 
@@ -138,10 +142,10 @@ Claim = AllTimes | AllPhases | Window | Instants
 
 @dataclass(frozen=True)
 class Certificate:
-    """A claim about a reference, with what it takes to verify it.
+    """A claim about a reference, with all data needed to verify it.
 
-    `errors` are those of float64 evaluation up to the time `until` [s], by the name of the bound. `disturbances`
-    says what the bounds leave room for, where the system is disturbed, and `truth` how far states are from signals.
+    `errors` are those of float64 evaluation up to the time `until` [s], by the name of the bound. `robust` is the
+    statement about the disturbed system, and `truth` about the distances of states from true signals.
     """
 
     subject: Subject

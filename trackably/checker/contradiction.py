@@ -64,12 +64,12 @@ from trackably.checker.watch import progress, tick
 FORMAT, VERSION = "trackably contradiction", 1
 
 _MOST_BITS = 2_000_000  # of a power of the common denominator: more would take hours
-_MOST_LINES = 300  # of which the state at the first step is determined
+_MOST_LINES = 300  # rows that determine the state at the first step
 
 
 @dataclass(frozen=True)
 class Value:
-    """A state or an input, by name, that lies between two numbers at a step."""
+    """A state or an input, by name, with bounds of its value at a step."""
 
     step: int
     name: str
@@ -79,7 +79,7 @@ class Value:
 
 @dataclass(frozen=True)
 class Multipliers:
-    """One for each step and row of states, for each step and row of inputs, and for each value."""
+    """A multiplier for each step and row of states, for each step and row of inputs, and for each value."""
 
     states: tuple[tuple[float, ...], ...]
     inputs: tuple[tuple[float, ...], ...]
@@ -88,7 +88,7 @@ class Multipliers:
 
 @dataclass(frozen=True)
 class Gap:
-    """At a `step`, nothing is everything that is wanted of the state or input `name`."""
+    """At a `step`, the requirements on the state or input `name` have no common value."""
 
     step: int
     name: str
@@ -96,7 +96,10 @@ class Gap:
 
 @dataclass(frozen=True)
 class Contradiction:
-    """What contradicts what, at so many `steps` from the time `start` [s] on, by how much, and the proof."""
+    """Bounds and values that contradict each other, at so many `steps` from the time `start` [s] on, and the proof.
+
+    `missing` is the distance d by which they do.
+    """
 
     system: System
     state_set: Polytope
@@ -140,7 +143,7 @@ read_contradiction = file_of(
 
 
 def check_contradiction(of: Contradiction) -> str | None:
-    """Return why nothing is shown to be impossible; None where it is."""
+    """Return why the contradiction is not shown; None if it is."""
     system, proof = of.system, of.proof
     if reason := why_no_plant(system, of.state_set, of.input_set):
         return reason
@@ -162,7 +165,7 @@ def _misfit_of_multipliers(of: Contradiction, proof: Multipliers) -> str | None:
 
 @dataclass(frozen=True)
 class _Weighted:
-    """lower ≤ row · z_k ≤ upper, moved by d, with its multiplier μ; z is x, or u where it is not `of_state`."""
+    """lower ≤ row · z_k ≤ upper, moved by d, with its multiplier μ; z is x if `of_state`, otherwise u."""
 
     step: int
     of_state: bool
@@ -173,7 +176,7 @@ class _Weighted:
 
     @property
     def most(self) -> Fraction:
-        """What μ row · z_k is at most."""
+        """The largest value of μ row · z_k."""
         return self.multiplier * (self.upper if self.multiplier > 0 else self.lower)
 
 
@@ -207,21 +210,24 @@ def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipli
         first = [row for row in rows if row.of_state and row.step < n][:_MOST_LINES]
         added = _taking_away([Fraction(x) for x in p], [_at_start(row, A) for row in first])
         if added is None:
-            return "proof: nothing bounds what the multipliers leave of the state at the first step"
+            return "proof: no bounds cancel the remainder of the multipliers in the state at the first step"
         rows += [replace(row, multiplier=factor / scale) for row, factor in zip(first, added, strict=True) if factor]
     p, of_inputs, constant, scale = dynamics.factors(rows)
     assert not any(p), "the rows that were added take it away"
     some = [row for row in rows if not row.of_state and row.step == 0][: len(of.input_set.rows)]
     paid = _price(some, of_inputs, m)
     if paid is None:
-        return "proof: nothing bounds what the multipliers leave of an input"
+        return "proof: no bounds cancel the remainder of the multipliers in an input"
     if scale * exact_sum(row.most for row in rows if row.multiplier) + paid < constant:
         return None
     return f"value: bounds and values are not shown to contradict each other by {of.missing!r}"
 
 
 def _price(rows: Sequence[_Weighted], of_inputs: Sequence[Sequence[int]], m: int) -> Fraction | None:
-    """Return Σ_k Σ_i (h_i if ν_ki > 0, else l_i) ν_ki with Σ_i ν_ki r_i = −e_k for all factors e_k; None without ν."""
+    """Return Σ_k Σ_i (h_i if ν_ki > 0, else l_i) ν_ki with Σ_i ν_ki r_i = −e_k for all factors e_k.
+
+    None if no ν exists.
+    """
     taking = [_taking_away([Fraction(int(i == j)) for i in range(m)], [row.row for row in rows]) for j in range(m)]
     v, whole = in_whole_numbers([factors or [] for factors in taking])
     b, ends = in_whole_numbers([(row.lower, row.upper) for row in rows])
@@ -238,7 +244,7 @@ def _price(rows: Sequence[_Weighted], of_inputs: Sequence[Sequence[int]], m: int
 
 @dataclass(frozen=True)
 class _Dynamics:
-    """q A, q B and q c in whole numbers, column by column, and the number of steps."""
+    """q A, q B and q c as integers, column by column, and the number of steps."""
 
     q: int
     A: list[list[int]]
@@ -255,7 +261,9 @@ class _Dynamics:
         return cls(q, columns[: len(A)], columns[len(A) : -1], columns[-1], steps)
 
     def factors(self, rows: Sequence[_Weighted]) -> tuple[list[int], list[list[int]], int, int]:
-        """Return p_0, e_k + Bᵀ p_(k+1) for each k from the last on, and Σ_k p_(k+1) c: times the number at the end."""
+        """Return p_0, e_k + Bᵀ p_(k+1) for each k from the last on, and Σ_k p_(k+1) c, all
+        multiplied by the last number.
+        """
         used = [row for row in rows if row.multiplier]
         D, q, N = common_denominator(row.multiplier * r for row in used for r in row.row), self.q, self.steps
         at: dict[tuple[int, bool], list[int]] = {}
@@ -284,14 +292,14 @@ def _at_start(row: _Weighted, A: list[list[Fraction]]) -> list[Fraction]:
 
 
 def _taking_away(vector: Sequence[Fraction], lines: Sequence[Sequence[Fraction]]) -> list[Fraction] | None:
-    """Return factors with which the lines add up to −vector; None where there are none."""
+    """Return factors with which the lines add up to −vector; None if there are none."""
     columns = [*lines, vector]
     found = null_space([[column[j] for column in columns] for j in range(len(vector))], len(columns))
     return found[-1][:-1] if found and found[-1][-1] else None
 
 
 def _why_no_gap(of: Contradiction, system: NonlinearSystem, gap: Gap) -> str | None:
-    """Return why it is not shown that there is nothing at the step."""
+    """Return why it is not shown that the step has no admissible value."""
     if gap.step >= of.steps or gap.name not in (*system.states, *system.inputs):
         return "proof: a gap must be that of a state or an input, at one of the steps"
     k = 0
@@ -300,14 +308,14 @@ def _why_no_gap(of: Contradiction, system: NonlinearSystem, gap: Gap) -> str | N
         if k == gap.step:
             low, high = box.get(gap.name, (ZERO, ZERO))
             is_far = at_most(exactly(of.missing), low - high)
-            return None if is_far else f"value: what is wanted of {gap.name} is not shown to be apart"
-    return f"value: there is nothing at step {k} already"
+            return None if is_far else f"value: the bounds of {gap.name} are not shown to exclude each other"
+    return f"value: step {k}, before the gap, already has no admissible states and inputs"
 
 
 def wanted_boxes(of: Contradiction, system: NonlinearSystem) -> Iterator[dict[str, tuple[Real, Real]]]:
-    """Yield both ends of what is wanted at each step: bounds, what can be reached, and values of states and inputs.
+    """Yield lower and upper ends of the states and inputs at each step, from bounds, reachable sets and given values.
 
-    The first step at which some ends are apart is the last one.
+    The first step at which some lower end exceeds the upper one is the last step.
     """
     sides = ((of.state_set, system.states), (of.input_set, system.inputs))
     bounds = [
@@ -337,7 +345,7 @@ def _interval(lower: Fraction, upper: Fraction) -> Iterator[Real]:
 
 
 def _reached(system: NonlinearSystem, box: Mapping[str, Real]) -> Iterator[tuple[str, Real]]:
-    """Yield where states are at the next step, those of which something is known."""
+    """Yield the intervals of states at the next step, for those that can be bounded."""
     for name, formula in zip(system.states, system.f, strict=True):
         if names(formula) <= box.keys():
             try:
@@ -347,7 +355,7 @@ def _reached(system: NonlinearSystem, box: Mapping[str, Real]) -> Iterator[tuple
 
 
 def impossibility(of: Contradiction) -> str:
-    """Return what a contradiction shows, in words."""
+    """Return the statement of a contradiction in words."""
     system, T = of.system, of.system.sampling_time
     kept = bounds_text(system, of.state_set, of.input_set)
     values = ", ".join(f'{v.lower!r} ≤ "{v.name}" ≤ {v.upper!r} at k = {v.step}' for v in of.values)

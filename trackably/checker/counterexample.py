@@ -23,7 +23,7 @@ FORMAT, VERSION = "trackably counterexample", 1
 
 @dataclass(frozen=True)
 class Interval:
-    """All real t from `start` to `end` [s], each of which may be infinite; the counterexample is at `time` [s]."""
+    """All real t from `start` to `end` [s], which may be infinite; the counterexample is at `time` [s]."""
 
     start: float
     end: float
@@ -39,7 +39,7 @@ class Instants:
 
 @dataclass(frozen=True)
 class Counterexample:
-    """At some time for which bounds were to be kept, the bound of this name is broken by `violation` at least."""
+    """At some claimed time, the bound with this name is violated by at least `violation`."""
 
     subject: Subject
     where: Interval | Instants
@@ -50,9 +50,9 @@ class Counterexample:
 def check_violation(
     counterexample: Counterexample, value_at: Callable[[Bound, Fraction], Real | Fraction]
 ) -> str | None:
-    """Return why the counterexample shows nothing; None where it refutes what is claimed.
+    """Return why the counterexample shows nothing; None if it refutes the claim.
 
-    `value_at` returns the value of a bound's row at a time [s], exactly or in an interval.
+    `value_at` returns the value of a bound's row at a time [s], exactly or as an interval.
     """
     subject, where, by = counterexample.subject, counterexample.where, Fraction(counterexample.violation)
     if not isinstance(where, Instants) and not where.start <= where.time <= where.end:
@@ -78,9 +78,11 @@ def check_violation(
 
 
 def _necessary(subject: Subject, bound: Bound, t: Fraction) -> tuple[Fraction, Fraction] | None:
-    """Return between which values a row has to stay at t [s]: of a linear system's inputs, what rows of U demand.
+    """Return the interval in which a row has to stay at t [s].
 
-    These are the rows of U themselves where no input is redundant.
+    For inputs of a linear system, it follows from all rows of U.
+
+    If no input is redundant, the interval is that of the row itself.
     """
     if bound.of == "state" or not isinstance(subject.system, LinearSystem):
         return ends_at(bound, t)

@@ -45,12 +45,12 @@ class Zonotope:
 
     @property
     def vectors(self) -> tuple[Vector, ...]:
-        """All vectors of which the set is made."""
+        """All vectors that define the set: the centre and the generators."""
         return (self.centre, *self.generators)
 
     @staticmethod
     def support(vectors: Sequence[Sequence[int]], row: Sequence[int]) -> int:
-        """Return max row · w over the set that is made of these `vectors`, whole multiples of its own."""
+        """Return max row · w over the set that these `vectors`, integer multiples of its own, define."""
         centre, *generators = (product(vector, row) for vector in vectors)
         return centre + sum(map(abs, generators))
 
@@ -63,23 +63,23 @@ class Hull:
 
     @property
     def vectors(self) -> tuple[Vector, ...]:
-        """All vectors of which the set is made."""
+        """All vectors that define the set: its vertices."""
         return self.vertices
 
     @staticmethod
     def support(vectors: Sequence[Sequence[int]], row: Sequence[int]) -> int:
-        """Return max row · w over the set that is made of these `vectors`, whole multiples of its own."""
+        """Return max row · w over the set that these `vectors`, integer multiples of its own, define."""
         return max(product(vector, row) for vector in vectors)
 
 
 @dataclass(frozen=True)
 class Robust:
-    """Sets X and U for which the bounds of a certificate leave room, whatever disturbances of a set W do.
+    """Sets X and U that the disturbed system keeps, for all disturbances in a set W.
 
-    `feedback` is K, row by row. The system may be any point of the hull of the vertices of `model`, at each step. Where
-    there is `noise` V, K is given the measured state y = x + v, and the errors are those of y, which W ⊕ (−A V) ⊕ V
-    disturbs instead of W. The errors stay in Z = ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P with N = `head`,
-    s = `terms`, α = `contraction`, and P = {|x_i| ≤ p_i} of p = `box`.
+    `feedback` is K, row by row. The system may be any point of the convex hull of `model`, another at each step. If
+    there is `noise` V, K acts on the measured state y = x + v, and the errors are those of y, which is disturbed by W ⊕
+    (−A V) ⊕ V in place of W. The errors stay in Z = ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P with N = `head`, s =
+    `terms`, α = `contraction`, and P = {|x_i| ≤ p_i} with p = `box`.
     """
 
     state_set: Polytope
@@ -94,7 +94,7 @@ class Robust:
     model: tuple[Vertex, ...] = ()
 
     def added(self, system: LinearSystem) -> list[Vector] | str:
-        """Return the generators of D, which the model's error adds to W, or what is wrong with them."""
+        """Return the generators of D, by which a wrong model enlarges W, or what is wrong with them."""
         if self.model and not isinstance(self.disturbance, Zonotope):
             return "W must be a zonotope where the model may be wrong"
         return of_model_error(system, self.model, self.state_set, self.input_set) if self.model else []
@@ -119,11 +119,13 @@ def product(a: Sequence[int], b: Sequence[int]) -> int:
     return found
 
 
-_MOST_BITS = 2_000_000  # of a power of A_K: more would take hours, and no feedback of use needs them
+_MOST_BITS = 2_000_000  # of a power of A_K: more would take hours, and no useful feedback needs more
 
 
 def check_robust(subject: Subject, robust: Robust | None) -> str | None:
-    """Verify that errors of the disturbed system stay in Z, and that the bounds leave Z in X and K Z in U."""
+    """Verify that errors of the disturbed system stay in Z, and that the bounds have slack for Z
+    in X and for K Z in U.
+    """
     if robust is None:
         return None
     system = subject.system
@@ -143,7 +145,9 @@ def check_robust(subject: Subject, robust: Robust | None) -> str | None:
 
 
 def keeps_near(system: LinearSystem, robust: Robust, i: int, room: Fraction) -> bool:
-    """Return whether the state i of the disturbed system is within `room` of the reference: h_Z(±r) + h_V(∓r)."""
+    """Return whether the state i of the disturbed system stays within `room` of the reference:
+    h_Z(±r) + h_V(∓r) ≤ room.
+    """
     errors, axis = _Errors.of(system, robust), [Fraction(int(i == j)) for j in range(len(system.states))]
     back = [-r for r in axis]
     return errors.fits(axis, room - errors.noise_support(back)) and errors.fits(back, room - errors.noise_support(axis))
@@ -151,8 +155,10 @@ def keeps_near(system: LinearSystem, robust: Robust, i: int, room: Fraction) -> 
 
 @dataclass(frozen=True)
 class _Errors:
-    """Powers of A_K, disturbances and P in whole numbers: `closed` is q A_K, `vectors` are d times those of the set of
-    `disturbance`, and `box` is b p."""
+    """Powers of A_K, disturbances and P as integers.
+
+    `closed` is q A_K, `vectors` are d times those of the `disturbance`, and `box` is b p.
+    """
 
     robust: Robust
     disturbance: Zonotope | Hull
@@ -190,8 +196,8 @@ class _Errors:
     def fits(self, row: Sequence[Fraction], room: Fraction) -> bool:
         """Return whether h_Z(row) = Σ_{i<N} h_W(row A_Kⁱ) + (1 − α)⁻¹ Σ_{i<s} h_P(row A_Kᴺ⁺ⁱ) ≤ room.
 
-        Both sums are found by Horner's rule in 1/q. They are compared without common factors being divided out, which
-        takes far longer than all the rest: the sums have as many digits as the last power.
+        Both sums are evaluated by Horner's rule in 1/q. They are compared without cancelling common factors, which
+        would take far longer than everything else: the sums have as many digits as the last power.
         """
         N, s, left = self.robust.head, self.robust.terms, 1 - Fraction(self.robust.contraction)
         r, (moved,) = in_whole_numbers([row])
@@ -209,7 +215,7 @@ class _Errors:
         return bool(above * room.denominator <= room.numerator * below)
 
     def moved(self, row: Sequence[int]) -> list[int]:
-        """Return row · q A_K."""
+        """Return the row vector row · q A_K, in integers."""
         return [product(row, column) for column in zip(*self.closed, strict=True)]
 
 
@@ -227,7 +233,7 @@ def _misfit(robust: Robust, n: int, m: int) -> str | None:
 
 
 def _not_invariant(robust: Robust, errors: _Errors) -> str | None:
-    """Return why errors may leave Z: W ⊆ P and A_Kˢ P ⊆ α P do not both hold."""
+    """Return why errors may leave Z: W ⊆ P or A_Kˢ P ⊆ α P does not hold."""
     n, box = len(robust.box), [Fraction(p) for p in robust.box]
     for i in range(n):
         axis = [int(i == j) for j in range(n)]
@@ -245,7 +251,7 @@ def _not_invariant(robust: Robust, errors: _Errors) -> str | None:
 
 
 def _short(name: str, left: Polytope, given: Polytope, errors: _Errors, K: list[list[Fraction]] | None) -> str | None:
-    """Return which bounds of the reference leave too little room inside the given ones; `K` is given for inputs."""
+    """Return the bounds of the reference that have too little slack inside the given ones; `K` is given for inputs."""
     if [row.row for row in left.rows] != [row.row for row in given.rows]:
         return f"disturbance: {name} must have the same rows as that of the reference"
     for i, (inner, outer) in enumerate(zip(left.rows, given.rows, strict=True)):

@@ -42,7 +42,7 @@ from trackably.checker.subject import FlatForm, NonlinearSystem, indices, shifte
 
 @dataclass(frozen=True)
 class Shapes:
-    """Numbers of formulas: the same for those that are written alike."""
+    """Numbers of formulas, equal for formulas that are equal as written."""
 
     known: dict[Formula, int] = field(default_factory=dict)
     numbers: dict[object, int] = field(default_factory=dict)
@@ -59,20 +59,21 @@ class Shapes:
         return self.known[node]
 
     def shared(self, formulas: Sequence[Formula]) -> list[Formula]:
-        """Return the same formulas, in which all parts that are written alike are one object."""
+        """Return the formulas with parts that are equal as written replaced by one object."""
         first: dict[int, Formula] = {}
         return rewritten(formulas, lambda node, done: done.get(first.setdefault(self.number(node), node)))
 
     def without(self, formulas: Sequence[Formula], hidden: Collection[int]) -> list[Formula]:
-        """Return formulas with new names for their largest parts with these numbers, the same for the same number.
+        """Return formulas with new names in place of their largest parts with `hidden` numbers, one
+        name for each number.
 
-        What holds for all values of the new names holds for these parts.
+        A statement that holds for all values of the new names holds for these parts.
         """
         return rewritten(formulas, lambda node, _: Name(f"#{n}") if (n := self.number(node)) in hidden else None)
 
 
 def replaced(formulas: Sequence[Formula], by: Mapping[str, Formula]) -> list[Formula]:
-    """Return formulas with formulas in the place of names."""
+    """Return formulas with formulas substituted for names."""
     return rewritten(formulas, lambda node, _: by.get(node.name) if isinstance(node, Name) else None)
 
 
@@ -86,7 +87,7 @@ class Need:
 
 @dataclass(frozen=True)
 class _Written:
-    """A system with a flat form; equal to those with the same names and formulas in `words`."""
+    """A system with a flat form, compared and hashed by the names and formulas in `words`."""
 
     words: tuple[tuple[str, ...], ...]
     system: NonlinearSystem = field(compare=False)
@@ -94,7 +95,7 @@ class _Written:
 
 
 def why_not_flat(system: NonlinearSystem, flat: FlatForm) -> str | None:
-    """Return which state is not shown to get to X one step later; None where all do. The same plants come again."""
+    """Return the state whose successor is not shown to be X one step later; None if all are. Results are cached."""
     every = (system.f, flat.states, flat.inputs, flat.positive)
     words = (system.states, system.inputs, flat.angles, *(tuple(map(text, formulas)) for formulas in every))
     return _why_not(_Written(words, system, flat))
@@ -125,7 +126,7 @@ def _why_not(written: _Written) -> str | None:
 
 
 def _values(flat: FlatForm, later: Sequence[Formula]) -> Values:
-    """Return where all formulas are written out: their roots are known before products of them are met."""
+    """Return values with all formulas expanded; roots come first, so that products of them are recognised."""
     values = Values()
     values.positive = [values.of(p) for p in flat.positive]
     for formula in (*flat.states, *later, *flat.inputs):
@@ -134,7 +135,7 @@ def _values(flat: FlatForm, later: Sequence[Formula]) -> Values:
 
 
 def _equal_whatever_parts_are(flat: FlatForm, later: Sequence[Formula], a: Formula, b: Formula) -> bool:
-    """Return whether a = b whatever values states and inputs have but for one, which alone is written out."""
+    """Return whether a = b for all values of all states and inputs but one, whose formula is expanded."""
     shapes = Shapes()
     hidden = {shapes.of(x) for x in (*flat.states, *flat.inputs, *later) if not isinstance(x, Name | Number)}
     for shown in {shapes.of(x) for x in (*flat.states, *flat.inputs)} & hidden or {-1}:
@@ -157,7 +158,7 @@ def _agree(values: Values, a: Quotient, b: Quotient, up_to_turns: bool) -> bool:
 
 
 def turns(formula: Formula, angle: str) -> int | None:
-    """Return n such that the formula changes by 2π n where the angle changes by 2π; None where no n is seen."""
+    """Return n such that the formula changes by 2π n if the angle changes by 2π; None if no such n is found."""
     found: dict[Formula, int | None] = {}
     for node in parts(formula):
         inner = [found[part] for part in operands(node)]
@@ -180,7 +181,7 @@ def turns(formula: Formula, angle: str) -> int | None:
 
 
 def needs(system: NonlinearSystem, flat: FlatForm) -> list[Need]:
-    """Return what must hold where X, U, X one step later and f(X, U) are defined, and where the rules are true."""
+    """Return the conditions under which X, U, X one step later and f(X, U) are defined, and the rules are true."""
     found: dict[tuple[int, bool], Need] = {}
     shapes = Shapes()
     for formula in (*flat.states, *flat.inputs, *_later(flat), *_reached(system, flat), *flat.positive):
@@ -214,13 +215,13 @@ def _is_clear(need: Need) -> bool:
 
 
 def _reached(system: NonlinearSystem, flat: FlatForm) -> list[Formula]:
-    """Return f(X, U)."""
+    """Return f(X, U) for the formulas X, U of the flat form."""
     of = dict(zip((*system.states, *system.inputs), (*flat.states, *flat.inputs), strict=True))
     return replaced(system.f, of)
 
 
 def _later(flat: FlatForm) -> list[Formula]:
-    """Return X one step later."""
+    """Return the formulas of the states X one step later."""
     every = {name for formula in flat.states for name in names(formula)}
     later = {name: Name(shifted_name(s, j + 1)) for name in every for s, j in [indices(name)]}
     return replaced(flat.states, later)

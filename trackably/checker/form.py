@@ -1,7 +1,7 @@
-"""The form of files, read strictly: exactly the fields there are, numbers exact in float64, nothing converted.
+"""Read the form of files strictly: exactly the known fields, numbers exact in float64, and no conversions.
 
-A reader takes a value and the place where it is, which its messages name. Readers of objects are made of those of their
-fields. No name can be taken for a part of a sentence: what is printed means what it seems to say.
+A reader takes a value and its place in the file, which its messages name. Readers of objects are built from those of
+their fields. No name can be mistaken for a part of a sentence, so that printed statements mean what they seem to say.
 """
 
 import hashlib
@@ -90,7 +90,7 @@ Reader = Callable[[object, str], T]
 """Reads a value found at a place; the place is named in messages."""
 
 FORMER_NAME = "trackable"
-"""The library's name when it wrote its first certificates: they are read for ever."""
+"""The library's former name, in the format of its first certificates, which remain readable."""
 
 _LATEST_STEP = 2**53
 _LETTER = "A-Za-zÀ-ÖØ-öø-ſΓΔΘΛΞΠΣΦΨΩα-ξπ-ωϑϕḀ-ỿ"
@@ -102,11 +102,11 @@ _BOUND = re.compile(rf"[{_LETTER}µ0-9₀-₉²³¹⁻_/·*^°%()\[\].+ …-]{{1
 
 
 class UnreadableError(ValueError):
-    """The data is no certificate; the message names the first part that is missing, unknown or of a wrong kind."""
+    """The data is no certificate; the message names the first part that is missing, unknown or of a wrong type."""
 
 
 def format_of(data: object) -> str | None:
-    """Return what a file says it is, in today's words; None where it does not say so."""
+    """Return the format that a file states, with the current name; None if it states none."""
     found = data.get("format") if isinstance(data, dict) else None
     if not isinstance(found, str):
         return None
@@ -114,7 +114,7 @@ def format_of(data: object) -> str | None:
 
 
 def from_json(data: bytes) -> object:
-    """Return what the JSON in `data` says. ValueError: it is no UTF-8, no JSON, says NaN, or names a key twice."""
+    """Return the decoded JSON in `data`. ValueError: it is no UTF-8, no JSON, contains NaN, or has a key twice."""
     try:
         content: object = _DECODER.decode(data.decode())
     except UnicodeDecodeError as error:
@@ -146,7 +146,7 @@ _DECODER = json.JSONDecoder(parse_constant=_refuse_constant, object_pairs_hook=_
 
 
 def require_short_texts(data: object) -> None:
-    """Raise UnreadableError where all texts together, but for names of fields, are longer than any proof needs."""
+    """Raise UnreadableError if all texts together, except names of fields, are longer than any proof needs."""
     waiting, found = [data], 0
     while waiting:
         tick()
@@ -166,7 +166,7 @@ def require_short_texts(data: object) -> None:
 def record(
     make: Callable[..., T], optional: Mapping[str, Reader[Any]] | None = None, /, **readers: Reader[Any]
 ) -> Reader[T]:
-    """Read an object with exactly these fields, beside those that are optional, and make something of their values."""
+    """Read an object with exactly these fields, and possibly optional ones, and pass their values to `make`."""
     every = {**readers, **(optional or {})}
 
     def read(value: object, where: str) -> T:
@@ -178,7 +178,7 @@ def record(
 
 
 def tagged(tag: str, readers: Mapping[str, Reader[T]]) -> Reader[T]:
-    """Read an object by the reader that belongs to the text in its field `tag`."""
+    """Read an object with the reader that belongs to the text in its field `tag`."""
 
     def read(value: object, where: str) -> T:
         kind = value.get(tag) if isinstance(value, dict) else None
@@ -190,7 +190,7 @@ def tagged(tag: str, readers: Mapping[str, Reader[T]]) -> Reader[T]:
 
 
 def many(reader: Reader[T], most: int, empty: bool = False) -> Reader[tuple[T, ...]]:
-    """Read a list of so many values at most, which must not be empty unless that is allowed."""
+    """Read a list with at most `most` values; it must not be empty unless `empty` is set."""
 
     def read(value: object, where: str) -> tuple[T, ...]:
         if not isinstance(value, list) or not (value or empty):
@@ -206,7 +206,7 @@ def many(reader: Reader[T], most: int, empty: bool = False) -> Reader[tuple[T, .
 
 
 def by_name(a_name: Reader[str], reader: Reader[T]) -> Reader[dict[str, T]]:
-    """Read an object whose keys are names of this kind."""
+    """Read an object whose keys are read by `a_name` and its values by `reader`."""
 
     def read(value: object, where: str) -> dict[str, T]:
         if not isinstance(value, dict):
@@ -217,7 +217,7 @@ def by_name(a_name: Reader[str], reader: Reader[T]) -> Reader[dict[str, T]]:
 
 
 def one_of(known: Iterable[T]) -> Reader[T]:
-    """Read one of some texts."""
+    """Read one of the `known` values."""
     every = list(known)
 
     def read(value: object, where: str) -> T:
@@ -230,12 +230,12 @@ def one_of(known: Iterable[T]) -> Reader[T]:
 
 
 def itself(value: object, where: str) -> object:
-    """Return a value as it is, to be read later."""
+    """Return a value unchanged, to be read later."""
     return value
 
 
 def file_of(kind: str, version: int, reader: Reader[T], hint: str = "") -> Callable[[Mapping[Any, object]], T]:
-    """Read the content of a file of this version. Raise UnreadableError where it is none."""
+    """Return a reader of the content of a file of this version. It raises UnreadableError if the content is invalid."""
 
     def read(data: Mapping[Any, object]) -> T:
         found = data.get("version")
@@ -281,7 +281,7 @@ def exact_number(value: object, where: str) -> Fraction:
 
 
 def whole_number(most: int, least: int = 1) -> Reader[int]:
-    """Read a whole number between these, both included."""
+    """Read a whole number from `least` to `most`, both included."""
 
     def read(value: object, where: str) -> int:
         if type(value) is not int or not least <= value <= most:
@@ -292,7 +292,7 @@ def whole_number(most: int, least: int = 1) -> Reader[int]:
 
 
 def rational_number(value: object, where: str) -> Fraction:
-    """Read a text such as -3/4."""
+    """Read a rational number from a text such as -3/4."""
     if not isinstance(value, str) or len(value) > DIGITS or not _RATIONAL.fullmatch(value):
         raise UnreadableError(f"{where} must be a rational number, as in -3/4, of {DIGITS} characters at most")
     return _rational(value)
@@ -300,7 +300,7 @@ def rational_number(value: object, where: str) -> Fraction:
 
 @lru_cache(maxsize=4096)
 def _rational(text: str) -> Fraction:
-    """Return what a text says: the same few come again and again."""
+    """Return the number in a text, cached because few different ones occur."""
     tick()
     numerator, _, denominator = text.partition("/")
     return Fraction(int(numerator), int(denominator or "1"))
@@ -333,7 +333,7 @@ _exact_vector = many(rational_number, COORDINATES)
 
 
 def a_kernel(value: object, where: str) -> Kernel:
-    """Read a kernel: an object with its type and exactly its positive hyperparameters, or the two parts it combines."""
+    """Read a kernel: an object with its type and exactly its positive hyperparameters, or with two parts to combine."""
     found = _nested_kernel(KERNEL_DEPTH)(value, where)
     if (count := _count(found)) > KERNELS:
         raise UnreadableError(f"{where} must be made of no more than {KERNELS} kernels, got {count}")
@@ -391,7 +391,7 @@ _nonlinear = record(NonlinearSystem, {"flat": _flat_form}, f=_formulas, **_about
 
 
 def a_system(value: object, where: str) -> System:
-    """Read a system: formulas f make it nonlinear."""
+    """Read a system; it is nonlinear if it has formulas f."""
     if not (isinstance(value, dict) and "f" in value):
         return _linear(value, where)
     found = _nonlinear(value, where)
@@ -402,7 +402,7 @@ def a_system(value: object, where: str) -> System:
 
 
 def _end(value: object, where: str) -> End:
-    """Read an end of a bound: a number, or pieces where it moves."""
+    """Read an end of a bound: a number, or polynomial pieces if it moves."""
     if not isinstance(value, dict):
         return real_number(value, where)
     found = _pieces_beyond("rest", "period")(value, where)
@@ -440,7 +440,7 @@ a_polytope = _set_of(real_number)
 
 
 class Plant(NamedTuple):
-    """A system and its sets, and how the file writes the system."""
+    """A system and its sets, and the system as `written` in the file."""
 
     system: System
     state_set: Polytope
@@ -477,7 +477,10 @@ _pieces = _pieces_beyond("rest", "period", "end")
 
 
 def _reference(value: object, where: str) -> tuple[tuple[Signal, ...], tuple[Pieces, ...], Plant, object]:
-    """Read signals, all of kernels or all of pieces, and their plant; the signals also as the file writes them."""
+    """Read signals, all of kernels or all of pieces, and their plant.
+
+    Return the signals also as written in the file.
+    """
     read: Reader[dict[str, Any]] = record(dict, signals=itself, plant=_plant_with(_moving_set))
     found = read(value, where)
     written, at = found["signals"], f"{where}.signals"
@@ -516,17 +519,17 @@ def _subject(
 
 
 def subject_of(data: Mapping[str, object]) -> Subject:
-    """Return what a file is about, of all its content. Raise UnreadableError where that is no subject."""
+    """Return the subject of a file from its content. Raise UnreadableError if there is none."""
     about = {name: data[name] for name in ("reference", *_of_linear) if name in data}
     return record(_subject, _of_linear, reference=_reference)(about, "subject")
 
 
 def fingerprint(signals: object, system: object, trajectories: Trajectories | None) -> str:
-    """Return SHA-256 of the canonical form of signals, system and trajectories, as 64 hexadecimal digits.
+    """Return the SHA-256 of the canonical form of signals, system and trajectories, as 64 hexadecimal digits.
 
     The canonical form is the JSON of {"signals", "system", "trajectories"} in UTF-8, with sorted keys, without spaces,
     and with every number as the shortest decimal that float64 reads as it (Python's `repr`), where −0 is 0. Rational
-    numbers are texts in lowest terms and hexadecimal digits, as in "-3/a", and zeros after the last other weight of a
+    numbers are texts in lowest terms and hexadecimal digits, such as "-3/a", and trailing zeros among the weights of a
     signal are left out. Nonlinear systems have no "trajectories".
     """
     content = {"signals": signals, "system": system}
@@ -549,7 +552,7 @@ def _hex(number: Fraction) -> str:
 
 
 def _canonical(value: object) -> str:
-    """Return the canonical form of what was read: the texts in it are names and numbers, which need no escapes."""
+    """Return the canonical form of content that was read; its texts are names and numbers, which need no escapes."""
     if isinstance(value, dict):
         return f"{{{','.join(f'{_canonical(key)}:{_canonical(value[key])}' for key in sorted(value))}}}"
     if isinstance(value, list):
@@ -592,7 +595,7 @@ _cover = {
 
 
 def _claims(cover: dict[str, Reader[Any]]) -> dict[str, Reader[Claim]]:
-    """Return the readers of claims about all times of an interval, which have such covers."""
+    """Return the readers of claims about all times of an interval, which have covers of this form."""
 
     def of(claim: Callable[..., Claim], **times: Reader[float]) -> Reader[Claim]:
         def made(covers: Mapping[str, Boxes] | None = None, terms: int = 0, **given: float) -> Claim:
@@ -618,7 +621,7 @@ signal_class = record(
     {"rates": _measured, "slope": positive_number, "second_derivative": positive_number},
     samples=_measured,
 )
-"""Reads the signals that explain samples."""
+"""Reads a class of signals that explain samples."""
 
 
 def _pair(value: object, where: str) -> tuple[int, int]:

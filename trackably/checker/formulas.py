@@ -53,7 +53,7 @@ class Function:
 
 @dataclass(frozen=True, eq=False)
 class Angle:
-    """atan2(y, x) in (−π, π]; not defined where both are zero."""
+    """atan2(y, x) in (−π, π]; undefined if both are zero."""
 
     y: "Formula"
     x: "Formula"
@@ -63,7 +63,7 @@ Formula = Number | Name | Operation | Power | Function | Angle
 
 
 class Summand(Protocol):
-    """Values that formulas add, subtract and multiply."""
+    """Values with addition, subtraction and multiplication."""
 
     def __add__(self, other: Self, /) -> Self: ...
     def __sub__(self, other: Self, /) -> Self: ...
@@ -74,7 +74,7 @@ T = TypeVar("T", bound=Summand)
 
 
 class Arithmetic(Protocol[T]):
-    """What formulas need beside + − ·; each raises UndefinedError where there may be no value."""
+    """Operations of formulas other than + − ·; each raises UndefinedError if its result may be undefined."""
 
     def constant(self, value: float, /) -> T: ...
 
@@ -90,9 +90,9 @@ class Arithmetic(Protocol[T]):
 def evaluate(
     formula: Formula, values: Mapping[str, T], arithmetic: Arithmetic[T], known: dict[Formula, T] | None = None
 ) -> T:
-    """Return the value where names have these values. Raise UndefinedError where there may be none.
+    """Return the value of a formula for these values of its names. Raise UndefinedError if it may be undefined.
 
-    Parts that are `known` for these values are not computed again; those that are computed are added to them.
+    Parts in `known` are not computed again; computed parts are added to it.
     """
     known = {} if known is None else known
     for node in parts(formula):
@@ -122,7 +122,7 @@ def evaluate(
 
 
 def parts(formula: Formula) -> list[Formula]:
-    """Return every part once, after those that it is made of; formulas may share parts, however deep."""
+    """Return every part once, operands before the parts that use them; formulas may share parts, at any depth."""
     found: dict[Formula, None] = {}
     waiting = [formula]
     while waiting:
@@ -137,7 +137,7 @@ def parts(formula: Formula) -> list[Formula]:
 
 
 def operands(formula: Formula) -> tuple[Formula, ...]:
-    """Return the formulas that a formula is made of."""
+    """Return the operands of a formula."""
     return tuple([value for value in vars(formula).values() if not isinstance(value, str | int | float)])
 
 
@@ -173,7 +173,10 @@ def numbers(formula: Formula) -> list[float]:
 
 
 def text(formula: Formula, deepest: int = 1000) -> str:
-    """Return a formula in words, with every parenthesis, and names in quotes; what is nested deeper is left out."""
+    """Return a formula as text, with every parenthesis, and names in quotes.
+
+    Parts nested deeper than `deepest` are left out.
+    """
     inner = [text(part, deepest - 1) for part in operands(formula)] if deepest else []
     match formula:
         case _ if not deepest:
@@ -194,7 +197,7 @@ def text(formula: Formula, deepest: int = 1000) -> str:
 
 
 class Intervals:
-    """The arithmetic of formulas on intervals: whatever numbers these contain, the result contains the value."""
+    """Interval arithmetic for formulas: the result contains the value for all numbers in the intervals."""
 
     def constant(self, value: float) -> Real:
         return exactly(value)

@@ -31,7 +31,7 @@ _UNIT: Polynomial = {(): Fraction(1)}
 
 
 class TooLongError(ArithmeticError):
-    """A polynomial has more than 5000 terms."""
+    """A polynomial has more than 5000 terms, or there are too many values of functions."""
 
 
 def added(p: Polynomial, q: Polynomial, factor: int = 1) -> Polynomial:
@@ -43,7 +43,7 @@ def added(p: Polynomial, q: Polynomial, factor: int = 1) -> Polynomial:
 
 
 def multiplied(p: Polynomial, q: Polynomial) -> Polynomial:
-    """Return p q. Raise TooLongError where it is long."""
+    """Return p q. Raise TooLongError if it has too many terms."""
     found: dict[Monomial, Fraction] = {}
     for m, c in p.items():
         for n, d in q.items():
@@ -55,7 +55,7 @@ def multiplied(p: Polynomial, q: Polynomial) -> Polynomial:
 
 
 def quotient(p: Polynomial, q: Polynomial) -> Polynomial | None:
-    """Return p/q where it is a polynomial; None where it is not."""
+    """Return p/q if it is a polynomial; None if it is not."""
     rest, found, highest = p, dict[Monomial, Fraction](), max(q)
     while rest:
         m = max(rest)
@@ -73,7 +73,7 @@ def quotient(p: Polynomial, q: Polynomial) -> Polynomial | None:
 
 
 def powers_of(i: int, p: Polynomial) -> dict[int, Polynomial]:
-    """Return the coefficients of the powers of variable i, which are polynomials in the others."""
+    """Return the coefficients of the powers of variable i, as polynomials in the other variables."""
     found: dict[int, dict[Monomial, Fraction]] = {}
     for m, c in p.items():
         tick()
@@ -95,14 +95,14 @@ def _sorted(powers: Mapping[int, int]) -> Monomial:
 
 @dataclass(frozen=True)
 class Quotient:
-    """`above`/`below`; below is not the zero polynomial."""
+    """The rational function `above`/`below`, where `below` is not the zero polynomial."""
 
     above: Polynomial
     below: Polynomial
 
     @classmethod
     def of(cls, above: Polynomial, below: Polynomial) -> "Quotient":
-        """Return the quotient, simplified where that is easy. Raise ZeroDivisionError where it divides by zero."""
+        """Return the quotient, simplified if that is easy. Raise ZeroDivisionError if `below` is zero."""
         tick()
         if not below:
             raise ZeroDivisionError("it divides by zero")
@@ -117,12 +117,12 @@ class Quotient:
 
     @classmethod
     def number(cls, value: Fraction) -> "Quotient":
-        """Return a number."""
+        """Return a constant as a quotient."""
         return cls({(): value} if value else {}, _UNIT)
 
     @classmethod
     def variable(cls, i: int) -> "Quotient":
-        """Return variable i."""
+        """Return variable i as a quotient."""
         return cls({((-i, 1),): Fraction(1)}, _UNIT)
 
     def __add__(self, other: "Quotient") -> "Quotient":
@@ -145,7 +145,7 @@ class Quotient:
 
     @property
     def constant(self) -> Fraction | None:
-        """The number that it is; None where it is none."""
+        """The value of a constant quotient; None if it is not constant."""
         if set(self.above) <= {()} and set(self.below) == {()}:
             return self.above.get((), Fraction(0)) / self.below[()]
         return None
@@ -173,7 +173,10 @@ _ONE, _ZERO = Quotient.number(Fraction(1)), Quotient.number(Fraction(0))
 
 @dataclass(frozen=True)
 class Atom:
-    """The value of a function at some `arguments`, which is variable `number`; its `square`, where a rule gives it."""
+    """The value of a function at some `arguments`, represented by variable `number`.
+
+    Its `square`, if a rule gives it.
+    """
 
     function: str
     arguments: tuple[Quotient, ...]
@@ -183,7 +186,7 @@ class Atom:
 
 @dataclass
 class Values:
-    """The values of formulas that are looked at together. Formulas in `positive` are positive."""
+    """The values of several formulas, as quotients in common variables. Formulas in `positive` are assumed positive."""
 
     numbers: dict[str, int] = field(default_factory=dict)
     atoms: list[Atom] = field(default_factory=list)
@@ -192,18 +195,18 @@ class Values:
     count: int = 0
 
     def of(self, formula: Formula) -> Quotient:
-        """Return the quotient. Raise TooLongError or ZeroDivisionError where there is none."""
+        """Return the quotient of a formula. Raise TooLongError or ZeroDivisionError if there is none."""
         for node in parts(formula):
             if node not in self.known:
                 self.known[node] = self._of(node)
         return self.known[formula]
 
     def is_zero(self, value: Quotient) -> bool:
-        """Return whether a quotient is zero: certain if so, and unknown if not."""
+        """Return whether a quotient is certainly zero."""
         return not self.reduced(value).above
 
     def direction(self, angle: Quotient) -> tuple[Quotient, Quotient]:
-        """Return cosine and sine."""
+        """Return cosine and sine of an angle."""
         cosine, sine = _ONE, _ZERO
         for m, c in angle.above.items():
             whole = c.denominator == 1 and abs(c) <= _MOST_MULTIPLIED
@@ -218,7 +221,7 @@ class Values:
         return cosine, sine
 
     def reduced(self, value: Quotient) -> Quotient:
-        """Replace squares of atoms by the rules. Atoms are made of earlier ones, so that the last one comes first."""
+        """Replace squares of atoms by the rules, the last atom first, because atoms depend on earlier ones."""
         for atom in reversed(self.atoms):
             if atom.square is not None:
                 above, below = (_without_squares(p, atom.number, atom.square) for p in (value.above, value.below))
@@ -317,7 +320,7 @@ def _operated(symbol: str, a: Quotient, b: Quotient) -> Quotient:
 
 
 def _rational_root(number: Fraction | None) -> Fraction | None:
-    """Return the positive root of a number, where there is a rational one."""
+    """Return the positive rational root of a number; None if there is none."""
     if number is None or number <= 0:
         return None
     above, below = isqrt(number.numerator), isqrt(number.denominator)
@@ -325,7 +328,7 @@ def _rational_root(number: Fraction | None) -> Fraction | None:
 
 
 def _without_squares(p: Polynomial, i: int, square: Quotient) -> Quotient | None:
-    """Return p with `square` in the place of the square of variable i; None where there is none."""
+    """Return p with `square` substituted for the square of variable i; None if that does not occur."""
     powers = powers_of(i, p)
     if max(powers, default=0) < 2:
         return None

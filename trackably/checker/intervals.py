@@ -1,6 +1,6 @@
-"""Interval arithmetic (mpmath iv), and where functions are defined.
+"""Interval arithmetic (mpmath iv), and the domains of functions.
 
-Every result contains the real number it stands for, whatever is rounded. What is not certainly defined raises
+Every result contains the real number that it represents, despite all rounding. A result that may be undefined raises
 UndefinedError. Functions here also take arrays of intervals (`floats.intervals`).
 """
 
@@ -65,7 +65,7 @@ class Many:
 
 
 class _Intervals(MPIntervalContext):  # type: ignore[misc]
-    """The intervals of mpmath, which remembers those of single numbers: the same few are operands again and again."""
+    """The intervals of mpmath, with a cache for those of single numbers, because few different ones occur."""
 
     def __init__(self) -> None:
         self._of_number = lru_cache(maxsize=4096)(super().convert)
@@ -81,7 +81,7 @@ iv._types = (*iv._types, Many)  # operations with arrays are left to these
 
 
 def exactly(number: Real | float) -> Real:
-    """Return the interval of one float64, taken as the real number that it is; intervals are returned as they are."""
+    """Return the interval of one float64, taken as an exact real number; intervals are returned unchanged."""
     found: Real = iv.mpf(number)
     return found
 
@@ -94,7 +94,7 @@ def between(low: Real | float, high: Real | float) -> Real:
 
 ONE, ZERO, SIGN, INFINITE = exactly(1), exactly(0), between(-1, 1), between(0, float("inf"))
 GUARD = SIGN * exactly(2) ** -130  # mpmath rounds its functions outwards; this covers what their last bits might miss
-_HUGE = 1e100  # to reduce a larger angle takes as many digits of π as it has
+_HUGE = 1e100  # the reduction of a larger angle takes too many digits of π
 UNIT = exactly(2) ** -53
 """The unit roundoff of float64."""
 
@@ -106,7 +106,7 @@ def pi() -> Real:
 
 
 def exp(x: Real) -> Real:
-    """Return e^x, without an upper bound above e^(10⁶) and with 0 below e^(−10⁶): such numbers decide nothing."""
+    """Return e^x, unbounded above e^(10⁶) and from 0 below e^(−10⁶): such numbers decide nothing."""
     if isinstance(x, Many):
         return x.exp()  # type: ignore[no-any-return]
     if x.b > 1e6:
@@ -134,7 +134,7 @@ def sqrt(x: Real) -> Real:
 
 
 def cos(x: Real) -> Real:
-    """Return the cosine; of huge numbers, which decide nothing, all that it may be."""
+    """Return the cosine; for huge numbers, which decide nothing, [−1, 1]."""
     if isinstance(x, Many):
         return x.cos()  # type: ignore[no-any-return]
     if not abs(x).b < _HUGE:
@@ -144,7 +144,7 @@ def cos(x: Real) -> Real:
 
 
 def sin(x: Real) -> Real:
-    """Return the sine; of huge numbers, which decide nothing, all that it may be."""
+    """Return the sine; for huge numbers, which decide nothing, [−1, 1]."""
     if isinstance(x, Many):
         return x.sin()  # type: ignore[no-any-return]
     if not abs(x).b < _HUGE:
@@ -167,12 +167,12 @@ def root(x: float) -> Real:
 
 
 def at_most(x: Real | float, y: Real | float) -> bool:
-    """Return whether x ≤ y for certain."""
+    """Return whether x ≤ y is certain."""
     return bool(exactly(x).b <= exactly(y).a)
 
 
 def either(*conditions: Any) -> Any:
-    """Return where one of some conditions is certain: of intervals, or of arrays of them."""
+    """Return whether any of some conditions is certain, for intervals or elementwise for arrays of them."""
     found: Any = False
     for condition in conditions:
         found = found | (False if condition is None else condition)
@@ -188,7 +188,7 @@ def max_of(x: Real, y: Real) -> Real:
 
 
 def chosen(condition: Any, one: Real, other: Real) -> Real:
-    """Return one where a condition is certain, the other elsewhere: of two intervals, or of arrays of them."""
+    """Return `one` if a condition is certain, otherwise `other`, for intervals or elementwise for arrays of them."""
     for many in (one, other):
         if isinstance(many, Many):
             return many.choose(condition, one, other)  # type: ignore[no-any-return]
@@ -196,7 +196,7 @@ def chosen(condition: Any, one: Real, other: Real) -> Real:
 
 
 def lesser(x: Real, y: Real) -> Real:
-    """Return the smaller of two upper bounds of the same number."""
+    """Return the smaller of two upper bounds."""
     return x if x.b <= y.b else y
 
 
@@ -227,9 +227,9 @@ _BITS = 256
 
 
 def in_fixed_point(numbers: Sequence[Real]) -> list[tuple[int, int]] | None:
-    """Return whole numbers low and high with low ≤ 2ᵖ x ≤ high for each interval x, and the same p for all.
+    """Return integers low and high with low ≤ 2ᵖ x ≤ high for each interval x, with the same p for all.
 
-    The largest have 256 bits. None where an interval has no bounds.
+    The largest have 256 bits. None if an interval is unbounded.
     """
     ends = [x._mpi_ for x in numbers]  # type: ignore[attr-defined]
     sizes = [exponent + bits for pair in ends for _, digits, exponent, bits in pair if digits]
@@ -252,7 +252,7 @@ _NOTHING = Fraction(0)
 
 
 def common_denominator(numbers: Iterable[Fraction | int]) -> int:
-    """Return the least d that makes all numbers whole."""
+    """Return the least d that makes all numbers integers."""
     found = 1
     for number in numbers:
         found = short(Fraction(lcm(found, number.denominator))).numerator
@@ -264,7 +264,7 @@ MOST_MULTIPLIED = 64
 
 
 class UndefinedError(ArithmeticError):
-    """A value that may not be defined; the message says why. Of many values, `where` says which of them are."""
+    """A value may be undefined; the message says why. For arrays of values, `where` marks those that are defined."""
 
     def __init__(self, why: str, where: Any = False) -> None:
         super().__init__(why)
@@ -272,42 +272,42 @@ class UndefinedError(ArithmeticError):
 
 
 def required(condition: Any, what: str) -> None:
-    """Raise UndefinedError unless the condition is certain, for each of many values."""
+    """Raise UndefinedError unless the condition is certain, for all values of an array."""
     is_many = hasattr(condition, "all")
     if not (condition.all() if is_many else condition):
         raise UndefinedError(what, is_many and condition)
 
 
 def require_nonzero(x: Real) -> None:
-    """Raise UndefinedError where an interval contains zero."""
+    """Raise UndefinedError if an interval contains zero."""
     required(either(x.a > 0, x.b < 0), "what it divides by may be zero")
 
 
 def require_positive(function: str, x: Real) -> None:
-    """Raise UndefinedError where a logarithm, square root or fractional power may get a number that is not positive."""
+    """Raise UndefinedError if the argument of a logarithm, square root or fractional power may not be positive."""
     if function in ("log", "sqrt", "power"):
         what = {"log": "logarithm", "sqrt": "square root", "power": "fractional power"}[function]
         required(x.a > 0, f"the argument of a {what} may not be positive")
 
 
 def bounded(x: Real) -> Real:
-    """Return the interval itself. Raise UndefinedError where it has no bounds."""
+    """Return the interval unchanged. Raise UndefinedError if it is unbounded."""
     required(abs(x).b < INFINITE.b, "nothing bounds it")
     return x
 
 
 def around(middle: Real, reach: Real) -> Real:
-    """Return all numbers within `kernels` of `middle`."""
+    """Return the interval from middle − reach to middle + reach."""
     return middle + SIGN * reach
 
 
 def is_multiplied(exponent: float) -> bool:
-    """Return whether a power is repeated multiplication."""
+    """Whether a power with this exponent is computed by repeated multiplication."""
     return exponent.is_integer() and abs(exponent) <= MOST_MULTIPLIED
 
 
 def whole_power(a: Real, exponent: int) -> Real:
-    """Return a^exponent, also of an interval that contains zero."""
+    """Return a^exponent; the interval may contain zero if the exponent is not negative."""
     if exponent < 0:
         require_nonzero(a)
         return ONE / whole_power(a, -exponent)
@@ -315,7 +315,7 @@ def whole_power(a: Real, exponent: int) -> Real:
 
 
 def power(a: Real, exponent: float) -> Real:
-    """Return a^exponent. Raise UndefinedError where it may not be defined."""
+    """Return a^exponent. Raise UndefinedError if it may be undefined."""
     if is_multiplied(exponent):
         return whole_power(a, int(exponent))
     require_positive("power", a)
@@ -323,16 +323,16 @@ def power(a: Real, exponent: float) -> Real:
 
 
 def function(name: str, a: Real) -> Real:
-    """Return exp, log, sqrt, sin, cos or atan of an interval. Raise UndefinedError where it may not be defined."""
+    """Return exp, log, sqrt, sin, cos or atan of an interval. Raise UndefinedError if it may be undefined."""
     require_positive(name, a)
     required(abs(a).b < 1e100, "an argument of a function has no bound")
     return bounded({"exp": exp, "log": log, "sqrt": sqrt, "sin": sin, "cos": cos, "atan": atan}[name](a))
 
 
 def side(y: Real, x: Real) -> int:
-    """Return 0 where x > 0, 1 where y > 0 and −1 where y < 0: a half-plane in which the angle of (x, y) is continuous.
+    """Return 0 if x > 0, 1 if y > 0 and −1 if y < 0: the half-plane in which the angle of (x, y) is continuous.
 
-    0 for many vectors: it is not the same for all. Raise UndefinedError where none is certain.
+    For arrays of vectors it is 0, because the half-plane differs among them. Raise UndefinedError if none is certain.
     """
     certain = [x.a > 0, y.a > 0, y.b < 0]
     required(either(*certain), "it takes the angle of a vector that may be zero, or may cross the direction of ±π")
@@ -343,7 +343,7 @@ def side(y: Real, x: Real) -> int:
 
 
 def angle(y: Real, x: Real) -> Real:
-    """Return atan2(y, x). Raise UndefinedError where it may not be defined, or may jump."""
+    """Return atan2(y, x). Raise UndefinedError if it may be undefined, or may jump."""
     s = side(y, x)
     return atan(y / x) if not s else s * pi() / 2 - atan(x / y)
 
@@ -367,7 +367,7 @@ def slope_of_function(name: str, a: Real) -> Real:
 
 
 def change_of_angle(y: Real, x: Real, by_y: Real, by_x: Real) -> Real:
-    """Over-estimate how much atan2(y, x) changes if y and x change by so much, all the way within these intervals."""
+    """Over-estimate the change of atan2(y, x) by changes of at most `by_y` and `by_x` within these intervals."""
     length = whole_power(x, 2) + whole_power(y, 2)
     require_nonzero(length)
     return (abs(x) * by_y + abs(y) * by_x) / length

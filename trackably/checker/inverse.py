@@ -25,9 +25,9 @@ from trackably.checker.watch import tick
 
 _MOST_COUPLED = 3
 _MOST_PARTS = 10_000
-"""Of the formula of an input, as parts that differ."""
+"""Largest number of different parts of the formula of an input."""
 Term = Formula | None
-"""A formula, or None for zero: terms and products that vanish are not written down."""
+"""A formula, or None for zero, so that terms and products that vanish are left out."""
 _Parts = tuple[Term, dict[str, Term]]
 """The drift, and the gains of the inputs by their names."""
 
@@ -37,7 +37,7 @@ class UnsolvableError(ValueError):
 
 
 def inputs_of(f: Sequence[Formula], successors: Sequence[str], inputs: Sequence[str]) -> dict[str, Formula]:
-    """Return u in terms of states and successors. Raise UnsolvableError where there is no such formula."""
+    """Return u in terms of states and successors. Raise UnsolvableError if there is no such formula."""
     split = [_split(formula, set(inputs)) for formula in f]
     rests = [minus(Name(successor), drift) for successor, (drift, _) in zip(successors, split, strict=True)]
     rows = [{name: gain for name, gain in gains.items() if not is_number(gain, 0.0)} for _, gains in split]
@@ -88,7 +88,7 @@ def _each(parts: _Parts, change: Callable[[Term], Term]) -> _Parts:
 
 
 def _cramer(rows: list[dict[str, Term]], rests: list[Term], inputs: list[str]) -> dict[str, Formula]:
-    """Solve by Cramer's rule the equations that are left when none of them has a single unknown."""
+    """Solve by Cramer's rule the remaining equations, none of which has a single unknown."""
     if len(inputs) != len(rows) or len(rows) > _MOST_COUPLED:
         raise UnsolvableError(f"f cannot be solved for {', '.join(inputs)}, or couples more than {_MOST_COUPLED}")
     matrix = [[row.get(name) for name in inputs] for row in rows]
@@ -120,7 +120,7 @@ def _known(part: Term) -> Formula:
 
 
 def is_number(part: Term, value: float) -> bool:
-    """Whether a formula is this constant."""
+    """Whether a formula is the constant `value`."""
     return isinstance(part, Number) and part.value == value
 
 

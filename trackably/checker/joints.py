@@ -48,21 +48,21 @@ from trackably.checker.watch import progress, require_room, tick
 
 FORMAT, BROKEN, VERSION = "trackably joint trajectory", "trackably broken joint trajectory", 1
 ORDERS = ("position", "velocity", "acceleration", "jerk", "snap")
-"""What the derivatives of a joint are called."""
+"""Names of a joint's position and its derivatives, by order."""
 
 Limit = tuple[float, float] | None
 
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint's name, and its limits by order of the derivative: None where there is none."""
+    """A joint's name, and its limits by order of the derivative: None without a limit."""
 
     name: str
     limits: tuple[Limit, ...]
 
     @property
     def order(self) -> int:
-        """The highest order that is limited; 0 where none is."""
+        """The highest order with a limit; 0 without limits."""
         return max((r for r, limit in enumerate(self.limits) if limit), default=0)
 
 
@@ -79,7 +79,7 @@ class JointTrajectory:
     def polynomial(self, joint: int, piece: int, order: int) -> list[Fraction]:
         """Return the coefficients of a derivative on a piece, in the time since its breakpoint [s].
 
-        The piece after the last one is that at rest.
+        The index after the last piece means rest.
         """
         tick()
         if piece == len(self.breakpoints) - 1:
@@ -89,28 +89,28 @@ class JointTrajectory:
         return [Fraction(c[k]) * perm(k, order) for k in range(order, len(c))] or [Fraction(0)]
 
     def width(self, piece: int) -> Fraction:
-        """Return how long a piece takes [s]; of that at rest, 0 will do."""
+        """Return the length of a piece [s]; 0 for the rest after the last piece."""
         if piece == len(self.breakpoints) - 1:
             return Fraction(0)
         return Fraction(self.breakpoints[piece + 1]) - Fraction(self.breakpoints[piece])
 
     def jump(self, joint: int, order: int, at: int) -> Fraction:
-        """Return by how much a derivative jumps at a breakpoint after the first; at the last one, to rest."""
+        """Return the jump of a derivative at a breakpoint after the first; at the last one, the jump to rest."""
         return self.polynomial(joint, at, order)[0] - value(self.polynomial(joint, at - 1, order), self.width(at - 1))
 
     @property
     def pieces(self) -> int:
-        """How many pieces there are, with that at rest."""
+        """The number of pieces, including the rest."""
         return len(self.breakpoints) - (not self.rests)
 
     @property
     def inner(self) -> range:
-        """The breakpoints at which jumps count."""
+        """The indices of the breakpoints at which jumps are checked."""
         return range(1, self.pieces)
 
     @property
     def fingerprint(self) -> str:
-        """SHA-256 of names, breakpoints and coefficients, with every number as the shortest decimal that is it."""
+        """The SHA-256 of names, breakpoints and coefficients, with every number as its shortest exact decimal."""
         numbers = [[joint.name for joint in self.joints], _plain(self.breakpoints), _plain(self.coefficients)]
         return hashlib.sha256(repr([*numbers, self.rests]).encode()).hexdigest()
 
@@ -121,7 +121,7 @@ def _plain(value: Any) -> Any:
 
 @dataclass(frozen=True)
 class Broken:
-    """A derivative that is outside of its limits at `since` [s] after the breakpoint of a piece, or jumps there."""
+    """A violation: a derivative outside its limits at `since` [s] after the breakpoint of a piece, or a jump."""
 
     joint: int
     order: int
@@ -133,7 +133,7 @@ class Broken:
 
 @dataclass(frozen=True)
 class BrokenTrajectory:
-    """A trajectory, and what it breaks."""
+    """A trajectory with its violations."""
 
     trajectory: JointTrajectory
     broken: tuple[Broken, ...]
@@ -145,7 +145,7 @@ def value(polynomial: Sequence[Fraction], at: Fraction) -> Fraction:
 
 
 Open = Iterable[tuple[int, int, int]]
-"""Triples of joint, order, and piece or breakpoint, of which nothing is known yet."""
+"""Triples of joint, order, and piece or breakpoint that remain to be checked."""
 OpenParts = Callable[[JointTrajectory], tuple[Open, Open]]
 
 
@@ -159,7 +159,7 @@ def everything(trajectory: JointTrajectory) -> tuple[Open, Open]:
 
 
 def check_joints(trajectory: JointTrajectory, undecided: OpenParts = everything) -> str | None:
-    """Return the first limit that is not shown to be kept, or jump that is too large; None where all is well."""
+    """Return the first limit that is not shown to be kept, or jump that is too large; None if there is none."""
     limits, jumps = undecided(trajectory)
     for j, r, i in limits:
         progress(j, len(trajectory.joints))
@@ -180,7 +180,7 @@ def _stays_inside(polynomial: Sequence[Fraction], width: Fraction, limit: tuple[
 
 
 def check_broken(found: BrokenTrajectory) -> str | None:
-    """Return the first entry that is not true; None where all are."""
+    """Return the first entry that is not true; None if all are."""
     trajectory = found.trajectory
     pieces, orders = trajectory.pieces, len(trajectory.jumps)
     for n, broken in enumerate(found.broken):
@@ -207,7 +207,7 @@ def check_broken(found: BrokenTrajectory) -> str | None:
 
 
 def joints_statement(trajectory: JointTrajectory) -> str:
-    """Return what is proved."""
+    """Return the proved statement in words."""
     kept = "; ".join(f'"{joint.name}": {_limits(joint)}' for joint in trajectory.joints)
     first, last = trajectory.breakpoints[0], trajectory.breakpoints[-1]
     times = f"t ≥ {first!r} s, at rest from {last!r} s on" if trajectory.rests else f"t from {first!r} s to {last!r} s"
@@ -218,7 +218,7 @@ def joints_statement(trajectory: JointTrajectory) -> str:
 
 
 def joints_refutation(found: BrokenTrajectory) -> str:
-    """Return what is broken."""
+    """Return the violations in words."""
     said = []
     for broken in found.broken:
         joint = found.trajectory.joints[broken.joint]

@@ -54,14 +54,14 @@ from trackably.checker.watch import tick
 
 
 class Decay(NamedTuple):
-    """Over-estimates of |κ| and |κ̇| from some distance on."""
+    """Over-estimates of |κ| and |κ̇| beyond some distance."""
 
     size: Real
     slope: Real
 
 
 class Sizes(NamedTuple):
-    """Over-estimates of |κ|, |κ̇|, |r κ̇| and |r κ|, and of the roundings in κ's own formula in units of u."""
+    """Over-estimates of |κ|, |κ̇|, |r κ̇| and |r κ|, and of the roundings in κ's own formula, in units of u."""
 
     size: Real
     slope: Real
@@ -71,15 +71,15 @@ class Sizes(NamedTuple):
 
 
 class Kernel(ABC):
-    """A stationary kernel κ(r), even in r; a kernel with a kink at 0 means its branch of positive differences."""
+    """A stationary kernel κ(r), even in r; for a kernel with a kink at 0, formulas are those of the branch r ≥ 0."""
 
     @abstractmethod
     def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
-        """Return n coefficients in x of κ(r + h x), of the branch that holds at r."""
+        """Return n coefficients in x of κ(r + h x), on the branch at r."""
 
     @abstractmethod
     def largest_on_disc(self, r: Real, radius: Real) -> Real:
-        """Over-estimate |κ(z)|, of the branch that holds at r, on |z − r| < radius; infinite if it may be singular."""
+        """Over-estimate |κ(z)|, on the branch at r, for |z − r| < radius; infinite if it may be singular."""
 
     @abstractmethod
     def beyond(self, distance: Real) -> Decay:
@@ -92,7 +92,7 @@ class Kernel(ABC):
 
     @abstractmethod
     def sizes(self, farthest: Real) -> Sizes:
-        """Over-estimate what the error of float64 evaluation depends on, for |r| ≤ farthest."""
+        """Over-estimate the sizes on which the error of float64 evaluation depends, for |r| ≤ farthest."""
 
     @property
     @abstractmethod
@@ -106,11 +106,11 @@ class Kernel(ABC):
 
     @property
     def repeats_after(self) -> float | None:
-        """The period [s] of every part of κ; None where they have none in common."""
+        """The period [s] of every part of κ; None if there is no common one."""
         return None
 
     def jump(self, r: Real, h: Real) -> Real:
-        """Over-estimate how far κ is from its branch at |r| between |r| − h and |r| + h, on the positive side.
+        """Over-estimate the distance of κ from its branch at |r|, for distances from |r| − h to |r| + h.
 
         Zero for kernels with one branch for all positive differences.
         """
@@ -123,8 +123,8 @@ class Kernel(ABC):
     def model(self, r: Real, h: Real, radius: Real, n: int) -> Model:
         """Enclose κ(r + h x) for all x ∈ [−1, 1].
 
-        By Cauchy's estimate n terms of the Taylor series miss no more than M (h/ρ)ⁿ/(1 − h/ρ), where |κ| ≤ M on the
-        disc of radius ρ. Where the box contains a kink, the branch of its middle is continued to the other side.
+        By Cauchy's estimate, the remainder of n terms of the Taylor series is at most M (h/ρ)ⁿ/(1 − h/ρ), where |κ| ≤ M
+        on the disc of radius ρ. If the box contains a kink, the branch of its middle is continued to the other side.
         """
         after, before = at_most(h, r), at_most(h, -r)
         # κ is even: differences are mirrored to the positive side
@@ -160,14 +160,14 @@ class Elementary(Kernel):
     """Whether |r κ̇| ≤ κ(0) at all distances."""
 
     largest_moment: ClassVar[float | None] = None
-    """What |r κ|/(θ₂ κ(0)) is at most, where that is bounded and used."""
+    """An upper bound of |r κ|/(θ₂ κ(0)); None if it is unbounded or not used."""
 
     steepest: ClassVar[Real]
     """|r|/θ₂ where |κ̇| is largest, of a κ that falls with the distance, and whose |κ̇| rises up to there, then falls."""
 
     @property
     def roundings(self) -> Real | int:
-        """How many times κ(0) the roundings of κ's own formula are at most, in units of u."""
+        """An over-estimate of the roundings in κ's own formula, relative to κ(0), in units of u."""
         return 30
 
     @property
@@ -236,7 +236,7 @@ class Matern(Elementary):
 
     @abstractmethod
     def slopes(self, x: Real) -> list[Real]:
-        """Return P(x), P'(x), … up to the last one that is not 0."""
+        """Return P(x), P'(x), … up to the last nonzero derivative."""
 
     def along(self, moments: Sequence[Real], x: Real, y: Real, n: int) -> list[Real]:
         """Return n coefficients in ξ of θ₁² e^(−z) Σ_k m_k P⁽ᵏ⁾(z) with z = x + y ξ."""
@@ -248,7 +248,9 @@ class Matern(Elementary):
         return self.scaled(times(found, exp_series([-x, -y], n), n))
 
     def largest_around(self, moments: Sequence[Real], x: Real, y: Real) -> Real:
-        """Over-estimate |θ₁² e^(−z) Σ_k m_k P⁽ᵏ⁾(z)| on |z − x| < y, for moments of |c_i|: |P⁽ᵏ⁾(z)| ≤ P⁽ᵏ⁾(|z|)."""
+        """Over-estimate |θ₁² e^(−z) Σ_k m_k P⁽ᵏ⁾(z)| for |z − x| < y, with the moments of |c_i|,
+        by |P⁽ᵏ⁾(z)| ≤ P⁽ᵏ⁾(|z|).
+        """
         shape = total(m * slope for m, slope in zip(moments, self.slopes(x + y), strict=False))
         return self.variance * shape * exp(y - x)
 
@@ -369,7 +371,7 @@ class Periodic(Elementary):
 
 @dataclass(frozen=True)
 class PiecewisePolynomial(Elementary):
-    """P(y) = Σ_j `p`[j] yʲ; on 0 ≤ y ≤ 1 it rises from 0 to 1, and |P| rises with |y| for y ≤ 0."""
+    """P(y) = Σ_j `p`[j] yʲ. It increases from 0 to 1 on 0 ≤ y ≤ 1, and |P| increases with |y| for y ≤ 0."""
 
     largest_moment = 0.165  # with s = |r|/θ₂: s φ ≤ 0.165, and s |φ'| ≤ 0.756
     p: ClassVar[tuple[int, ...]]
@@ -404,7 +406,7 @@ class PiecewisePolynomial(Elementary):
         return 35  # products of up to 7 factors 1 − s, Q by Horner's rule, θ₁²
 
     def _is_over(self, r: Real) -> bool | None:
-        """Return whether |r| > θ₂ for certain: then the branch is 0, otherwise the polynomial."""
+        """Return whether |r| > θ₂ is certain: then the branch is 0, otherwise it is the polynomial."""
         return abs(r).a > self.length
 
 
@@ -497,7 +499,7 @@ class Product(Combination):
         return Sizes(
             f.size * g.size,
             f.slope * g.size + f.size * g.slope,
-            # |r κ̇|: of a factor that does not decay only what the other one leaves of it
+            # |r κ̇|: a factor that does not decay is bounded by the decay of the other one
             lesser(f.stretch * g.size, f.slope * g.moment) + lesser(f.size * g.stretch, f.moment * g.slope),
             lesser(f.moment * g.size, f.size * g.moment),
             (f.roundings + f.size) * g.size + f.size * g.roundings,
@@ -521,7 +523,7 @@ _HALVINGS = 15
 
 
 class Reach(NamedTuple):
-    """A distance [s], infinite where there is none, and bounds of |κ| and |κ̇| at all larger distances."""
+    """A distance [s], infinite if there is none, and bounds of |κ| and |κ̇| at all larger distances."""
 
     distance: float
     decay: Decay
@@ -529,7 +531,7 @@ class Reach(NamedTuple):
 
 @lru_cache
 def reach(kernel: Kernel, span: float, part: float) -> Reach:
-    """Return a small distance from which on |κ| ≤ `part` · κ(0), of some that are smaller than the `span` [s]."""
+    """Return a small distance beyond which |κ| ≤ `part` · κ(0), among some distances below the `span` [s]."""
     most, found = kernel.peak.size * part, Reach(float("inf"), Decay(ZERO, ZERO))
     for k in range(1, 4 * _HALVINGS):
         tick()

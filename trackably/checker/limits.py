@@ -1,11 +1,11 @@
-"""The largest files that are read, and what a check may take: the theorem names these numbers.
+"""The largest files that are read, and the largest effort of a check; the theorem names these numbers.
 
-They are far beyond what a proof needs. Files that exceed them are refused before any work; a check that exceeds those
-of the second part leaves its file Undecided. A check that takes long all the same can be given a time.
+They are far beyond the needs of a proof. Files that exceed them are refused before any work. A check that exceeds those
+at the end of the list is Undecided. The time of a check can be limited in addition.
 """
 
 BYTES = 32_000_000
-"""Of a file."""
+"""Size of a file."""
 
 TEXTS = 500_000
 """Characters of all texts of a file together: rational numbers, names, and the operations of formulas."""
@@ -23,27 +23,27 @@ CENTRES = BOXES = INSTANTS = CELLS = 500_000
 """Centres of a signal; boxes of a bound; instants that are checked one by one; breakpoints of a bound in a claim."""
 
 COEFFICIENTS = 100
-"""Of a polynomial piece."""
+"""Coefficients of a polynomial piece."""
 
 POWERS = 10_000
-"""Of A + B K, for a disturbed system."""
+"""Powers of A + B K, for a disturbed system."""
 
 TERMS = 64
-"""Of a Taylor polynomial."""
+"""Terms of a Taylor polynomial."""
 
 DIGITS = 4_000
-"""Of a rational number, in characters; Python reads and writes no more than 4,300 at once."""
+"""Characters of a rational number; Python reads and writes no more than 4,300 at once."""
 
 KERNELS, KERNEL_DEPTH = 100, 40
-"""Kernels of which a signal's kernel is made, and how deep their sums and products are nested."""
+"""Number of kernels in the kernel of a signal, and depth of nested sums and products."""
 
 PARTS, DEPTH = 30_000, 100
-"""Operations, names and numbers of a system's formulas together, and how deep each is nested."""
+"""Operations, names and numbers of all formulas of a system together, and depth of nesting of each."""
 
 # While a file is checked:
 
 MEMORY = 700_000_000
-"""Bytes beyond those that the process has held before."""
+"""Bytes in addition to those that the process held before the check."""
 
 BITS, BITS_TOGETHER = 500_000, 1_000_000_000
-"""Of a rational number; of whole numbers that are held together."""
+"""Bits of a rational number; and of all integers that are held together."""

@@ -28,7 +28,7 @@ Matrix = Sequence[Sequence[float]]
 
 @dataclass(frozen=True)
 class Vertex:
-    """x⁺ = A x + B u + c: one of the systems of which the convex hull is made."""
+    """x⁺ = A x + B u + c, a vertex of the convex hull of systems."""
 
     A: Matrix
     B: Matrix
@@ -38,7 +38,7 @@ class Vertex:
 def of_model_error(
     system: LinearSystem | Vertex, vertices: Sequence[Vertex], state_set: Polytope, input_set: Polytope
 ) -> list[Vector] | str:
-    """Return the generators of D, or what does not fit or is not bounded."""
+    """Return the generators of D, or a sentence on what does not fit or is unbounded."""
     n, m = len(system.A), len(system.B[0])
     found: list[Vector] = []
     if any([[len(row) for row in M] for M in (v.A, v.B, [v.c])] != [[n] * n, [m] * n, [n]] for v in vertices):
@@ -63,7 +63,7 @@ def _columns(system: LinearSystem | Vertex) -> Iterator[list[Fraction]]:
 
 
 def _reach(bounded: Polytope, dimension: int) -> list[Fraction | None]:
-    """Return the largest size of each coordinate, of rows that bound it alone; None without one."""
+    """Return the largest absolute value of each coordinate, from rows that bound it alone; None without such a row."""
     found: list[Fraction | None] = [None] * dimension
     for j, low, high in single_bounds(bounded):
         known, size = found[j], max(abs(low), abs(high))
@@ -72,7 +72,7 @@ def _reach(bounded: Polytope, dimension: int) -> list[Fraction | None]:
 
 
 def _around(apart: list[list[Fraction]], size: Fraction) -> Iterator[Vector]:
-    """Yield generators that hold z Σ μ_i d_i for all |z| ≤ size and all μ of a hull."""
+    """Yield generators that contain z Σ μ_i d_i for all |z| ≤ size and all convex combinations μ."""
     g = max(apart, key=lambda d: max(map(abs, d)))
     p = max(range(len(g)), key=lambda k: abs(g[k]))
     factors = [d[p] / g[p] for d in apart]

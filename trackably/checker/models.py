@@ -62,7 +62,10 @@ def times(f: list[Real], g: list[Real], n: int) -> list[Real]:
 
 @dataclass(frozen=True)
 class Model:
-    """All functions within `missed` of Σ_k `coefficients`[k] x^k; models that meet have as many coefficients."""
+    """All functions within `missed` of Σ_k `coefficients`[k] x^k, a Taylor model with `missed` as its remainder bound.
+
+    Models that are combined have equally many coefficients.
+    """
 
     coefficients: list[Real]
     missed: Real
@@ -79,7 +82,7 @@ class Model:
         return around(self.coefficients[0], others + self.missed)
 
     def times(self, factor: Real) -> "Model":
-        """The model times a number."""
+        """Return the model times a number."""
         return Model([factor * c for c in self.coefficients], abs(factor) * self.missed)
 
     def __add__(self, other: "Model") -> "Model":
@@ -90,7 +93,7 @@ class Model:
 
     @property
     def is_number(self) -> bool:
-        """Whether nothing but the first coefficient was ever set."""
+        """Whether only the first coefficient was ever set."""
         return self.missed is ZERO and all(c is ZERO for c in self.coefficients[1:])
 
     def __mul__(self, other: "Model") -> "Model":
@@ -114,7 +117,7 @@ class Model:
 
 @dataclass(frozen=True)
 class Models:
-    """The arithmetic of formulas on models with so many `terms`."""
+    """The arithmetic of formulas on Taylor models with this number of `terms`."""
 
     terms: int
 
@@ -173,10 +176,11 @@ class Models:
         return self.number(s * pi() / 2) - self._composed("atan", self.over(x, y))
 
     def _angles(self, many: type[Many], y: Model, x: Model) -> Model:
-        """Return the angles of many vectors, each of them with (c, s) in a half-plane where angles are continuous.
+        """Return the angles of many vectors, each relative to a vector (c, s) in a half-plane in
+        which angles are continuous.
 
-        Where x c + y s > 0, the angle of (x, y) is that of (c, s) and atan((y c − x s)/(x c + y s)), up to whole turns;
-        and there are none, as angles in such a half-plane differ by less than π. (c, s) is in the span of (x, y).
+        If x c + y s > 0, the angle of (x, y) is that of (c, s) plus atan((y c − x s)/(x c + y s)), up to whole turns.
+        There are no whole turns, as angles in such a half-plane differ by less than π. (c, s) is in the span of (x, y).
         """
         s, c = y.coefficients[0].mid, x.coefficients[0].mid
         along = x.times(c) + y.times(s)
@@ -199,12 +203,12 @@ class Models:
 
 
 def _within(found: Model, rest: Model, divisor: Real) -> Model:
-    """Return a polynomial with what it misses: `rest` over a positive divisor."""
+    """Return a polynomial with its remainder bound, `rest` divided by a positive divisor."""
     return Model(found.coefficients, bounded((rest.size + rest.missed) / divisor.a))
 
 
 def _near_quotient(a: Model, b: Model) -> Model:
-    """Return a polynomial that begins as the series of a/b, to rounding."""
+    """Return a polynomial with the first terms of the series of a/b, up to rounding."""
     above, below = ([c.mid for c in model.coefficients] for model in (a, b))
     found: list[Real] = []
     for k, c in enumerate(above):
@@ -213,7 +217,7 @@ def _near_quotient(a: Model, b: Model) -> Model:
 
 
 def _near_root(a: Model) -> Model:
-    """Return a polynomial that begins as the series of √a, to rounding."""
+    """Return a polynomial with the first terms of the series of √a, up to rounding."""
     first, *others = (c.mid for c in a.coefficients)
     found = [sqrt(first)]
     for c in others:
@@ -222,7 +226,7 @@ def _near_root(a: Model) -> Model:
 
 
 def _times_powers(a: Model, d: Model) -> Model:
-    """Return a d, with one term more than a has, where the first coefficient of d is zero."""
+    """Return a d, with one term more than a has, for a d whose first coefficient is zero."""
     n = len(a.coefficients)
     kept, dropped = d.coefficients[1 : n + 1], d.coefficients[n + 1 :]
     by_x = a * Model(kept, total(abs(c) for c in dropped) + d.missed)  # a d/x, and |x| ≤ 1

@@ -27,7 +27,7 @@ from trackably.checker.watch import UndecidedError, tick
 Number = TypeVar("Number", int, Fraction)
 
 Cells = list[tuple[Number, Number]]
-"""When each begins and ends; the last one is the end alone."""
+"""The first and the last time of each cell; the last cell is the end alone."""
 
 
 def cells_of(terms: Iterable[tuple[Pieces, Sequence[Number], Number]], start: Number, end: Number) -> Cells[Number]:
@@ -48,7 +48,7 @@ def cells_of(terms: Iterable[tuple[Pieces, Sequence[Number], Number]], start: Nu
                     break
                 found.add(t + moved)
                 if len(found) > CELLS:
-                    raise UndecidedError(f"not decided with {CELLS} breakpoints of one bound")
+                    raise UndecidedError(f"not decided: a bounded quantity has more than {CELLS} breakpoints")
     found.add(start)
     every = sorted(found)
     every.extend([end, end])
@@ -93,13 +93,13 @@ def polynomials(z: Pieces, start: Fraction, end: Fraction) -> list[list[Fraction
 
 @dataclass(frozen=True)
 class Limit:
-    """An `end` of a bound, moved `by` a number: inwards, by the error of evaluation."""
+    """An `end` of a bound, tightened for the error of evaluation by adding `by`."""
 
     end: End
     by: Real
 
     def moved(self, by: Real) -> "Limit":
-        """Return the limit, moved by so much more."""
+        """Return the limit plus a number."""
         return replace(self, by=self.by + by)
 
     def over(self, start: float, end: float) -> list[list[Real]]:
@@ -110,7 +110,7 @@ class Limit:
         return [[p[0] + self.by, *p[1:]] for p in found]
 
     def after(self, start: Real) -> Real | None:
-        """Return where the limit rests from a time [s] on; None where it may still move then."""
+        """Return the constant value of the limit from a time [s] on; None if it may still change then."""
         if not isinstance(self.end, Pieces):
             return exactly(self.end) + self.by
         last = self.end.ends[-1]
@@ -119,12 +119,12 @@ class Limit:
 
 
 def limits(bound: Bound, error: float) -> tuple[Limit, Limit]:
-    """Return the ends of a bound, drawn in by an error."""
+    """Return the ends of a bound, tightened by an error."""
     return Limit(bound.low, exactly(error)), Limit(bound.high, ZERO - exactly(error))
 
 
 def ends_at(bound: Bound, t: Fraction) -> tuple[Fraction, Fraction]:
-    """Return the lower and the upper end at a time [s]: the wider one of those before and after a breakpoint."""
+    """Return the lower and the upper end at a time [s]; at a breakpoint, the wider one of those before and after it."""
     return min(_values(bound.low, t)), max(_values(bound.high, t))
 
 
@@ -137,7 +137,7 @@ def _values(end: End, t: Fraction) -> list[Fraction]:
 
 
 def room(higher: End, lower: End) -> Fraction | None:
-    """Return by how much an end is above another at all times; None where they differ by more than numbers."""
+    """Return the least distance of one end above another; None unless they differ by constants only."""
     pairs = [(higher, lower)]
     if isinstance(higher, Pieces) and isinstance(lower, Pieces):
         one, other = ((z.breakpoints, z.beyond, [c[1:] for c in z.coefficients]) for z in (higher, lower))
@@ -150,13 +150,13 @@ def room(higher: End, lower: End) -> Fraction | None:
 
 
 def repeats(bound: Bound, period: float) -> bool:
-    """Return whether each end that moves repeats after this period [s]."""
+    """Whether each end that moves repeats after this period [s]."""
     moving = [end for end in (bound.low, bound.high) if isinstance(end, Pieces)]
     return all(end.beyond == "period" and end.period == Fraction(period) for end in moving)
 
 
 def end_text(end: End) -> str:
-    """Return an end in words: a number, or the polynomials in τ, the time since each breakpoint."""
+    """Return an end as text: a number, or the polynomials in τ, the time since each breakpoint."""
     if not isinstance(end, Pieces):
         return repr(end)
     pieces = zip(end.breakpoints, end.coefficients, strict=False)

@@ -34,7 +34,10 @@ from trackably.checker.watch import progress, require_room, short, tick
 
 @dataclass(frozen=True)
 class Term:
-    """`weight` · z(t + shift), in the units of a `Sum`: the polynomials are those of the time since a breakpoint."""
+    """`weight` · z(t + shift), in the units of a `Sum`.
+
+    The polynomials are functions of the time since a breakpoint.
+    """
 
     signal: Pieces
     weight: int
@@ -45,7 +48,9 @@ class Term:
 
 @dataclass(frozen=True)
 class Sum:
-    """offset + Σ terms: `unit` times the value is a whole number, and so is 2^`bits` times each time [s]."""
+    """offset + Σ terms, in units in which all numbers are integers: `unit` times the value, and
+    2^`bits` times each time [s].
+    """
 
     offset: int
     terms: tuple[Term, ...]
@@ -53,16 +58,17 @@ class Sum:
     bits: int
 
     def cells(self, start: int, end: int) -> Iterator[list[int]]:
-        """Yield polynomials in x ∈ [0, 1] that are the sum between breakpoints, from start to end, and the value there.
+        """Yield polynomials in x ∈ [0, 1] that equal the sum between breakpoints, from start to
+        end, and the value at the end.
 
-        At each breakpoint, both what holds before (a limit) and what holds from it on are among them.
+        At each breakpoint, both the left limit and the value are among them.
         """
         for a, b in cells_of(((term.signal, term.ends, term.shift) for term in self.terms), start, end):
             tick()
             yield self.polynomial(a, b - a)
 
     def polynomial(self, start: int, width: int) -> list[int]:
-        """Return the coefficients in x of the sum at start + width x, where no breakpoint lies between."""
+        """Return the coefficients in x of the sum at start + width x, without a breakpoint in between."""
         found = [self.offset]
         for term in self.terms:
             tick()
@@ -81,7 +87,7 @@ def whole_sum(
     times: Sequence[Fraction],
     bounds: Sequence[Fraction] = (),
 ) -> Sum:
-    """Return Σ_i row_i part_i of signals, in units in which these `times` [s] and `bounds` are whole, too."""
+    """Return Σ_i row_i part_i of signals, in units in which these `times` [s] and `bounds` are integers too."""
     q, step = weighted_sum(row, parts), Fraction(subject.system.sampling_time)
     used = [(z, weights) for z, weights in zip(subject.pieces, q.weights, strict=True) if any(weights)]
     bits = max(bits_of([step, *times]), bits_of_floats(t for z, _ in used for t in z.breakpoints))
@@ -113,12 +119,12 @@ def values_at(subject: Subject, rows: Sequence[Functional], t: Fraction) -> list
 
 
 def bits_of(numbers: Sequence[Fraction]) -> int:
-    """Return the least e such that 2^e times each number, which is a float64, is whole."""
+    """Return the least e such that 2^e times each number is an integer; the numbers are float64."""
     return max(number.denominator.bit_length() - 1 for number in numbers)
 
 
 def bits_of_floats(numbers: Iterable[float]) -> int:
-    """Return the least e such that 2^e times each number is whole."""
+    """Return the least e such that 2^e times each number is an integer."""
     return max((number.as_integer_ratio()[1] for number in numbers), default=1).bit_length() - 1
 
 
@@ -133,7 +139,7 @@ def _scaled(number: float, digits: int) -> int:
 
 
 def whole(number: Fraction) -> int:
-    """Return a whole number."""
+    """Return a number, which has to be an integer, as an int."""
     assert number.denominator == 1, "units are chosen so"
     return number.numerator
 
@@ -162,7 +168,7 @@ def check_sizes(certificate: Certificate) -> str | None:
 
 
 def check_rounding(certificate: Certificate) -> str | None:
-    """Return the first bound whose quantity can be off by more than the stated error."""
+    """Return the first bound whose quantity may have a larger rounding error than stated."""
     if reason := _why_uncounted(certificate):
         return reason
     for name, error in evaluation_errors(certificate.subject, certificate.claim).items():
@@ -176,9 +182,9 @@ def evaluation_errors(subject: Subject, claim: Claim) -> dict[str, Fraction]:
 
     States and inputs are evaluated in double-double arithmetic, at times that are not rounded, and rounded to float64
     once. So Σ_i r_i x_i with p weights r_i ≠ 0 takes one rounding of each x_i, p products and p − 1 sums, of numbers
-    that are no larger than Σ_i |r_i x_i| together, and one of each r_i. Operations of double-double arithmetic are off
-    by 8 u² of the sum of the absolute terms, as if none cancelled: two for each power of the time since a breakpoint,
-    which is off by 80 u² itself, and two for each shifted signal, whose weight is off by u². All of this is to first
+    bounded by Σ_i |r_i x_i| in total, and one rounding of each r_i. Operations of double-double arithmetic have errors
+    of at most 8 u² times the sum of the absolute terms: two for each power of the time since a breakpoint, which itself
+    has an error of 80 u², and two for each shifted signal, whose weight has an error of u². All of this is to first
     order, and enlarged by 1 %.
     """
     largest = [*map(_largest_terms, subject.pieces)]
@@ -195,7 +201,7 @@ def evaluation_errors(subject: Subject, claim: Claim) -> dict[str, Fraction]:
 
 
 def _why_uncounted(certificate: Certificate) -> str | None:
-    """Return why periods may not be counted in float64 until the last time that is claimed; None where they are."""
+    """Return why periods may not be counted in float64 up to the last claimed time; None if they are."""
     shifts = max(len(weights) for part in functionals(certificate.subject, "input") for weights in part.weights)
     ahead = shifts * Fraction(certificate.subject.system.sampling_time)
     for z in certificate.subject.pieces:
@@ -205,13 +211,13 @@ def _why_uncounted(certificate: Certificate) -> str | None:
 
 
 def _gross(subject: Subject, bound: Bound) -> tuple[list[Fraction], Fraction]:
-    """Return the sums of the absolute weights of each signal, and of the absolute offsets, as if nothing cancelled."""
+    """Return the sums of the absolute weights of each signal, and of the absolute offsets, without any cancellation."""
     found = absolute_sum(bound.row, functionals(subject, bound.of))
     return [*map(exact_sum, found.weights)], found.offset
 
 
 def _largest_terms(z: Pieces) -> Fraction:
-    """Return the largest Σ_j |c_j| hʲ of a piece, h its length: no value in a piece exceeds it. In whole numbers."""
+    """Return the largest Σ_j |c_j| hʲ of a piece with length h, an upper bound of all values. Computed in integers."""
     bits, fine = bits_of(z.lengths), bits_of_floats(c for piece in z.coefficients for c in piece)
     digits = fine + bits * z.degree
     require_room(1, digits)
@@ -226,9 +232,9 @@ def _largest_terms(z: Pieces) -> Fraction:
 
 
 def _size(subject: Subject, claim: Claim, bound: Bound) -> Fraction:
-    """Over-estimate Σ_i |r_i x_i| at all times of the claim: by the absolute coefficients in each cell.
+    """Over-estimate Σ_i |r_i x_i| at all times of the claim, by the absolute coefficients in each cell.
 
-    Of a single state or input, it is inside the bounds: a later step proves this without any use of errors.
+    For a single state or input, its bounds are used: a later step proves them without any use of errors.
     """
     total = Fraction(0)
     if sum(1 for r in bound.row if r) == 1:
@@ -244,14 +250,14 @@ def _size(subject: Subject, claim: Claim, bound: Bound) -> Fraction:
 
 
 def check_signals(subject: Subject) -> str | None:
-    """Return which signal is none, or why there can be no proof about pieces; None where all are signals."""
+    """Return which signal is invalid, or why there can be no proof about pieces; None if all are valid."""
     if not isinstance(subject.system, LinearSystem):
         return "pieces: states and inputs of polynomial pieces are checked for linear systems only"
     return next((reason for z in subject.pieces if (reason := why_no_signal(z))), None)
 
 
 def check_pieces(certificate: Certificate, first_pass: FirstPass = NO_FIRST_PASS) -> str | None:
-    """Return the first step that fails; None where everything is shown."""
+    """Return the first step that fails; None if everything is shown."""
     return (
         _claimed(certificate)
         or check_sizes(certificate)
@@ -261,11 +267,11 @@ def check_pieces(certificate: Certificate, first_pass: FirstPass = NO_FIRST_PASS
 
 
 def _claimed(certificate: Certificate) -> str | None:
-    """Return why the claim does not follow from what holds in the cells; None where it does."""
+    """Return why the claim does not follow from the cells; None if it does."""
     claim, pieces = certificate.claim, certificate.subject.pieces
     match claim:
         case Instants():
-            return "claim: of polynomial pieces, instants are not claimed alone"
+            return "claim: polynomial pieces are proved at all times of a claim, never at sampled instants alone"
         case AllTimes(tail_start):
             if not all(z.beyond == "rest" and z.breakpoints[-1] <= tail_start for z in pieces):
                 return f"claim: a signal is not at rest from {tail_start!r} s on"
@@ -275,13 +281,13 @@ def _claimed(certificate: Certificate) -> str | None:
         case _:
             start, end = claim.span
             if not start < end:
-                return f"claim: the window from {start!r} s to {end!r} s is none"
+                return f"claim: a window needs start < end, got {start!r} s and {end!r} s"
             return why_unknown(certificate.subject, Fraction(start), Fraction(end))
     return None
 
 
 def why_unknown(subject: Subject, start: Fraction, end: Fraction) -> str | None:
-    """Return which signal says nothing at some time on which states and inputs depend; None where all say enough."""
+    """Return which signal is undefined at some time on which states and inputs depend; None if all are defined."""
     for s, z in enumerate(subject.pieces):
         shifts = len(functionals(subject, "input")[0].weights[s]), len(functionals(subject, "state")[0].weights[s])
         ahead = (max(shifts) - 1) * Fraction(subject.system.sampling_time)
@@ -291,7 +297,7 @@ def why_unknown(subject: Subject, start: Fraction, end: Fraction) -> str | None:
 
 
 def value_of_pieces(subject: Subject, bound: Bound, t: Fraction) -> Fraction:
-    """Return the value of a bound's row at a time [s]. Raise UndefinedError where a signal says nothing there."""
+    """Return the value of a bound's row at a time [s]. Raise UndefinedError if a signal is undefined there."""
     if reason := why_unknown(subject, t, t):
         raise UndefinedError(reason)
     return values_at(subject, [weighted_sum(bound.row, functionals(subject, bound.of))], t)[0]
@@ -319,7 +325,7 @@ def _positive(certificate: Certificate, first_pass: FirstPass) -> str | None:
 
 
 def _alike(subject: Subject, rows: Sequence[Functional]) -> Sequence[list[int]]:
-    """Return the numbers of rows in groups, in each of which all have the same cells: those of their breakpoints."""
+    """Return the numbers of rows in groups with equal breakpoints, and so with equal cells."""
     found: dict[object, list[int]] = {}
     for i, row in enumerate(rows):
         changes = frozenset((subject.pieces[s].breakpoints, subject.pieces[s].beyond, j) for s, j in shifted(row))
@@ -354,7 +360,7 @@ def _is_kept(
     times: tuple[Fraction, Fraction],
     cells: Sequence[tuple[int, int]],
 ) -> bool:
-    """Return whether a bound's row stays between its ends in some cells of these times, in rational arithmetic."""
+    """Return whether a bound's row stays between its ends in the given cells, in rational arithmetic."""
     q = whole_sum(subject, bound.row, functionals(subject, bound.of), times, ends)
     bottom, top = (whole(end * q.unit) for end in ends)
     for a, b in cells:

@@ -1,4 +1,4 @@
-"""Polynomials in whole numbers that stay between two of them."""
+"""Decide in integer arithmetic whether polynomials stay between two numbers."""
 
 from collections.abc import Sequence
 from fractions import Fraction
@@ -10,7 +10,10 @@ _MOST_CUTS = 2000
 
 
 def stays_between(p: Sequence[Fraction | int], low: Fraction | int, high: Fraction | int) -> bool:
-    """Return whether low ≤ Σ p_k x^k ≤ high for all x ∈ [0, 1]. False may mean that this takes too many cuts."""
+    """Return whether low ≤ Σ p_k x^k ≤ high for all x ∈ [0, 1].
+
+    False may also mean that the decision takes too long.
+    """
     unit = common_denominator([*p, low, high])
     bottom, first, top, *others = (int(c * unit) for c in (low, p[0], high, *p[1:]))
     return is_nowhere_negative([first - bottom, *others]) and is_nowhere_negative([top - first, *(-c for c in others)])
@@ -19,8 +22,8 @@ def stays_between(p: Sequence[Fraction | int], low: Fraction | int, high: Fracti
 def is_nowhere_negative(a: list[int]) -> bool:
     """Return whether Σ a_k x^k ≥ 0 for all x ∈ [0, 1].
 
-    With x = y/(1 + y), (1 + y)ⁿ p(x) = Σ a_k y^k (1 + y)^(n − k): where all coefficients of this polynomial in y ≥ 0
-    are ≥ 0, p is nowhere negative. Where some are not, [0, 1] is halved; a negative value at an end refutes it.
+    With x = y/(1 + y), (1 + y)ⁿ p(x) = Σ a_k y^k (1 + y)^(n − k). If all coefficients of this polynomial in y ≥ 0 are ≥
+    0, p is nowhere negative. Otherwise [0, 1] is halved; a negative value at an end refutes the claim.
     """
     waiting = [a]
     for _ in range(_MOST_CUTS):

@@ -29,8 +29,8 @@ ITSELF = "itself"
 class LinearCombination:
     """A linear combination of shifted signals: offset + Σ_s Σ_j w_sj (z_s(t + j T) − m_s).
 
-    `weights[s][j]` is w_sj, and `offset` is the value at rest. `gross[s]` and `gross_offset` are the sums of the
-    absolute values of w_s and of the constants, of which they consist before any terms cancel.
+    `weights[s][j]` is w_sj, and `offset` is the value at rest. `gross[s]` and `gross_offset` are sums of the absolute
+    values of the weights and constants, before any terms cancel.
     """
 
     weights: list[list[Fraction]]
@@ -44,8 +44,8 @@ class Quantity:
     """A formula of `arguments`, which are linear combinations of the signals, by name.
 
     If the row bounds inputs given by formulas, `parts` holds these formulas with their weights; otherwise it is empty.
-    `lower` and `upper` are the bound, drawn in by its evaluation error. Of a flat form, the last quantity `needs` what
-    keeps all formulas defined; it has all arguments of these too.
+    `lower` and `upper` are the bound, tightened by its evaluation error. For a flat form, the last quantity `needs` the
+    conditions under which all formulas are defined; its arguments include theirs.
     """
 
     name: str
@@ -64,9 +64,9 @@ class Quantity:
 
 
 def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
-    """Return all bounded quantities, with their bounds drawn in by these errors.
+    """Return all bounded quantities, with their bounds tightened by these errors.
 
-    Raise UnsolvableError where f cannot be solved for the inputs.
+    Raise UnsolvableError if f cannot be solved for the inputs.
     """
     system = subject.system
     if isinstance(system, LinearSystem):
@@ -168,7 +168,7 @@ def weighted_sum(row: Sequence[Fraction], parts: Sequence[Functional]) -> Functi
 
 
 def absolute_sum(row: Sequence[Fraction], parts: Sequence[Functional]) -> Functional:
-    """Return Σ_i |row_i| |part_i|, with the absolute values of all weights and offsets: as if nothing cancelled."""
+    """Return Σ_i |row_i| |part_i|, with the absolute values of all weights and offsets, without any cancellation."""
     used = [(abs(r), part) for r, part in zip(row, parts, strict=True) if r]
     sizes = [
         Functional(abs(part.offset), tuple(tuple([abs(w) if w else w for w in of]) for of in part.weights))

@@ -39,14 +39,14 @@ def why_not_attainable(system: LinearSystem, rows: tuple[Row, ...], attainable: 
         if not any(demand.row) and not demand.low <= 0 <= demand.high:
             return f"input_set: no input keeps its rows {demand.numbers} together"
         if any(demand.row) and not any(_implies(bound, demand) for bound in attainable):
-            return f"input_set: no bound keeps what its rows {demand.numbers} leave of the inputs together"
+            return f"input_set: no attainable row implies the inequality that its rows {demand.numbers} add up to"
     return None
 
 
 def demanded(system: LinearSystem, rows: tuple[Row, ...], bound: Bound) -> tuple[Fraction, Fraction] | None:
-    """Return low and high such that u breaks a bound, and no u + v with B v = 0 is in U, unless low ≤ row · u ≤ high.
+    """Return low and high such that no u + v with B v = 0 is in U unless low ≤ row · u ≤ high.
 
-    None where the rows of U demand nothing of this row, or are too many to tell.
+    None if the rows of U imply no bound of this row, or are too many to tell.
     """
     if _why_not_enumerable(system, rows):
         return None
@@ -59,13 +59,15 @@ def demanded(system: LinearSystem, rows: tuple[Row, ...], bound: Bound) -> tuple
 
 
 def has_redundant_inputs(system: LinearSystem) -> bool:
-    """Return whether some inputs act as others do."""
+    """Whether some inputs act alike: columns of B are linearly dependent."""
     return bool(_idle(system))
 
 
 @dataclass(frozen=True)
 class _Demand:
-    """low ≤ row · u ≤ high for every u for which some u + v with B v = 0 keeps the rows of U with these `numbers`."""
+    """low ≤ row · u ≤ high, which is necessary for some u + v with B v = 0 to keep the rows of U
+    with these `numbers`.
+    """
 
     row: list[Fraction]
     low: Fraction
@@ -84,7 +86,7 @@ def _why_not_enumerable(system: LinearSystem, rows: tuple[Row, ...]) -> str | No
 
 
 def _demands(system: LinearSystem, rows: tuple[Row, ...]) -> Iterator[_Demand]:
-    """Yield what the circuits of the rows demand of u."""
+    """Yield the conditions on u that follow from the circuits of the rows."""
     idle, m = _idle(system), len(system.inputs)
     moved = [[exact_sum(r * z for r, z in zip(side.row, v, strict=True)) for v in idle] for side in rows]
     for circuit in _circuits(moved, len(idle)):
@@ -109,13 +111,16 @@ def _circuits(moved: list[list[Fraction]], dimension: int) -> Iterator[list[tupl
 
 
 def _implies(bound: Row, demand: _Demand) -> bool:
-    """Return whether the demand is met wherever the bound, whose row is a multiple of its row, is kept."""
+    """Return whether a bound, whose row is a multiple of the demand's row, implies the demand."""
     ends = _scaled(demand, bound.row)
     return ends is not None and ends[0] <= Fraction(bound.lower) and Fraction(bound.upper) <= ends[1]
 
 
 def _scaled(demand: _Demand, row: tuple[Fraction, ...]) -> tuple[Fraction, Fraction] | None:
-    """Return what is demanded of row · u; None where the row is no multiple of the demand's, or one of them zero."""
+    """Return the demand as bounds of row · u.
+
+    None if the row is no multiple of the demand's, or one of them is zero.
+    """
     tick()
     first = next((j for j, r in enumerate(demand.row) if r), None)
     multiple = row[first] / demand.row[first] if first is not None else Fraction(0)

@@ -67,7 +67,7 @@ class Tracked:
 
 @dataclass(frozen=True)
 class TrackedFormulas:
-    """The arithmetic of formulas on tracked models with so many `terms`."""
+    """The arithmetic of formulas on tracked models with this number of `terms`."""
 
     terms: int
 
@@ -99,7 +99,7 @@ class TrackedFormulas:
 
 
 def _tracked(model: Model, propagated: Real, roundings: int = 1) -> Tracked:
-    """Round a value whose operands have errors. Raise UndefinedError where it may overflow."""
+    """Round a value whose operands have errors. Raise UndefinedError if it may overflow."""
     computed = abs(model.span + SIGN * propagated)
     required(computed.b < _OVERFLOW, "it may overflow")
     return Tracked(model, (propagated + roundings * UNIT * computed + _UNDERFLOW).b)
@@ -132,12 +132,12 @@ def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str 
 
 
 def signal_errors(subject: Subject, until: float) -> list[Tracked]:
-    """Return the rounding errors of the signals at all times |t| ≤ until [s], and how large they are."""
+    """Return the rounding errors of the signals at all times |t| ≤ `until` [s], with enclosures of the signals."""
     return [_signal_error(subject, until, signal) for signal in subject.signals]
 
 
 def error_of(subject: Subject, q: Quantity, of_signals: list[Tracked]) -> Real:
-    """Over-estimate the rounding error of a quantity. Raise UndefinedError where it has no bound."""
+    """Over-estimate the rounding error of a quantity. Raise UndefinedError if it is unbounded."""
     if q.combination is not None:
         return _combination(subject, q.combination, of_signals).error
     values = {name: _combination(subject, argument, of_signals) for name, argument in q.arguments.items()}
@@ -183,7 +183,7 @@ def _terms(subject: Subject) -> int:
 
 
 def _ahead(subject: Subject) -> Real:
-    """Return the largest shift j T on which a state or an input depends [s]."""
+    """Return the largest shift j T [s] of a signal on which a state or an input depends."""
     if isinstance(subject.system, NonlinearSystem):
         return subject.step if subject.system.flat is None else subject.system.flat.last_shift * subject.step
     parts = (*functionals(subject, "state"), *functionals(subject, "input"))

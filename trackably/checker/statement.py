@@ -1,4 +1,4 @@
-"""What is shown, in words and numbers. Names are in quotes; no name contains a quote, a space or a comparison."""
+"""Statements in words and numbers. Names are in quotes; no name contains a quote, a space or a comparison."""
 
 from collections.abc import Sequence
 from fractions import Fraction
@@ -27,7 +27,7 @@ from trackably.checker.truth import ContradictedSamples
 
 
 def statement(certificate: Certificate, first_pass: FirstPass) -> str:
-    """Return what a certificate proves, and of which reference."""
+    """Return the statement that a certificate proves, and about which reference."""
     subject = certificate.subject
     kept = ", ".join(bound_text(bound, _names(subject.system, bound)) for bound in subject.bounds)
     inputs = "these inputs"
@@ -47,7 +47,7 @@ def statement(certificate: Certificate, first_pass: FirstPass) -> str:
 
 
 def refutation(counterexample: Counterexample, first_pass: FirstPass) -> str:
-    """Return what a counterexample shows, and of which reference."""
+    """Return the statement that a counterexample shows, and about which reference."""
     subject, where = counterexample.subject, counterexample.where
     bound = next(bound for bound in subject.bounds if bound.name == counterexample.name)
     if isinstance(where, Interval):
@@ -65,7 +65,7 @@ def refutation(counterexample: Counterexample, first_pass: FirstPass) -> str:
 
 
 def table_statement(table: Table) -> str:
-    """Return what a table shows."""
+    """Return the statement that a table shows."""
     system = table.system
     kept, last = bounds_text(system, table.state_set, table.input_set), table.first_step + len(table.states) - 1
     return (
@@ -76,7 +76,7 @@ def table_statement(table: Table) -> str:
 
 
 def table_refutation(refuted: RefutedTable) -> str:
-    """Return what a refuted table shows."""
+    """Return the statement that a refuted table shows."""
     table, system = refuted.table, refuted.table.system
     match refuted.part:
         case "states" | "inputs":
@@ -95,9 +95,9 @@ def table_refutation(refuted: RefutedTable) -> str:
 
 
 def identity(subject: Subject, first_pass: FirstPass) -> str:
-    """Return which reference is meant: its fingerprint, where its kernels are, and its states at time zero.
+    """Return the reference's identity: its fingerprint, the times of its kernels, and its states at time zero.
 
-    These are asked of mpmath where the `first_pass` does not determine their six digits.
+    Their six digits are computed in mpmath if the `first_pass` does not determine them.
     """
     if subject.pieces:
         return f"The reference has the SHA-256 {subject.fingerprint}, {where_pieces_are(subject)}."
@@ -158,7 +158,7 @@ def _number(r: Fraction) -> str:
 
 
 def _followed(system: System) -> str:
-    """Return the dynamics, and how states and inputs of a flat form depend on the signals z1[0], z1[1], …"""
+    """Return the dynamics, and the formulas of states and inputs of a flat form in the signals z1[0], z1[1], …"""
     if not isinstance(system, NonlinearSystem) or system.flat is None:
         return dynamics(system)
     of = zip((*system.states, *system.inputs), (*system.flat.states, *system.flat.inputs), strict=True)
@@ -177,7 +177,7 @@ def dynamics(system: System) -> str:
 
 
 def robust_statement(subject: Subject, robust: Robust | None) -> str:
-    """Return what is proved of the disturbed system, as a sentence that follows another; nothing without one."""
+    """Return the statement about the disturbed system, as a sentence that follows another; empty without one."""
     if robust is None:
         return ""
     system = subject.system
@@ -216,7 +216,7 @@ def robust_statement(subject: Subject, robust: Robust | None) -> str:
 
 
 def truth_statement(truth: TrueSignal) -> str:
-    """Return how far a state is from every signal that explains its samples."""
+    """Return the statement about the distance of a state from every signal that explains its samples."""
     start, end = truth.ends[0], truth.ends[-1]
     plant = ""
     if truth.plant is not None:
@@ -231,7 +231,7 @@ def truth_statement(truth: TrueSignal) -> str:
 
 
 def no_signal(found: ContradictedSamples, excess: Fraction, weight: Fraction, size: Fraction, bound: str) -> str:
-    """Return that no signal explains samples, which of them contradict each other, and by how much at least."""
+    """Return the statement that no signal explains samples, with the contradicting ones and the least contradiction."""
     used = [t for t, m in zip(found.of.samples.times, found.samples, strict=True) if m]
     rates = [t for t, m in zip(found.of.rates.times if found.of.rates else (), found.rates, strict=True) if m]
     more = f" and the rates at {', '.join(map(repr, rates))} s" if rates else ""
@@ -243,7 +243,7 @@ def no_signal(found: ContradictedSamples, excess: Fraction, weight: Fraction, si
 
 
 def _below(number: Fraction) -> float:
-    """Return a float64 that is no larger."""
+    """Return a float64 that is not larger."""
     return as_float(number * (1 - Fraction(1, 2**50)))
 
 
@@ -278,7 +278,7 @@ def _vector(vector: Vector) -> str:
 
 
 def where_pieces_are(subject: Subject) -> str:
-    """Return how many pieces there are, from when to when, and the states at time zero, or where all have begun."""
+    """Return the number of pieces, their first and last time, and the states at time zero, or when all have begun."""
     ends = [t for z in subject.pieces for t in z.breakpoints]
     count = sum(len(z.coefficients) for z in subject.pieces)
     begun = max((z.breakpoints[0] for z in subject.pieces if z.beyond == "end"), default=0.0)

@@ -1,4 +1,4 @@
-"""What a file speaks about, as typed values: a reference, its system and its sets."""
+"""The subject of a file as typed values: a reference, its system and its sets."""
 
 import re
 from collections.abc import Iterator
@@ -21,8 +21,8 @@ Beyond = Literal["rest", "period", "end"]
 class Pieces:
     """z(t) = Σ_j c_ij (t − t_i)^j for t_i ≤ t < t_(i+1), with `breakpoints` t_0 … t_n [s] and `coefficients` c_ij.
 
-    `beyond` "rest": z(t_0) before t_0, and the limit of z at t_n from t_n on. "period": z repeats every t_n − t_0.
-    "end": the first and the last piece go on, but nothing is claimed there.
+    `beyond` defines z at other times. "rest": z(t_0) before t_0, and the limit of z at t_n from t_n on. "period": z
+    repeats every t_n − t_0. "end": the first and the last piece are continued, but nothing is claimed there.
     """
 
     breakpoints: tuple[float, ...]
@@ -36,22 +36,22 @@ class Pieces:
 
     @cached_property
     def period(self) -> Fraction:
-        """From the first to the last breakpoint [s]."""
+        """The time from the first to the last breakpoint [s]."""
         return self.ends[-1] - self.ends[0]
 
     @cached_property
     def lengths(self) -> list[Fraction]:
-        """Of the pieces [s]."""
+        """The lengths of the pieces [s]."""
         return [end - start for start, end in pairwise(self.ends)]
 
     @property
     def degree(self) -> int:
-        """The number of coefficients after the first."""
+        """The degree of the pieces."""
         return len(self.coefficients[0]) - 1
 
 
 def why_no_signal(pieces: Pieces) -> str | None:
-    """Return what is wrong with the numbers of a signal; None where they are one."""
+    """Return what is wrong with the numbers of a signal; None if they are valid."""
     if len(pieces.breakpoints) != len(pieces.coefficients) + 1:
         return "pieces: there must be one breakpoint more than pieces"
     if any(len(row) != pieces.degree + 1 for row in pieces.coefficients):
@@ -62,7 +62,7 @@ def why_no_signal(pieces: Pieces) -> str | None:
 
 
 _NEGLIGIBLE = 2.0**-130
-"""What far kernels may add, as a part of κ(0): as much as is added to each value of a function for its last bits."""
+"""Bound of |κ| for far kernels, relative to κ(0); the guard of each function of mpmath is as large."""
 
 
 @dataclass(frozen=True)
@@ -81,19 +81,21 @@ class Signal:
 
     @cached_property
     def reach(self) -> Reach:
-        """The distance from which on kernels are far."""
+        """The distance beyond which kernels count as far."""
         span = min(max(self.centres) - min(self.centres), 1e300)
         return reach(self.kernel, span, _NEGLIGIBLE)
 
     @cached_property
     def far(self) -> Decay:
-        """Over-estimate |Σ_i c_i κ(r_i)| and |Σ_i c_i κ̇(r_i)| of any of its kernels, at distances beyond the reach."""
+        """Over-estimates of |Σ_i c_i κ(r_i)| and |Σ_i c_i κ̇(r_i)| for any of its kernels, at
+        distances beyond the reach.
+        """
         weight, (_, decay) = total(abs(c) for _, c in self.pairs), self.reach
         return Decay(weight * decay.size, weight * decay.slope)
 
 
 def is_far(signal: Signal, distance: Real) -> bool:
-    """Return whether kernels at this distance are among the far ones for certain."""
+    """Return whether kernels at this distance are certainly far."""
     return bool(distance.a >= signal.reach.distance)
 
 
@@ -113,7 +115,7 @@ class LinearSystem:
 class FlatForm:
     """States and inputs as formulas of z_s(t + j T), which are called z1[0], z1[1], …, z2[0], …
 
-    States in `angles` matter up to whole turns. Formulas in `positive` are claimed to be positive.
+    States in `angles` are equal up to whole turns. Formulas in `positive` are claimed to be positive.
     """
 
     states: tuple[Formula, ...]
@@ -123,7 +125,7 @@ class FlatForm:
 
     @property
     def indices(self) -> set[tuple[int, int]]:
-        """All s and j of shifted signals on which states and inputs depend."""
+        """All pairs of s and j of shifted signals on which states and inputs depend."""
         return {indices(name) for formula in (*self.states, *self.inputs) for name in names_in(formula)}
 
     @property
@@ -133,12 +135,12 @@ class FlatForm:
 
 
 def shifted_name(s: int, j: int) -> str:
-    """Return the name of z_s(t + j T), where s counts from 0 on."""
+    """Return the name of z_s(t + j T), where s counts from 0."""
     return f"z{s + 1}[{j}]"
 
 
 def indices(name: str) -> tuple[int, int]:
-    """Return s and j of a name z1[0], …; raise ValueError for other names."""
+    """Return s and j of a name such as z1[0]. Raise ValueError for other names."""
     found = re.fullmatch(r"z([1-9][0-9]?)\[(0|[1-9][0-9]?)\]", name)
     if not found:
         raise ValueError(name)
@@ -184,12 +186,12 @@ class Row:
 
     @property
     def lower(self) -> float:
-        """The lower end. Raise UndecidedError where it moves: it is never taken for a constant."""
+        """The lower end if it is constant. Raise UndecidedError if it moves."""
         return _constant(self.low)
 
     @property
     def upper(self) -> float:
-        """The upper end, likewise."""
+        """The upper end if it is constant. Raise UndecidedError if it moves."""
         return _constant(self.high)
 
 
@@ -201,7 +203,7 @@ def _constant(end: End) -> float:
 
 @dataclass(frozen=True)
 class Polytope:
-    """All vectors of a `dimension` that keep some rows."""
+    """All vectors of a `dimension` that satisfy some rows."""
 
     rows: tuple[Row, ...]
     dimension: int
@@ -244,9 +246,11 @@ class Bound(Row):
 
 @dataclass(frozen=True)
 class Subject:
-    """A reference (signals and a system) with the sets that bound it: sums of kernels in `signals`, or `subject`.
+    """A reference (signals and a system) with the sets that bound it.
 
-    `trajectories` are given for linear systems only; `attainable` rows only where they bound u in the place of the
+    Signals are sums of kernels, or polynomial `pieces`.
+
+    `trajectories` are given for linear systems only; `attainable` rows are given only if they bound u in place of the
     input set. The `fingerprint` is that of signals, system and trajectories (`form`).
     """
 
@@ -261,7 +265,7 @@ class Subject:
 
     @property
     def signal_count(self) -> int:
-        """How many signals there are, of either kind."""
+        """The number of signals, of either kind."""
         return len(self.signals) + len(self.pieces)
 
     @property
@@ -271,7 +275,7 @@ class Subject:
 
     @cached_property
     def bounds(self) -> tuple[Bound, ...]:
-        """The rows of the state set, and those of the input set or of what stands in its place."""
+        """The rows of the state set, then those of the input set, or the attainable rows in their place."""
         inputs = self.input_set.rows if self.attainable is None else self.attainable
         sides: tuple[tuple[Side, tuple[str, ...], tuple[Row, ...]], ...] = (
             ("state", self.system.states, self.state_set.rows),

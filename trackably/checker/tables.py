@@ -37,9 +37,10 @@ class Table:
 
 @dataclass(frozen=True)
 class RefutedTable:
-    """At a `step`, a table breaks a row of its state or input set, or the dynamics of a state, by `violation` at least.
+    """At a `step`, a table violates a row of its state or input set, or the dynamics of a state,
+    by at least `violation`.
 
-    `index` counts the rows of the set, or the states, from 0 on.
+    `index` counts the rows of the set, or the states, from 0.
     """
 
     table: Table
@@ -50,7 +51,7 @@ class RefutedTable:
 
 
 def check_table(table: Table) -> str | None:
-    """Return the first step at which a bound or the dynamics are not shown to be kept; None where all are."""
+    """Return the first step at which a bound or the dynamics are not shown to hold; None if there is none."""
     if reason := _misfit(table):
         return reason
     for k, (side, values, rows) in enumerate(
@@ -69,7 +70,7 @@ def check_table(table: Table) -> str | None:
 
 
 def _misfit(table: Table) -> str | None:
-    """Return what does not fit together; None where everything does."""
+    """Return which parts do not fit together; None if all do."""
     sides = ((table.system.states, table.states), (table.system.inputs, table.inputs))
     if len(table.inputs) not in (len(table.states), len(table.states) - 1) or len(table.states) < 2:
         return "shapes: there must be two states at least, and an input for each but the last, which may have one"
@@ -79,7 +80,7 @@ def _misfit(table: Table) -> str | None:
 
 
 def check_refuted_table(refuted: RefutedTable) -> str | None:
-    """Return why nothing is shown to be broken at the step that is named; None where it is."""
+    """Return why no violation is shown at the named step; None if it is."""
     table, row = refuted.table, refuted.step - refuted.table.first_step
     if reason := _misfit(table):
         return reason
@@ -131,9 +132,9 @@ def _is_at_least(difference: Fraction | Real, by: Fraction) -> bool:
 
 
 def differences(table: Table, row: int) -> Sequence[Fraction | Real] | str:
-    """Return |x(k + 1) − f(x(k), u(k))| for each state: exactly, or enclosed where f is no linear system's.
+    """Return |x(k + 1) − f(x(k), u(k))| for each state: exactly for a linear system, otherwise as intervals.
 
-    A sentence, where f may not be defined.
+    If f may be undefined, return a sentence.
     """
     system, x, u, successor = table.system, table.states[row], table.inputs[row], table.states[row + 1]
     if isinstance(system, LinearSystem):

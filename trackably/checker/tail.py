@@ -1,4 +1,4 @@
-"""Step 3 of the proof: bounds of the quantities for all times after the cover, where the signals decay.
+"""Step 3 of the proof: bounds of the quantities for all times after the cover, when the signals decay.
 
 Formulas are bounded by the mean-value theorem, with their slopes (forward differentiation) over all their values.
 """
@@ -55,7 +55,7 @@ class Sloped:
 
 @dataclass(frozen=True)
 class SlopedFormulas:
-    """The arithmetic of formulas on values with slopes in so many `directions`."""
+    """The arithmetic of formulas on values with slopes in this number of `directions`."""
 
     directions: int
 
@@ -92,7 +92,7 @@ def check_tail(
 ) -> str | None:
     """Return the first quantity that is not shown to stay inside its bounds after the boxes or instants.
 
-    Envelopes are found in mpmath where those of the `first_pass` do not suffice.
+    If the envelopes of the `first_pass` do not suffice, they are computed in mpmath.
     """
     claim, subject = certificate.claim, certificate.subject
     if isinstance(claim, AllTimes):
@@ -123,7 +123,7 @@ def _why_not(certificate: Certificate, quantities: list[Quantity], start: Real, 
 
 
 def envelope(signal: Signal, start: Real) -> Decay:
-    """Over-estimate |z − m| and |ż| from `start` on."""
+    """Over-estimate |z − m| and |ż| for all times after `start`."""
     size, slope = signal.far
     for t, c in signal.pairs:
         if is_far(signal, start - t):
@@ -134,7 +134,7 @@ def envelope(signal: Signal, start: Real) -> Decay:
 
 
 def _limits(needs: FlatNeeds, q: Quantity, envelopes: list[Decay], step: Real) -> tuple[Real, Real]:
-    """Return middle and reach of an interval that contains q: the mean-value form, with slopes over all its values."""
+    """Return middle and radius of an interval that contains q: the mean-value form, with slopes over all its values."""
     reaches = {
         name: total(
             _reach([*map(ratio, w)], ratio(exact_sum(w)), e, step)

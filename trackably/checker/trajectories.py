@@ -26,7 +26,7 @@ from trackably.checker.subject import (
 
 
 def check_shapes(subject: Subject) -> str | None:
-    """Return what does not fit together; None where everything does."""
+    """Return which parts do not fit together; None if all do."""
     system = subject.system
     n, m = len(system.states), len(system.inputs)
     if any(len(signal.centres) != len(signal.weights) for signal in subject.signals):
@@ -48,7 +48,7 @@ def check_shapes(subject: Subject) -> str | None:
 
 
 def why_no_system(system: System) -> str | None:
-    """Return what does not fit together in a system alone; None where everything does."""
+    """Return which parts of a system do not fit together; None if all do."""
     n, m = len(system.states), len(system.inputs)
     known = {*system.states, *system.inputs}
     if len(known) != n + m:
@@ -74,7 +74,7 @@ def why_no_plant(system: System, state_set: Polytope, input_set: Polytope) -> st
 
 
 def _weights(subject: Subject) -> int:
-    """Return how many weights all bounded linear combinations of shifted signals have together, or all those of f."""
+    """Return the number of weights in all bounded linear combinations of shifted signals together, or in those of f."""
     signals, rows, system = subject.signal_count, len(subject.bounds), subject.system
     if subject.trajectories is not None:
         parts = (subject.trajectories.states[0], subject.trajectories.inputs[0])
@@ -89,7 +89,7 @@ def _fit(rows: tuple[Row, ...], dimension: int) -> bool:
 
 
 def check_names(certificate: Certificate) -> str | None:
-    """Return what is not called as the bounds are; None where evaluation errors and covers are."""
+    """Return why evaluation errors or covers do not have the names of the bounds; None if they do."""
     claim, bounded = certificate.claim, sorted(bound.name for bound in certificate.subject.bounds)
     covers = bounded if isinstance(claim, Instants) or certificate.subject.pieces else sorted(claim.cover.boxes)
     if not bounded:
@@ -139,7 +139,7 @@ def _misfit_of_flat_form(subject: Subject, flat: FlatForm) -> str | None:
 def check_trajectories(subject: Subject) -> str | None:
     """Verify x(t + T) = A x(t) + B u(t) + c for all signals, or x(t + T) = f(x(t), u(t)) for a flat form.
 
-    Another nonlinear f is solved for u: nothing is to verify.
+    Any other nonlinear f is solved for u, and needs no verification.
     """
     system, trajectories = subject.system, subject.trajectories
     if isinstance(system, NonlinearSystem) and system.flat is not None:
@@ -171,7 +171,7 @@ def check_trajectories(subject: Subject) -> str | None:
 
 
 _Sparse = Mapping[int, Fraction]
-"""The entries of a vector that are not zero."""
+"""The nonzero entries of a vector, by index."""
 
 
 def _columns(matrix: Sequence[Sequence[Fraction]]) -> dict[int, _Sparse]:

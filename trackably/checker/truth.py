@@ -52,12 +52,12 @@ from trackably.checker.subject import LinearSystem, Subject
 from trackably.checker.watch import progress, tick
 
 CONTRADICTION, VERSION = "trackably contradicted samples", 1
-_DEGREE = 3  # of what is compared: the rest of a model is small in cells that are
+_DEGREE = 3  # of the compared polynomials: higher terms of a model are small in small cells
 
 
 @dataclass(frozen=True)
 class ContradictedSamples:
-    """A class that is empty, by multipliers μ_i of all its samples and ν_j of all its rates."""
+    """A class without any signal, shown by multipliers μ_i of all its samples and ν_j of all its rates."""
 
     of: SignalClass
     samples: tuple[Fraction, ...]
@@ -79,7 +79,7 @@ read_contradicted = file_of(
 def check_truth(
     subject: Subject, truths: Sequence[TrueSignal], robust: Robust | None, first_pass: FirstPass
 ) -> str | None:
-    """Verify how far states are from the true signals."""
+    """Verify the distances of states from the true signals."""
     for truth in truths:
         if reason := _misfit(subject, truth, robust):
             return f"truth: {reason}"
@@ -88,7 +88,7 @@ def check_truth(
             error = exactly(truth.errors[k])
             for side in sides:
                 if side is None:
-                    return f"truth: a side of cell {k} is none of those that the theorem knows"
+                    return f"truth: a side of cell {k} has a form that the theorem does not cover"
                 if not is_below(side, [error]):
                     return f'truth: "{truth.state}" may be further from the signal in cell {k}'
     return None
@@ -119,9 +119,9 @@ def _misfit_of_class(of: SignalClass) -> str | None:
 
 
 def gaps(subject: Subject, truth: TrueSignal, first_pass: FirstPass) -> Iterator[tuple[Model | None, Model | None]]:
-    """Yield, for each cell, models of what is above the reference up to the upper side, and below it to the lower one.
+    """Yield, for each cell, models of the upper side minus the reference, and of the reference minus the lower side.
 
-    None where a side is none.
+    None for a side that is invalid.
     """
     state = states_of(subject)[subject.system.states.index(truth.state)]
     # bounds that nothing keeps: the first pass hands on its models of the signals
@@ -146,11 +146,11 @@ def _over(side: list[Fraction] | None, sign: int, kept: list[Real], missed: Real
 
 
 Place = tuple[Fraction, Fraction, Fraction]
-"""A time, a value, and how far any signal of the class is from it there."""
+"""A time, a value, and the largest distance of any signal of the class from the value."""
 
 
 def places(truth: TrueSignal) -> dict[int, Place]:
-    """Return where signals are known, by the number that sides have for it: samples, and what is derived."""
+    """Return the points at which signals are known, by their numbers: samples, and derived points."""
     samples, found = truth.of.samples, dict[int, Place]()
     for i, (t, y) in enumerate(zip(samples.times, samples.values, strict=True)):
         found[i] = Fraction(t), Fraction(y), Fraction(samples.noise)
@@ -163,7 +163,10 @@ def places(truth: TrueSignal) -> dict[int, Place]:
 
 
 def extreme(of: SignalClass, derived: Derived, sign: int) -> Fraction | None:
-    """Return what is above all signals of a class at a time, below them for `sign` −1; None where nothing is shown."""
+    """Return an upper bound of all signals of a class at a time; a lower one for `sign` −1.
+
+    None if nothing is shown.
+    """
     n, rates = len(of.samples.times), of.rates or Measured((), (), 0.0)
     points, jumps, found = [(Fraction(1), Fraction(derived.time))], list[tuple[Fraction, Fraction]](), Fraction(0)
     for i, m in derived.upper if sign > 0 else derived.lower:
@@ -179,9 +182,9 @@ def extreme(of: SignalClass, derived: Derived, sign: int) -> Fraction | None:
 
 
 def side(of: SignalClass, pair: Pair, sign: int, box: Box, every: Mapping[int, Place]) -> list[Fraction] | None:
-    """Return the coefficients in x ∈ [−1, 1] of what is above all signals of a class in a box; below for `sign` −1.
+    """Return the coefficients in x ∈ [−1, 1] of an upper bound of all signals of a class in a box; lower for `sign` −1.
 
-    None where the pair is none of the class, or signs change in the box. `every` are all places.
+    None if the pair does not belong to the class, or signs change in the box. `every` are all places.
     """
     tick()
     (i, j), n = pair, len(of.samples.times)
@@ -230,7 +233,13 @@ def _product(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
 
 
 def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fraction, str] | str:
-    """Return by how much multipliers contradict a class, Σ |μ_i| without ν, ∫ |κ| and the bound's name; or why not."""
+    """Return by how much samples contradict the class of signals, with the sensitivities to its bounds.
+
+    Or why they do not.
+
+    The sensitivities are Σ |μ_i| (to the noise; 0 with multipliers ν) and ∫ |κ| (to the bound of slope or second
+    derivative, whose name comes last).
+    """
     of, mu, nu = found.of, found.samples, found.rates
     rates = of.rates or Measured((), (), 0.0)
     if len(mu) != len(of.samples.times) or len(nu) != len(rates.times):
@@ -249,7 +258,7 @@ def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fr
     elif of.slope is not None and not jumps:
         bound, size, name = of.slope, _integral([], pairs), "slope"
     else:
-        return "multipliers leave something of a straight line"
+        return "multipliers must cancel every straight line, or every constant if only the slope is bounded"
     excess = seen - noise - Fraction(bound) * size
     if excess <= 0 or not size:
         return "the samples are not shown to contradict the class"

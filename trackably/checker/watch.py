@@ -1,4 +1,4 @@
-"""Watch a check: the time and the memory that it may take, how long its numbers may be, and how far it is."""
+"""Limit the time and the memory of a check and the length of its numbers, and report its progress."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -14,14 +14,14 @@ if sys.platform != "win32":
     from resource import RUSAGE_SELF, getrusage
 
 Report = Callable[[int, int], object]
-"""Told how many boxes or instants are checked, and of how many."""
+"""Receives the number of checked boxes or instants, and their total number."""
 
 _EVERY = 0.05
-"""Seconds between two looks at the memory."""
+"""Seconds between two measurements of the memory."""
 
 
 class UndecidedError(Exception):
-    """The check is given up at a limit, which the message names."""
+    """The check ends at a limit, which the message names."""
 
 
 @dataclass
@@ -31,7 +31,7 @@ class _Watch:
     memory: float
     report: Report
     look: float
-    """When to look at the clock and the memory again."""
+    """The time of the next measurement of time and memory."""
 
 
 def _silent(done: int, of: int) -> None:
@@ -45,9 +45,9 @@ _WATCH = ContextVar("watch", default=_UNWATCHED)
 
 @contextmanager
 def watched(seconds: float | None, report: Report | None) -> Iterator[None]:
-    """Limit the time and the memory of what runs inside, and report its progress.
+    """Limit the time and the memory of the code in this context, and report its progress.
 
-    Raise UndecidedError where a limit is exceeded.
+    Raise UndecidedError if a limit is exceeded.
     """
     now, seconds = monotonic(), _NEVER if seconds is None else seconds
     before = _WATCH.set(_Watch(seconds, now + seconds, _peak() + MEMORY, report or _silent, now))
@@ -58,7 +58,7 @@ def watched(seconds: float | None, report: Report | None) -> Iterator[None]:
 
 
 def tick() -> None:
-    """Raise UndecidedError if time or memory are over. Sums call this: nothing that takes long gets by without them."""
+    """Raise UndecidedError if time or memory is used up. All loops that may take long call this."""
     watch = _WATCH.get()
     if (now := monotonic()) < watch.look:
         return
@@ -70,13 +70,13 @@ def tick() -> None:
 
 
 def progress(done: int, of: int) -> None:
-    """Report how far the check is."""
+    """Report the progress of the check."""
     tick()
     _WATCH.get().report(done, of)
 
 
 def short(number: Fraction) -> Fraction:
-    """Return a rational number. Raise UndecidedError where it is so long that no next operation would end soon."""
+    """Return a rational number. Raise UndecidedError if it is too long for further operations."""
     tick()
     if max(number.numerator.bit_length(), number.denominator.bit_length()) > BITS:
         raise UndecidedError(f"not decided with rational numbers of {BITS} bits")
@@ -84,37 +84,37 @@ def short(number: Fraction) -> Fraction:
 
 
 def require_room(count: int, bits: int) -> None:
-    """Raise UndecidedError where so many whole numbers of so many bits are too long together."""
+    """Raise UndecidedError if so many integers of so many bits are too long together."""
     if count * bits > BITS_TOGETHER:
         raise UndecidedError(f"not decided with whole numbers of {BITS_TOGETHER} bits together")
 
 
 def _peak() -> float:
-    """Return how much memory the process has held at most [bytes]; 0 where the system does not say."""
+    """Return the largest memory that the process has used [bytes]; 0 if the system does not tell."""
     if sys.platform == "win32":
         return 0.0
     return getrusage(RUSAGE_SELF).ru_maxrss * (1.0 if sys.platform == "darwin" else 1024.0)
 
 
 _PATIENCE, _BETWEEN = 3.0, 0.25
-"""Seconds before the first line, and between two."""
+"""Seconds before the first line, and between two lines."""
 
 
 class ProgressLine:
-    """One line of stderr, written over and over; nothing where stderr is no terminal."""
+    """One line of stderr, rewritten again and again; nothing if stderr is no terminal."""
 
     def __init__(self) -> None:
         self._next = monotonic() + _PATIENCE
         self._width = 0
 
     def __call__(self, done: int, of: int) -> None:
-        """Say how many boxes or instants are checked, unless that was said a moment ago."""
+        """Write the number of checked boxes or instants, unless it was written a moment ago."""
         if monotonic() >= self._next and sys.stderr.isatty():
             self._next = monotonic() + _BETWEEN
             self._write(f"checked {done} of {of}")
 
     def clear(self) -> None:
-        """Leave an empty line."""
+        """Clear the line."""
         if self._width:
             self._write("")
             self._write_raw("\r")

@@ -197,7 +197,7 @@ class StepProblem:
         """
         plan = self._solve(self.model.programs.widening, self.slack, 0.0)
         if plan is None or not self.ends_on_reference(plan):
-            raise ArithmeticError("the numbers are beyond the solver")
+            raise ArithmeticError("the solver fails, as numbers differ too much in size")
         return plan
 
     @cached_property
@@ -252,7 +252,7 @@ class StepProblem:
         e = np.vstack([start, self.model.error_model.errors(start, v, self.model.defects)])
         stage_costs = np.einsum("ia,ab,ib->i", e[:-1], f.Q, e[:-1]) + np.einsum("ia,ab,ib->i", v, f.R, v)
         if not (np.all(np.isfinite(e)) and np.all(np.isfinite(v)) and np.isfinite(np.sum(stage_costs))):
-            raise ArithmeticError("a prediction overflows")
+            raise ArithmeticError("a predicted state or input overflows in float64")
         return Plan(
             k=self.k,
             input=f.admissible.pull_inside(self.window.inputs[0] + v[0] + f.feedback @ (self.off - start)),

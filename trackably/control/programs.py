@@ -40,7 +40,7 @@ class Program:
         Raises ArithmeticError if a number is not finite.
         """
         if not (np.all(np.isfinite(limits)) and np.all(np.isfinite(self._matrices[1].data))):
-            raise ArithmeticError("the numbers of its program are not finite")
+            raise ArithmeticError("its quadratic program has numbers that are not finite")
         sizes = (clarabel.ZeroConeT, self.equations), (clarabel.NonnegativeConeT, len(limits) - self.equations)
         cones = [cone(size) for cone, size in sizes if size]
         for tolerance in tolerances:

@@ -256,9 +256,9 @@ def _problem_at_guess(reference: StepProblem, guess: Array) -> tuple[StepProblem
 
 
 def _by_full_steps(problem: StepProblem) -> Plan | Infeasible | None:
-    """Linearise along the last plan and plan again, until the system follows the plan; return it, or why there is none.
+    """Linearise along the last plan and plan again, until the system follows the plan.
 
-    None if this does not converge.
+    Return this plan, or the reason why there is none; None if this does not converge.
     """
     try:
         for _ in range(MAX_LINEARISATIONS):

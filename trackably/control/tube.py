@@ -45,7 +45,7 @@ class ErrorSet:
         return len(self.invariant.box)
 
     def contains(self, e: Array) -> bool:
-        """Whether an error (n,) is in Z, up to rounding; no where the solver does not find out."""
+        """Whether an error (n,) is in Z, up to rounding; False if the solver does not decide it."""
         off, start = (e - self.centre) / self.extents, self.start_set(self.extents)
         limits = [np.ones(len(start.sums)), off + _ROUNDING / 10, _ROUNDING / 10 - off]
         found = self._gauge.solve(np.concatenate([*limits, np.ones(len(start.lower)), -start.lower]), _TOLERANCES)
@@ -53,7 +53,9 @@ class ErrorSet:
 
     @cached_property
     def _gauge(self) -> Program:
-        """The linear program of a point as a sum of parts of Z: by how much the parts have to be larger than in Z."""
+        """The linear program for the least factor by which the parts of Z have to be enlarged so
+        that a point is their sum.
+        """
         start, n = self.start_set(self.extents), self.dimension
         (h, q), reach, each = start.sums.shape, start.directions.T, np.eye(len(start.lower))
         larger = np.repeat([0.0, -1.0], [h + 2 * n, 2 * q])[:, None]
@@ -61,7 +63,9 @@ class ErrorSet:
         return Program(np.zeros((q + 1, q + 1)), np.append(np.zeros(q), 1.0), rows, h)
 
     def start_set(self, scales: Array) -> StartSet:
-        """Return x − x_r − Z in `scales` (n,): a point of Z is a sum of generators, and of a point of each hull."""
+        """Return x − x_r − Z, in the units `scales` (n,): points of Z are sums of generators and
+        of one point of each hull.
+        """
         (N, v, n), generators = self.hulls.shape, len(self.generators)
         return StartSet(
             self.centre / scales,
@@ -140,7 +144,7 @@ class TubeFormulation(Formulation):
 
     @cached_property
     def start(self) -> StartSet:
-        """Where plans may start, in scales: x − z(0) ∈ Z."""
+        """The set of nominal start states, in scales: x − z(0) ∈ Z."""
         return self.errors.start_set(self.scales.states)
 
     @property
@@ -169,7 +173,7 @@ class TubeProblem(StepProblem):
 
     @property
     def free_start(self) -> Array | None:
-        """z(0) − x_r = 0 where the state is in the tube around the reference; None elsewhere."""
+        """z(0) − x_r = 0 if the state is in the tube around the reference; None otherwise."""
         return np.zeros(len(self.off)) if self.formulation.errors.contains(self.off) else None
 
     def answer(self, guess: Array | None) -> Plan | Infeasible:

@@ -248,7 +248,7 @@ def _held(given: Given) -> Array | None:
 
 
 def _not_found(broken: Counterexample, backoff: float, splines: Splines) -> Unproved:
-    reason = f"no spline was found within the bounds, drawn in by {backoff:.0e} of their width"
+    reason = f"no spline was found within the bounds, tightened by {backoff:.0e} of their width"
     if splines.held is not None:
         reason += ', that begins with the given states; one may exist that does not (start="free")'
     return Unproved(broken.quantity, broken.bounds, (broken.time, broken.time), broken.violation, reason)

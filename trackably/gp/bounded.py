@@ -117,9 +117,9 @@ class BoundedNormal:
         try:
             found = least_norm(self.normals, self.offsets - _INSIDE)
         except np.linalg.LinAlgError as error:
-            raise NoRoom(f"what is most likely between the bounds is not found in float64: {error}") from error
+            raise NoRoom(f"the most likely point within the bounds cannot be computed in float64: {error}") from error
         if found is None:
-            raise NoRoom(f"nothing lies inside all bounds by {_INSIDE:g} standard deviations")
+            raise NoRoom(f"no point lies inside all bounds by {_INSIDE:g} standard deviations")
         return found
 
     def draws(self, count: int, seed: int) -> Array:
@@ -154,7 +154,7 @@ class BoundedNormal:
             which, left, w, normal = which[~arrives], (left - free)[~arrives], w[~arrives], self.normals[wall[~arrives]]
             v = reflected(v[~arrives], normal)
         raise NoRoom(
-            f"{_MOST_REFLECTIONS} reflections do not end one move: the bounds are too close together, or too far out"
+            f"a draw takes over {_MOST_REFLECTIONS} reflections: the bounds are too close together, or too unlikely"
         )
 
     def next_wall(self, w: Array, v: Array) -> tuple[Array, npt.NDArray[np.intp]]:

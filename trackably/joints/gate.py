@@ -130,10 +130,10 @@ class Gate:
         instance("gate: running", running, CertifiedTrajectory, "a CertifiedTrajectory, as of at_rest or of an answer")
         motion, t = running.trajectory, real("gate: now", now)
         if not motion.rests or motion.names != self.joints.names:
-            raise ValueError("gate: what runs must rest at its end, and have the joints of the gate")
+            raise ValueError("gate: the running motion must end at rest, and have the joints of the gate")
         start, (first, last) = t + self.lead, motion.span
         if not first <= t:
-            raise ValueError(f"gate: what runs begins at {first:.9g} s, after now, {t:.9g} s")
+            raise ValueError(f"gate: the running motion begins at {first:.9g} s, after now, {t:.9g} s")
         ends, c = motion.breakpoints, motion.coefficients
         if start >= last + _CLOSEST:  # at rest
             q = np.zeros((*c.shape[:1], 1, c.shape[2]))

@@ -289,7 +289,7 @@ def _of_spline(given: Any) -> tuple[Array, Array]:
 def _of_ruckig(given: Any) -> tuple[Array, Array]:
     """Return the pieces of constant jerk of Ruckig's profiles, on all breakpoints of all joints."""
     if len(given.profiles) != 1:
-        raise ValueError("trajectory: a trajectory of Ruckig through waypoints has no profiles to read")
+        raise ValueError("trajectory: a trajectory of Ruckig must have one profile, so no intermediate waypoints")
     end, parts = float(given.duration), []
     for profile in given.profiles[0]:
         times, rows = [0.0], []
@@ -354,5 +354,5 @@ def _verified(ends: Array, c: Array, values: Any, planner: str) -> tuple[Array, 
         found = found * since + c[:, :, k]
     off = float(np.max(np.abs(found - wanted)))
     if not off <= _OFF * max(float(np.max(np.abs(wanted))), 1.0):
-        raise ValueError(f"trajectory: what is read of {planner} is {off:.3g} off its own values")
+        raise ValueError(f"trajectory: the pieces read from {planner} differ from its own values by {off:.3g}")
     return ends, c

@@ -47,7 +47,9 @@ class Margins(Protocol):
         ...
 
     def breakpoints_in(self, start: float, end: float) -> Array:
-        """Return the times [s] between these at which a margin may jump or bend, as bounds do that move."""
+        """Return the times [s] between these at which a margin may jump or have a kink, because
+        its bound moves in time.
+        """
         ...
 
 
@@ -218,7 +220,7 @@ class _Single:
 
 
 def _minima_in_cells(margins: Margins, start: float, end: float, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
-    """Return local minima in each cell between the breakpoints of bounds: no cell reaches over one."""
+    """Return the local minima in each cell between breakpoints of bounds."""
     inner = margins.breakpoints_in(start, end).tolist()
     cells = [_refined_minima(margins, a, b, kernels) for a, b in pairwise([start, *inner, end])]
     if len(cells) == 1:

@@ -68,7 +68,8 @@ def screened(problem: ConstrainedProblem, keep: int) -> list[Array]:
 def _rays(
     prior: Prior, samples: Samples, amplitudes: Array, theta: dict[str, Array], constraints: tuple[Bounded, ...]
 ) -> tuple[Array, Array]:
-    """Return the largest relative violation at some phases of a period, and l: at each of the amplitudes, (b, a) both.
+    """Return the largest relative violation at some phases of a period, and l, for each amplitude:
+    both of shape (b, a).
 
     Hyperparameters are those in `theta` (b,), and those of the `prior` otherwise.
     """
@@ -97,7 +98,7 @@ def _rays(
 
 
 def _few(samples: Samples) -> Samples:
-    """Return every second or third of many samples: no more than `_MOST_SAMPLES`."""
+    """Return every second or third sample, so that at most `_MOST_SAMPLES` are left."""
     if len(samples) <= _MOST_SAMPLES:
         return samples
     chosen = np.arange(0, len(samples), -(-len(samples) // _MOST_SAMPLES))

@@ -23,7 +23,7 @@ def best_solution(
     problem has pins, which a posterior mean cannot meet.
     """
     if problem.pins:
-        raise ValueError("pins: hyperparameters alone cannot move a reference to given values; learn it jointly")
+        raise ValueError("pins: hyperparameters alone cannot meet given values; learn the function too")
     exchange = Exchange(problem)
     if can_screen(problem.prior):
         exchange.follow([*_point(near), *screened(problem, max(_FEWEST_BASINS, problem.space.starts))])

@@ -65,9 +65,10 @@ class QuadraticProgram(NamedTuple):
         return cls(jacobian, lower, upper, inverse, shift, -shift.dot(inverse), reach)
 
     def solve(self, slack: Array, penalty: float) -> tuple[Array, Array]:
-        """Return d and the multipliers of the constraints for g = `slack`: Newton's step where it keeps all of them.
+        """Return d and the multipliers of the constraints for g = `slack`: Newton's step if it keeps all constraints.
 
-        Of many constraints and ends of the box, those that the last step breaks are added until none is broken.
+        Otherwise, if there are many constraints and ends of the box, those that the last step breaks are added until
+        none is broken.
         """
         multipliers, m = np.zeros(len(slack)), len(slack)
         room = self._room(slack, self.newton)
@@ -111,7 +112,10 @@ class QuadraticProgram(NamedTuple):
     def _mended(
         self, d: Array, slack: Array, rows: Indices, ends: Indices, normals: Array, held: npt.NDArray[np.bool_]
     ) -> Array:
-        """Correct a step that misses a constraint by rounding in flat directions, which no higher penalty corrects."""
+        """Correct a step that violates a constraint by rounding errors in flat directions.
+
+        No larger penalty would correct it.
+        """
         room, m = self._room(slack, d), len(slack)
         room = np.concatenate([room[rows], [0.0], room[m + ends]])
         if room.min() >= -FEASIBLE:
@@ -147,7 +151,7 @@ merit by more than the gain. Called after each step that the trust region did no
 
 
 def never(x: Array, merit: float, gain: float) -> bool:
-    """Never give up a search."""
+    """Return False: for searches that are never given up."""
     return False
 
 

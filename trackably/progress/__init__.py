@@ -1,1 +1,1 @@
-"""What is under way, and who is told: a line on a terminal, or a log."""
+"""Show the progress of long computations: by a line on a terminal, or by a log."""

@@ -1,6 +1,6 @@
-"""What is done, and how long it has taken: in a line on a terminal, in messages of a log elsewhere.
+"""Show how much is done, and how long it has taken: in a line on a terminal, else in log messages.
 
-Messages are for those who watch no terminal: INFO of the logger "trackably".
+Log messages are INFO of the logger "trackably".
 """
 
 import logging
@@ -17,14 +17,14 @@ _EVERY = 10.0  # seconds before the first message, and between two
 
 
 class Messages:
-    """Log how far some work is, if it takes longer than a few seconds, and then every few seconds."""
+    """Log the progress of some work at intervals of a few seconds, the first time once it has taken that long."""
 
     def __init__(self) -> None:
         self._began = monotonic()
         self._next = self._began + _EVERY
 
     def __call__(self, say: Callable[[], str]) -> None:
-        """Log what `say` returns, and the time since the work began; not if the last message was a moment ago."""
+        """Log the text that `say` returns, and the time since the work began, unless the last message is too recent."""
         now = monotonic()
         if now >= self._next:
             self._next = now + _EVERY
@@ -32,7 +32,7 @@ class Messages:
 
     @property
     def are_heard(self) -> bool:
-        """Whether somebody has asked for messages of this level."""
+        """Whether messages of this level are logged."""
         return LOG.isEnabledFor(logging.INFO)
 
 
@@ -41,7 +41,7 @@ _NAMES: dict[Work, str] = {"fit": "fits", "evaluation": "evaluations", "box": "b
 
 @contextmanager
 def progress_bar(title: str, *, shown: bool = True) -> Iterator[None]:
-    """Count what is done in this context: fits, evaluations, boxes. Elsewhere than on a terminal, log it at times."""
+    """Count the work done in this context (fits, evaluations, boxes), in a line on a terminal or in a log."""
     if not shown:
         yield
         return
@@ -71,7 +71,9 @@ def progress_bar(title: str, *, shown: bool = True) -> Iterator[None]:
 
 @contextmanager
 def recordings_bar(title: str, total: int, *, shown: bool = True) -> Iterator[Callable[[], object]]:
-    """Yield what is called after each of `total` recordings: it counts them as `progress_bar` counts work."""
+    """Yield a function to call after each of `total` recordings: it shows their count as
+    `progress_bar` shows that of work.
+    """
     from tqdm import tqdm  # noqa: PLC0415  as above
 
     messages, ready = Messages(), 0

@@ -1,4 +1,4 @@
-"""What is under way: loops tell each piece of work that they have done, to whoever watches. A budget may end it."""
+"""Report each finished piece of work to whoever watches, and end work whose time budget is over."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -8,19 +8,21 @@ from time import monotonic
 from typing import Literal
 
 Work = Literal["fit", "evaluation", "box"]
-"""A fit with its attempted proof, an evaluation of objective, function or margins, or a box of time that is proved."""
+"""A fit with its attempted proof; an evaluation of objective, function or margins; or a proved box of time."""
 
 _WATCHER: ContextVar[Callable[[Work], object] | None] = ContextVar("watcher", default=None)
 _END: ContextVar[float] = ContextVar("end", default=inf)
 
 
 class BudgetEnded(Exception):
-    """The time that was given for some work is over."""
+    """The time budget of some work is over."""
 
 
 @contextmanager
 def until(end: float) -> Iterator[None]:
-    """Raise BudgetEnded from the first piece of work in this context that is done at `end` or later, by `monotonic`."""
+    """Within this context, raise BudgetEnded after the first piece of work that finishes at
+    `end` or later (`monotonic`).
+    """
     before = _END.set(min(end, _END.get()))
     try:
         yield
@@ -30,7 +32,7 @@ def until(end: float) -> Iterator[None]:
 
 @contextmanager
 def watched(by: Callable[[Work], object]) -> Iterator[None]:
-    """Call `by` after each piece of work that is done in this context; nobody is called elsewhere."""
+    """Within this context, call `by` after each finished piece of work."""
     before = _WATCHER.set(by)
     try:
         yield
@@ -39,7 +41,10 @@ def watched(by: Callable[[Work], object]) -> Iterator[None]:
 
 
 def done(work: Work) -> None:
-    """Tell that a piece of work is done. Results never depend on who watches. BudgetEnded: as `until` says."""
+    """Report a finished piece of work; results never depend on who watches.
+
+    BudgetEnded: the time of `until` has come.
+    """
     if watcher := _WATCHER.get():
         watcher(work)
     if (end := _END.get()) < inf and monotonic() >= end:

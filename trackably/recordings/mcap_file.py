@@ -377,7 +377,10 @@ class Stamp:
         return self.unit is None or clock_named(self.unit).absolute
 
     def seconds(self, _message: Received, content: object) -> Decimal | None:
-        """Return the time [s], exactly; None if it is unset. LookupError: no such field. ValueError: no valid stamp."""
+        """Return the time [s], exactly; None if it is unset.
+
+        LookupError: the message has no such field. ValueError: the field is no valid time stamp.
+        """
         found = find(content, self.field)
         if found is None:
             return None

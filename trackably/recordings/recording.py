@@ -16,9 +16,10 @@ from trackably.systems.polytopes import ends_shown
 
 @dataclass(frozen=True)
 class Finding:
-    """A kind of error, described by `what` with its repair, in `count` rows or values, the first of which is `first`.
+    """A kind of error and its repair, both in `what`, that concerns `count` rows or values, the
+    first of which is `first`.
 
-    Readers warn of a finding that `is_doubtful`: the chosen repair is hardly meant for it.
+    Readers warn of a finding that `is_doubtful`: its repair may be wrong.
     """
 
     what: str

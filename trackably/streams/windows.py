@@ -1,7 +1,8 @@
-"""One reference from many windows: each window continues what is known, and leaves the earlier past as it is.
-Given y₁ the mean of g is g₁ = m + Σ_i c_i κ(·, t_i). Given y₁ and y₂ it is g₁ + δ, where δ is what a process of mean
-zero has for mean given zeros in place of y₁, and y₂ − g₁: its covariance given zeros is that given y₁, which does not
-depend on values. Of the zeros only those within the kernel's memory matter.
+"""Learn one reference from many windows: each window adds kernels to the reference of all earlier ones.
+
+Given samples y₁, the posterior mean is g₁ = m + Σ_i c_i κ(·, t_i). Given later samples y₂ too, it is g₁ + δ. Here δ is
+the posterior mean of a process with prior mean zero, given zeros in place of y₁, and y₂ − g₁ in place of y₂; its
+covariance is the same, because covariances do not depend on values. Only zeros within the kernel's memory matter.
 """
 
 from collections.abc import Iterator

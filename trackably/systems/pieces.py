@@ -192,9 +192,9 @@ class PolynomialPieces:
 
     @classmethod
     def steps(cls, values: Mapping[float, float], period: float | None = None) -> Self:
-        """Return what jumps to each of the `values`, by the time [s], and stays there until the next one.
+        """Return a step function with these `values` by time [s], each of which holds until the next one.
 
-        With a `period` [s], the last value holds until one period after the first time, and all of it repeats.
+        With a `period` [s], the last value holds until one period after the first time, and the whole repeats.
         """
         times = _rising(values)
         last = times[0] + period if period else times[-1] + 1.0
@@ -305,7 +305,7 @@ class PolynomialPieces:
 
 
 def _rising(values: Mapping[float, float]) -> list[float]:
-    """Return the times of values. ValueError: there are none, or they do not rise."""
+    """Return the times of values. ValueError: there are none, or they do not increase."""
     times = list(values)
     if not times or any(a >= b for a, b in pairwise(times)):
         raise ValueError(f"pieces: values need rising times [s], got {times}")

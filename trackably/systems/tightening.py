@@ -432,7 +432,7 @@ class Tightening:
 
 
 def _inwards(end: End, sign: int, by: Fraction) -> End:
-    """Return an upper (`sign` 1) or a lower end (−1), moved inwards by a number at least."""
+    """Return an upper end (`sign` 1) or a lower one (−1), moved inwards by at least a number."""
 
     def one(value: float) -> float:
         return sign * float_below(sign * Fraction(value) - by)

@@ -205,7 +205,7 @@ class Trajectory:
 
 
 def single_signal(functional: Functional) -> Trajectory:
-    """Return a functional z_c(t + j T_s) as a formula, with its name in flat forms."""
+    """Return a single shifted signal z_c(t + j T_s) as a formula of its name in flat forms."""
     ((c, j),) = ((c, j) for c, weights in enumerate(functional.weights) for j, w in enumerate(weights) if w)
     assert (functional.weights[c][j], functional.offset) == (Fraction(1), Fraction(0)), "a single shifted signal"
     name = shifted_name(c, j)
@@ -284,7 +284,7 @@ class Quantity:
         return self.trajectory.at_rest(levels)
 
     def is_kept_at_rest(self, levels: Sequence[float]) -> bool:
-        """Whether the bounds that are left in the end hold strictly while every signal c rests at `levels[c]`."""
+        """Whether the final bounds hold strictly while every signal c rests at `levels[c]`."""
         return self.bounds.rest.strictly_contains(self.at_rest(levels))
 
 
@@ -340,7 +340,7 @@ class Quantities:
         return np.where(np.isnan(margins), -np.inf, margins)
 
     def ends_of(self, which: Indices, t: Array) -> tuple[Array, Array]:
-        """Return the bounds of quantity `which[i]`, at t[..., i] [s] where they move: shapes that broadcast with t."""
+        """Return the bounds of quantity `which[i]`, at t[..., i] [s] if they move: shapes that broadcast with t."""
         lower, upper = (of[which] for of in self._constant_ends)
         for q in self._moving:
             here = np.broadcast_to(which == q, t.shape)
@@ -353,13 +353,13 @@ class Quantities:
         return [q for q, quantity in enumerate(self.quantities) if len(quantity.bounds.breakpoints)]
 
     def breakpoints_in(self, start: float, end: float) -> Array:
-        """Return the times [s] between these at which some bound may jump or bend."""
+        """Return the times [s] between these at which some bound may jump or have a kink."""
         found = (quantity.bounds.breakpoints_in(start, end) for quantity in self.quantities)
         return np.unique(np.concatenate([np.empty(0), *found]))
 
     @cached
     def _constant_ends(self) -> tuple[Array, Array]:
-        """The lower and the upper bounds, NaN where they move: shape (Q,)."""
+        """The lower and the upper bounds, NaN if they move: shape (Q,)."""
         none = np.full(2, np.nan)
         ends = [none if q in self._moving else of.bounds.ends(none[0]) for q, of in enumerate(self.quantities)]
         lower, upper = np.array(ends, dtype=float).reshape(-1, 2).T

@@ -202,7 +202,7 @@ def test_what_a_feedback_or_a_margin_excludes_is_not_called_impossible(name):
     outcome = raised.value.outcome
     assert isinstance(outcome, InfeasibleTightening)
     assert not isinstance(outcome, Impossible)
-    assert outcome.explanation.startswith("no reference keeps the bounds drawn in ")
+    assert outcome.explanation.startswith("no reference keeps the bounds tightened ")
     assert "no reference exists" not in outcome.explanation
     assert drawn_in in outcome.explanation
     assert f"; {instead} may leave more room: x = 0.506832 at t = 1.1 s is out of reach" in outcome.explanation

@@ -281,7 +281,7 @@ def test_what_ruckig_hands_out_is_read() -> None:
     assert found.span == (0.0, 1.3)
     for t in FINE[FINE < 1.3]:
         np.testing.assert_allclose(found(t), given.at_time(t)[0], atol=1e-12)
-    with pytest.raises(ValueError, match=r"what is read of Ruckig is 0\.001 off its own values"):
+    with pytest.raises(ValueError, match=r"the pieces read from Ruckig differ from its own values by 0\.001"):
         JointTrajectory.of(ruckig_like(off=1e-3))
 
 

@@ -1,7 +1,7 @@
 """The first pass: find the boxes in which quantities certainly stay inside their bounds, in float64.
 
-Shifts j T of one signal may share its polynomial over the times of all of them, in which a + b x is put for x. An
-instant is tried as a narrow box around it.
+Shifts j T of one signal may share its polynomial over the times of all of them, with a + b x substituted for x. An
+instant is checked as a narrow box around it.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -33,16 +33,16 @@ Shifted = tuple[int, int]
 
 _NO_BOX = Box(0.0, 0.0, 0.0)
 _AT_ONCE, _COEFFICIENTS = 256, 2_000_000
-"""Boxes, and Taylor coefficients in them: memory is enough, whatever a file says."""
+"""Boxes and Taylor coefficients that are processed at once, to limit the memory for any file."""
 
 _WIDER = 1.1
-"""By how much a box may become wider where shifts share a model: 16 terms then miss up to 5 times as much."""
+"""Largest widening of a box for which shifts share a model; the remainder of 16 terms then grows up to 5 times."""
 
 
 def boxes_left(
     needs: FlatNeeds, subject: Subject, terms: int, held: Mapping[Box, list[Quantity]]
 ) -> Iterator[tuple[Box, list[Quantity], dict[Shifted, Model]]]:
-    """Yield each box with the quantities that are not proved here, and models of the signals in those with formulas."""
+    """Yield each box with the quantities that are not proved here, and models of the signals if they have formulas."""
     unshifted = {s: many_centres(subject, (s, 0)) for s in range(len(subject.signals))}
     every = {q.name: q for h in held.values() for q in h}.values()
     needed = _needed(list(every))
@@ -52,7 +52,7 @@ def boxes_left(
     boxes, at_once = list(held), max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * max(1, count))))
     for begin in range(0, len(boxes), at_once):
         some = boxes[begin : begin + at_once]
-        with np.errstate(all="ignore"):  # what is not finite is not proved
+        with np.errstate(all="ignore"):  # results that are not finite prove nothing
             found = _enclosed(signals, terms, some, [_needed(held[box]) for box in some])
             quantities = {q.name: q for box in some for q in held[box]}
             proved: dict[str, Mask] = {}
@@ -77,7 +77,7 @@ def _shifted(argument: LinearCombination) -> list[Shifted]:
 
 
 def terms_of(argument: LinearCombination) -> Iterator[tuple[Shifted, Real]]:
-    """Return the shifted signals of a linear combination, with their weights."""
+    """Yield the shifted signals of a linear combination, with their weights."""
     for s, j in _shifted(argument):
         tick()
         yield (s, j), ratio(argument.weights[s][j])
@@ -98,7 +98,7 @@ def _enclosed(
 ) -> dict[Shifted, Models]:
     """Return the models of the shifted signals in the boxes that need them; NaN in the others.
 
-    Where a box is hardly wider with all its shifts, one model of the signal over all these times serves each of them.
+    If a box is hardly wider with all its shifts, they share one model of the signal over all these times.
     """
     every, found = Boxes(*np.array(boxes).T), dict[Shifted, Models]()
     for _, group in groupby(sorted(set[Shifted]().union(*needed)), itemgetter(0)):
@@ -125,7 +125,7 @@ def _enclosed(
 def _stays_inside(
     needs: FlatNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], boxes: Sequence[Box]
 ) -> Mask:
-    """Return in which boxes a quantity certainly has values, all of them inside its bounds."""
+    """Return the boxes in which a quantity is certainly defined and inside its bounds."""
     n, count = next(iter(models.values())).coefficients.low.shape
     where, proved = np.arange(count), np.zeros(count, dtype=bool)
     while len(where):
@@ -144,7 +144,10 @@ def _stays_inside(
 
 
 def _limits(limit: Limit, boxes: Sequence[Box], n: int) -> Floats:
-    """Return the polynomials of a limit in boxes, or one for all: (n, B). NaN where there are several, or too long."""
+    """Return the polynomials of a limit in boxes, or one for all: (k, B).
+
+    NaN in a box with several, or with a longer one.
+    """
     if not isinstance(limit.end, Pieces):
         boxes = boxes[:1]
     low, high = np.full((2, n, len(boxes)), np.nan)
@@ -164,7 +167,7 @@ def _combined(q: Quantity, models: Mapping[Shifted, Models]) -> Models:
 
 
 def _evaluated(needs: FlatNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], n: int) -> Models:
-    """Return models of a formula with n terms. Raise UndefinedError where it may have no value."""
+    """Return models of a formula with n terms. Raise UndefinedError if it may be undefined."""
     many: Any = models  # stand for numbers
     known = {key: Model([of.coefficients.at(k) for k in range(n)], of.missed) for key, of in many.items()}
     arguments = Enclosures(subject, n, _NO_BOX, known).arguments(q)
@@ -176,7 +179,7 @@ def _evaluated(needs: FlatNeeds, subject: Subject, q: Quantity, models: Mapping[
 
 
 def _is_formula(q: Quantity) -> bool:
-    """Return whether a quantity is a formula, or needs some."""
+    """Return whether a quantity is a formula, or has needs."""
     return q.combination is None or bool(q.needs)
 
 
@@ -186,7 +189,7 @@ def _constant(n: int) -> Floats:
 
 
 def _model(models: Models, b: int) -> Model | None:
-    """Return the model of one box in the arithmetic of mpmath; None where nothing is known."""
+    """Return the model of one box in the arithmetic of mpmath; None if it is not finite."""
     of, missed = models.coefficients, float(models.missed.high[b])
     lows, highs = of.low[:, b].tolist(), of.high[:, b].tolist()
     if not all(map(isfinite, (*lows, *highs, missed))):
@@ -195,7 +198,7 @@ def _model(models: Models, b: int) -> Model | None:
 
 
 def envelope(signal: Signal, start: Real) -> Decay | None:
-    """Over-estimate |z − m| and |ż| from `start` on; None where nothing is known."""
+    """Over-estimate |z − m| and |ż| for all times after `start`; None if they are not finite."""
     with np.errstate(all="ignore"):
         distance: Any = Floats.of(start) - Floats.exact(np.array(signal.centres))
         each = signal.kernel.beyond(distance.choose(distance.low >= 0, distance, 0.0))
@@ -205,7 +208,7 @@ def envelope(signal: Signal, start: Real) -> Decay | None:
 
 
 def at_zero(subject: Subject, argument: LinearCombination) -> Real | None:
-    """Return an interval that contains the linear combination at t = 0; None where nothing is known."""
+    """Return an interval that contains the linear combination at t = 0; None if it is not finite."""
     found = Floats.of(argument.offset)
     with np.errstate(all="ignore"):
         for shifted, weight in terms_of(argument):
@@ -215,7 +218,10 @@ def at_zero(subject: Subject, argument: LinearCombination) -> Real | None:
 
 
 def keeps_subnormals() -> bool:
-    """Return whether float64 arithmetic is IEEE's near zero: a processor may be set to take tiny numbers for zero."""
+    """Return whether float64 arithmetic is IEEE's near zero.
+
+    A processor may be set to replace subnormal numbers by zero.
+    """
     smallest_normal = np.full(8, np.finfo(np.float64).smallest_normal)
     return bool(np.all(smallest_normal / 2 * 2 == smallest_normal))
 

@@ -27,10 +27,10 @@ Mask = npt.NDArray[np.bool_]
 
 _MOST_SUMMED = 16
 _OPERATION, _FUNCTION, _TINY = 2.0**-51, 2.0**-48, 2.0**-1000
-"""The last one is far more than products and functions lose by underflow; sums lose nothing."""
+"""The last one is far more than the underflow errors of products and functions; sums have none."""
 
 _LEAST = np.full((), _TINY)
-"""How far from a number it may be said to be: no error of it that underflows is multiplied by a large factor."""
+"""Least radius of an interval, so that no error that underflows is multiplied by a large factor."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,13 +42,13 @@ class Floats(Many):
 
     @classmethod
     def exact(cls, values: Array | float) -> Self:
-        """Return intervals of one number each."""
+        """Return intervals that contain one number each."""
         numbers = np.asarray(values, dtype=np.float64)
         return cls(numbers, numbers)
 
     @classmethod
     def of(cls, number: Any) -> "Floats":
-        """Return intervals themselves, or one that contains a number or an interval of mpmath."""
+        """Return intervals unchanged, or an interval that contains a number or an interval of mpmath."""
         if isinstance(number, Floats):
             return number
         if isinstance(number, float):
@@ -76,7 +76,9 @@ class Floats(Many):
 
     @cached_property
     def _around(self) -> tuple[Array, Array, Array, Array, Array]:
-        """Return a number m, |m|, how far r these may be from m, how large they may be, and r + 2⁻⁴⁸ of that."""
+        """A number m, |m|, a bound r of the distance from m, a bound of the absolute value, and
+        r + 2⁻⁴⁸ times that bound.
+        """
         middle = self.low if self.low is self.high else self.low / 2 + self.high / 2
         radius = _LEAST
         if self.low is not self.high:
@@ -86,11 +88,11 @@ class Floats(Many):
 
     @classmethod
     def dot(cls, xs: Any, ys: Any) -> Any:
-        """Return Σ x_j y_j, by fewer operations than products take.
+        """Return Σ x_j y_j, by fewer operations than separate products.
 
-        If |x_j − m_j| ≤ r_j and |y_j − n_j| ≤ s_j, it is within Σ (|m_j| s_j + r_j (|n_j| + s_j)) of Σ m_j n_j. Of 16
-        terms at most, rounding of this sum and of each end adds less than 2⁻⁴⁸ Σ |m_j| |n_j|. What is computed of all
-        these bounds is off by 2⁻⁴⁶ of them at most, and underflow adds less than `_TINY`.
+        If |x_j − m_j| ≤ r_j and |y_j − n_j| ≤ s_j, the sum is within Σ (|m_j| s_j + r_j (|n_j| + s_j)) of Σ m_j n_j.
+        For at most 16 terms, rounding of this sum and of each end adds less than 2⁻⁴⁸ Σ |m_j| |n_j|. The computed
+        bounds have a relative error of at most 2⁻⁴⁶, and underflow adds less than `_TINY`.
         """
         pairs = [(cls.of(x), cls.of(y)) for x, y in zip(xs, ys, strict=True) if x is not ZERO and y is not ZERO]
         found: Any = ZERO
@@ -195,11 +197,11 @@ class Floats(Many):
         return Floats(np.maximum(found.low, 0.0), found.high)
 
     def log(self) -> "Floats":
-        """Return the logarithm; NaN where a number may be negative."""
+        """Return the logarithm; NaN if a number may be negative."""
         return _outwards(np.log(self.low), np.log(self.high), _FUNCTION)
 
     def cos(self) -> "Floats":
-        """Return the cosine: it falls on [0, π], where the distance to the next multiple of 2π is."""
+        """Return the cosine. It decreases on [0, π], which contains the distance to the nearest multiple of 2π."""
         turn, middle = 2 * np.pi, (self.low + self.high) / 2
         angle = np.abs(middle - turn * np.rint(middle / turn))
         # 2π is off by 2.45e-16 at most, once in each turn, and every operation above by 2⁻⁵² of |middle| at most.
@@ -208,7 +210,7 @@ class Floats(Many):
         return _outwards(low, high, 2.0**-46, 2.0**-50)
 
     def sqrt(self) -> "Floats":
-        """Return the square root; NaN where a number may be negative."""
+        """Return the square root; NaN if a number may be negative."""
         return _outwards(np.sqrt(self.low), np.sqrt(self.high), _FUNCTION)
 
     def atan(self) -> "Floats":
@@ -224,13 +226,16 @@ class Floats(Many):
 
 
 def _outwards(low: Array, high: Array, part: float = _OPERATION, tiny: float = _TINY) -> Floats:
-    """Move the ends of intervals outwards, by a `part` of their sizes."""
+    """Move the ends of intervals outwards, by a `part` of their absolute values."""
     down, up = np.abs(low) * part, np.abs(high) * part
     return Floats(low - (down + tiny), high + (up + tiny)) if tiny else Floats(low - down, high + up)
 
 
 def _within(value: Array, off: Array) -> Floats:
-    """Return what is `off` from a sum of products at most, with what rounding adds (`Floats.dot`); NaN for overflow."""
+    """Return the interval from value − off to value + off, enlarged by rounding errors (`Floats.dot`).
+
+    NaN after overflow.
+    """
     off = off * (1 + 2.0**-45) + (_TINY + 0 * value)
     return Floats(value - off, value + off)
 
@@ -244,7 +249,10 @@ def _hull(first: Array, *others: Array) -> Floats:
 
 @lru_cache(maxsize=4096)
 def _of_interval(number: Any) -> Floats:
-    """Return the smallest interval with float64 ends that contains one of mpmath: the same few come again and again."""
+    """Return the smallest interval with float64 ends that contains one of mpmath.
+
+    Cached, as few different ones occur.
+    """
     low, high = _float(number.a, -np.inf), _float(number.b, np.inf)
     return Floats.exact(low) if low == high else Floats(np.asarray(low), np.asarray(high))
 
@@ -256,12 +264,12 @@ def _float(number: Real, towards: float) -> float:
 
 
 def joined(parts: Sequence[Floats], axis: int = -1) -> Floats:
-    """Return arrays of intervals as one, along an axis."""
+    """Join arrays of intervals along an axis."""
     return Floats(*(np.concatenate(ends, axis=axis) for ends in ([p.low for p in parts], [p.high for p in parts])))
 
 
 def sums(of: Floats, firsts: npt.NDArray[np.intp], most: int) -> Floats:
-    """Return the sums of runs of `most` numbers at most, which begin at `firsts`, along the last axis."""
+    """Return the sums of runs of at most `most` numbers, which begin at `firsts`, along the last axis."""
     size = np.add.reduceat(np.maximum(np.abs(of.low), np.abs(of.high)), firsts, axis=-1)
     off = size * ((most + 8) * _OPERATION)
     low, high = (np.add.reduceat(end, firsts, axis=-1) for end in (of.low, of.high))

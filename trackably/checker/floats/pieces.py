@@ -30,7 +30,7 @@ from trackably.checker.subject import Functional, Pieces, Subject, as_float
 from trackably.checker.watch import tick
 
 _COEFFICIENTS = 500_000
-"""Of all terms in the cells that are looked at together: memory is enough, whatever a file says."""
+"""Coefficients of all terms in the cells that are processed at once, to limit the memory for any file."""
 
 _TINY, _SMALL = 2.0**-1000, 2.0**-500
 
@@ -42,7 +42,8 @@ def cells_left(
 ) -> list[list[Cell]]:
     """Return for each row the cells in which it is not certain to stay between two numbers.
 
-    The times of the cells are in units of 2^−`bits` s. In them no signal on which a row depends changes its polynomial.
+    The times of the cells are in units of 2^−`bits` s. No signal on which a row depends changes its polynomial in a
+    cell.
     """
     terms = sorted({term for row, _, _ in rows for term in shifted(row)})
     if not terms:
@@ -69,7 +70,7 @@ def cells_left(
 
 
 def _nearest(number: Fraction) -> float:
-    """Return the nearest float64; NaN where it may be off by more than a rounding."""
+    """Return the nearest float64; NaN if its error may exceed one rounding."""
     nearest = as_float(number)
     return nearest if not number or _SMALL < abs(nearest) < 1 / _SMALL else nan
 
@@ -77,7 +78,7 @@ def _nearest(number: Fraction) -> float:
 def _local(
     subject: Subject, terms: Sequence[tuple[int, int]], n: int, cells: Sequence[Cell], bits: int
 ) -> tuple[Array, Array, Array]:
-    """Return what z_s(t + j T) is in each cell: c(a + b y), with n coefficients c, (n, T, B), and a and b, (T, B)."""
+    """Return z_s(t + j T) in each cell as c(a + b y): n coefficients c, (n, T, B), and a and b, (T, B)."""
     step, unit = Fraction(subject.system.sampling_time), 1 << bits
     known: dict[tuple[object, ...], tuple[list[int], list[float], list[float]]] = {}
     coefficients, places = np.zeros((n, len(terms), len(cells))), []
@@ -95,7 +96,7 @@ def _local(
 
 
 def _places(z: Pieces, shift: int, cells: Sequence[Cell], bits: int) -> tuple[list[int], list[float], list[float]]:
-    """Return the piece that holds in each cell, and when it begins in the piece, and lasts [s]."""
+    """Return the index of the piece in each cell, the cell's start in the piece [s], and its length [s]."""
     tick()
     ends, unit = exact_times(z, bits), 1 << bits
     found = [place(z, ends, a + shift, b - a) for a, b in cells]
@@ -104,7 +105,7 @@ def _places(z: Pieces, shift: int, cells: Sequence[Cell], bits: int) -> tuple[li
 
 
 def _time(units: int, unit: int) -> float:
-    """Return a time [s], rounded once; NaN where it may be off by more than that."""
+    """Return a time [s], rounded once; NaN if its error may be larger."""
     time = units / unit
     return time if not units or abs(time) > _SMALL else nan
 

@@ -32,7 +32,9 @@ Indices = npt.NDArray[np.intp]
 
 @dataclass(frozen=True, eq=False)
 class CentresBefore:
-    """The first centres of Σ_i c_i κ(t − t_i), which are in order [s]: for each box those `before` all its times.
+    """The first centres of Σ_i c_i κ(t − t_i), in increasing order [s].
+
+    For each box, the number `before` all its times.
 
     `middles` and signed half widths `along` [s] of the B boxes; with time reversed, these are negative.
     """
@@ -45,7 +47,7 @@ class CentresBefore:
     along: Floats
 
     def enclose(self, radii: Floats, n: int) -> tuple[Floats, Floats]:
-        """Return coefficients, (n, B), and what they miss, (B,)."""
+        """Return coefficients, (n, B), and remainder bounds, (B,)."""
         last = np.maximum(self.before - 1, 0)
         at, which = np.unique(last, return_inverse=True)
         is_any, half = self.before > 0, abs(self.along)
@@ -58,7 +60,9 @@ class CentresBefore:
         return joined([c.at(None) for c in terms], axis=0), largest * geometric_rest(ratio, n)
 
     def moments(self, at: Indices) -> list[Floats]:
-        """Return m_0, m_1, … of the weights, and of their sizes, at the centres with these rising indices: (2, K)."""
+        """Return m_0, m_1, … of the weights, and of their absolute values, at the centres with
+        these increasing indices: (2, K).
+        """
         anchors, counts, used = self.centres[at], np.diff(at, prepend=-1), slice(0, at[-1] + 1)
         weights, v = self.weights[used], self._distances(np.repeat(anchors, counts), self.centres[used])
         part = (-v).exp() * Floats.exact(np.stack([weights, np.abs(weights)]))
@@ -81,7 +85,7 @@ class CentresBefore:
 
 
 def _moved(moments: list[Floats], d: Floats) -> list[Floats]:
-    """Return moments of the same centres at anchors that are d/λ later."""
+    """Return the moments of the same centres at anchors that are d/λ later."""
     powers: list[Any] = [ONE]
     for k in range(1, len(moments)):
         powers.append(powers[-1] * d / k)
@@ -90,10 +94,10 @@ def _moved(moments: list[Floats], d: Floats) -> list[Floats]:
 
 
 _PAIRS = 4096
-"""Pairs of a box and a centre that are enclosed at once: they stay in the cache."""
+"""Pairs of a box and a centre that are enclosed at once, so that they fit into the cache."""
 
 _NEGLIGIBLE = 2.0**-60
-"""What far centres may add, as a part of κ(0); the reserve for rounding is larger."""
+"""Bound of |κ| for far centres, relative to κ(0); the reserve for rounding is larger."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,28 +109,28 @@ class Boxes:
     radii: Array
 
     def at(self, index: slice | Mask | Indices) -> "Boxes":
-        """Return some of the boxes."""
+        """Return the boxes with these indices."""
         return Boxes(self.starts[index], self.ends[index], self.radii[index])
 
     @cached_property
     def middles(self) -> Floats:
-        """Their middles [s]."""
+        """The middles of the boxes [s]."""
         return (Floats.exact(self.starts) + Floats.exact(self.ends)) / 2
 
     @cached_property
     def halves(self) -> Floats:
-        """Half of their widths [s]."""
+        """Half of the widths of the boxes [s]."""
         return (Floats.exact(self.ends) - Floats.exact(self.starts)) / 2
 
     def over(self, first: Floats, last: Floats) -> "Boxes":
-        """Return boxes that hold all times of these, moved by any shift from the first to the last [s]."""
+        """Return boxes that contain all times of these boxes, moved by any shift from the first to the last [s]."""
         starts, ends = Floats.exact(self.starts) + first, Floats.exact(self.ends) + last
         return Boxes(starts.low, ends.high, self.radii)
 
 
 @dataclass(frozen=True, eq=False)
 class Models:
-    """Polynomials in x ∈ [−1, 1] with `coefficients` of shape (n, B), and a bound of what they miss, of shape (B,)."""
+    """Polynomials in x ∈ [−1, 1] with `coefficients` of shape (n, B), and remainder bounds `missed` of shape (B,)."""
 
     coefficients: Floats
     missed: Floats
@@ -141,7 +145,7 @@ class Models:
     def inside(self, wide: Boxes, boxes: Boxes, shifts: Sequence[Floats]) -> list["Models"]:
         """Return models in boxes that are inside the wide ones when moved by each of the shifts [s].
 
-        There, x' of the wide box is a + b x of the box, with |x'| ≤ 1.
+        The variable of the wide box is then a + b x, with x that of the box.
         """
         a = joined([(boxes.middles + shift - wide.middles) / wide.halves for shift in shifts])
         every = np.tile(np.arange(len(wide.starts)), len(shifts))
@@ -152,21 +156,21 @@ class Models:
 
     @classmethod
     def joined(cls, parts: Sequence["Models"]) -> "Models":
-        """Return models of some boxes, and of others, as one."""
+        """Join models of different boxes."""
         return cls(joined([p.coefficients for p in parts]), joined([p.missed for p in parts]))
 
     def at(self, where: Indices) -> "Models":
-        """Return those in some of the boxes."""
+        """Return the models in the boxes with these indices."""
         return Models(self.coefficients.at((slice(None), where)), self.missed.at(where))
 
     def spread(self, where: Indices, count: int) -> "Models":
-        """Return models in `count` boxes, of which these are some; NaN in the others."""
+        """Return models in `count` boxes, of which these are at the indices `where`; NaN in the others."""
         return Models(_spread(self.coefficients, where, count), _spread(self.missed, where, count))
 
 
 @dataclass(frozen=True, eq=False)
 class ManyCentres:
-    """Σ_i c_i κ(t + j T − t_i) with the centres in order; `shift` j T [s] is a rational number."""
+    """Σ_i c_i κ(t + j T − t_i) with the centres in increasing order; the `shift` j T [s] is a rational number."""
 
     kernel: Any  # a `Kernel`; its formulas are for intervals of mpmath, and for arrays of intervals
     shift: Fraction
@@ -187,7 +191,10 @@ class ManyCentres:
 
     @cached_property
     def reach(self) -> tuple[float, Floats]:
-        """Return a distance d [s] and a bound of Σ_i |c_i| |κ| over all distances from d on; infinite and 0 if none."""
+        """A distance d [s], and a bound of Σ_i |c_i| |κ| over all distances beyond d.
+
+        Infinite and 0 if there is none.
+        """
         distance, decay = reach(self.kernel, float(self.centres[-1] - self.centres[0]), _NEGLIGIBLE)
         weight = sums(abs(Floats.exact(self.weights)), np.zeros(1, dtype=np.intp), len(self.weights))
         return distance, weight * decay.size
@@ -217,7 +224,7 @@ class ManyCentres:
         return found + self._outside(boxes, first, stop, n)
 
     def _in_blocks(self, boxes: Boxes, first: Indices, stop: Indices, oddness: Floats, n: int) -> tuple[Floats, Floats]:
-        """Return what `_block` does. A single box may have more near centres than fit: they are added part by part."""
+        """Return the result of `_block`. If a single box has too many near centres, they are added part by part."""
         if len(first) > 1:
             return self._block(boxes, (first, stop - first), oddness, n)
         parts = (
@@ -230,7 +237,10 @@ class ManyCentres:
         return coefficients, missed
 
     def _near(self, boxes: Boxes) -> tuple[Indices, Indices]:
-        """Return the first near centre of each box, and the first one after the near ones; at least one is near."""
+        """Return the index of the first near centre of each box, and of the first one after the near ones.
+
+        At least one is near.
+        """
         reach, shift = self.reach[0], float(self.exact_shift.low)
         sizes = np.abs(boxes.starts) + np.abs(boxes.ends) + abs(shift)
         # Larger by more than the rounding of a few numbers of these sizes: what is left out is farther than the reach.
@@ -240,9 +250,9 @@ class ManyCentres:
         return first, np.maximum(np.searchsorted(self.centres, boxes.ends + shift + reaches, side="right"), first + 1)
 
     def _inside(self, boxes: Boxes) -> tuple[Indices, Indices]:
-        """Return the first centre that may be inside each box, and the first one certainly after it; at least one may.
+        """Return the index of the first centre that may be inside each box, and of the first one certainly after it.
 
-        Those before the first one are before the box for certain.
+        Centres before the first one are certainly before the box. At least one centre counts as possibly inside.
         """
         start, end = (Floats.exact(times) + self.exact_shift for times in (boxes.starts, boxes.ends))
         first = np.searchsorted(self.centres, start.low, side="right")
@@ -258,7 +268,7 @@ class ManyCentres:
         return Models(*left.enclose(radii, n)) + Models(*right.enclose(radii, n))
 
     def _block(self, boxes: Boxes, near: tuple[Indices, Indices], oddness: Floats, n: int) -> tuple[Floats, Floats]:
-        """Return coefficients and what is missed, for pairs of boxes and their near centres."""
+        """Return coefficients and remainder bounds, for pairs of boxes and their near centres."""
         tick()
         first, counts = near
         firsts, of_box = np.concatenate([[0], np.cumsum(counts)[:-1]]), np.repeat(np.arange(len(counts)), counts)
@@ -279,7 +289,7 @@ class ManyCentres:
         return Floats(np.stack([c.low for c in terms]), np.stack([c.high for c in terms])), missed + extra
 
     def _sides(self, boxes: Boxes, of_box: Indices, centres: Array) -> tuple[Mask, Mask]:
-        """Return where all times of a box are before the centre, or all after it, exactly."""
+        """Return masks of whether all times of a box are before the centre, or all after it, decided exactly."""
         starts, ends, moved = boxes.starts[of_box], boxes.ends[of_box], Floats.exact(centres) - self.exact_shift
         if not self.shift:
             moved = Floats.exact(centres)
@@ -293,7 +303,7 @@ class ManyCentres:
     def _beyond_kinks(
         self, boxes: Boxes, r: Floats, sizes: Floats, across: Mask, firsts: Indices, most: int, oddness: Floats
     ) -> Floats:
-        """Bound what it costs to continue the branch of the middle beyond a kink at 0, in boxes that are `across`."""
+        """Bound the error of continuing the branch of the middle beyond a kink at 0, in boxes `across` the kink."""
         half, which = boxes.halves, np.repeat(np.arange(len(firsts)), np.diff(firsts, append=len(across)))
         # As in `Kernel.model`: 1.01 h must reach to the end of the box, and the branch is that of the kink.
         reached = np.asarray(-0.01 * half.at(which) <= r)
@@ -304,7 +314,7 @@ class ManyCentres:
 
 
 def _blocks(counts: Indices) -> Iterator[slice]:
-    """Yield slices of boxes, in order, with so few pairs of a box and a centre that they are enclosed at once."""
+    """Yield slices of consecutive boxes, with few enough pairs of a box and a centre to be enclosed at once."""
     begin, pairs = 0, 0
     for b, count in enumerate(counts.tolist()):
         if pairs and pairs + count > _PAIRS:

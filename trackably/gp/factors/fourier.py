@@ -51,7 +51,9 @@ class Waves(NamedTuple):
 
 
 class Rung(NamedTuple):
-    """The number of one period of the ladder, and the number of waves that a density needs there."""
+    """An entry of the ladder of periods: its index `place`, and the number of waves that a
+    density needs with this period.
+    """
 
     place: int
     waves: int

@@ -145,11 +145,9 @@ def mean_meeting(posterior: JointPosterior, demanded: Demands, likely: Flags | N
 
 @dataclass
 class LastFunction:
-    """Functions under formulas for one θ after the other.
+    """Solves for the function at each θ of a search, if quantities are formulas, from the function of the θ before.
 
-    Each search starts at the function found last, the first at `near`.
-
-    All functions meet their bounds at the same `places`.
+    The first θ starts at the function `near`. All functions keep the bounds at the same `places`.
     """
 
     problem: ConstrainedProblem
@@ -157,7 +155,7 @@ class LastFunction:
     near: Signals
 
     def mean_for(self, posterior: JointPosterior) -> ConstrainedMean | None:
-        """Return the function that meets all demands. Raises IllConditioned."""
+        """Return the function that keeps the bounds at all places. Raises IllConditioned."""
         found = constrained_mean(self.problem, posterior, self.places, self.near)
         if found is not None and not found.contradicts:
             self.near = found.given.signals(found.multipliers)

@@ -43,7 +43,7 @@ def _pivoted(G: Array, b: Array, positive: Flags) -> Array | None:
         if positive.any():
             _, x[positive], not_positive = scipy.linalg.lapack.dposv(G[positive][:, positive], b[positive], lower=1)
             if not_positive:
-                raise np.linalg.LinAlgError("a matrix on the way has no Cholesky factor")
+                raise np.linalg.LinAlgError("a submatrix of the dual program has no Cholesky factor in float64")
             y = G[:, positive] @ x[positive] - b
         rounding = _ROUNDING * (np.abs(x).sum() + np.abs(b))
         wrong = np.where(positive, x < 0, y < -rounding)
@@ -131,7 +131,7 @@ def solve_symmetric(covariance: Array, right: Array) -> Array:
 def _norms(covariance: Array) -> Array:
     """Return the norms of the rows, and 1 for rows with norm 0.
 
-    No δ changes such a row: its demand is met, or contradicts.
+    A row with norm 0 has the same value for every δ: its bound is kept by all of them, or by none.
     """
     norms = np.sqrt(np.maximum(covariance.diagonal(), 0.0))
     return np.where(norms > 0, norms, 1.0)

@@ -277,7 +277,7 @@ class MarginScan:
     def _known(self) -> list[Constraint]:
         known = [constraint for constraint in self.constraints if isinstance(constraint, Constraint)]
         if len(known) < len(self.constraints):
-            raise TypeError("a function is learned with constraints that have an index set")
+            raise TypeError("each constraint needs an index set if function and hyperparameters are learned together")
         return known
 
 

@@ -197,11 +197,12 @@ class JointSearch:
             self.best = found
 
     def begin(self, log_theta: Array) -> Point | None:
-        """Return the best function for these hyperparameters from several starts if formulas bend; None if none is.
+        """Return the best function for these hyperparameters, from several starts if quantities are formulas.
 
-        Bounds are drawn in at first, and let out step by step: paths end where no function keeps them. Where none comes
-        as far as bounds are given, for example beside a speed of zero, those of the best function are let out in
-        smaller steps, and the search goes on with the last ones that are kept.
+        None without one.
+
+        If bounds cannot be relaxed to the given ones, for example next to a speed of zero, those of the best function
+        are relaxed in smaller steps, and the search continues with the last bounds that are kept.
         """
         starts = starts_for(self.problem, self.problem.posterior(log_theta))
         paths, ends = [(no_places(self.problem), start) for start in starts], list[tuple[Point, ConstrainedProblem]]()
@@ -238,7 +239,7 @@ class JointSearch:
     def _let_out_further(
         self, log_theta: Array, point: Point, problem: ConstrainedProblem
     ) -> tuple[Point, ConstrainedProblem]:
-        """Let bounds that are drawn in out, in smaller steps, while they are kept and J falls by more than its gap."""
+        """Relax tightened bounds further, in smaller steps, while they are kept and J falls by more than its gap."""
         given, kept, broken = least_backoff(self.problem), least_backoff(problem), 0.0
         for _ in range(_MORE_STEPS):
             if kept <= max(given, _LEAST_DRAWN_IN):
@@ -256,7 +257,7 @@ class JointSearch:
     def _drawn_in(
         self, log_theta: Array, places: Places, near: Signals, by: float
     ) -> tuple[Point | None, ConstrainedProblem]:
-        """Return the function with bounds drawn in `by` a part of their width, and the problem with these bounds."""
+        """Return the function for bounds tightened `by` a part of their width, and the problem with these bounds."""
         search = JointSearch(with_backoff(self.problem, by), closest=self.closest)
         point = search._at(log_theta, places, near, _ALMOST)
         self.closest = search.closest

@@ -219,5 +219,5 @@ def with_backoff(problem: ConstrainedProblem, least: float) -> ConstrainedProble
 
 
 def least_backoff(problem: ConstrainedProblem) -> float:
-    """Return the part of their width by which all bounds are drawn in, at least."""
+    """Return the smallest back-off of all bounds, as a part of their width."""
     return min(constraint.backoff for constraint in problem.constraints)
