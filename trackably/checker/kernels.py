@@ -26,6 +26,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass
 from functools import cached_property, lru_cache
+from itertools import zip_longest
 from typing import ClassVar, NamedTuple
 
 from trackably.checker.intervals import (
@@ -120,6 +121,10 @@ class Kernel(ABC):
         """Return κ(r)."""
         return self.taylor(abs(r), ZERO, 1)[0] + SIGN * self.jump(r, ZERO)
 
+    def exponential(self, r: Real, h: Real, n: int) -> tuple[Real, list[Real]] | None:
+        """Return a and coefficients of g with κ(r + h x) = a e^g(x), of which n matter; None for other kernels."""
+        return None
+
     def model(self, r: Real, h: Real, radius: Real, n: int) -> Model:
         """Enclose κ(r + h x) for all x ∈ [−1, 1].
 
@@ -142,6 +147,11 @@ class Kernel(ABC):
         """Over-estimate |κ₊(r) − κ₊(−r)| for 0 ≤ r ≤ reach, where κ₊ is the branch of positive differences."""
         odd = total(abs(coefficient) for coefficient in self.taylor(ZERO, reach, n)[1::2])
         return 2 * (odd + self.largest_on_disc(ZERO, radius) * geometric_rest(reach / radius, n))
+
+
+def _exponential_series(a: Real, g: list[Real], n: int) -> list[Real]:
+    """Return n coefficients of a e^g."""
+    return [a * coefficient for coefficient in exp_series(g, n)]
 
 
 def geometric_rest(ratio: Real, n: int) -> Real:
@@ -208,9 +218,12 @@ class SquaredExponential(Elementary):
     steepest = ONE
     largest_moment = 0.607  # with x = r/θ₂: x e^(−x²/2) ≤ 0.607, and x² e^(−x²/2) ≤ 1
 
-    def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
+    def exponential(self, r: Real, h: Real, n: int) -> tuple[Real, list[Real]]:
         p = 2 * self.length**2
-        return self.scaled(exp_series([-(r**2) / p, -2 * r * h / p, -(h**2) / p], n))
+        return self.variance, [-(r**2) / p, -2 * r * h / p, -(h**2) / p]
+
+    def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
+        return _exponential_series(*self.exponential(r, h, n), n)
 
     def largest_on_disc(self, r: Real, radius: Real) -> Real:
         # |Im z| ≤ radius on the disc, and so Re z² ≥ r²/2 − radius².
@@ -345,14 +358,17 @@ class Periodic(Elementary):
         """ω."""
         return 2 * pi() / exactly(self.period)
 
-    def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
+    def exponential(self, r: Real, h: Real, n: int) -> tuple[Real, list[Real]]:
         omega = self.omega
         cosine, sine = cos(omega * r), sin(omega * r)
         turn, step, scale = (cosine, -sine, -cosine, sine), omega * h, [1 / self.length**2]
         for k in range(1, n):
             scale.append(scale[-1] * step / k)
         g = [turn[k % 4] * scale[k] for k in range(n)]
-        return self.scaled(exp_series([g[0] - scale[0], *g[1:]], n))
+        return self.variance, [g[0] - scale[0], *g[1:]]
+
+    def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
+        return _exponential_series(*self.exponential(r, h, n), n)
 
     def largest_on_disc(self, r: Real, radius: Real) -> Real:
         # Re cos(x + iy) = cos x cosh y
@@ -478,7 +494,13 @@ class Sum(Combination):
 class Product(Combination):
     """κ = κ₁ κ₂."""
 
+    def exponential(self, r: Real, h: Real, n: int) -> tuple[Real, list[Real]] | None:
+        f, g = self.left.exponential(r, h, n), self.right.exponential(r, h, n)
+        return (f[0] * g[0], [x + y for x, y in zip_longest(f[1], g[1], fillvalue=ZERO)]) if f and g else None
+
     def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
+        if both := self.exponential(r, h, n):
+            return _exponential_series(*both, n)
         return times(self.left.taylor(r, h, n), self.right.taylor(r, h, n), n)
 
     def largest_on_disc(self, r: Real, radius: Real) -> Real:
