@@ -156,7 +156,7 @@ def rewritten(
 
 
 def remade(node: Formula, of: Mapping[Formula, Formula]) -> Formula:
-    """Return a node that is made of other parts."""
+    """Return a node with its operands replaced."""
     return type(node)(*(of.get(value, value) for value in vars(node).values())) if operands(node) else node
 
 

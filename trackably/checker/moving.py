@@ -33,7 +33,7 @@ Cells = list[tuple[Number, Number]]
 def cells_of(terms: Iterable[tuple[Pieces, Sequence[Number], Number]], start: Number, end: Number) -> Cells[Number]:
     """Return the cells from start to end in which no z(t + shift) changes its polynomial.
 
-    Raise UndecidedError where they are too many.
+    Raise UndecidedError if there are too many.
     """
     found: set[Number] = set()
     for z, ends, shift in terms:
@@ -56,9 +56,9 @@ def cells_of(terms: Iterable[tuple[Pieces, Sequence[Number], Number]], start: Nu
 
 
 def place(z: Pieces, ends: Sequence[Number], t: Number, width: Number) -> tuple[int, Number, Number]:
-    """Return the piece that holds from t to t + width, the time since its breakpoint, and the width.
+    """Return the piece on the times from t to t + width, the time since its breakpoint, and the width.
 
-    At rest the width is 0: the value there is that of one end of the piece. Times are in units of these `ends`.
+    At rest the width is 0, as the value is that of one end of the piece. Times are in the units of `ends`.
     """
     if z.beyond == "period":
         t = ends[0] + (t - ends[0]) % (ends[-1] - ends[0])

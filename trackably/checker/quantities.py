@@ -178,7 +178,7 @@ def absolute_sum(row: Sequence[Fraction], parts: Sequence[Functional]) -> Functi
 
 
 def value_at(subject: Subject, q: Quantity, t: Real) -> Real:
-    """Return an interval that contains q(t). Raise UndefinedError where q may not be defined there."""
+    """Return an interval that contains q(t). Raise UndefinedError if q may be undefined there."""
     arguments = {name: combination_at(subject, argument, t) for name, argument in q.arguments.items()}
     return evaluate(q.formula, arguments, Intervals())
 

@@ -244,7 +244,9 @@ _OUTER = 6
 
 @dataclass(frozen=True)
 class FlatNeeds:
-    """What the quantities of a certificate need: rounding errors of shifted signals by name, and roundings of a row."""
+    """Data for rounding errors of formulas: `stated` errors, those of shifted signals by name,
+    and a row's count of roundings.
+    """
 
     stated: Mapping[str, float]
     of_arguments: Mapping[str, Real]
@@ -252,7 +254,7 @@ class FlatNeeds:
 
     @classmethod
     def of(cls, certificate: Certificate, quantities: list[Quantity]) -> "FlatNeeds":
-        """Return what these quantities need; nothing where none is of a flat form."""
+        """Return the data for these quantities; empty if none is of a flat form."""
         subject = certificate.subject
         arguments = {
             name: argument
@@ -268,16 +270,16 @@ class FlatNeeds:
 
 @dataclass(frozen=True)
 class FlatValues:
-    """Values of the formulas of a flat form for some values of the shifted signals: each part is computed once."""
+    """Values of the formulas of a flat form for given values of the shifted signals; each part is computed once."""
 
     needs: FlatNeeds
     terms: int
     known: dict[Formula, Tracked] = field(default_factory=dict)
 
     def enclose(self, q: Quantity, arguments: Mapping[str, Model]) -> Model:
-        """Enclose a quantity. `arguments` are the same for all quantities that have them.
+        """Enclose a quantity q. All quantities are evaluated at the same `arguments`, or at none.
 
-        Raise UndefinedError where a need of the quantity may fail, or its rounding may exceed what is stated.
+        UndefinedError: a formula in q may be undefined, or the rounding error of q may exceed the stated one.
         """
         tracked = self._tracked(arguments)
         for need in q.needs:
@@ -311,5 +313,5 @@ class FlatValues:
 
 
 def constants(values: Mapping[str, Real], terms: int) -> dict[str, Model]:
-    """Return models of numbers."""
+    """Return numbers as models."""
     return {name: Models(terms).number(value) for name, value in values.items()}

@@ -280,12 +280,14 @@ _MOST_HALVINGS, _MOST_PIECES = 12, 10_000
 
 
 def are_positive(polynomials: Floats) -> Mask:
-    """Return where Σ_k a_k x^k ≥ 0 on [−1, 1] for certain; coefficients have the shape (n, B)."""
+    """Return which Σ_k a_k x^k are certainly ≥ 0 on [−1, 1]; coefficients have the shape (n, B)."""
     return _are_positive(_bernstein(polynomials))
 
 
 def _are_positive(pieces: Floats) -> Mask:
-    """Return where polynomials with these Bernstein coefficients, (n, B), are ≥ 0 for certain: they, or their parts."""
+    """Return which polynomials with these Bernstein coefficients, (n, B), are certainly ≥ 0,
+    after halving if needed.
+    """
     count = pieces.low.shape[1]
     of = np.arange(count)
     unknown = np.zeros(count, dtype=bool)
@@ -342,7 +344,7 @@ def _of_left_half(_: int, i: int, k: int) -> Fraction:
 
 
 def substituted(c: Floats, a: Floats, b: Floats) -> Floats:
-    """Return the coefficients of p(a + b x), by Horner's rule, of the polynomials with coefficients c: (n, B)."""
+    """Return the coefficients of p(a + b x), by Horner's rule, for polynomials p with coefficients c: (n, B)."""
     found, none = c.at(slice(-1, None)), Floats.exact(np.zeros((1, c.low.shape[1])))
     for k in reversed(range(len(c.low) - 1)):
         tick()
@@ -357,7 +359,7 @@ def bernstein(n: int) -> Array:
 
 
 def stay_between(near: Floats, least: Array, most: Array) -> Mask:
-    """Return which polynomials, of which these are the Bernstein coefficients, stay between two numbers for certain."""
+    """Return which polynomials with these Bernstein coefficients certainly stay between two numbers."""
     kept: Mask = np.all((near.low >= least) & (near.high <= most), axis=0)
     left = np.flatnonzero(~kept)
     if len(left):

@@ -129,7 +129,7 @@ _PART, _RANGE = 2.0**-44, 2.0**900
 
 
 def undecided(trajectory: JointTrajectory) -> tuple[Open, Open]:
-    """Return the limits and the jumps of which float64 does not know whether they are kept."""
+    """Return the limits and the jumps that float64 cannot show to be kept."""
     lengths = {len(c) for rows in trajectory.coefficients for c in rows}
     ends = np.array(trajectory.breakpoints)
     widths = np.diff(ends)
