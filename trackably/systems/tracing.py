@@ -199,6 +199,7 @@ _SIZES, _DRAWS = np.logspace(-4, 6, 11), 6  # draws of each size; half are posit
 _IV = MPIntervalContext()
 _IV.prec = 53  # as float64 has
 _ROUNDING = 1e3  # times the rounding error of the formula's operations: f may add in another order
+_TURN, _LARGEST_EXPONENT = 7.0, 1e9  # beyond them mpmath's intervals take minutes, and say no more
 _LINALG = (
     "np.linalg takes plain numbers only: write the inverse out, which of [[a, b], [c, d]] is "
     "np.array([[d, -b], [-c, a]]) / (a * d - b * c)"
@@ -286,6 +287,10 @@ class _Intervals:
         return base ** (int(exponent) if exponent == int(exponent) else _IV.mpf(exponent))
 
     def function(self, name: str, argument: Any) -> Any:
+        if name in ("sin", "cos") and argument.delta > _TURN:  # mpmath would find all digits of π that it needs
+            return _IV.mpf([-1, 1])
+        if name == "exp" and abs(argument) > _LARGEST_EXPONENT:
+            raise OverflowError
         return _IV.atan2(argument, 1) if name == "atan" else getattr(_IV, name)(argument)
 
     def angle(self, y: Any, x: Any) -> Any:

@@ -144,6 +144,7 @@ HONEST = {
     "functions": lambda x, u: np.tanh(x) + np.sinh(u) + np.hypot(x, u) + np.arctan2(x, u) + np.tan(x) + abs(u),
     "where it overflows": lambda x, u: (np.exp(x) - np.exp(-x)) / (np.exp(x) + np.exp(-x)) + u**40,
     "where it is not defined": lambda x, u: np.sqrt(x) * np.log(u) + x**0.3 / u**1.5,
+    "where it turns millions of times": lambda x, u: np.sin(np.exp(x)) + np.cos(np.exp(np.exp(x))) + u,
     "powers": lambda x, u: [2 ** x[0] + x[1] ** -3 + x[2] ** 7 + 1 / x[3], *x[1:]],
     "matrices": lambda x, u: DENSE[:4, :4] @ x + DENSE[:4, 4:] @ u + x.mean() + np.sum(u) + np.linalg.norm(x),
     "large terms": lambda x, u: 1e8 + x - 1e8 + 1e5 * np.sin(u),
