@@ -6,20 +6,13 @@ import numpy as np
 from mpmath import mp
 
 from pipeline.published.scalar import is_scalar
-from tests.trackably.gp.instances import formula
-from trackably.gp.kernels.base import Kernel, Product, Sum
-from trackably.gp.kernels.matern import Matern32, Matern52
-from trackably.gp.kernels.periodic import Periodic
-from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
-from trackably.gp.kernels.rational_quadratic import RationalQuadratic
-from trackably.gp.kernels.squared_exponential import SquaredExponential
+from tests.trackably.gp.instances import LongDoubles, formula
 from trackably.gp.signal import KernelSum
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Functional
 
 DIGITS = 60
 _EXACTLY = 3
-_PI = np.longdouble("3.14159265358979323846264338327950288")
 
 
 def exactly(reference: Reference, name: str, t):
@@ -114,39 +107,8 @@ def _longest(number) -> np.longdouble:
 
 def _extended_mean(signal: KernelSum):
     centres, weights = signal.centres.astype(np.longdouble), signal.weights.astype(np.longdouble)
-    return lambda s: np.longdouble(signal.mean) + _kappa(signal.kernel, s[:, None] - centres) @ weights
-
-
-def _kappa(kernel: Kernel, r: np.ndarray) -> np.ndarray:
-    if isinstance(kernel, Sum | Product):
-        left, right = _kappa(kernel.left, r), _kappa(kernel.right, r)
-        return left + right if isinstance(kernel, Sum) else left * right
-    std, length, *rest = (np.longdouble(v) for v in kernel.hyperparameters.values())
-    return std**2 * _CORRELATIONS[type(kernel)](np.abs(r), length, *rest)
-
-
-def _matern(nu: int):
-    def correlation(r, length):
-        x = np.sqrt(np.longdouble(nu)) * r / length
-        return (1 + x + (x**2 / 3 if nu == 5 else 0)) * np.exp(-x)
-
-    return correlation
-
-
-def _compact(y, power: int, coefficients: tuple[int, ...]):
-    """In powers of y = 1 − s."""
-    return y**power * sum(c * y**k for k, c in enumerate(coefficients))
-
-
-_CORRELATIONS = {
-    SquaredExponential: lambda r, length: np.exp(-((r / length) ** 2) / 2),
-    Matern32: _matern(3),
-    Matern52: _matern(5),
-    RationalQuadratic: lambda r, length, alpha: np.exp(-alpha * np.log1p((r / length) ** 2 / (2 * alpha))),
-    PiecewisePolynomial2: lambda r, length: _compact(np.maximum(1 - r / length, 0), 5, (14, -21, 8)),
-    PiecewisePolynomial3: lambda r, length: _compact(np.maximum(1 - r / length, 0), 7, (48, -108, 82, -21)),
-    Periodic: lambda r, length, period: np.exp(-2 * (np.sin(_PI * r / period) / length) ** 2),
-}
+    kappa = formula(signal.kernel, LongDoubles)
+    return lambda s: np.longdouble(signal.mean) + kappa(s[:, None] - centres) @ weights
 
 
 def extremes(reference: Reference, name: str, start: float, end: float, looks: int = 1500) -> list[float]:

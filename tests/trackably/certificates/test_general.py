@@ -146,12 +146,6 @@ def test_certified_references_are_kept_for_thousands_of_steps(name):
     assert_kept_for_thousands_of_steps(certified(name).reference)
 
 
-def test_what_is_shared_is_learned_as_one():
-    theta = certified("plane_shares").solution.posterior.prior
-    assert theta.learned == ("x.signal_std", "lengthscale", "y.signal_std")
-    assert theta.parts[0].kernel.lengthscale == theta.parts[1].kernel.lengthscale
-
-
 def test_a_broken_velocity_bound_has_a_counterexample():
     """The position alone would be fine: it is moved too fast."""
     (samples,) = axis_samples(stopping, 20, 3.0)

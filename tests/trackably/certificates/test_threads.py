@@ -6,8 +6,6 @@ import sys
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from tests.trackably.certificates.references import PROBLEMS
-from trackably.certificates.certified import learn_certified
 from trackably.threads import one_blas_thread
 
 
@@ -23,16 +21,6 @@ def test_one_inside_and_as_many_as_before_afterwards():
         with pytest.raises(ZeroDivisionError), one_blas_thread():
             raise ZeroDivisionError
         assert blas_threads() == before
-
-
-def test_learning_uses_one():
-    seen = []
-    with threadpool_limits(limits=2, user_api="blas"):
-        before = blas_threads()
-        learn_certified(*PROBLEMS["example1"], on_attempt=lambda _: seen.append(blas_threads()))
-        assert blas_threads() == before
-    assert seen
-    assert all(threads == {1} for threads in seen)
 
 
 def test_every_library_is_known_even_if_nothing_has_been_loaded():

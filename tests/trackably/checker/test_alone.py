@@ -109,16 +109,6 @@ def test_its_folder_is_enough(tmp_path):
     assert (found.returncode, found.stderr) == (0, "")
 
 
-def test_the_library_says_the_same(tmp_path):
-    file = written(scalar_certificate(), tmp_path / "certificate.json")
-    alone, library = run("-m", "trackably.checker", file, cwd=ROOT), run("-m", "trackably", "check", file, cwd=ROOT)
-    assert (alone.returncode, alone.stdout) == (library.returncode, library.stdout)
-    narrow = written(changed(scalar_certificate(), "evaluation.errors.state", 1e-300), tmp_path / "narrow.json")
-    alone, library = run("-m", "trackably.checker", narrow, cwd=ROOT), run("-m", "trackably", "check", narrow, cwd=ROOT)
-    assert (alone.returncode, alone.stderr) == (library.returncode, library.stderr)
-    assert alone.returncode == 1
-
-
 def test_a_file_that_cannot_be_written_is_named(tmp_path):
     found = run("-m", "trackably.checker.bundle", tmp_path)
     assert found.returncode == 1

@@ -39,15 +39,6 @@ def test_a_bound_that_leaves_too_much_is_refused(change):
     assert verdict.reason.startswith(step)
 
 
-def test_rows_that_are_left_out_are_missed():
-    """Without attainable rows the input set's own rows are bounds: those of other names."""
-    data = as_read(learned().certificate)
-    del data["attainable"]
-    verdict = check(data)
-    assert isinstance(verdict, Failed)
-    assert verdict.reason.startswith("names")
-
-
 @over({"float row": [1.0, 1.0], "decimal": ["0.5", "1"], "nan": [math.nan, 1.0]}, "row")
 def test_rows_of_redundant_inputs_are_exact(row):
     assert isinstance(check(changed(as_read(learned().certificate), ("attainable", 0, "row"), row)), NotACertificate)

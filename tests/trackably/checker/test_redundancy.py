@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.trackably.certificates.decoded import decode_certificate
-from tests.trackably.checker.redundant import PLANE, PLANT, STEPS, as_read, in_the_plane, learned
+from tests.trackably.checker.redundant import PLANT, STEPS, as_read, in_the_plane, learned
 from tests.trackably.systems.instances import controllable
 from tests.trackably.systems.redundant_instances import excess
 from trackably.certificates.certificate import Certificate
@@ -40,14 +40,6 @@ def test_the_checker_proves_that_inputs_exist():
         assert "inputs that push alike" in verdict.statement
     assert '-1.0 ≤ "u1" ≤ 1.0, -0.2 ≤ "u2" ≤ 0.2' in check(as_read(learned().certificate)).statement
     assert "u1+u2 in [-1.2, 1.2]" in learned().explanation
-
-
-def test_in_the_plane_several_rows_are_needed():
-    assert len(as_read(in_the_plane())["attainable"]) == 4
-    reference = in_the_plane().reference
-    least = np.stack([q(reference.signals, STEPS * 0.1) for q in PLANE.flatness.inputs], axis=-1)
-    assert np.min(PLANE.input_set.margin(least)) < -0.01
-    assert np.min(PLANE.input_set.margin(reference.input(STEPS))) > -1e-14
 
 
 def test_a_certificate_is_read_as_it_was_written(tmp_path):
@@ -129,7 +121,6 @@ def test_what_is_proved_can_be_done_and_what_is_denied_cannot(seed):
         assert off > 0
         assert max(excesses) < 1e-9
         assert np.min(plant.input_set.margin(reference.input_at(FINE))) > -1e-12
-        assert isinstance(check(as_read(outcome)), Proved)
     else:
         assert isinstance(outcome, Counterexample)
         assert off < 0

@@ -11,10 +11,8 @@ from tests.trackably.certificates.instances import Case, case, compact_kernel, g
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import AllPhases, AllTimes, AtInstants, OnWindow
 from trackably.certificates.draft import evaluation_errors
-from trackably.certificates.form import encode_certificate
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
-from trackably.checker import Proved, check
 from trackably.systems.reference import Reference
 
 CHUNKS, SIZE = 4, 52
@@ -79,38 +77,6 @@ def test_nothing_false_is_ever_claimed_of_general_systems(chunk):
         {s: general_case(s) for s in range(8000 + chunk * 10, 8000 + (chunk + 1) * 10)}
     )
     assert min(said[Certificate], said[Counterexample]) >= 2
-
-
-@pytest.mark.parametrize("chunk", range(4))
-def test_the_checker_agrees_about_general_systems(chunk):
-    """About a short window of each, and about other claims with few boxes or instants, so that it takes no minutes."""
-    examined = Counter[type]()
-    for seed in range(8000 + chunk * 10, 8000 + (chunk + 1) * 10):
-        chosen = general_case(seed)
-        for found in (prove_on_window(chosen.reference, 0.0, chosen.end / 32), ask(seed, chosen)):
-            if isinstance(found, Certificate) and _size(found) <= 12:
-                verdict = check(encode_certificate(found))
-                assert isinstance(verdict, Proved), (seed, verdict)
-                examined[type(found.claim)] += 1
-    assert examined[OnWindow] >= 6  # of 10: bounds that are broken in the window have no certificate
-
-
-def test_the_checker_agrees_about_kernels_with_compact_support():
-    examined = Counter[type]()
-    for seed in range(9000, 9040):
-        found = ask(seed, case(seed, 1e-3, compact_kernel))
-        if isinstance(found, Certificate) and _size(found) <= 24:
-            verdict = check(encode_certificate(found))
-            assert isinstance(verdict, Proved), (seed, verdict)
-            examined[type(found.claim)] += 1
-    assert examined[AllTimes] >= 5
-    assert examined[OnWindow] >= 3
-
-
-def _size(found: Certificate) -> int:
-    """The number of boxes and instants that the checker has to look at."""
-    instants = found.claim.last_step if isinstance(found.claim, AtInstants) else 0
-    return instants + sum(len(cover.radii) for cover in found.covers.values())
 
 
 @pytest.mark.parametrize("chunk", range(5))

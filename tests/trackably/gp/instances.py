@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import strategies as st
 from mpmath import mp
@@ -78,16 +79,24 @@ REPRESENTATIVE = {name: KERNELS[name] for name in _REPRESENTATIVE}
 
 def over(table: dict[str, Any], *names: str) -> Any:
     """Parametrize a test over a table, under its names; `names` are the test's arguments."""
-    return pytest.mark.parametrize(names or ("kernel",), [pytest.param(v, id=k) for k, v in table.items()])
+    rows = [pytest.param(*(row if len(names) > 1 else (row,)), id=name) for name, row in table.items()]
+    return pytest.mark.parametrize(names or ("kernel",), rows)
 
 
-def formula(kernel: Kernel) -> Formula:
-    """κ(r) in the arithmetic of mpmath, straight from the textbook."""
+class LongDoubles:
+    """The functions of mpmath that kernels need, of arrays of NumPy's longest floats."""
+
+    pi = np.longdouble("3.14159265358979323846264338327950288")
+    mpf, exp, sqrt, sin, power = (staticmethod(f) for f in (np.longdouble, np.exp, np.sqrt, np.sin, np.power))
+
+
+def formula(kernel: Kernel, m: Any = mp) -> Formula:
+    """κ(r) in the arithmetic m, straight from the textbook."""
     if isinstance(kernel, Sum | Product):
-        f, g = formula(kernel.left), formula(kernel.right)
+        f, g = formula(kernel.left, m), formula(kernel.right, m)
         return (lambda r: f(r) + g(r)) if isinstance(kernel, Sum) else (lambda r: f(r) * g(r))
-    std, *rest = (mp.mpf(v) for v in kernel.hyperparameters.values())
-    return lambda r: std**2 * _CORRELATIONS[type(kernel)](r, *rest)
+    std, *rest = (m.mpf(v) for v in kernel.hyperparameters.values())
+    return lambda r: std**2 * _CORRELATIONS[type(kernel)](m, r, *rest)
 
 
 def compact(q: int, s: Any) -> Any:
@@ -98,23 +107,24 @@ def compact(q: int, s: Any) -> Any:
         3: [15, 15 * j + 45, 6 * j**2 + 36 * j + 45, j**3 + 9 * j**2 + 23 * j + 15],
     }
     constant, *_ = coefficients = polynomials[q]
-    return (1 - s) ** (j + q) * sum(c * s**k for k, c in enumerate(coefficients)) / constant if s < 1 else 0 * s
+    return (s < 1) * (1 - s) ** (j + q) * sum(c * s**k for k, c in enumerate(coefficients)) / constant
+
+
+def _matern(m: Any, twice_nu: int, x: Any) -> Any:
+    """Return the correlation at x = √(2ν) |r| / θ₂."""
+    polynomial = {3: 1 + x, 5: 1 + x + x**2 / 3, 7: 1 + x + 2 * x**2 / 5 + x**3 / 15}[twice_nu]
+    return polynomial * m.exp(-x)
 
 
 _CORRELATIONS: dict[type[Kernel], Callable[..., Any]] = {
-    SquaredExponential: lambda r, ell: mp.exp(-(r**2) / (2 * ell**2)),
-    Matern32: lambda r, ell: (1 + mp.sqrt(3) * abs(r) / ell) * mp.exp(-mp.sqrt(3) * abs(r) / ell),
-    Matern52: lambda r, ell: (
-        (1 + mp.sqrt(5) * abs(r) / ell + 5 * r**2 / (3 * ell**2)) * mp.exp(-mp.sqrt(5) * abs(r) / ell)
-    ),
-    Matern72: lambda r, ell: (
-        (1 + mp.sqrt(7) * abs(r) / ell + 14 * r**2 / (5 * ell**2) + 7 * mp.sqrt(7) * abs(r) ** 3 / (15 * ell**3))
-        * mp.exp(-mp.sqrt(7) * abs(r) / ell)
-    ),
-    RationalQuadratic: lambda r, ell, alpha: mp.power(1 + r**2 / (2 * alpha * ell**2), -alpha),
-    PiecewisePolynomial2: lambda r, ell: compact(2, abs(r) / ell),
-    PiecewisePolynomial3: lambda r, ell: compact(3, abs(r) / ell),
-    Periodic: lambda r, ell, period: mp.exp(-2 / ell**2 * mp.sin(mp.pi * r / period) ** 2),
+    SquaredExponential: lambda m, r, ell: m.exp(-(r**2) / (2 * ell**2)),
+    Matern32: lambda m, r, ell: _matern(m, 3, m.sqrt(m.mpf(3)) * abs(r) / ell),
+    Matern52: lambda m, r, ell: _matern(m, 5, m.sqrt(m.mpf(5)) * abs(r) / ell),
+    Matern72: lambda m, r, ell: _matern(m, 7, m.sqrt(m.mpf(7)) * abs(r) / ell),
+    RationalQuadratic: lambda m, r, ell, alpha: m.power(1 + r**2 / (2 * alpha * ell**2), -alpha),
+    PiecewisePolynomial2: lambda m, r, ell: compact(2, abs(r) / ell),
+    PiecewisePolynomial3: lambda m, r, ell: compact(3, abs(r) / ell),
+    Periodic: lambda m, r, ell, period: m.exp(-2 / ell**2 * m.sin(m.pi * r / period) ** 2),
 }
 
 

@@ -1,4 +1,8 @@
-"""Gaussian process regression written out plainly: loops, an explicit inverse, a determinant."""
+"""Gaussian process regression written out plainly: the process at every instant, a matrix, and its inverse.
+
+A sample y_i = o + Σ_j w_j g(t_i + j step) + noise_i is y = o + S g + noise with g the process at all instants, so that
+the samples have the covariance S K Sᵀ + diag(noise²).
+"""
 
 import math
 
@@ -6,30 +10,41 @@ import numpy as np
 
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
+from trackably.gp.stencil import Stencils
 
 
 def _covariance(prior: Prior, one, other):
     return np.array([[float(prior.kernel(np.array(s - t))) for t in other] for s in one])
 
 
-def _inverse(prior: Prior, samples: Samples):
-    noise = prior.noise_std**2 * np.eye(len(samples))
-    return np.linalg.inv(_covariance(prior, samples.times, samples.times) + noise)
+def _observed(prior: Prior, samples: Samples):
+    """Return all instants, one by one; S; the inverse covariance of y, its log-determinant; and y − o − S m."""
+    of = samples.stencil
+    kinds = [of.parts[kind] for kind in of.of] if isinstance(of, Stencils) else [of] * len(samples)
+    instants, S = [], np.zeros((len(samples), sum(len(kind.weights) for kind in kinds)))
+    for i, (t, kind) in enumerate(zip(samples.times.tolist(), kinds, strict=True)):
+        for j, w in enumerate(kind.weights):
+            S[i, len(instants)] = w
+            instants.append(t + j * kind.step)
+    noise = np.diag((prior.noise_std * samples.relative_noise) ** 2)
+    A = S @ _covariance(prior, instants, instants) @ S.T + noise
+    residual = samples.values - np.array([kind.offset for kind in kinds]) - S @ np.full(len(instants), prior.mean)
+    return instants, S, np.linalg.inv(A), np.linalg.slogdet(A)[1], residual
 
 
 def mean(prior: Prior, samples: Samples, t):
-    cross = _covariance(prior, t, samples.times)
-    return prior.mean + cross @ _inverse(prior, samples) @ (samples.values - prior.mean)
+    instants, S, inverse, _, residual = _observed(prior, samples)
+    return prior.mean + _covariance(prior, t, instants) @ S.T @ inverse @ residual
 
 
 def variance(prior: Prior, samples: Samples, t):
-    cross = _covariance(prior, t, samples.times)
-    return np.diag(_covariance(prior, t, t) - cross @ _inverse(prior, samples) @ cross.T)
+    instants, S, inverse, *_ = _observed(prior, samples)
+    cross = _covariance(prior, t, instants) @ S.T
+    return np.diag(_covariance(prior, t, t) - cross @ inverse @ cross.T)
 
 
 def negative_log_marginal_likelihood(prior: Prior, samples: Samples) -> float:
-    inverse, residual = _inverse(prior, samples), samples.values - prior.mean
-    log_determinant = -np.linalg.slogdet(inverse)[1]
+    _, _, inverse, log_determinant, residual = _observed(prior, samples)
     return float(log_determinant + residual @ inverse @ residual + len(samples) * math.log(2 * math.pi))
 
 

@@ -7,14 +7,25 @@ from hypothesis import strategies as st
 
 from tests.trackably.gp import naive
 from tests.trackably.gp.instances import REPRESENTATIVE, decaying_kernels, over
+from tests.trackably.gp.test_stencils import OF_KINDS, STENCILS
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.posterior import IllConditioned, Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
 
+NOISE = np.array([1.0, 0.5, 2.0, 1.0, 0.1, 3.0, 1.0])
 SAMPLES = Samples([0.0, 0.13, 0.4, 0.55, 0.9, 1.4, 1.45, 2.0], [1.0, 0.4, -0.3, 0.1, 0.8, 2.0, 1.9, -1.0])
 TIMES = np.array([-0.7, 0.0, 0.2, 0.55, 1.0, 1.42, 2.3, 4.0])
+
+SEEN = {
+    **{name: Samples(SAMPLES.times[:7], SAMPLES.values[:7], NOISE, stencil) for name, stencil in STENCILS.items()},
+    "kinds": OF_KINDS,
+}
+SOME = {name: REPRESENTATIVE[name] for name in ("matern32_short", "periodic_pi", "nested")}
+CASES = {f"points-{name}": (kernel, SAMPLES) for name, kernel in REPRESENTATIVE.items()} | {
+    f"{seen}-{name}": (kernel, samples) for seen, samples in SEEN.items() for name, kernel in SOME.items()
+}
 
 FIXED = {
     "noise_fixed": frozenset({"noise_std"}),
@@ -31,52 +42,36 @@ def prior_of(kernel, **given_values):
 
 
 @over(REPRESENTATIVE)
-def test_mean_against_the_naive_one(kernel):
-    prior = prior_of(kernel)
-    np.testing.assert_allclose(
-        Posterior(prior, SAMPLES).mean(TIMES), naive.mean(prior, SAMPLES, TIMES), rtol=1e-9, atol=1e-10
-    )
-
-
-@over(REPRESENTATIVE)
-def test_variance_against_the_naive_one(kernel):
-    prior = prior_of(kernel)
-    scale = float(kernel(np.zeros(())))
-    variance = Posterior(prior, SAMPLES).variance(TIMES)
-    np.testing.assert_allclose(variance / scale, naive.variance(prior, SAMPLES, TIMES) / scale, atol=1e-10)
-
-
-@over(REPRESENTATIVE)
 def test_derivative_is_that_of_the_mean(kernel):
     posterior, step = Posterior(prior_of(kernel), SAMPLES), 1e-6
     by_differences = (posterior.mean(TIMES + step) - posterior.mean(TIMES - step)) / (2 * step)
     np.testing.assert_allclose(posterior.derivative(TIMES), by_differences, rtol=1e-4, atol=1e-4)
 
 
-@over(REPRESENTATIVE)
-def test_likelihood_against_the_naive_one(kernel):
+@over(CASES, "kernel", "samples")
+def test_posteriors_are_those_of_the_whole_matrix(kernel, samples):
+    prior, scale = prior_of(kernel), float(kernel(np.zeros(())))
+    posterior = Posterior(prior, samples)
+    np.testing.assert_allclose(posterior.mean(TIMES), naive.mean(prior, samples, TIMES), rtol=1e-8, atol=1e-9)
+    wanted = naive.variance(prior, samples, TIMES)
+    np.testing.assert_allclose(posterior.variance(TIMES) / scale, wanted / scale, atol=1e-9)
+    value, gradient = posterior.negative_log_marginal_likelihood()
+    assert value == pytest.approx(naive.negative_log_marginal_likelihood(prior, samples), rel=1e-9, abs=1e-9)
+    slopes = naive.by_log_hyperparameters(lambda p: naive.negative_log_marginal_likelihood(p, samples), prior)
+    np.testing.assert_allclose(gradient, slopes, rtol=1e-6, atol=1e-6 * max(1, abs(value)))
+
+
+@over(CASES, "kernel", "samples")
+def test_gradients_of_the_mean_and_its_derivative_are_central_differences(kernel, samples):
     prior = prior_of(kernel)
-    value, gradient = Posterior(prior, SAMPLES).negative_log_marginal_likelihood()
-    assert value == pytest.approx(naive.negative_log_marginal_likelihood(prior, SAMPLES), rel=1e-10, abs=1e-9)
-    reference = naive.by_log_hyperparameters(lambda p: naive.negative_log_marginal_likelihood(p, SAMPLES), prior)
-    np.testing.assert_allclose(gradient, reference, rtol=1e-6, atol=1e-6 * max(1, abs(value)))
-
-
-@over(REPRESENTATIVE)
-def test_mean_gradient_against_central_differences(kernel):
-    prior = prior_of(kernel)
-    reference = naive.by_log_hyperparameters(lambda p: naive.mean(p, SAMPLES, TIMES), prior)
-    np.testing.assert_allclose(Posterior(prior, SAMPLES).mean_gradient(TIMES), reference, rtol=1e-6, atol=1e-6)
-
-
-@over(REPRESENTATIVE)
-def test_gradient_of_the_jet_against_central_differences(kernel):
-    prior = prior_of(kernel)
-    jet, gradient = Posterior(prior, SAMPLES).jet_and_gradient(TIMES, 1)
-    np.testing.assert_allclose(jet, Posterior(prior, SAMPLES).signal.jet(TIMES, 1), rtol=1e-10, atol=1e-11)
-    reference = naive.by_log_hyperparameters(lambda p: Posterior(p, SAMPLES).signal.jet(TIMES, 1), prior)
-    scale = 1e-6 * np.max(np.abs(reference), axis=-1, keepdims=True)
-    assert np.all(np.abs(gradient - reference) <= 2e-6 + scale)
+    posterior = Posterior(prior, samples)
+    slopes = naive.by_log_hyperparameters(lambda p: naive.mean(p, samples, TIMES), prior)
+    np.testing.assert_allclose(posterior.mean_gradient(TIMES), slopes, rtol=1e-6, atol=2e-6)
+    jet, gradient = posterior.jet_and_gradient(TIMES, 1)
+    np.testing.assert_allclose(jet, posterior.signal.jet(TIMES, 1), rtol=1e-9, atol=1e-10)
+    slopes = naive.by_log_hyperparameters(lambda p: Posterior(p, samples).signal.jet(TIMES, 1), prior)
+    scale = 1e-6 * np.max(np.abs(slopes), axis=-1, keepdims=True)
+    assert np.all(np.abs(gradient - slopes) <= 2e-6 + scale)
 
 
 @over(FIXED, "fixed")

@@ -13,8 +13,6 @@ import pytest
 from tests.trackably.checker.edges import hostile
 from tests.trackably.checker.edges.test_counterexamples import by_claim
 from tests.trackably.checker.instances import scalar_certificate
-from trackably.checker import Undecided
-from trackably.checker import watch as progress
 from trackably.checker.__main__ import INTERRUPTED, PROVED, REFUTED, UNDECIDED, UNUSABLE, main
 from trackably.checker.limits import BYTES
 
@@ -90,20 +88,8 @@ def test_an_interrupt_ends_it_at_once(files, command) -> None:
     assert b"Traceback" not in said
 
 
-def test_no_line_is_written_where_there_is_no_terminal(monkeypatch, capsys) -> None:
-    monkeypatch.setattr(progress, "_PATIENCE", 0.0)
-    line = progress.ProgressLine()
-    line(1, 2)
-    line.clear()
-    assert capsys.readouterr() == ("", "")
-
-
 def test_a_file_name_that_is_no_text_is_printed_all_the_same(tmp_path) -> None:
     path = os.fsencode(tmp_path) + b"/\xff\xfe.json"
     done = subprocess.run([sys.executable, "-m", "trackably.checker", path], capture_output=True, check=False)
     assert done.returncode == UNUSABLE
     assert b"Traceback" not in done.stderr
-
-
-def test_undecided_is_an_answer() -> None:
-    assert Undecided("not decided within 1 s").reason

@@ -1,0 +1,84 @@
+"""Stencils: a sample is a weighted sum of values of the process, of one kind or of several."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.trackably.gp.instances import over
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.posterior import Posterior
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.gp.stencil import POINT, Stencil, Stencils
+
+STENCILS = {
+    "point": POINT,
+    "scaled": Stencil((-2.0,), 0.1, 0.3),
+    "later": Stencil((0.0, 1.0), 0.13),
+    "mean": Stencil((0.5, 0.5), 0.05, -0.4),
+    "difference": Stencil((-10.0, 10.0), 0.1, 1.0),
+    "second_difference": Stencil((4.0, -8.0, 4.0), 0.5),
+    "uneven": Stencil((0.3, 0.0, -0.7, 1.1), 0.07, 0.2),
+}
+H = 0.05
+MIDDLE, SLOPE = Stencil((0.5, 0.5), H, 0.2), Stencil((-1 / H, 1 / H), H)
+TIMES = np.array([0.0, 0.0, 0.3, 0.4, 0.4, 0.9, 1.2])
+KINDS = Stencils((MIDDLE, SLOPE, POINT), ("position", "velocity", "z1"), (0, 1, 1, 0, 2, 0, 1))
+VALUES, NOISE = np.sin(3 * TIMES) + KINDS.places, np.array([0.05, 0.3, 0.2, 0.05, 0.1, 0.05, 0.3])
+OF_KINDS = Samples(TIMES, VALUES, NOISE, KINDS)
+
+
+@over(STENCILS, "stencil")
+def test_what_is_sampled_without_noise_is_seen_again(stencil):
+    prior = Prior(SquaredExponential(1.0, 0.3), noise_std=1e-4, mean=0.3)
+    times = np.arange(5) * 0.8
+    seen = Samples(times, [1.0, 0.4, -0.3, 0.1, 0.8], stencil=stencil)
+    signal = Posterior(prior, seen).signal
+    again = stencil.offset + sum(w * signal(times + j * stencil.step) for j, w in enumerate(stencil.weights))
+    np.testing.assert_allclose(again, seen.values, atol=1e-4)
+
+
+def test_a_sample_with_hardly_any_weight_hardly_matters():
+    prior, t, y = Prior(SquaredExponential(1.0, 0.5), 0.2), np.arange(7.0), np.cos(np.arange(7.0))
+    loud, others = np.where(t == 3, 1e6, 1.0), t != 3
+    found, wanted = (Posterior(prior, of).mean(t) for of in (Samples(t, y, loud), Samples(t[others], y[others])))
+    np.testing.assert_allclose(found, wanted, atol=1e-8)
+
+
+@given(st.lists(st.floats(-3, 3), min_size=1, max_size=5).filter(any), st.floats(0, 2), st.floats(-2, 2))
+def test_centres_spread_and_lags_against_loops(weights, step, offset):
+    stencil, t, values = Stencil(tuple(weights), step, offset), np.array([0.0, 0.7, 3.1]), np.array([1.0, -2.0, 0.5])
+    pairs = {(i, j): (t[i] + j * step, w * values[i]) for i in range(3) for j, w in enumerate(weights)}
+    found = sorted(zip(stencil.centres(t).tolist(), stencil.spread(values).tolist(), strict=True))
+    np.testing.assert_allclose(found, sorted(pairs.values()), atol=1e-12)
+    twice = stencil.spread(np.stack([values, 2 * values]))
+    np.testing.assert_allclose(twice[1], 2 * stencil.spread(values))
+    correlation = dict.fromkeys(range(1 - len(weights), len(weights)), 0.0)
+    for j, one in enumerate(weights):
+        for k, other in enumerate(weights):
+            correlation[j - k] += one * other
+    lags = stencil.lags
+    assert [lag for _, lag in lags] == [d * step for d in correlation]
+    np.testing.assert_allclose([rho for rho, _ in lags], list(correlation.values()), atol=1e-12)
+    assert stencil.at_rest(1.7) == pytest.approx(offset + sum(1.7 * w for w in weights), abs=1e-12)
+
+
+def test_each_kind_by_its_name() -> None:
+    parts = OF_KINDS.by_name("ignored")
+    assert [*parts] == ["position", "velocity", "z1"]
+    np.testing.assert_array_equal(parts["velocity"].times, [0.0, 0.3, 1.2])
+    np.testing.assert_array_equal(parts["velocity"].relative_noise, [0.3, 0.2, 0.3])
+    assert parts["velocity"].stencil == SLOPE
+    assert OF_KINDS.of_level.stencil == MIDDLE
+    assert Samples([0.0], [1.0], [1.0], SLOPE).of_level.stencil == SLOPE
+    chosen = KINDS.only(np.array([1, 2, 6]))
+    assert chosen == SLOPE
+    assert KINDS.only(np.array([1, 4])) == Stencils((SLOPE, POINT), ("velocity", "z1"), (0, 1))
+
+
+@given(st.floats(-5, 5))
+def test_a_process_at_rest_is_measured_as_such(level: float) -> None:
+    np.testing.assert_allclose(
+        KINDS.measured(lambda t: np.full_like(t, level), TIMES), KINDS.at_rest(level), atol=1e-12
+    )
