@@ -22,7 +22,7 @@ from trackably.systems.reference import Reference
 @pytest.mark.parametrize("make", [case, general_case])
 def test_what_is_likely_is_proved_where_it_would_be_anyway(make):
     """Bounds are kept or broken by a hair: who is believed to keep them is checked no less."""
-    for seed in range(9300, 9306):
+    for seed in range(9300, 9303):
         tried = make(seed).reference
         likely, anyway = prove(tried, is_likely=True), prove(tried)
         assert type(likely) is type(anyway)

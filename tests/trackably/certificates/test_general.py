@@ -1,27 +1,20 @@
 """Certified references of systems with several states and inputs: learned, proved, checked, and kept for ever."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
-from tests.trackably.certificates import naive
-from tests.trackably.checker.changes import PLANT, changed
-from trackably.certificates.certificate import Certificate
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.claim import AllPhases, AllTimes
 from trackably.certificates.form import encode_certificate
-from trackably.certificates.outcome import Counterexample
-from trackably.certificates.prove import prove
-from trackably.checker import Failed, Proved, check
+from trackably.checker import Proved, check
 from trackably.errors import DoubtfulInputWarning
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learn import learn_reference
@@ -144,44 +137,6 @@ def test_references_are_certified_and_checked(name):
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_certified_references_are_kept_for_thousands_of_steps(name):
     assert_kept_for_thousands_of_steps(certified(name).reference)
-
-
-def test_a_broken_velocity_bound_has_a_counterexample():
-    """The position alone would be fine: it is moved too fast."""
-    (samples,) = axis_samples(stopping, 20, 3.0)
-    quick = Posterior(Prior(SquaredExponential(0.9, 0.35).as_learned(), 0.05), samples).signal
-    wide = Polytope.box(np.array([-2.0, -2.0]), np.array([2.0, 2.0]))
-    inputs = Polytope.box(np.array([-99.0]), np.array([99.0]))
-    reference = Reference((quick,), replace(AXIS, state_set=wide, input_set=inputs))
-    found = prove(reference)
-    assert isinstance(found, Counterexample)
-    assert found.quantity == "velocity"
-    assert naive.margin(reference, "velocity", found.time) <= -found.violation < -0.1
-    assert abs(reference.state_at(np.array(found.time))[1]) > 2.1
-    kept = Polytope.box(np.array([-2.0, -9.0]), np.array([2.0, 9.0]))
-    assert isinstance(prove(Reference((quick,), replace(reference.plant, state_set=kept))), Certificate)
-
-
-def test_bounds_drawn_in_across_the_reference_are_refused():
-    """By a thousandth of the width, more than the back-off, wherever the reference comes as near as that."""
-    found = certified("axis_stops")
-    data, t = encode_certificate(found.certificate), np.linspace(0, 7, 5001)
-    met = 0
-    sides = [
-        (side, i) for side in ("state_set", "input_set") for i in range(len(data["reference"]["plant"][side]["rows"]))
-    ]
-    for (side, i), quantity in zip(sides, found.reference.quantities, strict=True):
-        by, narrow = 1e-3 * quantity.bounds.width, data
-        for end, value in (("lower", quantity.bounds.lower + by), ("upper", quantity.bounds.upper - by)):
-            narrow = changed(narrow, (*PLANT, side, end, i), value)
-        verdict = check(narrow)
-        if np.min(quantity.margin(found.reference.signals, t)) < 0.9 * by:
-            assert isinstance(verdict, Failed), quantity.name
-            assert verdict.reason.startswith(
-                (f"box: the {quantity.name}", f"tail: the envelope of the {quantity.name}")
-            )
-            met += 1
-    assert met >= 1
 
 
 def test_a_prior_mean_that_is_no_admissible_equilibrium_is_explained():

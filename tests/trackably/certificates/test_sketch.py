@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 from tests.trackably.certificates.instances import case, general_case
-from tests.trackably.certificates.test_prove import reference
 from trackably.certificates.sketch import sketches
-from trackably.gp.kernels.matern import Matern32
 
 
 @pytest.mark.parametrize("make", [case, general_case])
@@ -17,14 +15,3 @@ def test_no_finer_grid_finds_lower_margins(make, seed):
     for quantity, drawn in zip(chosen.reference.quantities, sketches(chosen.reference, 0.0, chosen.end), strict=True):
         assert drawn.least <= np.min(quantity.margin(signals, fine)) + 1e-9
         assert drawn.least == pytest.approx(float(quantity.margin(signals, np.array([drawn.worst_time]))[0]), abs=1e-12)
-
-
-def test_kinks_lie_on_the_grid():
-    learned = reference(Matern32(1.0, 0.3))
-    (signal,) = learned.kernel_sums
-    times = sketches(learned, 0.0, 2.0)[0].times
-    inside = signal.centres[(signal.centres >= 0.0) & (signal.centres <= 2.0)]
-    assert len(inside)
-    assert np.all(np.isin(inside, times))
-    assert np.all(np.diff(times) > 0)
-    assert (times[0], times[-1]) == (0.0, 2.0)

@@ -80,28 +80,6 @@ def test_samples_may_see_more_than_one_instant(kernel, stencil):
             assert disagreement(with_factor(posterior, factor), dense(posterior)) < AGREEMENT
 
 
-@over(FAMILIES)
-def test_products_against_whole_matrices(kernel):
-    times = TIMES["even"](250)
-    posterior = posterior_at(kernel, times, 0.3)
-    variances = noise_variance(posterior.prior, posterior.samples)
-    jet, gradient = kernel.jet_and_gradient(times[:, None] - times, 0)
-    matrix = jet[0] + np.diag(variances)
-    right = np.random.default_rng(5).standard_normal((250, 3))
-    inner = np.linalg.inv(matrix) - np.outer(right[:, 0], right[:, 0])
-    scale = np.max(np.abs(inner)) * np.max(variances)
-    for factor in factorisations(posterior).values():
-        np.testing.assert_allclose(matrix @ factor.solve(right), right, atol=1e-9)
-        np.testing.assert_allclose(factor.solve(right)[:, 1], factor.solve(right[:, 1]), atol=1e-12 / np.min(variances))
-        by_theta = gradient[:, 0] @ right[:, 0]
-        np.testing.assert_allclose(factor.gradient_times(right[:, 0]), by_theta, atol=1e-10 * np.max(np.abs(gradient)))
-        trace, by_noise = factor.likelihood_traces(right[:, 0])
-        reference = np.einsum("ij,pij->p", inner, gradient[:, 0])
-        np.testing.assert_allclose(trace, reference, atol=1e-9 * np.max(np.abs(reference)))
-        assert by_noise == pytest.approx(np.diag(inner) @ variances, abs=1e-9 * 250 * scale)
-        assert factor.log_determinant == pytest.approx(np.linalg.slogdet(matrix)[1], rel=1e-10)
-
-
 @over(
     {
         "se": SquaredExponential(1.0, 1.0),

@@ -64,8 +64,8 @@ def wave(seed, count):
     return signal, steps, times
 
 
-@pytest.mark.parametrize("count", [4000, 5000, 60_000])
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("count", [4000, 60_000])
+@pytest.mark.parametrize("seed", range(2))
 def test_minima_of_many_steps_are_those_of_all_of_them(seed, count):
     signal, steps, times = wave(seed, count)
     values = signal(times)
@@ -79,7 +79,7 @@ def test_minima_of_many_steps_are_those_of_all_of_them(seed, count):
 
 
 @pytest.mark.parametrize("curvature", ["bounded", "unknown"])
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 def test_what_looks_miss_is_found_wherever_it_breaks_a_bound(seed, curvature):
     """A dip of a few steps, below zero, that no look meets: hidden from the kernels, but not from the curvature."""
     signal, steps, times = wave(seed, 60_000)

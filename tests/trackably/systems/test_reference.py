@@ -62,13 +62,6 @@ def test_at_rest_a_quantity_is_that_of_a_constant_signal(plant, level):
     assert entry.functional.at_rest([level]) == pytest.approx(equilibrium_input(plant, level), abs=1e-13)
 
 
-@over(PLANTS, "plant")
-def test_stepping_from_a_state_with_its_input_lands_on_the_next(plant):
-    reference = Reference((SIGNAL,), plant)
-    landed = plant.system.successor(reference.state_at(TIMES), reference.input_at(TIMES))
-    np.testing.assert_allclose(landed, reference.state_at(TIMES + plant.sampling_time), atol=1e-13)
-
-
 @given(plants, st.lists(st.floats(-3, 3), min_size=3, max_size=3), st.floats(-1, 3))
 def test_tube_holds_the_next_state_exactly_where_the_input_is_admissible(plant, weights, time):
     signal = KernelSum(Matern52(1.0, 0.5), 0.1, np.array([0.0, 0.5, 1.5]), np.array(weights))
@@ -91,7 +84,7 @@ def general(seed: int) -> Reference:
     return Reference(tuple(random_signal(rng) for _ in range(plant.signal_count)), plant)
 
 
-@pytest.mark.parametrize("seed", range(50))
+@pytest.mark.parametrize("seed", range(16))
 def test_every_step_of_a_random_system_lands_on_the_next(seed):
     reference = general(seed)
     system, x, u = reference.plant.system, reference.state(STEPS), reference.input(STEPS)
@@ -101,7 +94,7 @@ def test_every_step_of_a_random_system_lands_on_the_next(seed):
     np.testing.assert_allclose(landed, x[1:], rtol=0, atol=1e-9 * np.max(np.abs(x)))
 
 
-@pytest.mark.parametrize("seed", [seed for seed in range(50) if is_stable(controllable(seed))])
+@pytest.mark.parametrize("seed", [seed for seed in range(16) if is_stable(controllable(seed))])
 def test_a_stable_system_stays_on_its_reference_without_feedback(seed):
     reference = general(seed)
     states, inputs = reference.state(STEPS), reference.input(STEPS)
@@ -112,7 +105,7 @@ def test_a_stable_system_stays_on_its_reference_without_feedback(seed):
     assert max(off) <= 1e-9 * np.max(np.abs(states))
 
 
-@pytest.mark.parametrize("seed", range(0, 50, 7))
+@pytest.mark.parametrize("seed", range(0, 16, 7))
 def test_a_window_is_what_lies_ahead(seed):
     reference = general(seed)
     for k, horizon in ((0, 1), (5, 20), (2999, 3)):

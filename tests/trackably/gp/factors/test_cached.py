@@ -27,7 +27,3 @@ def test_may_be_given_beforehand():
     one = Counted()
     vars(one)["doubled"] = 7
     assert (one.doubled, one.calls) == (7, [])
-
-
-def test_the_class_has_what_describes_it():
-    assert Counted.doubled.__doc__ == "Twice as many."

@@ -2,11 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from numpy.polynomial import Chebyshev
 
-from trackably.gp.factors import low_rank as chebyshev
 from trackably.gp.factors.low_rank import ROUNDING, Bases
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.matern import Matern32, Matern52
@@ -15,21 +11,6 @@ from trackably.gp.kernels.rational_quadratic import RationalQuadratic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 
 EVENLY = np.linspace(0.0, 7.0, 400)
-
-
-@given(st.integers(2, 60), st.floats(-5, 5), st.floats(0.01, 1e3), st.integers(0, 2**32 - 1))
-def test_polynomials_are_met_everywhere(count, first, span, seed):
-    rng = np.random.default_rng(seed)
-    polynomial = Chebyshev(rng.standard_normal(count), domain=[first, first + span])
-    points = chebyshev.nodes(first, first + span, count)
-    assert np.all(np.diff(points) > 0)
-    t = np.concatenate([rng.uniform(first, first + span, 20), points[:2]])
-    t = np.clip(t, first, first + span)
-    matrix = chebyshev.interpolation(t, first, first + span, count)
-    scale = np.sum(np.abs(polynomial.coef))
-    np.testing.assert_allclose(matrix @ polynomial(points) / scale, polynomial(t) / scale, atol=1e-11)
-    np.testing.assert_allclose(chebyshev.coefficients(polynomial(points)) / scale, polynomial.coef / scale, atol=1e-12)
-    assert np.max(np.sum(np.abs(matrix), axis=1)) < 1 + 2 / np.pi * np.log(count + 1) + 0.1  # Lebesgue's constant
 
 
 SMOOTH: list[Kernel] = [

@@ -90,19 +90,6 @@ def test_the_likelihood_does_not_jump_from_one_period_to_the_next(rungs):
     assert objectives[0] == pytest.approx(objectives[1], rel=1e-12)
 
 
-def test_the_gradient_is_that_of_the_likelihood():
-    posterior = posterior_at(KERNELS["sum_of_smooth"], TIMES, 0.1, np.linspace(0.5, 2.0, len(TIMES)))
-    log_theta, h = posterior.prior.log_hyperparameters, 1e-5
-
-    def likelihood(at):
-        moved = type(posterior)(posterior.prior.with_log_hyperparameters(at), posterior.samples)
-        return with_factor(moved, factorisations(moved)[Fourier]).negative_log_marginal_likelihood()
-
-    for step, slope in zip(h * np.eye(len(log_theta)), likelihood(log_theta)[1], strict=True):
-        difference = likelihood(log_theta + step)[0] - likelihood(log_theta - step)[0]
-        assert difference / (2 * h) == pytest.approx(slope, rel=1e-6, abs=1e-6)
-
-
 @pytest.mark.parametrize("lengthscale", [1e-300, 1e-3, 1e200, 1e300])
 def test_lengths_beyond_all_periods_are_left_to_others(lengthscale):
     density = SquaredExponential(1.0, lengthscale).spectral_density

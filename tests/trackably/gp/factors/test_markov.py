@@ -9,15 +9,8 @@ import pytest
 from tests.trackably.gp.factors.factors import dense, disagreement, factorisations, posterior_at, with_factor
 from trackably.gp.factors.markov_bands import (
     Markov,
-    condition,
-    congruent,
     differenced,
-    log_determinant_slope,
-    plus,
-    times_vector,
-    width,
 )
-from trackably.gp.factors.markov_bands import _jump as jump
 from trackably.gp.kernels.base import Product, Sum
 from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -117,32 +110,6 @@ def test_covariances_of_differences_have_all_their_digits(kernel, degree, stenci
     np.testing.assert_allclose(entries, wanted / np.outer(scale, scale), atol=1e-10)
 
 
-def test_band_matrices_against_whole_ones():
-    lower = np.array([[1.0] * 6, [0.3, -0.2, 0.5, 0.1, 0.7, 0.0], [0.1, 0.2, -0.4, 0.3, 0.0, 0.0]])
-    variances, x = np.array([1.0, 2.0, 0.5, 3.0, 1.5, 0.7]), RNG.standard_normal(6)
-    triangle = np.tril(whole(lower))
-    product = congruent(lower, variances)
-    np.testing.assert_allclose(whole(product), triangle @ np.diag(variances) @ triangle.T, atol=1e-15)
-    np.testing.assert_allclose(times_vector(product, x), whole(product) @ x, atol=1e-14)
-    np.testing.assert_allclose(whole(plus(product, lower[:2])), whole(product) + whole(lower[:2]), atol=1e-15)
-    slope = log_determinant_slope(product + 1e-30j * lower, 1e-30)
-    assert slope == pytest.approx(np.trace(np.linalg.solve(whole(product), whole(lower))), rel=1e-12)
-    scale = np.sqrt(whole(product).diagonal())
-    scaled = whole(product) / np.outer(scale, scale)
-    factor = np.linalg.cholesky(whole(product))
-    banded = np.array([np.append(np.diagonal(factor, -q), np.zeros(q)) for q in range(3)])
-    norm = 1 + 2 * sum(np.max(np.abs(np.diagonal(scaled, -q))) for q in (1, 2))
-    inverse = np.linalg.norm(np.linalg.inv(scaled), 1)
-    assert 0.5 * norm * inverse < condition(product, banded) < (1 + 1e-9) * norm * inverse
-
-
-def test_wider_stencils_make_wider_bands():
-    times = STEP * np.arange(50)
-    assert width(times, 3, POINT.lags) == 2
-    assert width(times, 3, Stencil((0.5, 0.5), 0.95 * STEP).lags) == 3
-    assert width(times, 2, Stencil((1.0, 0.0, 1.0), 2.05 * STEP).lags) == 6
-
-
 @pytest.mark.parametrize(
     ("kernel", "times", "stencil"),
     [
@@ -172,20 +139,3 @@ def test_memory_grows_with_the_number_of_samples():
     tracemalloc.stop()
     assert isinstance(posterior._factored, Markov)
     assert peak < 150 * times.nbytes
-
-
-@pytest.mark.parametrize("polynomial", [[1.0, 1.0], [1.0, 1.0, 1 / 3]], ids=["matern32", "matern52"])
-def test_jumps_have_all_digits(polynomial):
-    """The series up to x = 1 has enough terms; beyond, what cancels costs few digits."""
-    x = np.array([1e-6, 0.01, 0.5, 0.99, 0.9999999, 1.0, 1.01, 2.0, 30.0, 250.0])
-    with mpmath.workdps(80):
-        P = [mpmath.mpf(1) / 3 if c == 1 / 3 else mpmath.mpf(c) for c in polynomial]
-
-        def decayed(a):
-            return sum(c * a**k for k, c in enumerate(P)) * mpmath.exp(-a)
-
-        exact = [decayed(a) - decayed(-a) for a in map(mpmath.mpf, x.tolist())]
-        expected = np.array([float(each) for each in exact])
-    found = jump(np.array(polynomial), x)
-    np.testing.assert_allclose(found[:5], expected[:5], rtol=2e-15)
-    np.testing.assert_allclose(found[5:], expected[5:], rtol=1e-13)

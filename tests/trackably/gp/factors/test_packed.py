@@ -6,7 +6,7 @@ import pytest
 from tests.trackably.gp.factors.factors import REPRESENTATIVES
 from tests.trackably.gp.instances import over
 from trackably.gp.factors.dense import Dense
-from trackably.gp.factors.factorisation import differences, gram, packed, whole
+from trackably.gp.factors.factorisation import differences, packed
 
 SIZES = [1, 2, 3, 64, 127, 128, 201]  # up to 127 in one part
 
@@ -26,21 +26,6 @@ def covariance_of(kernel):
 def entries_of(kernel, times):
     apart = differences(times)
     return lambda part: covariance_of(kernel)(apart[part])
-
-
-@over(REPRESENTATIVES)
-@pytest.mark.parametrize("n", SIZES)
-def test_parts_against_whole_matrices(kernel, n):
-    times, rng = irregular(n), np.random.default_rng(7)
-    c, square = rng.standard_normal(n), rng.standard_normal((n, n))
-    entries, gradient = gram(n, entries_of(kernel, times))
-    matrix, by_theta = covariance_of(kernel)(times[:, None] - times)
-    np.testing.assert_allclose(whole(n, entries), matrix, atol=1e-15 * np.max(matrix))
-    scale = np.max(np.abs(by_theta)) * n
-    np.testing.assert_allclose(gradient.times(c) / scale, by_theta @ c / scale, atol=1e-14)
-    symmetric = square + square.T
-    reference = np.einsum("ij,pij->p", symmetric, by_theta)
-    np.testing.assert_allclose(gradient.traces(n, packed(symmetric)) / scale, reference / scale, atol=1e-12)
 
 
 @over(REPRESENTATIVES)

@@ -47,14 +47,6 @@ def test_value_of_the_call_against_forty_digits(kernel):
 
 
 @over(KERNELS)
-def test_each_derivative_is_that_of_the_one_before(kernel):
-    r = RELATIVE_TIMES * time_scale(kernel)
-    jet = kernel.jet(r, 3)
-    by_differences = central_difference(lambda h: kernel.jet(r + h, 2), 1e-3 * min(time_scales(kernel)))
-    np.testing.assert_allclose(in_units_of(jet[1:], jet[1:]), in_units_of(jet[1:], by_differences), atol=3e-8)
-
-
-@over(KERNELS)
 def test_curvature_at_zero(kernel):
     """Every kernel here is twice differentiable at 0, where κ̇ = 0 and κ̈ < 0."""
     step = 1e-4 * min(time_scales(kernel))

@@ -1,12 +1,5 @@
-"""Random problems whose prior mean is an admissible equilibrium: each must lead to a proved reference.
+"""Random problems whose prior mean is an admissible equilibrium: each must lead to a proved reference."""
 
-`python -m tests.trackably.learning.joint.random_problems 0 200` tells what is learned from those of
-seeds 0 … 199: seed, what was moved (function and hyperparameters, or these alone), states, inputs, kernel, seconds, J,
-price, back-off, attempts, nonlinear programs, and the least margin on a fine grid.
-"""
-
-import sys
-import time
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -34,7 +27,6 @@ from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 
 _SPAN = 2.0
-_FINE = 20_001  # times
 _KERNELS: tuple[Kernel, ...] = (
     SquaredExponential(lengthscale=(0.2, 2.0)),
     Matern52(lengthscale=(0.3, 3.0)),
@@ -126,66 +118,3 @@ def _bounded(rng: np.random.Generator, loose: ConstrainedSystem, plain: JointPos
         below, above = 10 ** rng.uniform(-0.6, 0, (2, len(rows)))
         sets.append(Polytope(rows, rest - below * reach, rest + above * reach))
     return replace(loose, state_set=sets[0], input_set=sets[1])
-
-
-@dataclass(frozen=True)
-class Told:
-    """What was learned from the problem of a seed, in `seconds` of processor time.
-
-    `worst` is the least margin of all quantities at the times of a fine grid, as a part of the bounds' width.
-    """
-
-    seed: int
-    problem: Problem
-    found: Certified | NoSolution | Counterexample | Unproved
-    seconds: float
-    worst: float
-
-    @classmethod
-    def of(cls, seed: int) -> "Told":
-        problem, start = random_problem(seed), time.process_time()
-        found = problem.learned()
-        seconds = time.process_time() - start
-        return cls(seed, problem, found, seconds, _worst(found) if isinstance(found, Certified) else np.nan)
-
-    @property
-    def kind(self) -> str:
-        """What was moved, if the reference is proved and keeps its bounds on the grid."""
-        if not isinstance(self.found, Certified):
-            return "failed"
-        return self.found.solution.method if self.worst >= 0 else "broken"
-
-    def __str__(self) -> str:
-        n, m = self.problem.plant.linear.B.shape
-        kernel = type(self.problem.prior.parts[0].kernel).__name__
-        said = f"{self.seed} {self.kind} {n} {m} {kernel} {self.seconds:.2f}"
-        if not isinstance(self.found, Certified):
-            return f"{said} {type(self.found).__name__} {self.found.explanation}"
-        solution = self.found.solution
-        learned = f"{solution.objective:.6g} {solution.price:.4g} {self.found.backoff:.0e} {self.found.attempts}"
-        return f"{said} {learned} {solution.fits} {self.worst:.1e}"
-
-
-def _worst(found: Certified) -> float:
-    reference = found.reference
-    last = max(float(signal.centres[-1]) for signal in reference.signals)
-    times = np.linspace(0, last + _SPAN, _FINE)
-    return min(float(np.min(q.margin(reference.signals, times))) / q.bounds.width for q in reference.quantities)
-
-
-def _summary(told: list[Told]) -> str:
-    kinds = [one.kind for one in told]
-    counts = ", ".join(f"{kind} {kinds.count(kind)}" for kind in ("joint", "hyperparameters", "broken", "failed"))
-    seconds = [one.seconds for one in told]
-    return (
-        f"{len(told)} problems: {counts}; seconds: median {np.median(seconds):.2f}, "
-        f"90 % {np.quantile(seconds, 0.9):.1f}, largest {max(seconds):.1f}, sum {sum(seconds):.0f}"
-    )
-
-
-if __name__ == "__main__":
-    all_told = []
-    for one in range(*map(int, sys.argv[1:])):
-        all_told.append(Told.of(one))
-        print(all_told[-1], flush=True)
-    print(_summary(all_told))
