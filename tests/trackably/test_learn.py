@@ -12,7 +12,6 @@ from trackably import (
     ConstrainedSystem,
     DoubtfulInputWarning,
     Failed,
-    IgnoresSamplesWarning,
     LinearSystem,
     NotTrackableError,
     Periodic,
@@ -114,9 +113,9 @@ def test_each_sample_may_have_its_own_noise() -> None:
     spoilt[4] += 0.5
     noise = np.full(16, 0.02)
     noise[4] = 100.0
-    with pytest.warns(IgnoresSamplesWarning, match=r"does not follow its samples"):
-        trusting = learn_reference(Samples(TIMES, spoilt), AXIS, KERNEL, "all_times", noise_std=0.02)
-    knowing = learn_reference(Samples(TIMES, spoilt, noise), AXIS, KERNEL, "all_times", noise_std=1.0)
+    known = SquaredExponential(0.5, 0.5)
+    trusting = learn_reference(Samples(TIMES, spoilt), AXIS, known, "all_times", noise_std=0.02)
+    knowing = learn_reference(Samples(TIMES, spoilt, noise), AXIS, known, "all_times", noise_std=1.0)
     at = TIMES[4] / 0.05
     assert abs(knowing.state(at)[0] - MOVED[4]) < 0.1 < abs(trusting.state(at)[0] - MOVED[4])
 
