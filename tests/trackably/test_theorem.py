@@ -16,8 +16,11 @@ from mpmath import mp, mpf
 from pipeline.storage.results import Results
 from pipeline.theorem import Proved, files_of, proved_by_coq, proved_in, read_record, run_coq
 from tests.project import ROOT
+from tests.trackably.gp.instances import formula
 from trackably.__main__ import main
+from trackably.codec import decode
 from trackably.errors import InputError
+from trackably.gp.kernels.base import Kernel
 from trackably.theorem import theorem
 
 THEORY = ("Statement", "Jets", "Polynomials", "Forms", "Disturbance", "Checker")
@@ -66,25 +69,10 @@ def refused(answer) -> bool:
 mp.dps = 50
 
 
-def kappa(kernel, r):
-    """Return κ(r) in 50 digits, by its formula."""
-    kind = kernel["type"]
-    if kind in ("sum", "product"):
-        left, right = kappa(kernel["left"], r), kappa(kernel["right"], r)
-        return left + right if kind == "sum" else left * right
-    s, length = mpf(kernel["signal_std"]), mpf(kernel["lengthscale"])
-    if kind == "periodic":
-        return s**2 * mp.exp(-2 * mp.sin(mp.pi * r / mpf(kernel["period"])) ** 2 / length**2)
-    if kind == "squared_exponential":
-        return s**2 * mp.exp(-(r**2) / (2 * length**2))
-    x = mp.sqrt({"matern32": 3, "matern52": 5}[kind]) * abs(r) / length
-    return s**2 * (1 + x + (x**2 / 3 if kind == "matern52" else 0)) * mp.exp(-x)
-
-
 def signal(z, t):
     """Return z(t) in 50 digits."""
-    terms = zip(z["weights"], z["centres"], strict=True)
-    return sum((mpf(c) * kappa(z["kernel"], t - mpf(at)) for c, at in terms), mpf(z["mean"]))
+    kappa, terms = formula(decode(Kernel, z["kernel"])), zip(z["weights"], z["centres"], strict=True)
+    return sum((mpf(c) * kappa(t - mpf(at)) for c, at in terms), mpf(z["mean"]))
 
 
 def exactly(fraction):

@@ -9,6 +9,7 @@ from tests.balls.formulas import UndefinedError, at_balls
 from trackably.checker.formulas import (
     FUNCTIONS,
     SYMBOLS,
+    Angle,
     Formula,
     Function,
     Name,
@@ -28,6 +29,7 @@ def _grown(inner):
         st.builds(Operation, st.sampled_from(SYMBOLS), inner, inner),
         st.builds(Power, inner, st.sampled_from([-2.0, -1.0, 0.0, 0.5, 1.0, 1.7, 2.0, 3.0, 70.0])),
         st.builds(Function, st.sampled_from(FUNCTIONS), inner),
+        st.builds(Angle, inner, inner),
     )
 
 
@@ -47,6 +49,9 @@ class _Digits:
 
     def function(self, name, argument):
         return getattr(mp, name)(argument)
+
+    def angle(self, y, x):
+        return mp.atan2(y, x)
 
 
 def many_digits(expression: Formula, values: dict):

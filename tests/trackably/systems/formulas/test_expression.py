@@ -79,7 +79,9 @@ def test_the_text_of_a_formula_is_the_formula():
         written = text(expression).replace("^", "**")
         with np.errstate(all="ignore"):
             found = eval(
-                written, {name: getattr(np, name) for name in FUNCTIONS}, {n: np.float64(v) for n, v in values.items()}
+                written,
+                {name: getattr(np, name) for name in (*FUNCTIONS, "atan2")},
+                {n: np.float64(v) for n, v in values.items()},
             )
         assert float(found) == pytest.approx(float(evaluate_floats(expression, values)), rel=1e-9)
 
