@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.trackably.gp import naive
-from tests.trackably.gp.instances import REPRESENTATIVE, over
+from tests.trackably.gp.instances import over
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.periodic import Periodic
@@ -61,18 +61,6 @@ def test_names_tell_the_process_unless_they_are_shared():
     assert PRIORS["one_fixed"].learned == (*apart[:4], *last)
     assert known(PRIORS["one_fixed"]) == {"y.signal_std", "y.lengthscale", "y.period", "y.noise_std"}
     assert PRIORS["nothing_learned"].learned == ()
-
-
-@over(REPRESENTATIVE)
-def test_a_single_process_has_its_own_posterior(kernel):
-    prior = Prior(kernel, 0.2, 0.3).as_learned()
-    joint, single = JointPosterior(JointPrior((prior,)), SAMPLES[:1]), Posterior(prior, SAMPLES[0])
-    assert joint.signals[0].weights.tobytes() == single.signal.weights.tobytes()
-    value, gradient = joint.negative_log_marginal_likelihood()
-    assert value == single.negative_log_marginal_likelihood()[0]
-    np.testing.assert_array_equal(gradient, single.negative_log_marginal_likelihood()[1])
-    for ours, theirs in zip(joint.jet_and_gradient(0, TIMES, 1), single.jet_and_gradient(TIMES, 1), strict=True):
-        np.testing.assert_array_equal(ours, theirs)
 
 
 @over(PRIORS, "prior")

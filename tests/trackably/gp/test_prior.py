@@ -33,22 +33,6 @@ def intervals(prior):
     return [value.interval for value in prior.hyperparameters.values() if isinstance(value, Learned)]
 
 
-def test_what_is_given_as_a_number_is_known_and_what_is_left_out_is_learned():
-    assert Prior(KERNEL, 0.1).learned == ()
-    assert Prior(KERNEL.as_learned(), 0.1).learned == ("signal_std", "lengthscale")
-    assert Prior(KERNEL, 0.1).as_learned().learned == ("signal_std", "lengthscale", "noise_std")
-    assert Prior(SquaredExponential(lengthscale=0.3)).learned == ("signal_std", "noise_std")
-    assert Prior(KERNEL, (0.1, 0.4)).learned == ("noise_std",)
-    assert Prior(KERNEL, (0.1, 0.4)).noise_std == pytest.approx(0.2)
-
-
-def test_what_is_known_stays():
-    prior = Prior(KERNEL, 0.1).as_learned({"lengthscale", "noise_std"})
-    assert prior.learned == ("lengthscale", "noise_std")
-    moved = prior.with_log_hyperparameters(np.log([0.7, 0.2]))
-    assert moved.hyperparameters == pytest.approx({"signal_std": 2.0, "lengthscale": 0.7, "noise_std": 0.2}, rel=1e-15)
-
-
 @pytest.mark.parametrize("bad", [0.0, -0.1, math.nan, math.inf])
 def test_impossible_noise_is_refused(bad):
     with pytest.raises(ValueError, match=rf"^Prior: noise_std must be a positive number \(known\) or .*, got {bad!r}$"):

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.signal import cont2discrete
 
 from tests.trackably.gp.instances import over
@@ -66,14 +65,6 @@ def test_discretised_as_scipy_does(system, sampling_time):
     np.testing.assert_allclose(found.A, discrete, rtol=1e-12, atol=1e-13)
     np.testing.assert_allclose(found.B, held[:, :m], rtol=1e-12, atol=1e-13)
     np.testing.assert_allclose(found.c, held[:, m], rtol=1e-12, atol=1e-13)
-
-
-@over(CONTINUOUS, "system")
-def test_discretised_systems_go_where_the_continuous_ones_do(system):
-    A, B, c = system
-    x, u = np.full(len(A), 0.7), np.full(B.shape[1], -0.4)
-    solved = solve_ivp(lambda _, y: A @ y + B @ u + c, (0, 0.3), x, rtol=1e-11, atol=1e-12)
-    np.testing.assert_allclose(LinearSystem.discretised(A, B, 0.3, c).successor(x, u), solved.y[:, -1], atol=1e-9)
 
 
 def test_inputs_that_push_alike_do_so_when_discretised():

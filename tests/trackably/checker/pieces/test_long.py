@@ -1,18 +1,8 @@
 """A thousand pieces are proved and checked like three."""
 
-import numpy as np
-from scipy.interpolate import CubicSpline
-
 from tests.trackably.plants import AXIS
 from trackably import CertifiedReference, PolynomialPieces, Proved, certify, check
 from trackably.certificates.form import encode_certificate
-
-
-def test_a_thousand_pieces():
-    values = -0.5 + 0.1 * np.random.default_rng(0).standard_normal(1001)
-    found = certify(CubicSpline(np.arange(1001.0), values, bc_type="clamped"), AXIS, "all_times")
-    assert isinstance(found, CertifiedReference)
-    assert isinstance(check(encode_certificate(found.certificate)), Proved)
 
 
 def test_a_claim_that_begins_late_says_where_its_states_are():

@@ -7,7 +7,6 @@ import cvxpy as cp
 import numpy as np
 
 from tests.trackably.learning.joint.instances import Case
-from trackably.learning.joint.constrained_mean import ConstrainedMean
 from trackably.systems.trajectories import Functional
 
 _NEGLIGIBLE = 1e-14  # of the largest variance: of directions in which the functions do not differ
@@ -99,24 +98,3 @@ def _sample(case: Case, process: int, t: float) -> Linear:
     own = tuple((t + j * stencil.step, w) for j, w in enumerate(stencil.weights))
     terms = tuple(own if c == process else () for c in range(len(case.samples)))
     return Linear(terms, stencil.offset)
-
-
-def dual_value(case: Case, bent: ConstrainedMean) -> float:
-    """2 λᵀ (b − L m⁺) − λᵀ K⁺ λ at the multipliers found, which no function in the bounds can be below."""
-    seen = [_sample(case, c, t) for c, samples in enumerate(case.samples) for t in samples.times]
-    quantities = {q.name: q for q in case.plant.quantities}
-    rows, limits, signs = [], [], []
-    for bound in bent.active_bounds:
-        quantity = quantities[bound.name]
-        rows.append(_at(quantity.functional, bound.time))
-        signs.append(-1.0 if bound.side == "upper" else 1.0)
-        pins = [pin.value for pin in case.pins if (pin.name, pin.time) == (bound.name, bound.time)]
-        limits.append(pins[0] if bound.side == "equal" else getattr(quantity.bounds, bound.side))
-    gram, n = covariance(case, [*seen, *rows]), len(seen)
-    A = gram[:n, :n] + np.diag(_noise(case) ** 2)
-    means = _means(case, [*seen, *rows])
-    y = np.concatenate([samples.values for samples in case.samples])
-    after = means[n:] + gram[n:, :n] @ np.linalg.solve(A, y - means[:n])
-    left = gram[n:, n:] - gram[n:, :n] @ np.linalg.solve(A, gram[:n, n:])
-    multipliers = np.array(signs) * [bound.multiplier for bound in bent.active_bounds]
-    return float(2 * multipliers @ (np.array(limits) - after) - multipliers @ left @ multipliers)
