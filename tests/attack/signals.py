@@ -244,9 +244,6 @@ def _model_is_false(content: dict, robust: TrackableReference) -> bool:
     return worst_plant(robust, PLANT, hull, K, 94, disturbance=W).violation > 1e-12
 
 
-_FALSE = ("false", "broken", "found in others", "refused", "further than said", "without a plan")
-
-
 def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.attack.signals")
     for name, default in (("signals", 500), ("planted", 200), ("steps", 10**6), ("runs", 1000), ("tamperings", 2000)):

@@ -5,7 +5,6 @@ import pytest
 
 from tests.trackably.gp.factors.factors import dense, disagreement, factorisations, posterior_at, with_factor
 from tests.trackably.gp.instances import KERNELS, over
-from trackably.gp.factorise import noise_variance
 from trackably.gp.factors.dense import Dense
 from trackably.gp.factors.fourier import Fourier
 from trackably.gp.factors.low_rank import LowRank
