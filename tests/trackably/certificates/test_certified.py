@@ -4,12 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from tests.pipeline.published import example1
 from tests.trackably.certificates.references import PROBLEMS, certified
 from tests.trackably.systems.instances import bounded
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.gp.samples import Samples
 from trackably.learning.learner import HYPERPARAMETERS, JOINT
 from trackably.learning.problem import NothingFactored, NothingFeasible, Pin
 from trackably.systems.polytopes import Interval
@@ -29,16 +27,6 @@ def test_a_problem_without_solution_has_none():
     assert isinstance(learn_certified(samples, prior, impossible, space), NothingFeasible | Counterexample | Unproved)
 
 
-def test_a_late_violation_makes_the_window_grow():
-    """With the samples' last third cut off, the mean swings on for long after the last sample."""
-    samples, prior, plant, space = PROBLEMS["example1"]
-    (whole,) = samples
-    short = Samples(whole.times[:3], whole.values[:3])
-    found = learn_certified((short,), prior, plant, space)
-    assert not isinstance(found, Counterexample), found.explanation
-    assert plant is example1.SYSTEM
-
-
 def test_a_learner_that_finds_nothing_is_followed_by_its_second_choice():
     samples, prior, plant, space = PROBLEMS["example1"]
     lost = replace(JOINT, solve=lambda problem: NothingFactored(problem.prior))
@@ -46,21 +34,6 @@ def test_a_learner_that_finds_nothing_is_followed_by_its_second_choice():
     assert isinstance(found, Certified)
     assert found.solution.method == "hyperparameters"
     assert found.solution.objective == certified("example1").solution.objective
-
-
-@pytest.mark.parametrize("missing", [(0.1, 1.0), (1.0, 0.1)])
-def test_of_two_failures_that_is_told_in_which_less_is_missing(missing):
-    samples, prior, plant, space = PROBLEMS["example1"]
-
-    def failing(by: float):
-        return lambda problem: NothingFeasible(
-            problem.posterior(prior.log_hyperparameters), plant.quantities[0], 0.5, by, ()
-        )
-
-    first, second = (replace(JOINT, solve=failing(by), fallback=None) for by in missing)
-    found = learn_certified(samples, prior, plant, space, learner=replace(first, fallback=second))
-    assert isinstance(found, NothingFeasible)
-    assert found.violation == min(missing)
 
 
 def test_given_values_have_no_second_choice():

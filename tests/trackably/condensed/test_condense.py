@@ -55,14 +55,6 @@ def test_a_cubic_in_each_bin_is_kept_exactly(samples):
 
 
 @over
-def test_samples_of_a_cubic_leave_nothing_and_lie_on_it(samples):
-    cubic = np.polynomial.Polynomial([0.3, -1.0, 0.5, 0.2], domain=[samples.times[0], samples.times[-1]])
-    few = condensed(replace(samples, values=cubic(samples.times)), CENTRES)
-    assert few.scatter.squares < 1e-18
-    np.testing.assert_allclose(few.values, cubic(few.times), atol=1e-11)
-
-
-@over
 def test_numbers_weights_and_times(samples):
     few = condensed(samples, CENTRES)
     assert len(few) <= CENTRES
@@ -118,16 +110,3 @@ def test_an_automatic_number_resolves_what_few_centres_do_not():
     few = condensed_enough(fast)
     assert 4 * 40 < len(few) <= 1000
     assert few.scatter.squares / few.scatter.count == pytest.approx(0.01, rel=0.1)
-
-
-@pytest.mark.parametrize(("count", "w", "few"), [(2500, 1.4, 1248), (5000, 1.4, 2500)])
-def test_where_less_than_a_quarter_is_not_enough_a_quarter_may_be(count, w, few):
-    """Half of the samples at most: their posterior is that of all, up to a small part of the noise."""
-    times = np.arange(count) / 10
-    noise = 0.05 * np.random.default_rng(0).standard_normal(count)
-    samples = Samples(times, np.sin(w * times + np.sin(0.13 * times)) + noise)
-    found = condensed_enough(samples)
-    assert len(found) == few
-    prior = replace(PRIOR, kernel=SquaredExponential(0.8, 1.5), noise_std=0.05)
-    one, other = (Posterior(prior, of).mean(times[::7]) for of in (samples, found))
-    assert float(np.sqrt(np.mean((one - other) ** 2))) < 0.05 * 0.05

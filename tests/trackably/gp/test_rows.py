@@ -52,11 +52,3 @@ def test_rows_below_each_other_keep_their_values(seed):
     assert len(joined) == 7
     each = np.concatenate([part.values((np.sin, np.cos)) for part in parts])
     np.testing.assert_array_equal(joined.values((np.sin, np.cos)), each)
-
-
-@given(st.integers(0, 10**6))
-def test_terms_of_the_same_rows_add_up(seed):
-    one, other = random_terms(seed), random_terms(seed + 1)
-    values = [np.cos(terms.times) for terms in (one, other)]
-    together = Terms.joined([one, other]).summed(np.concatenate(values), COUNT)
-    np.testing.assert_allclose(together, one.summed(values[0], COUNT) + other.summed(values[1], COUNT), atol=1e-14)
