@@ -6,6 +6,7 @@ from time import process_time
 
 import numpy as np
 
+from benchmarks.harness import root_mean_square
 from benchmarks.rivals.judge.kernels import KernelCurve
 from benchmarks.rivals.model import Curve, Found, NotFound, Problem, Rival, Violation
 from benchmarks.rivals.tables import markdown, number, percent, seconds
@@ -102,7 +103,7 @@ def _off(curve: Curve, i: int, times: Array, values: Array, spread: float, last:
     """Return the root mean square, as a part of the spread; None where the curve ends before the last time."""
     if last is not None and times[-1] > last * (1 + 1e-9):
         return None
-    return float(np.sqrt(np.mean((curve.sampled(i, times) - values) ** 2))) / spread
+    return root_mean_square(curve.sampled(i, times) - values) / spread
 
 
 def _largest(values: Sequence[float | None]) -> float | None:

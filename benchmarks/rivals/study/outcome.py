@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from benchmarks.harness import root_mean_square
 from benchmarks.rivals.adapters import fine_grid, governor, splines, tightened, truncated
 from benchmarks.rivals.judge.kernels import KernelCurve
 from benchmarks.rivals.model import Answer, Found, Problem
@@ -75,13 +76,9 @@ def _outcome(run: Run, problem: Problem, name: str, answer: Answer, least: float
     assert truth is not None
     spread = float(np.ptp(samples.values))
     times = np.linspace(0.0, float(samples.times[-1]), _TIMES)
-    misfit = _rms(answer.curve.sampled(0, samples.times) - samples.values) / spread
-    error = _rms(answer.curve.sampled(0, times) - truth(times)) / spread
+    misfit = root_mean_square(answer.curve.sampled(0, samples.times) - samples.values) / spread
+    error = root_mean_square(answer.curve.sampled(0, times) - truth(times)) / spread
     violation = answer.curve.violation_seen(problem.window).least
     limit = max(3 * (least if least is not None else misfit), run.noise * run.case.spread / spread, 0.1)
     collapsed = least is not None and misfit > limit
     return Outcome(run.index, name, "found", misfit, error, violation if violation > _SOLVED else 0.0, collapsed)
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
