@@ -197,7 +197,7 @@ def learn_reference(
     NotTrackableError
         Where no reference was found, or none that is proved: the message says by how much, where and why. Its
         `outcome` is `Impossible` where values of `at` and bounds contradict each other whatever the kernel, and
-        `InfeasibleTightening` where bounds do that are drawn in for this feedback or margin: both are found before
+        `InfeasibleTightening` where bounds do that are tightened for this feedback or margin: both are found before
         anything is learned, and `save_contradiction` writes what the checker accepted. It is `OutOfTime` where the
         budget ended before anything was proved, and `NoSignal` where no signal of `truth` explains the samples.
 

@@ -167,7 +167,9 @@ class _ProofProblem:
 
     @property
     def unsettled(self) -> Failure:
-        """Explain why no envelope keeps the bounds: a counterexample if one is found, otherwise what is missing."""
+        """Explain why no envelope keeps the bounds: by a counterexample if one is found, else as
+        unproved, with the reason.
+        """
         if not self.draft.has_sane_sizes:
             return self._beyond_analysis
         far = _FAR * self.window

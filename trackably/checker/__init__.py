@@ -20,7 +20,7 @@ and D of step 3, first in arrays of float64 intervals, and in mpmath where these
   0. x₀ = A x₀ + B u₀ + c, and M_s(j−1) = A M_sj + B N_sj for all j, with zeros beyond the ends (`trajectories`).
   1. Boxes without gaps cover [0, tail_start], one period, or the window (`boxes`).
   2. In each box each bounded quantity, a weighted sum of shifted signals (`quantities`), is enclosed by a polynomial
-     and a bound of what it misses (`kernels` has the estimate). They lie inside the bound, drawn in by the errors of
+     and a bound of what it misses (`kernels` has the estimate). They lie inside the bound, tightened by the errors of
      step 5: a polynomial lies in the convex hull of its Bernstein coefficients, on the whole box or on each part.
   3. Let e = z − m, and let t₀ be `tail_start`, or the first instant after those checked one by one (`boxes`). Let
      K_i and D_i bound |κ(r)| and |κ̇(r)| at all distances r = t − t_i with t ≥ t₀. Then, for all t ≥ t₀, |e(t)| ≤ R =

@@ -254,7 +254,7 @@ class _Dynamics:
 
     @classmethod
     def of(cls, A: list[list[Fraction]], B: list[list[Fraction]], c: list[Fraction], steps: int) -> "_Dynamics | None":
-        """Return them; None where they have too many digits."""
+        """Return the dynamics; None if the numbers have too many digits."""
         q, columns = in_whole_numbers([*zip(*A, strict=True), *zip(*B, strict=True), c])
         if steps * q.bit_length() > _MOST_BITS:
             return None
@@ -339,7 +339,7 @@ def wanted_boxes(of: Contradiction, system: NonlinearSystem) -> Iterator[dict[st
 
 
 def _interval(lower: Fraction, upper: Fraction) -> Iterator[Real]:
-    """Yield the interval; two that are apart where it holds nothing."""
+    """Yield the interval as one value; if it is empty, its two ends as separate values."""
     ends = ratio(lower), ratio(upper)
     yield from (between(*ends),) if lower <= upper else ends
 

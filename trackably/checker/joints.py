@@ -180,7 +180,7 @@ def _stays_inside(polynomial: Sequence[Fraction], width: Fraction, limit: tuple[
 
 
 def check_broken(found: BrokenTrajectory) -> str | None:
-    """Return the first entry that is not true; None if all are."""
+    """Return which of the claimed violations is not shown, and why; None if all are shown."""
     trajectory = found.trajectory
     pieces, orders = trajectory.pieces, len(trajectory.jumps)
     for n, broken in enumerate(found.broken):

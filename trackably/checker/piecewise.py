@@ -6,7 +6,7 @@ proved. They are evaluated in double-double arithmetic, at times that are not ro
 float64 once.
 
 Proof. Between two breakpoints t_i − j T of its signals, a bounded quantity is one polynomial with rational
-coefficients. In each of these cells, closed on both sides, it is shown to keep its bounds, drawn in by the stated
+coefficients. In each of these cells, closed on both sides, it is shown to keep its bounds, tightened by the stated
 errors. With x = y/(1 + y), a polynomial p(x) of degree n becomes (1 + y)⁻ⁿ Σ b_k y^k, and 0 ≤ x ≤ 1 becomes y ≥ 0:
 where all b_k ≥ 0, p is nowhere negative; where some are not, the cell is halved. For all_times the cells reach from 0
 to `tail_start`, where all signals are at rest; for all_phases over one period; for a window from start to end, where a

@@ -197,7 +197,7 @@ class Row:
 
 def _constant(end: End) -> float:
     if isinstance(end, Pieces):
-        raise UndecidedError("a bound moves in time, and what is asked for here is known of constant bounds only")
+        raise UndecidedError("a bound moves in time, but this step of the proof covers constant bounds only")
     return end
 
 

@@ -68,7 +68,7 @@ class Sums(NamedTuple):
         return np.asarray(np.add.reduce(terms, axis=1))
 
 
-# Bounds are drawn in by this part of their width: the optimiser's rounding errors are smaller.
+# Bounds are tightened by this part of their width: the optimiser's rounding errors are smaller.
 ROUNDING_BACKOFF = 1e-9
 PARTS = 8  # the time between two places is divided into so many parts
 

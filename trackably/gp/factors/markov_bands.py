@@ -229,8 +229,10 @@ _AT_ONCE = 2**15  # numbers of right sides that stay in the cache
 
 @dataclass(frozen=True)
 class Markov(Factorisation):
-    """A for noise variances (n,): samples `stepped` to differences for ln λ + i ε, and the Cholesky `factor` of B.
+    """The factorisation of A for noise variances (n,), by differences of samples: the Cholesky
+    `factor` of the banded B.
 
+    `stepped` are the differences for ln λ + i ε: imaginary parts divided by ε are derivatives by ln λ (complex step).
     The kernel has the hyperparameters θ₁, with κ ∝ θ₁², and θ₂ ∝ 1/λ.
     """
 

@@ -223,7 +223,7 @@ class JointSearch:
     def _distinct(
         self, log_theta: Array, paths: Sequence[tuple[Places, Signals]], drawn_in: float
     ) -> list[tuple[Point, ConstrainedProblem]]:
-        """Return the functions that keep bounds drawn in by this part of their width, one for each J, with the bounds.
+        """Return the functions that keep bounds tightened by this part of their width, one for each J, with the bounds.
 
         They are searched from places and signals on the `paths`. What has the same J has the same path from there on.
         """
