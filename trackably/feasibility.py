@@ -25,10 +25,10 @@ from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.tightening import Tightening
 
-# Consecutive steps of a system, with bounds and given values: what every reference has to satisfy at them.
+# Consecutive time steps of a system, with bounds and waypoints: necessary conditions of every reference.
 #
-# Of a linear system, a linear program says by how much they would have to give way; of a nonlinear one, boxes step by
-# step say what cannot be reached. Both are plain float64 and may be wrong: the checker verifies what they find.
+# For a linear system, a linear program computes the least relaxation that makes them feasible; for a nonlinear one,
+# reachable boxes show values that cannot be reached. Both use plain float64 and may be wrong; the checker decides.
 
 _MOST_UNKNOWNS = 2000
 """Most unknowns (states and inputs of all steps) of a program. Leaving out further steps is a valid relaxation."""

@@ -77,7 +77,7 @@ def cover(
                 named = zip(draft.quantities, accepted, strict=True)
                 return {q.name: _joined(start, [np.array([*found.values()]).T]) for q, found in named}
         boxes, wanted = _split(boxes, missing, kinks)
-    raise AssertionError("after the last halving, it is given up")
+    raise AssertionError("a box that is not proved after the last halving is given up")
 
 
 def _given_up(

@@ -224,9 +224,9 @@ def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipli
 
 
 def _price(rows: Sequence[_Weighted], of_inputs: Sequence[Sequence[int]], m: int) -> Fraction | None:
-    """Return Σ_k Σ_i (h_i if ν_ki > 0, else l_i) ν_ki with Σ_i ν_ki r_i = −e_k for all factors e_k.
+    """Return the least value of the input rows, l_i ≤ r_i · u ≤ h_i, with multipliers ν that cancel the factors e_k.
 
-    None if no ν exists.
+    It is Σ_k Σ_i (h_i if ν_ki > 0, else l_i) ν_ki, where Σ_i ν_ki r_i = −e_k for all k. None if no ν exists.
     """
     taking = [_taking_away([Fraction(int(i == j)) for i in range(m)], [row.row for row in rows]) for j in range(m)]
     v, whole = in_whole_numbers([factors or [] for factors in taking])

@@ -167,8 +167,8 @@ def _groups(first: Array, second: Array, reach: float) -> Iterator[Nearby]:
 
 # Covariances of rows, and how they move with the hyperparameters: by sums over terms, or by Taylor's series.
 #
-# A row such as (g(t + 2h) − 2 g(t + h) + g(t))/h² is small beside its terms. In sums over terms the rounding errors of
-# κ are multiplied by 1/h⁴: for h = 0.01 s nothing is left of them. Taylor's series about the row's first time,
+# A row such as (g(t + 2h) − 2 g(t + h) + g(t))/h² is small compared with its terms. Sums over terms multiply rounding
+# errors of κ by 1/h⁴: for h = 0.01 s they have no correct digit. Taylor's series about the row's first time,
 #
 #     L g = Σ_p w_p g(t_p) = Σ_n μ_n g⁽ⁿ⁾(t_0),        μ_n = Σ_p w_p (t_p − t_0)ⁿ/n!,
 #
@@ -228,7 +228,7 @@ def row_kernel(kernel: Kernel, terms: Terms, count: int) -> RowKernel:
     if np.all(error <= _LARGEST_ERROR * row**2):
         return direct
     needed = np.flatnonzero(np.any(sizes > _NEGLIGIBLE * row[:, None], axis=0))
-    if needed[-1] == _LONGEST - 1:  # the series does not end: h is not small beside the correlation time
+    if needed[-1] == _LONGEST - 1:  # the series does not end: h is not small compared with the correlation time
         return direct
     return Taylor(kernel, first, moments[:, : needed[-1] + 1])
 

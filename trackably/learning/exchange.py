@@ -214,7 +214,10 @@ class Exchange:
         self.active = places
 
     def restore(self, points: Iterable[Array]) -> None:
-        """Move all points to minima of the violation. Their ends do not count as minima of l."""
+        """Minimise the violation of the bounds from each point.
+
+        The points reached do not count as local minima of l.
+        """
         known = len(self._ends)
         self.together(points, Program.minimise_violation)
         del self._ends[known:]

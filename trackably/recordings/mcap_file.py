@@ -181,7 +181,7 @@ def _children(node: object) -> Iterator[tuple[str, object]]:
 Decode = Callable[[bytes], object]
 
 _CHUNK = 100_000_000  # bytes of a chunk that is unpacked: recorders write a few millions, or a single message
-_MESSAGE = 200  # bytes, beside its data
+_MESSAGE = 200  # bytes of a message in memory, in addition to its data
 _START = 512  # bytes that tell what kind of file it is
 
 

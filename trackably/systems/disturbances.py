@@ -249,7 +249,7 @@ def _vertices(H: Array, h: Array) -> Iterator[Vector]:
             yield tuple(solved[:, n])
 
 
-# The kinds of disturbance sets, and what is asked of all of them.
+# The kinds of disturbance sets, and conditions that all of them have to satisfy.
 
 DisturbanceSet = Zonotope | ConvexHull
 
@@ -291,7 +291,7 @@ def _holds_zero(given: DisturbanceSet) -> bool:
     return deepest(np.vstack([rows, -rows, each, -each]), shares, limits)[0] >= -_ROUNDING
 
 
-# Measurement noise: what it does to the state that is measured, and to the bounds of the state.
+# Measurement noise: its effect on the disturbance of the measured state, and on the bounds of the state.
 
 
 @dataclass(frozen=True)

@@ -243,7 +243,7 @@ class ManyCentres:
         """
         reach, shift = self.reach[0], float(self.exact_shift.low)
         sizes = np.abs(boxes.starts) + np.abs(boxes.ends) + abs(shift)
-        # Larger by more than the rounding of a few numbers of these sizes: what is left out is farther than the reach.
+        # Enlarged by more than the rounding of a few numbers of these sizes, so omitted centres are beyond the reach.
         reaches = reach * (1 + 2.0**-20) + 2.0**-48 * sizes
         first = np.searchsorted(self.centres, boxes.starts + shift - reaches)
         first = np.minimum(first, len(self.centres) - 1)

@@ -27,8 +27,8 @@ from trackably.gp.kernels.base import Decay
 #
 # Let κ(r) = P(x) e^(−x) with x = λ|r| and deg P = p − 1, that of a process with p − 1 derivatives. For t ≥ s, κ(t − s)
 # is a polynomial of degree p − 1 times e^(−λt). The divided difference of e^(λt) κ(t − s) over p + 1 times is therefore
-# zero if none of them lies before s. If some do, it is that of the jumps there: of what κ differs by from the function
-# that continues it from later times,
+# zero if none of them lies before s. If some do, it is the divided difference of the jump at these times: of κ minus
+# the continuation of κ from times after s,
 #
 #     P(−x) e^x − P(x) e^(−x) = O(x^(2p − 1)).
 #

@@ -17,8 +17,8 @@ from trackably.learning.problem import ConstrainedProblem
 from trackably.systems.trajectories import Signals
 
 _MAX_ROUNDS = 40
-# Rough functions touch a bound at ever more times. Where there are many, those that are only near stay out; where there
-# are too many, what is left is a larger back-off's task.
+# Rough functions touch a bound at ever more times. Beyond many places, those only close to a bound are left out; beyond
+# the largest number, the exchange ends, and a larger back-off has to remove the remaining violations.
 _MANY_PLACES, _MOST_PLACES = 1000, 1500
 CROWD = 800  # active places; beyond, a larger back-off is used instead of more places
 _CROWDED = 100  # violated places; so many are neighbours along stretches of an active bound

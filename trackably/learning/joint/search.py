@@ -38,8 +38,8 @@ _SAME_VALUE = 1e-9
 _PRECISION = 1e-11  # relative to J: the covariances of rows are not more precise
 _NEARBY = 0.1
 _FIRST, _SHORTER, _SHORTEST = 2.0, 4.0, 1e-3  # steps in ln θ
-# Functions on the way to a minimum may break their bounds by this part of the width. So may one that is rough, or whose
-# evaluation is rounded: a larger back-off will mend it, and no other start.
+# Functions on the way to a minimum may violate their bounds by this part of the width. So may rough functions, and
+# those with large rounding errors: a larger back-off mends them, other starts would not.
 _ALMOST = 3e-3
 _ROUGH = 1e-6  # relative to a width: a function with larger violations needs too many places for steps in θ
 _MOST_STEPS, _MOST_OF_FORMULAS = 1000, 12  # steps in θ before places are sought again
