@@ -262,7 +262,7 @@ def _of_bounds(
     plant: ConstrainedSystem, claim: Claim, pinned: Sequence[Pinned], means: Sequence[float]
 ) -> Impossible | None:
     rests = all(q.is_kept_at_rest(means) for q in plant.quantities)
-    if (rests and not pinned) or plant.state_set.moves or plant.input_set.moves:
+    if (rests and not pinned) or plant.moves:
         return None
     every = steps_of(plant, claim, pinned)
     return next(filter(None, map(_of_linear if isinstance(plant.system, LinearSystem) else _of_nonlinear, every)), None)

@@ -12,6 +12,7 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import OnWindow
+from trackably.certificates.form import as_written
 from trackably.certificates.pinned import prove_pinned
 from trackably.certificates.prove import Failure, prove, prove_on_window
 from trackably.certificates.robust import robust_of
@@ -54,11 +55,11 @@ class SavedTightening:
 
 def _alike(one: ConstrainedSystem, other: ConstrainedSystem) -> bool:
     """Whether two plants have the same bounds and, where they are linear, the same matrices."""
-    pairs = [(one.state_set, other.state_set), (one.input_set, other.input_set)]
-    arrays = [(getattr(a, name), getattr(b, name)) for name in ("rows", "lower", "upper") for a, b in pairs]
+    sets = [[as_written(of.state_set), as_written(of.input_set)] for of in (one, other)]
+    arrays = []
     if isinstance(one.system, LinearSystem) and isinstance(other.system, LinearSystem):
         arrays += [(getattr(one.system, name), getattr(other.system, name)) for name in ("A", "B", "c")]
-    return all(np.array_equal(a, b) for a, b in arrays)
+    return sets[0] == sets[1] and all(np.array_equal(a, b) for a, b in arrays)
 
 
 class Saved(ABC):

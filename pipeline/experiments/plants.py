@@ -13,7 +13,7 @@ from trackably.systems.constrained import ConstrainedSystem, System
 from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope
 from trackably.systems.library import model_of
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Polytope
+from trackably.systems.polytopes import Polytope, box_as_written
 from trackably.systems.tightening import Tightening, tightening
 
 
@@ -31,14 +31,16 @@ def _vector(written: object) -> object:
 
 
 def _bounds(written: object) -> object:
-    if not (isinstance(written, list) and written and all(v is None or is_number(v) for v in written)):
-        raise ValueError("expected a list of numbers, with null for what is free")
-    return tuple(None if v is None else float(v) for v in written)
+    if not (
+        isinstance(written, list) and written and all(v is None or is_number(v) or isinstance(v, dict) for v in written)
+    ):
+        raise ValueError("expected a list of numbers, with null for what is free and mappings for what moves in time")
+    return tuple(v if v is None or isinstance(v, dict) else float(v) for v in written)
 
 
 Matrix = Annotated[tuple[tuple[float, ...], ...], BeforeValidator(_matrix)]
 Vector = Annotated[tuple[float, ...], BeforeValidator(_vector)]
-Bounds = Annotated[tuple[float | None, ...], BeforeValidator(_bounds)]
+Bounds = Annotated[tuple[float | dict[Any, Any] | None, ...], BeforeValidator(_bounds)]
 Names = Annotated[tuple[str, ...], BeforeValidator(lambda w: tuple(w) if isinstance(w, list) else w)]
 
 
@@ -92,7 +94,8 @@ ModelField = Annotated[LinearModel | NamedModel, BeforeValidator(which_model)]
 class SetFields(Fields):
     """A box (`lower`, `upper`), a polytope H x ≤ h, or the intersection of both.
 
-    A coordinate of the box is free where both of its bounds are null.
+    A coordinate of the box is free where both of its bounds are null. A bound that moves in time is a mapping, as
+    `PolynomialPieces.from_mapping` reads it.
     """
 
     lower: Bounds | None = None
@@ -125,9 +128,7 @@ class SetFields(Fields):
 
     @property
     def _box(self) -> Polytope:
-        lower = [-np.inf if bound is None else bound for bound in self.lower or ()]
-        upper = [np.inf if bound is None else bound for bound in self.upper or ()]
-        return Polytope.box(lower, upper)
+        return box_as_written(self.lower or (), self.upper or ())
 
 
 def _set(written: Any) -> object:

@@ -8,7 +8,7 @@ from typing import Literal, Self
 
 from trackably.arguments import is_number
 from trackably.certificates.prove import Outcome, prove, prove_on_window, prove_while_settling
-from trackably.gp.joint import JointPrior, has_period
+from trackably.gp.joint import JointPrior, common_period, has_period
 from trackably.gp.samples import Samples
 from trackably.learning.index_set import AllPhases, IndexSet, Window
 from trackably.systems.constrained import ConstrainedSystem
@@ -64,9 +64,24 @@ def goal_for(claim: Claim, samples: tuple[Samples, ...], prior: JointPrior, plan
     """Return the goal for a claim. Raises ValueError if the claim cannot be proved with the prior's kernels."""
     if isinstance(claim, tuple):
         return on_window(*claim)
-    if reason := refusal(claim, prior):
+    if reason := refusal(claim, prior) or _refusal_of_bounds(claim, prior, plant):
         raise ValueError(f"claim: {reason}")
     return for_all_times(samples, prior, plant)
+
+
+def _refusal_of_bounds(claim: Claim, prior: JointPrior, plant: ConstrainedSystem) -> str | None:
+    """Return the reason why this claim cannot be proved with bounds that move as these do; None if it can."""
+    periods = frozenset[float | None]().union(*(quantity.bounds.periods for quantity in plant.quantities))
+    if claim == "all_times" and periods - {None}:
+        return "all_times needs bounds that rest in the end, but some have a period; all_phases is the claim for these"
+    is_known = not any(name.endswith("period") for name in prior.learned)
+    period = common_period([part.kernel for part in prior.parts]) if is_known else inf
+    if claim == "all_phases" and periods - {period}:
+        return (
+            "all_phases needs bounds that are constant, or have exactly the kernel's period, which must be known then, "
+            "as in Periodic(period=2.0)"
+        )
+    return None
 
 
 def refusal(claim: Claim, prior: JointPrior) -> str | None:

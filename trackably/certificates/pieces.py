@@ -22,9 +22,9 @@ from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.sketch import refined
 from trackably.checker import certificate as checked
 from trackably.checker.form import subject_of
-from trackably.checker.piecewise import check_sizes, evaluation_errors, value_of_pieces, whole_sum
+from trackably.checker.moving import ends_at
+from trackably.checker.piecewise import check_sizes, drawn_in, evaluation_errors, value_of_pieces, whole_sum
 from trackably.checker.polynomials import stays_between
-from trackably.checker.quantities import functionals
 from trackably.checker.subject import Functional, Subject
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
@@ -152,9 +152,10 @@ class _ProofProblem:
         by = 2 * TIME_TOLERANCE_OF_PIECES
         beside = (start - by * abs(start), start), (end, end + by * abs(end))
         for bound in self.subject.bounds:
-            low, high = (Fraction(end) for end in (bound.lower, bound.upper))
-            error, parts = Fraction(self.errors[bound.name]), functionals(self.subject, bound.of)
-            if not all(keeps(self.subject, bound.row, parts, of, (low + error, high - error)) for of in beside):
+            sides = list(drawn_in(self.subject, bound, Fraction(self.errors[bound.name])))
+            if not all(
+                keeps(subject, (Fraction(1),), (row,), of, ends) for subject, row, ends in sides for of in beside
+            ):
                 return self.reference.quantity(bound.name)
         return None
 
@@ -181,7 +182,7 @@ class _ProofProblem:
         by = self._beyond(quantity, time)
         if by > 0:
             below = max(nextafter(by.numerator / by.denominator, 0.0), 5e-324)
-            return Counterexample(quantity.name, quantity.bounds, time, below, self.reference, self.claim.span)
+            return Counterexample(quantity.name, quantity.bounds.at(time), time, below, self.reference, self.claim.span)
         if by <= -reserve:
             return None
         reason = f"the margin is smaller than the error of float64 evaluation, up to {self.errors[quantity.name]:.3g}"
@@ -192,12 +193,14 @@ class _ProofProblem:
         """Return the exact distance of a quantity outside its bounds at a time [s]; negative inside."""
         bound = next(bound for bound in self.subject.bounds if bound.name == quantity.name)
         value = value_of_pieces(self.subject, bound, Fraction(time))
-        return max(Fraction(bound.lower) - value, value - Fraction(bound.upper))
+        low, high = ends_at(bound, Fraction(time))
+        return max(low - value, value - high)
 
     def unproved(self, quantity: Quantity, reason: str, time: float | None = None, short: float = math.inf) -> Unproved:
         """Return the failure of a proof at `time` [s], or at all claimed times if no time is given."""
         box = self.claim.span if time is None else (time, time)
-        return Unproved(quantity.name, quantity.bounds, box, short, reason)
+        bounds = quantity.bounds if time is None else quantity.bounds.at(time)
+        return Unproved(quantity.name, bounds, box, short, reason)
 
 
 def least_near(of: Callable[[Array], Array], times: Array, values: Array) -> tuple[float, float]:

@@ -21,7 +21,7 @@ from typing import TypeVar
 
 from trackably.checker.intervals import ZERO, Real, at_most, exact_sum, exactly, ratio
 from trackably.checker.limits import CELLS
-from trackably.checker.subject import Bound, End, Pieces
+from trackably.checker.subject import Bound, End, Pieces, Row
 from trackably.checker.watch import UndecidedError, tick
 
 Number = TypeVar("Number", int, Fraction)
@@ -121,6 +121,18 @@ class Limit:
 def limits(bound: Bound, error: float) -> tuple[Limit, Limit]:
     """Return the ends of a bound, tightened by an error."""
     return Limit(bound.low, exactly(error)), Limit(bound.high, ZERO - exactly(error))
+
+
+def hull(bound: Row) -> tuple[Fraction, Fraction]:
+    """Return numbers that the ends never leave: a polynomial in x ∈ [−1, 1] is within Σ_(k > 0) |c_k| of c_0."""
+    return min(_reach(bound.low, -1)), max(_reach(bound.high, 1))
+
+
+def _reach(end: End, sign: int) -> list[Fraction]:
+    if not isinstance(end, Pieces):
+        return [Fraction(end)]
+    every = (polynomials(end, a, b)[0] for a, b in pairwise(end.ends))
+    return [p[0] + sign * exact_sum(map(abs, p[1:])) for p in every]
 
 
 def ends_at(bound: Bound, t: Fraction) -> tuple[Fraction, Fraction]:

@@ -19,13 +19,14 @@ units that every polynomial has whole coefficients.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from math import ceil
 
 from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
 from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Claim, Instants
 from trackably.checker.intervals import UndefinedError, common_denominator, exact_sum
-from trackably.checker.moving import Cells, cells_of, composed, place
+from trackably.checker.moving import Cells, cells_of, composed, hull, place
 from trackably.checker.polynomials import stays_between
 from trackably.checker.quantities import absolute_sum, functionals, weighted_sum
 from trackably.checker.subject import Bound, Functional, LinearSystem, Pieces, Subject, why_no_signal
@@ -238,7 +239,7 @@ def _size(subject: Subject, claim: Claim, bound: Bound) -> Fraction:
     """
     total = Fraction(0)
     if sum(1 for r in bound.row if r) == 1:
-        return max(abs(Fraction(end)) for end in (bound.lower, bound.upper))
+        return max(map(abs, hull(bound)))
     assert not isinstance(claim, Instants), "refused before"
     start, end = map(Fraction, claim.span)
     for r, part in zip(bound.row, functionals(subject, bound.of), strict=True):
@@ -269,6 +270,8 @@ def check_pieces(certificate: Certificate, first_pass: FirstPass = NO_FIRST_PASS
 def _claimed(certificate: Certificate) -> str | None:
     """Return why the claim does not follow from the cells; None if it does."""
     claim, pieces = certificate.claim, certificate.subject.pieces
+    ends = [end for bound in certificate.subject.bounds for end in (bound.low, bound.high)]
+    pieces = (*pieces, *(end for end in ends if isinstance(end, Pieces)))
     match claim:
         case Instants():
             return "claim: polynomial pieces are proved at all times of a claim, never at sampled instants alone"
@@ -308,20 +311,50 @@ def _positive(certificate: Certificate, first_pass: FirstPass) -> str | None:
     subject, claim = certificate.subject, certificate.claim
     assert not isinstance(claim, Instants), "refused before"
     start, end = map(Fraction, claim.span)
-    errors = [Fraction(certificate.errors[bound.name]) for bound in subject.bounds]
-    drawn_in = [(Fraction(b.lower) + e, Fraction(b.upper) - e) for b, e in zip(subject.bounds, errors, strict=True)]
-    rows = [weighted_sum(bound.row, functionals(subject, bound.of)) for bound in subject.bounds]
+    bounds = [bound for bound in subject.bounds if not bound.moves]
+    kept = [next(drawn_in(subject, bound, Fraction(certificate.errors[bound.name])))[1:] for bound in bounds]
+    rows, inside = [row for row, _ in kept], [ends for _, ends in kept]
     alike, left = _alike(subject, rows), dict[int, Cells[int]]()
-    for i, bound in enumerate(subject.bounds):
+    for i, bound in enumerate(bounds):
         progress(i, len(rows))
         if i not in left:
             numbers = next(numbers for numbers in alike if i in numbers)
             cells, bits = _cells(subject, rows[i], start, end)
-            found = first_pass.cells_left(subject, [(rows[k], *drawn_in[k]) for k in numbers], cells, bits)
+            found = first_pass.cells_left(subject, [(rows[k], *inside[k]) for k in numbers], cells, bits)
             left |= zip(numbers, found, strict=True)
-        if left[i] and not _is_kept(subject, bound, drawn_in[i], (start, end), left[i]):
+        if left[i] and not _is_kept(subject, rows[i], inside[i], (start, end), left[i]):
             return f"cell: the {bound.name} is not shown to stay inside its bounds"
+    for bound in subject.bounds:
+        for side, row, ends in (
+            drawn_in(subject, bound, Fraction(certificate.errors[bound.name])) if bound.moves else ()
+        ):
+            cells, bits = _cells(side, row, start, end)
+            (some,) = first_pass.cells_left(side, [(row, *ends)], cells, bits)
+            if some and not _is_kept(side, row, ends, (start, end), some):
+                return f"cell: the {bound.name} is not shown to stay inside its bounds"
     return None
+
+
+def drawn_in(
+    subject: Subject, bound: Bound, error: Fraction
+) -> Iterator[tuple[Subject, Functional, tuple[Fraction, Fraction]]]:
+    """Yield the row of a bound, and the two numbers between which it has to stay: the ends, drawn in by an error.
+
+    Where an end moves, it is yielded by itself: the row less the end, which is one signal more, has to stay between the
+    error and a number larger than whatever is proved of the row by the other end.
+    """
+    row = weighted_sum(bound.row, functionals(subject, bound.of))
+    if not bound.moves:
+        yield subject, row, (Fraction(bound.lower) + error, Fraction(bound.upper) - error)
+        return
+    low, high = hull(bound)
+    far = Fraction(1 << (2 + ceil(high - low)).bit_length())
+    for end, ends in ((bound.low, (error, far)), (bound.high, (-far, -error))):
+        if isinstance(end, Pieces):
+            more = replace(subject, pieces=(*subject.pieces, end))
+            yield more, replace(row, weights=(*row.weights, (Fraction(-1),))), ends
+        else:
+            yield subject, replace(row, offset=row.offset - Fraction(end)), ends
 
 
 def _alike(subject: Subject, rows: Sequence[Functional]) -> Sequence[list[int]]:
@@ -355,13 +388,13 @@ def shifted(row: Functional) -> list[tuple[int, int]]:
 
 def _is_kept(
     subject: Subject,
-    bound: Bound,
+    row: Functional,
     ends: tuple[Fraction, Fraction],
     times: tuple[Fraction, Fraction],
     cells: Sequence[tuple[int, int]],
 ) -> bool:
-    """Return whether a bound's row stays between its ends in the given cells, in rational arithmetic."""
-    q = whole_sum(subject, bound.row, functionals(subject, bound.of), times, ends)
+    """Return whether a row stays between its ends in the given cells, in rational arithmetic."""
+    q = whole_sum(subject, (Fraction(1),), (row,), times, ends)
     bottom, top = (whole(end * q.unit) for end in ends)
     for a, b in cells:
         tick()

@@ -49,7 +49,7 @@ def weight_in_widths(bounded: Polytope) -> Array:
 
 def _gains(plant: ConstrainedSystem) -> Array:
     """Return (|A| |B|), shape (n, n + m), in the middle of the sets. Entries that are not defined there count as 0."""
-    x, u = middle(plant.state_set), middle(plant.input_set)
+    x, u = middle(plant.state_set.at(0.0)), middle(plant.input_set.at(0.0))
     with np.errstate(all="ignore"):
         A, B = plant.system.slopes(x, u)
     gains = np.abs(np.hstack([A, B]))
@@ -91,7 +91,8 @@ _TIE = 1e-6
 class Inequalities:
     """The polytope {y : `rows` y ≤ `bounds`}, with rows of shape (2r, n) and bounds (2r,).
 
-    `widths` (2r,) are the distances upper − lower between each row's bound and the opposite one.
+    `widths` (2r,) are the distances upper − lower between each row's bound and the opposite one. Bounds that move in
+    time have the shape (N, 2r), for the N points of a trajectory.
     """
 
     rows: Array
@@ -99,9 +100,14 @@ class Inequalities:
     widths: Array
 
     @classmethod
-    def of(cls, polytope: Polytope) -> "Inequalities":
-        """Write a polytope lower ≤ rows y ≤ upper as inequalities."""
-        return cls(*polytope.inequalities, np.tile(polytope.widths, 2))
+    def of(cls, polytope: Polytope, times: Array | None = None) -> "Inequalities":
+        """Write a polytope lower ≤ rows y ≤ upper as inequalities: at `times` [s] (N,) if its bounds move."""
+        widths = np.tile(polytope.widths, 2)
+        if times is None or not polytope.moves:
+            return cls(*polytope.inequalities, widths)
+        ends = [[np.broadcast_to(end, times.shape) for end in bounds.ends(times)] for _, bounds in polytope.intervals]
+        lower, upper = np.moveaxis(np.array(ends), 1, 0)
+        return cls(np.vstack([polytope.rows, -polytope.rows]), np.concatenate([upper, -lower]).T, widths)
 
     def slack(self, points: Array) -> Array:
         """Return the slacks of points (…, n) relative to the widths: shape (…, 2r)."""
@@ -120,8 +126,10 @@ class PlantInequalities:
     inputs: Inequalities
 
     @classmethod
-    def of(cls, plant: ConstrainedSystem) -> "PlantInequalities":
-        return cls(Inequalities.of(plant.state_set), Inequalities.of(plant.input_set))
+    def of(cls, plant: ConstrainedSystem, times: Array | None = None) -> "PlantInequalities":
+        """Return both sets; bounds that move are those at the `times` [s] of N + 1 states and N inputs."""
+        inputs = None if times is None else times[:-1]
+        return cls(Inequalities.of(plant.state_set, times), Inequalities.of(plant.input_set, inputs))
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +149,7 @@ class Slack:
 
         States are bounded from e(`first_bounded`) on.
         """
-        return cls(inequalities.states.slack(window.states[first_bounded:]), inequalities.inputs.slack(window.inputs))
+        return cls(inequalities.states.slack(window.states)[first_bounded:], inequalities.inputs.slack(window.inputs))
 
     def widen(self, by: float) -> "Slack":
         """Move every bound outwards, `by` a part of its width."""
@@ -185,6 +193,10 @@ class AdmissiblePoints:
     """The points of a set, either the input set or the state set."""
 
     bounded: Polytope
+
+    def at(self, t: float) -> "AdmissiblePoints":
+        """Return the points of the set at a time [s]."""
+        return AdmissiblePoints(self.bounded.at(t)) if self.bounded.moves else self
 
     def pull_inside(self, u: Array) -> Array:
         """Return `u` (m,) if it is in the set, else the last point of the set on the line from its centre to u.

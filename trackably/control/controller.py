@@ -17,6 +17,7 @@ from trackably.control.references import TrackedReference, unwrap_near
 from trackably.control.search import solve_by_linearisation
 from trackably.control.stepping import Infeasible, Plan, StepResult, answer_step
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
 
@@ -52,6 +53,10 @@ class Controller:
         instance(
             "controller: plant", self.plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)"
         )
+        if self.plant.moves and not isinstance(self.plant.system, LinearSystem):
+            raise ValueError(
+                "controller: bounds that move in time are kept for linear systems only, but f is nonlinear"
+            )
         n, m = len(self.plant.system.states), len(self.plant.system.inputs)
         Q, R = _default_weight(self.Q, self.plant.state_set), _default_weight(self.R, self.plant.input_set)
         object.__setattr__(self, "Q", _require_weight("Q", Q, n, -_ZERO, "semidefinite and not zero"))

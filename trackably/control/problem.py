@@ -68,7 +68,17 @@ class Formulation:
 
     @cached_property
     def inequalities(self) -> PlantInequalities:
-        return PlantInequalities.of(self.plant)
+        """The sets; without bounds where these move in time."""
+        if not self.plant.moves:
+            return PlantInequalities.of(self.plant)
+        X, U = self.inequalities_from(0).states, self.inequalities_from(0).inputs
+        return PlantInequalities(*(replace(of, bounds=np.full_like(of.bounds, np.nan)) for of in (X, U)))
+
+    def inequalities_from(self, k: int) -> PlantInequalities:
+        """Return the sets at the steps k, …, k + N, of a linear system if bounds move."""
+        if not self.plant.moves:
+            return self.inequalities
+        return PlantInequalities.of(self.plant, self.plant.sampling_time * (k + np.arange(self.horizon + 1.0)))
 
     @cached_property
     def scaled_weights(self) -> tuple[Array, Array]:
@@ -162,7 +172,9 @@ class StepProblem:
     @cached_property
     def slack(self) -> Slack:
         """The slack that the reference leaves for errors."""
-        return Slack.along(self.formulation.inequalities, self.window, self.formulation.start.first_bounded)
+        return Slack.along(
+            self.formulation.inequalities_from(self.k), self.window, self.formulation.start.first_bounded
+        )
 
     @property
     def free_start(self) -> Array | None:
@@ -255,7 +267,9 @@ class StepProblem:
             raise ArithmeticError("a predicted state or input overflows in float64")
         return Plan(
             k=self.k,
-            input=f.admissible.pull_inside(self.window.inputs[0] + v[0] + f.feedback @ (self.off - start)),
+            input=f.admissible.at(self.k * f.plant.sampling_time).pull_inside(
+                self.window.inputs[0] + v[0] + f.feedback @ (self.off - start)
+            ),
             cost=float(np.sum(stage_costs)),
             stage_cost=float(stage_costs[0]),
             states=self.window.states + e,

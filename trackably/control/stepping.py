@@ -206,7 +206,7 @@ def answer_step(
                 raise ArithmeticError("the reference is not defined")
             return solve(k, x, window, guess)
     except (ArithmeticError, np.linalg.LinAlgError) as error:
-        return Unsolved(k, str(error), admissible.first_finite(safe))
+        return Unsolved(k, str(error), admissible.at(k * plant.sampling_time).first_finite(safe))
 
 
 class Disturbances(Protocol):

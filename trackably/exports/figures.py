@@ -50,6 +50,7 @@ _REFERENCES: Final[tuple[dict[str, Any], ...]] = (
 Units = Mapping[str, str]
 """Units by the names of states and inputs."""
 UNKNOWN_UNITS: Final[Units] = MappingProxyType({})
+_TIMES_OF_BOUNDS: Final = 801
 _PADDING: Final = 0.12
 _MOST = 2048
 _parsed: dict[object, VectorParse] = {}
@@ -153,6 +154,7 @@ def bounds_of(plant: ConstrainedSystem) -> dict[str, Interval]:
 
 def pad_limits(axes: Axes, shown: Interval) -> None:
     """Make the panel show an interval with some padding."""
+    shown = shown.hull
     padding = _PADDING * shown.width
     axes.set_ylim(shown.lower - padding, shown.upper + padding)
 
@@ -162,6 +164,17 @@ def shade_outside(axes: Axes, bounds: Interval | None) -> None:
     if bounds is None:
         return
     bottom, top = axes.get_ylim()
+    if len(bounds.breakpoints):
+        left, right = axes.get_xlim()
+        times = np.linspace(left, right, _TIMES_OF_BOUNDS)
+        jumps = bounds.breakpoints_in(left, right)
+        times = np.unique(np.concatenate([times, *(np.nextafter(jumps, end) for end in (-np.inf, np.inf))]))
+        for moving, end in zip(bounds.ends(times), (bottom, top), strict=True):
+            level = np.clip(np.broadcast_to(moving, times.shape), bottom, top)
+            axes.plot(times, level, color=INK, linewidth=0.8, zorder=2.5)
+            axes.fill_between(times, level, end, facecolor=FAINT, edgecolor="none", zorder=0)
+        axes.set(xlim=(left, right), ylim=(bottom, top))
+        return
     for bound, end in ((bounds.lower, bottom), (bounds.upper, top)):
         if bottom < bound < top:
             axes.axhline(bound, color=INK, linewidth=0.8, zorder=2.5)

@@ -187,14 +187,11 @@ def curve(reached: Reached) -> str:
     y = _scaled(reached.values, low, high, _HEIGHT - _EDGE, _EDGE)
     chosen = np.unique(np.linspace(0, x.size - 1, _POINTS).round().astype(int))
     points = " ".join(f"{x[i]:.1f},{y[i]:.1f}" for i in chosen)
-    levels = _scaled(np.array([b for b in (bounds.lower, bounds.upper) if low <= b <= high]), low, high,
-                     _HEIGHT - _EDGE, _EDGE)  # fmt: skip
-    lines = "".join(
-        f'<line x1="0" x2="{_WIDTH:g}" y1="{level:.1f}" y2="{level:.1f}" stroke="currentColor" stroke-opacity="0.45" '
-        'stroke-dasharray="3 2"/>'
-        for level in levels.tolist()
-    )
-    nearest = int(np.argmin(bounds.margin(reached.values)))
+    ends = (end for end in bounds.ends(reached.times) if np.any((low <= end) & (end <= high)))
+    scaled = (_scaled(np.clip(end, low, high), low, high, _HEIGHT - _EDGE, _EDGE) for end in ends)
+    levels = [np.broadcast_to(level, x.shape) for level in scaled]
+    lines = "".join(map(_dashed, [x[chosen]] * len(levels), [level[chosen] for level in levels]))
+    nearest = int(np.argmin(bounds.margin(reached.values, reached.times)))
     return (
         f'<svg width="{_WIDTH:g}" height="{_HEIGHT:g}" viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" '
         f'role="img" aria-label="curve between its bounds" style="overflow:visible">{lines}'
@@ -203,9 +200,18 @@ def curve(reached: Reached) -> str:
     )
 
 
+def _dashed(x: np.ndarray, y: np.ndarray) -> str:
+    """Return a bound: a line, of its two ends where it is level."""
+    style = 'stroke="currentColor" stroke-opacity="0.45" stroke-dasharray="3 2"'
+    if np.all(y == y[0]):
+        return f'<line x1="0" x2="{_WIDTH:g}" y1="{y[0]:.1f}" y2="{y[0]:.1f}" {style}/>'
+    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
+    return f'<polyline points="{points}" fill="none" {style}/>'
+
+
 def _vertical_ends(reached: Reached) -> tuple[float, float]:
     """Return the ends of the vertical axis: the bounds; in place of a distant bound, the least or largest value."""
-    bounds, values = reached.quantity.bounds, reached.values
+    bounds, values = reached.quantity.bounds.hull, reached.values
     least, most = float(np.min(values)), float(np.max(values))
     reach = max(most - least, 1e-9 * max(abs(least), abs(most)), 1e-300)
     low = bounds.lower if least - bounds.lower <= 2 * reach else least

@@ -18,7 +18,7 @@ from trackably.recordings.csv_file import CsvLayout, read_cells
 from trackably.systems.constrained import ConstrainedSystem, System
 from trackably.systems.library import model_of
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Polytope
+from trackably.systems.polytopes import Polytope, box_as_written
 from trackably.systems.sampling import shows_level
 
 _PARTS = {"system", "state_set", "input_set"}
@@ -109,11 +109,11 @@ def _polytope(given: dict[str, Any], name: str, size: int) -> Polytope:
 def _box(given: dict[str, Any], name: str) -> Polytope:
     _require(name, given, "lower", "upper")
     for end in ("lower", "upper"):
-        if not isinstance(given[end], list) or not all(v is None or is_number(v) for v in given[end]):
+        if not isinstance(given[end], list) or not all(
+            v is None or is_number(v) or isinstance(v, dict) for v in given[end]
+        ):
             raise ValueError(f"{name}: {end} must be a list of numbers, with null for what is free, got {given[end]!r}")
-    infinite = float("inf")
-    lower = [-infinite if v is None else v for v in given["lower"]]
-    return Polytope.box(lower, [infinite if v is None else v for v in given["upper"]])
+    return box_as_written(given["lower"], given["upper"])
 
 
 def _require(what: str, given: dict[str, Any], *fields: str) -> None:

@@ -70,6 +70,11 @@ class ConstrainedSystem:
         """T_s [s] of the system."""
         return self.system.sampling_time
 
+    @property
+    def moves(self) -> bool:
+        """Whether a bound moves in time."""
+        return self.state_set.moves or self.input_set.moves
+
     @cached_property
     def flatness(self) -> Flatness:
         """States and inputs as functions of the flat outputs, which are the learned signals."""

@@ -16,10 +16,12 @@ from trackably.arguments import instance, numbers
 from trackably.arrays import Array, ArrayLike
 from trackably.checker import disturbances as checker
 from trackably.checker import model_error as checked
+from trackably.checker.subject import End as CheckedEnd
+from trackably.checker.subject import Pieces, Row
 from trackably.checker.subject import Polytope as Rows
-from trackably.checker.subject import Row
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Polytope, box_ends, deepest, rounded
+from trackably.systems.pieces import PolynomialPieces
+from trackably.systems.polytopes import End, Polytope, box_ends, deepest, rounded
 from trackably.systems.rationals import exact, reduced, whole
 
 Vector = tuple[Fraction, ...]
@@ -450,5 +452,12 @@ class ModelError:
 
 
 def _rows(bounded: Polytope) -> Rows:
-    rows = zip(bounded.rows.tolist(), bounded.lower.tolist(), bounded.upper.tolist(), strict=True)
+    rows = zip(bounded.rows.tolist(), *(map(_end, of) for of in bounded.ends), strict=True)
     return Rows(tuple(Row(tuple(map(Fraction, row)), low, high) for row, low, high in rows), bounded.dimension)
+
+
+def _end(end: End) -> CheckedEnd:
+    """Return an end of a bound as the checker has it."""
+    if not isinstance(end, PolynomialPieces):
+        return end
+    return Pieces(tuple(end.breakpoints.tolist()), tuple(map(tuple, end.coefficients.tolist())), end.beyond)

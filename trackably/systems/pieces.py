@@ -214,6 +214,24 @@ class PolynomialPieces:
             "period" if period else "rest",
         )
 
+    @classmethod
+    def from_mapping(cls, written: Mapping[Any, Any]) -> Self:
+        """Return what a file writes: {0.0: 0.05, 2.5: 0.08} for steps, or {steps: …} or {lines: …}, and their `period`.
+
+        Keys may be texts, as in JSON. ValueError: it is no such mapping.
+        """
+        makers = {"steps": cls.steps, "lines": cls.lines}
+        (kind, *others) = [name for name in makers if name in written] or ["steps"]
+        given = written.get(kind, written)
+        if others or not isinstance(given, Mapping) or (given is not written and written.keys() - {kind, "period"}):
+            raise ValueError(f"expected times [s] with values, or steps or lines of them with a period, got {written}")
+        period = written.get("period") if given is not written else None
+        try:
+            values = {float(t): float(value) for t, value in given.items()}
+            return makers[kind](values, None if period is None else float(period))
+        except TypeError as error:
+            raise ValueError(f"expected numbers, got {written}") from error
+
     @property
     def degree(self) -> int:
         """The degree of the pieces; higher coefficients may be zero."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from typing import TYPE_CHECKING, Any, Literal, Self
@@ -69,6 +69,16 @@ class Interval:
     def rest(self) -> Interval:
         """What is left in the end for something that rests."""
         return self
+
+    @property
+    def hull(self) -> Interval:
+        """The smallest constant interval that holds the bounds at all times, nearly."""
+        return self
+
+    @property
+    def periods(self) -> frozenset[float | None]:
+        """The periods [s] of the ends that move, None for those that come to rest."""
+        return frozenset()
 
     @property
     def breakpoints(self) -> Array:
@@ -180,6 +190,10 @@ class Corridor(Interval):
         return [end for end in (self.low, self.high) if isinstance(end, PolynomialPieces)]
 
     @property
+    def periods(self) -> frozenset[float | None]:
+        return frozenset(end.period if end.beyond == "period" else None for end in self._moving)
+
+    @property
     def breakpoints(self) -> Array:
         return np.unique(np.concatenate([end.breakpoints for end in self._moving]))
 
@@ -217,10 +231,10 @@ class Corridor(Interval):
     def rest(self) -> Interval:
         if all(end.beyond == "rest" for end in self._moving):
             return self.at(2 * abs(float(self.breakpoints[-1])) + 1.0)
-        return self._hull
+        return self.hull
 
     @property
-    def _hull(self) -> Interval:
+    def hull(self) -> Interval:
         lower, upper = self.ends(self._times)
         return Interval(float(np.min(lower)), float(np.max(upper)))
 
@@ -234,7 +248,7 @@ class Corridor(Interval):
         return type(self)(moved(self.low, by), moved(self.high, -by))
 
     def __str__(self) -> str:
-        return f"{self._hull} (which moves in time)"
+        return f"{self.hull} (which moves in time)"
 
 
 def interval(low: End, high: End) -> Interval:
@@ -470,6 +484,21 @@ class Polytope:
             first, last = ends_shown(bounds.lower, bounds.upper)
             sides.append(f"{first} ≤ {_formula(row)} ≤ {last}")
         return "{x : " + ", ".join(sides) + "}"
+
+
+def box_as_written(lower: Sequence[Any], upper: Sequence[Any]) -> Polytope:
+    """Return the box of a file's lists: None where a coordinate is free, a mapping where a bound moves in time.
+
+    Raises as `Polytope.box` and `PolynomialPieces.from_mapping`.
+    """
+
+    def end(written: Any, free: float) -> End:
+        if isinstance(written, Mapping):
+            return PolynomialPieces.from_mapping(written)
+        found: float = free if written is None else written
+        return found
+
+    return Polytope.box([end(low, -math.inf) for low in lower], [end(high, math.inf) for high in upper])
 
 
 def _move(*ends: object) -> bool:

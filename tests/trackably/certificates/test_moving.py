@@ -8,7 +8,19 @@ import numpy as np
 import pytest
 from mpmath import mp
 
+from pipeline.experiments.plants import SetFields
 from tests.trackably.certificates import naive
+from trackably import (
+    Controller,
+    IgnoresSamplesWarning,
+    Infeasible,
+    Plan,
+    Samples,
+    TubeController,
+    Zonotope,
+    learn_reference,
+    tank,
+)
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import as_written, encode_certificate, encode_counterexample
 from trackably.certificates.outcome import Counterexample
@@ -214,3 +226,118 @@ def test_an_end_that_moves_is_no_constant() -> None:
     for bad in ([0.3], [np.inf], [PolynomialPieces([0.0, 1.0], [[0.0]], "end")]):
         with pytest.raises(ValueError, match="set"):
             Polytope.box(bad, [PolynomialPieces.steps({0.0: 0.5, 1.0: 0.25})])
+
+
+def test_what_is_learned_keeps_bounds_that_move() -> None:
+    t = np.linspace(0, 6, 25)
+    upper = PolynomialPieces.lines({0.0: 0.1, 3.0: 0.6, 4.0: 0.05, 6.0: 0.4})
+    plant = ConstrainedSystem(SCALAR, Polytope.box([-1.0], [upper]), Polytope.box(-1.0, 1.0))
+    samples, kernel = Samples(t, 0.45 * np.sin(1.3 * t)), SquaredExponential()
+    with pytest.warns(IgnoresSamplesWarning):
+        learned = learn_reference(samples, plant, kernel, "all_times", noise_std=0.02, progress=False)
+    assert min(learned.reference.quantities[0].margin(learned.reference.signals, np.linspace(0, 9, 2001))) >= 0
+    assert any(bound.name == "state" for bound in learned.fit.active_bounds)
+    assert "polyline" in learned._repr_html_()
+    with pytest.raises(ValueError, match="period"):
+        learn_reference(samples, plant, Periodic(period=6.0), "all_phases", noise_std=0.02, progress=False)
+
+
+def test_disturbed_systems_keep_bounds_that_move() -> None:
+    t = np.linspace(0, 6, 13)
+    upper = PolynomialPieces.steps({0.0: 0.2, 2.5: 0.5})
+    plant = ConstrainedSystem(SCALAR, Polytope.box([-1.0], [upper]), Polytope.box(-1.0, 1.0))
+    samples, W = Samples(t, 0.1 * np.sin(t)), Zonotope.box([-0.004], [0.004])
+    learned = learn_reference(
+        samples, plant, SquaredExponential(), (0.0, 6.0), noise_std=0.02, progress=False, disturbance=W
+    )
+    data = from_json(to_json(encode_certificate(learned.certificate)))
+    assert isinstance(check(data), Proved)
+    left = data["reference"]["plant"]["state_set"]["upper"][0]["coefficients"]
+    given = data["disturbance"]["state_set"]["upper"][0]["coefficients"]
+    assert all(a[0] < b[0] for a, b in zip(left, given, strict=True))
+    for change in (
+        lambda of: of["coefficients"][0].__setitem__(0, left[0][0]),
+        lambda of: of["breakpoints"].__setitem__(1, 2.0),
+        lambda of: of.update(beyond="period"),
+    ):
+        other = copy.deepcopy(data)
+        change(other["disturbance"]["state_set"]["upper"][0])
+        assert isinstance(check(other), Failed)
+
+
+def test_files_write_steps_and_lines() -> None:
+    for written, wanted in (
+        ({0.0: 0.5, 2.5: 0.25}, PolynomialPieces.steps({0.0: 0.5, 2.5: 0.25})),
+        ({"lines": {"0": 0.5, "2.5": 0.25}}, PolynomialPieces.lines({0.0: 0.5, 2.5: 0.25})),
+        ({"steps": {0: 1, 1: 2}, "period": 3}, PolynomialPieces.steps({0.0: 1.0, 1.0: 2.0}, period=3.0)),
+    ):
+        box = SetFields.model_validate({"lower": [-1.0], "upper": [written]}).polytope
+        assert as_written(box) == as_written(Polytope.box([-1.0], [wanted]))
+    for wrong in (
+        {},
+        {"lines": 1.0},
+        {"steps": {0: 1}, "lines": {0: 1}},
+        {1.0: 0.5, 0.0: 0.2},
+        {"lines": {0: 1}, "x": 1},
+    ):
+        with pytest.raises(ValueError, match=r"expected|rising"):
+            PolynomialPieces.from_mapping(wrong)
+
+
+def spline(upper, beyond="rest", pieces=None) -> Reference:
+    z = PolynomialPieces([0.0, 1.0, 2.0], pieces or [[0.0, 0.4, 0.0], [0.4, -0.4, 0.0]], beyond)
+    return Reference((z,), ConstrainedSystem(SCALAR, Polytope.box([-1.0], [upper]), Polytope.box(-9.0, 9.0)))
+
+
+@pytest.mark.parametrize("exact", [False, True])
+def test_polynomial_pieces_keep_bounds_that_move(exact: bool) -> None:
+    tent = PolynomialPieces.lines({0.0: 0.01, 1.0: 0.41, 2.0: 0.01})
+    for reference, prover in ((spline(tent), prove), (spline(tent), lambda of: prove_on_window(of, 0.0, 2.0))):
+        found = prover(reference)
+        assert isinstance(found, Certificate), found
+        data = from_json(to_json(encode_certificate(found)))
+        assert isinstance(check(data, exact=exact), Proved)
+        for change in ({"breakpoints": [0.0, 0.9, 2.0]}, {"coefficients": [[0.01, 0.38], [0.41, -0.4]]}):
+            other = copy.deepcopy(data)
+            other["reference"]["plant"]["state_set"]["upper"][0].update(change)
+            assert isinstance(check(other, exact=exact), Failed)
+    periodic = PolynomialPieces.lines({0.0: 0.01, 1.0: 0.41}, period=2.0)
+    assert isinstance(prove(spline(periodic, "period")), Certificate)
+    assert not isinstance(
+        prove(spline(PolynomialPieces.lines({0.0: 0.3, 1.0: 0.41}, period=3.0), "period")), Certificate
+    )
+    for low in (
+        PolynomialPieces.steps({0.0: 0.5, 0.5: 0.399}),
+        PolynomialPieces.lines({0.0: 0.01, 1.0: 0.39, 2.0: 0.5}),
+    ):
+        broken = prove(spline(low))
+        assert isinstance(broken, Counterexample)
+        assert isinstance(check(from_json(to_json(encode_counterexample(broken))), exact=exact), Refuted)
+
+
+@pytest.mark.parametrize("disturbed", [False, True])
+def test_controllers_keep_the_bounds_of_each_step(disturbed: bool) -> None:
+    upper, push = PolynomialPieces.steps({0.0: 0.3, 0.5: 0.12}), PolynomialPieces.lines({0.0: 0.2, 1.0: 0.6})
+    plant = ConstrainedSystem(SCALAR, Polytope.box([-1.0], [upper]), Polytope.box(-1.0, push))
+    t = np.linspace(0, 2, 9)
+    learned = learn_reference(
+        Samples(t, 0.1 * np.sin(t)), plant, SquaredExponential(), (0.0, 2.0), noise_std=0.02, progress=False,
+        disturbance=Zonotope.box([-0.002], [0.002]) if disturbed else None,
+    )  # fmt: skip
+    control = TubeController(learned.tightening, 8) if disturbed else Controller(plant, 8)
+    kept = control.plant if not disturbed else learned.tightening.plant
+    for start in (-0.4, 0.11, 0.25):
+        x = np.array([start])
+        for k in range(20):
+            plan = control.step(k, x, learned)
+            if not isinstance(plan, Plan):
+                assert start > 0.2  # it does not come down in time
+                assert isinstance(plan, Infeasible)
+                break
+            for i in range(1, 9):
+                assert kept.state_set.at((k + i) * T).margin(plan.states[i]) >= -1e-6
+                assert kept.input_set.at((k + i - 1) * T).margin(plan.inputs[i - 1]) >= -1e-6
+            assert plant.input_set.at(k * T).margin(plan.input) >= 0
+            x = SCALAR.A @ x + SCALAR.B @ plan.input
+    with pytest.raises(ValueError, match="nonlinear"):
+        Controller(ConstrainedSystem(tank(1.0), Polytope.box([0.1], [upper]), Polytope.box(0.0, 1.0)), 4)
