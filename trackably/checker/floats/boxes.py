@@ -17,7 +17,7 @@ import numpy as np
 from trackably.checker.boxes import Box, Enclosures, FirstPass
 from trackably.checker.floats.intervals import Floats, Mask, are_positive, joined, sums
 from trackably.checker.floats.pieces import cells_left
-from trackably.checker.floats.signals import Boxes, ManyCentres, Models
+from trackably.checker.floats.signals import Boxes, Indices, ManyCentres, Models
 from trackably.checker.formulas import parts
 from trackably.checker.intervals import Real, UndefinedError, between, exactly, ratio
 from trackably.checker.kernels import Decay
@@ -109,16 +109,16 @@ def _enclosed(
         can_share = len(shifts) > 1 and not one.kernel.has_kink
         is_shared = np.any(uses, axis=0) & (wide.halves <= _WIDER * every.halves) & can_share
         shared = np.flatnonzero(is_shared)
-        parts_of: list[list[Models]] = [[] for _ in shifts]
+        parts_of: list[list[tuple[Indices, Models]]] = [[] for _ in shifts]
         if len(shared):
             models = replace(one, shift=Fraction(0)).enclose(wide.at(shared), terms)
             moved = [signals[shifted].exact_shift for shifted in shifts]
-            parts_of = [[each] for each in models.inside(wide.at(shared), every.at(shared), moved)]
+            parts_of = [[(shared, each)] for each in models.inside(wide.at(shared), every.at(shared), moved)]
         for shifted, is_used, found_in in zip(shifts, uses, parts_of, strict=True):
             alone = np.flatnonzero(is_used & ~is_shared)
             if len(alone):
-                found_in.append(signals[shifted].enclose(every.at(alone), terms))
-            found[shifted] = Models.joined(found_in).spread(np.concatenate([shared, alone]), len(boxes))
+                found_in.append((alone, signals[shifted].enclose(every.at(alone), terms)))
+            found[shifted] = Models.spread(found_in, terms, len(boxes))
     return found
 
 
@@ -153,8 +153,9 @@ def _limits(limit: Limit, boxes: Sequence[Box], n: int) -> Floats:
     low, high = np.full((2, n, len(boxes)), np.nan)
     for b, box in enumerate(boxes):
         if len(every := limit.over(box.start, box.end)) == 1 and len(every[0]) <= n:
-            parts = [Floats.of(c) for c in every[0]] + [Floats.exact(0.0)] * (n - len(every[0]))
-            low[:, b], high[:, b] = [c.low for c in parts], [c.high for c in parts]
+            low[:, b] = high[:, b] = 0.0
+            for k, c in enumerate(map(Floats.of, every[0])):
+                low[k, b], high[k, b] = c.low, c.high
     return Floats(low, high)
 
 

@@ -154,18 +154,19 @@ class Models:
         parts = np.split(np.arange(len(every)), len(shifts))
         return [Models(found.at((slice(None), part)), self.missed) for part in parts]
 
-    @classmethod
-    def joined(cls, parts: Sequence["Models"]) -> "Models":
-        """Join models of different boxes."""
-        return cls(joined([p.coefficients for p in parts]), joined([p.missed for p in parts]))
-
     def at(self, where: Indices) -> "Models":
         """Return the models in the boxes with these indices."""
         return Models(self.coefficients.at((slice(None), where)), self.missed.at(where))
 
-    def spread(self, where: Indices, count: int) -> "Models":
-        """Return models in `count` boxes, of which these are at the indices `where`; NaN in the others."""
-        return Models(_spread(self.coefficients, where, count), _spread(self.missed, where, count))
+    @classmethod
+    def spread(cls, parts: Sequence[tuple[Indices, "Models"]], n: int, count: int) -> "Models":
+        """Return models with n coefficients in `count` boxes, of which these are some; NaN in the others."""
+        ends = np.full((2, n + 1, count), np.nan)
+        for where, of in parts:
+            every = joined([of.coefficients, of.missed.at(None)], axis=0)
+            ends[:, :, where] = every.low, every.high
+        every = Floats(*ends)
+        return cls(every.at(slice(n)), every.at(n))
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,7 +287,7 @@ class ManyCentres:
         size = self.kernel.largest_on_disc(r, radius) * geometric_rest(ratio, n)
         missed = sums(abs(weights) * (size + self.kernel.jump(r, abs(h))), firsts, most)
         terms = [sums(weights * c, firsts, most) for c in self.kernel.taylor(r, h, n)]
-        return Floats(np.stack([c.low for c in terms]), np.stack([c.high for c in terms])), missed + extra
+        return joined([c.at(None) for c in terms], axis=0), missed + extra
 
     def _sides(self, boxes: Boxes, of_box: Indices, centres: Array) -> tuple[Mask, Mask]:
         """Return masks of whether all times of a box are before the centre, or all after it, decided exactly."""
@@ -322,9 +323,3 @@ def _blocks(counts: Indices) -> Iterator[slice]:
             begin, pairs = b, 0
         pairs += count
     yield slice(begin, len(counts))
-
-
-def _spread(of: Floats, where: Indices, count: int) -> Floats:
-    ends = np.full((2, *of.low.shape[:-1], count), np.nan)
-    ends[0][..., where], ends[1][..., where] = of.low, of.high
-    return Floats(ends[0], ends[1])
