@@ -10,7 +10,7 @@ whose steps are convex programs: see `sqp`. A solution also solves the program w
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from typing import Self
 
 import numpy as np
@@ -108,9 +108,9 @@ class FormulaProgram:
         first = list(accumulate(map(len, times), initial=0))
         terms = tuple(Terms(t, np.ones(len(t)), i + np.arange(len(t))) for t, i in zip(times, first, strict=False))
         given = RowPosterior(posterior, Rows(np.zeros(first[-1]), terms))
-        powers, directions = np.linalg.eigh(given.covariance)
-        kept = powers > _WEAK * np.max(powers, initial=0.0)
-        root = directions[:, kept] * np.sqrt(powers[kept])
+        blocks = [slice(*ends) for ends in pairwise(first)]  # processes are independent
+        roots = [_root(given.covariance[of, of]) for of in blocks]
+        root = scipy.linalg.block_diag(*roots)
         at = np.concatenate([first[c] + np.searchsorted(times[c], t) for c, t in sums.times.items()])
         one = np.eye(1 + root.shape[1])[:1].T
         values = np.concatenate([one, np.vstack([given.mean, root.T])[:, at]], axis=1)
@@ -141,6 +141,13 @@ class FormulaProgram:
         if not np.isfinite(slacks).all():
             return None
         return sqp.Evaluation(float(xi @ xi), 2 * xi, slacks[0], slacks[1:].T, 2 * np.eye(len(xi)))
+
+
+def _root(covariance: Array) -> Array:
+    """Return W with orthogonal columns and W Wᵀ = Σ, without those that are rounding."""
+    powers, directions = np.linalg.eigh(covariance)
+    kept = powers > _WEAK * np.max(powers, initial=0.0)
+    return np.asarray(directions[:, kept] * np.sqrt(powers[kept]))
 
 
 _KNOTS, _FINE = 4, 2000  # knots for each correlation time; points of a path
