@@ -12,7 +12,7 @@ from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Bounded, Constraint
 from trackably.learning.joint.constrained_mean import ConstrainedMean, constrained_mean, is_linear
 from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Minima, Places, demands, flags, places_of
-from trackably.learning.joint.sequential import regular_places
+from trackably.learning.joint.sequential import regular_places, same_regular
 from trackably.learning.problem import ConstrainedProblem
 from trackably.systems.trajectories import Signals
 
@@ -67,8 +67,8 @@ def exchange_bounds(
     kept: Places | None = None
     apart: tuple[float, ...] = ()
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
-    if not is_convex and not any(map(len, places)):
-        places = regular_places(problem, posterior)
+    if not is_convex:  # places of other hyperparameters may be too far apart for these
+        places = merged(places, regular_places(problem, posterior), same_regular(posterior))
     for count in range(1, _MAX_ROUNDS + 1):
         bent = constrained_mean(problem, posterior, places, near, kept)
         if bent is None:

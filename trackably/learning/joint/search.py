@@ -210,14 +210,15 @@ class JointSearch:
             further = self._distinct(log_theta, paths, drawn_in)
             if further:
                 ends = further
-                paths = [(point.function.places, point.function.mean.signals) for point, _ in ends]
             elif ends:
                 break
+            if ends:
+                self.spread = float(np.ptp([point.objective for point, _ in ends]))
+            paths = [(end.function.places, end.function.mean.signals) for end, _ in ends] or paths
         if not ends:
             return None
-        values = [point.objective for point, _ in ends]
-        self.spread = max(values) - min(values)
-        point, self.problem = self._let_out_further(log_theta, *ends[int(np.argmin(values))])
+        best = min(ends, key=lambda end: end[0].objective)
+        point, self.problem = self._let_out_further(log_theta, *best)
         return point
 
     def _distinct(
@@ -297,12 +298,14 @@ class JointSearch:
                 break
             there = self._at(found.x, active, signals, tolerance, point.ceiling)
             if there is None or there.is_unfinished(point.ceiling) or self._is_hopeless(there):
-                break
-            if there.is_solution and there.objective < point.ceiling:
+                if is_linear(self.problem) or not point.is_solution:
+                    break
+                there = None  # a shorter step may lead to a function
+            if there is not None and there.is_solution and there.objective < point.ceiling:
                 path = _Descent(there, path.met(there), found.curvature, 2 * path.reach)
             elif point.is_solution:
                 reach = float(np.max(np.abs(found.x - point.log_theta))) / _SHORTER
-                path = _Descent(point, path.met(there), found.curvature, reach)
+                path = _Descent(point, path.met(there or point), found.curvature, reach)
             else:
                 break
         return path

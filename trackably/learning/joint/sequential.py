@@ -30,7 +30,7 @@ from trackably.systems.polytopes import Interval
 from trackably.systems.trajectories import Functional, Quantity, Signals
 
 _WEAK = 1e-11  # relative to the largest eigenvalue: smaller ones are rounding errors
-_PRECISION = 1e-5  # relative to 1 + the price
+_PRECISION = 1e-7  # relative to 1 + the price
 _RADIUS = 2.0  # of the first step, in prior standard deviations
 _MOST_STEPS, _BROKEN = 60, 1e-3  # steps; and the largest violation of a result, relative to a width
 
@@ -198,6 +198,11 @@ def regular_places(problem: ConstrainedProblem, posterior: JointPosterior) -> Pl
     shortest = min(signal.kernel.correlation_time for signal in posterior.signals)
     times = np.linspace(first, last, int(np.clip(_CLOSE * (last - first) / shortest, 2, _MOST_REGULAR)))
     return tuple(_regular(constraint, times) for constraint in problem.constraints)
+
+
+def same_regular(posterior: JointPosterior) -> float:
+    """Return the distance [s] below which another place makes one of the regular places needless: half of theirs."""
+    return min(signal.kernel.correlation_time for signal in posterior.signals) / (2 * _CLOSE)
 
 
 def _regular(constraint: Bounded, times: Array) -> Array:
