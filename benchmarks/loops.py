@@ -20,6 +20,7 @@ from trackably.certificates.certified import Certified
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove_on_window
 from trackably.checker import Proved, check
+from trackably.checker.certificate import AllTimes
 from trackably.control.controller import Controller, scaled_controller
 from trackably.control.references import TabulatedReference, TrackedReference
 from trackably.control.stepping import Plan, Status
@@ -228,7 +229,7 @@ def _windows(name: str, plant: ConstrainedSystem, step: float, truth: Callable[[
     times = step * np.arange(_COUNT + _WINDOWS)
     values = truth(times) + 0.02 * np.random.default_rng(0).standard_normal(times.size)
     windows = [(Samples(times[i : i + _COUNT], values[i : i + _COUNT]),) for i in range(_WINDOWS)]
-    first = Task(windows[0], JointPrior((Prior(SquaredExponential()),)), plant, "all_times", starts=2).learned()
+    first = Task(windows[0], JointPrior((Prior(SquaredExponential()),)), plant, AllTimes(), starts=2).learned()
     for moving_every, what in ((0, "function alone"), (1, "hyperparameters too")):
         learner = WindowLearner(first, clock=process_time, moving_every=moving_every)
         certified = sum(isinstance(learner(samples), Certified) for samples in windows[1:])

@@ -12,7 +12,8 @@ from pipeline.generate import sampled_by
 from pipeline.published.scalar import state_and_input
 from trackably.arrays import Array
 from trackably.certificates.certified import Certified, learn_certified
-from trackably.certificates.goal import Claim, goal_for
+from trackably.certificates.goal import goal_for
+from trackably.checker.certificate import Claim
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior

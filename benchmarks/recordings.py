@@ -30,7 +30,8 @@ from pipeline.published.ground_truth import GroundTruth, docking_y, draw, setpoi
 from trackably import Periodic, TrackableReference, learn_reference
 from trackably.arrays import Array
 from trackably.certificates.certified import Certified
-from trackably.certificates.goal import Claim
+from trackably.certificates.claim import Written
+from trackably.checker.certificate import Window
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.matern import Matern32, Matern52
@@ -86,7 +87,7 @@ class Problem:
     @property
     def task(self) -> Task:
         prior = JointPrior((Prior(KERNELS[self.kernel](), None, self.mean),))
-        window = (float(self.samples.times[0]), float(self.samples.times[-1]))
+        window = Window(float(self.samples.times[0]), float(self.samples.times[-1]))
         return Task((self.samples,), prior, first_order(self.values, self.slopes, self.sampling_time), window, starts=4)
 
 
@@ -219,7 +220,7 @@ def _jointly() -> Iterator[Row]:
     system = LinearSystem.scalar(0.9, 0.5, sampling_time=0.01)
     cut = ConstrainedSystem(system, Polytope.box([-1.5], [0.9]), box([1.0]))  # the crests of a sine
     many = irregular(1000)
-    prior, window = JointPrior((Prior(SquaredExponential(), NOISE),)), (0.0, float(many.times[-1]))
+    prior, window = JointPrior((Prior(SquaredExponential(), NOISE),)), Window(0.0, float(many.times[-1]))
     found, taken = timed(Task((many,), prior, cut, window, starts=4).learned)
     note = f"{len(found.solution.active_bounds)} bounds active; {_told(found, (many,))}"
     yield within(_TIME, "n = 1 000 at random times", taken, 10.0, note)
@@ -292,7 +293,7 @@ class Recording:
     name: str
     samples: Samples
     plant: ConstrainedSystem
-    claim: Claim
+    claim: Written
     bounds: dict[int, Interval]
     step: float
     weight: float

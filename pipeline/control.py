@@ -27,6 +27,7 @@ from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
 from pipeline.storage.archive import Fitted
 from pipeline.storage.results import Results
 from trackably.arrays import Array
+from trackably.certificates.claim import times_of
 from trackably.control.controller import Controller, scaled_controller
 from trackably.control.references import TrackedReference
 from trackably.control.simulation import ClosedLoop, apply_fallback_for, simulate
@@ -111,7 +112,7 @@ def control(experiment: Experiment, results: Results) -> None:
     if not steps:
         raise InputError(
             f"experiment {experiment.name}: control: the window that is proved must be longer than the horizon, "
-            f"{wanted.horizon} steps, got {experiment.claim}"
+            f"{wanted.horizon} steps, got {times_of(experiment.claim)}"
         )
     references = references_of(fitted)
     metrics: dict[str, object] = {"horizon": wanted.horizon}

@@ -13,11 +13,11 @@ import scipy
 
 from trackably.arrays import Array, Flags
 from trackably.certificates.form import as_written
-from trackably.certificates.goal import Claim, span_of
 from trackably.certificates.judge import judged_contradiction
 from trackably.certificates.outcome import Impossible, InfeasibleTightening
 from trackably.certificates.pinned import WINDOW, Pinned, extent
 from trackably.checker import subject
+from trackably.checker.certificate import Claim
 from trackably.checker.contradiction import FORMAT, VERSION, Contradiction, Gap, Value, wanted_boxes
 from trackably.checker.form import a_plant
 from trackably.systems.constrained import ConstrainedSystem
@@ -113,7 +113,7 @@ def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Pinned]) -
     count as whole steps apart if they are up to this window.
     """
     step, most = plant.sampling_time, _MOST_UNKNOWNS // (len(plant.system.states) + len(plant.system.inputs))
-    first, last = span_of(claim)
+    first, last = claim.span
     for linked in _linked(sorted(pinned, key=lambda of: of.time), step):
         start = linked[0].time if linked else (first if math.isfinite(first) else 0.0)
         before, after = (_whole(time, start, step, most) for time in (start - first, last - start))

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
-from trackably.certificates.goal import Claim
+from trackably.checker.certificate import AllTimes, Claim, Window
 from trackably.errors import DoubtfulInputWarning
 from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
@@ -54,19 +54,19 @@ def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
 
 def _of_times(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
     first, last = float(samples.times[0]), float(samples.times[-1])
-    if isinstance(claim, tuple):
-        gap = max(first - claim[1], claim[0] - last)
+    if isinstance(claim, Window):
+        gap = max(first - claim.end, claim.start - last)
         if gap > last - first > 0:
             yield (
-                f"claim: the window from {claim[0]:g} s to {claim[1]:g} s is {gap:g} s away from the samples of "
+                f"claim: the window from {claim.start:g} s to {claim.end:g} s is {gap:g} s away from the samples of "
                 f"{name}, which lie between {first:g} s and {last:g} s: are both counted from the same zero?"
             )
-    elif claim == "all_times" and last < 0:
+    elif isinstance(claim, AllTimes) and last < 0:
         yield (
             f"samples: all of {name} lie before t = 0, where the claim begins (from {first:g} s to {last:g} s): should "
             "times count from the first of them?"
         )
-    elif claim == "all_times" and first > _LATE * (last - first) > 0:
+    elif isinstance(claim, AllTimes) and first > _LATE * (last - first) > 0:
         yield (
             f"samples: those of {name} begin {first:.10g} s after t = 0, and last only {last - first:.4g} s: if these "
             'stamps count from 1970, subtract the first, as read_csv(..., origin="first") does'

@@ -15,11 +15,13 @@ import numpy as np
 from trackably.arguments import instance, real
 from trackably.arrays import ArrayLike
 from trackably.certificates.certified import Certified, learn_certified
-from trackably.certificates.goal import Claim, checked_claim, goal_for
+from trackably.certificates.claim import Written, as_claim
+from trackably.certificates.goal import goal_for
 from trackably.certificates.judge import NotTrackableError, found_or_raise
 from trackably.certificates.pinned import prove_pinned
 from trackably.certificates.prove import Failure
 from trackably.certificates.robust import robust_of
+from trackably.checker.certificate import AllPhases
 from trackably.condensed import Centres, Condensation
 from trackably.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, levels, split_means
 from trackably.explanation import IgnoresSamplesWarning, given_too_narrowly, ignored, inflated, outlying
@@ -63,7 +65,7 @@ def learn_reference(
     samples: SamplesLike,
     plant: ConstrainedSystem,
     kernel: Kernel | Mapping[str, Kernel],
-    claim: Claim,
+    claim: Written,
     *,
     noise_std: Noise = None,
     mean: Mean | Mapping[str, Mean] = None,
@@ -100,7 +102,7 @@ def learn_reference(
     claim
         What is proved. "all_times": every time t ≥ 0, with kernels that decay; the reference comes to rest at the prior
         mean. "all_phases": every time, with periodic kernels of one period. (start, end): the times between, in
-        seconds.
+        seconds. "recorded": the window from the first sample to the last, or from the step before to the step after.
     noise_std
         σ_n, the standard deviation of the samples' noise; the `relative_noise` of samples multiplies it. A number is
         taken as known. With a pair, σ_n is learned in this interval together with the function, and grows where bounds
@@ -204,11 +206,12 @@ def learn_reference(
     """
     end = _end_of(budget)
     plant, tightening = tighten_plant(plant, disturbance, feedback, margin, measurement_noise, model_error)
-    claim, learner = checked_claim(claim), _learner(method, at, learn_from, near)
+    learner = _learner(method, at, learn_from, near)
     measured = Measurements.of(samples, plant, noise_std, centres)
+    claim = as_claim(claim, measured.given, plant.sampling_time)
     classes = signal_classes(truth, measured.given, plant)
     level, between = split_means(mean, measured.names, measured.given)
-    shared = frozenset({"period"}) if claim == "all_phases" and len(measured.names) > 1 else frozenset[str]()
+    shared = frozenset({"period"}) if isinstance(claim, AllPhases) and len(measured.names) > 1 else frozenset[str]()
     prior = prior_for(plant, measured.priors(kernel, level), shared)
     goal = goal_for(claim, measured.signals, prior, plant)
     ask(doubts(claim, measured.given, plant), _CALLER)

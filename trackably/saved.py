@@ -11,12 +11,11 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.claim import OnWindow
 from trackably.certificates.form import as_written
 from trackably.certificates.pinned import prove_pinned
 from trackably.certificates.prove import Failure, prove, prove_on_window
 from trackably.certificates.robust import robust_of
-from trackably.checker.certificate import TrueSignal
+from trackably.checker.certificate import TrueSignal, Window
 from trackably.errors import InputError
 from trackably.files import LEFT_OUT, read_bytes, write_atomically
 from trackably.fit import Fit
@@ -123,7 +122,7 @@ class Saved(ABC):
 def window_of(certificate: Certificate) -> tuple[float, float] | tuple[None, None]:
     """Return the first and the last time [s] of a claim on a window; (None, None) for other claims."""
     claim = certificate.claim
-    return (claim.start, claim.end) if isinstance(claim, OnWindow) else (None, None)
+    return (claim.start, claim.end) if isinstance(claim, Window) else (None, None)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from trackably.checker import certificate as proofs
 from trackably.checker import counterexample as refutations
-from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Window
-from trackably.checker.counterexample import Counterexample, Interval
+from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Claim, Steps, Window
+from trackably.checker.counterexample import Counterexample
 from trackably.checker.disturbances import Robust, Zonotope
 from trackably.checker.form import UnreadableError, format_of, read_certificate, read_counterexample
 from trackably.checker.kernels import Kernel
@@ -181,28 +181,34 @@ def _zonotope(zonotope: Zonotope) -> str:
     return f"{{| middle := {_numbers(zonotope.centre)}; generators := {_list(map(_numbers, zonotope.generators))} |}}"
 
 
+def _times(claim: Claim) -> str:
+    match claim:
+        case AllTimes():
+            return "AllTimes"
+        case AllPhases():
+            return "AllPhases"
+        case Window(start, end):
+            return f"Window {_number(start)} {_number(end)}"
+    return "Instants"
+
+
 def _claim(certificate: Certificate) -> tuple[str, str]:
     """Return the claimed times as a Coq term, and the proof's term."""
-    match certificate.claim:
-        case AllTimes(tail_start):
-            return "AllTimes", f"Tail {_number(tail_start)}"
-        case AllPhases(period):
-            return "AllPhases", f"Period {_number(period)}"
-        case Window(start, end):
-            return f"Window {_number(start)} {_number(end)}", "Whole"
-        case proofs.Instants(last_step):
-            return "Instants", f"Steps {last_step}"
+    claim, proof, how = certificate.claim, certificate.proof, "Whole"
+    if isinstance(proof, Steps):
+        how = f"Steps {proof.last}"
+    elif not isinstance(claim, Window):
+        how = f"{'Tail' if isinstance(claim, AllTimes) else 'Period'} {_number(proof.end)}"
+    return _times(claim), how
 
 
 def _counterexample(counterexample: Counterexample) -> tuple[str, str]:
     """Return the refuted claim's times as a Coq term, and the term that refutes it at one of them."""
-    match counterexample.where:
-        case Interval(start, end, time):
-            times = f"Window {_number(start)} {_number(end)}" if isfinite(end) else "AllTimes"
-            return times if isfinite(start) else "AllPhases", f"refute_sound _ {_number(time)} 0"
-        case refutations.Instants(step):
-            exactly = step * Fraction(counterexample.subject.system.sampling_time)
-            return "Instants", f"refute_sound _ {_number(exactly)} {step}"
+    at, times = counterexample.at, _times(counterexample.claim)
+    if times != "Instants":
+        return times, f"refute_sound _ {_number(at)} 0"
+    exactly = Fraction(at) * Fraction(counterexample.subject.system.sampling_time)
+    return times, f"refute_sound _ {_number(exactly)} {at}"
 
 
 def _kernel(kernel: Kernel) -> str:

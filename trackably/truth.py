@@ -19,12 +19,11 @@ import scipy
 from trackably.arguments import instance, real
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.claim import Claim, OnWindow
 from trackably.certificates.form import as_written, encode_subject
 from trackably.certificates.judge import found_or_raise, judged_contradiction
 from trackably.certificates.outcome import NoSignal
 from trackably.certificates.robust import Robust
-from trackably.checker.certificate import Derived, Measured, SignalClass, TrueSignal
+from trackably.checker.certificate import Claim, Derived, Measured, SignalClass, TrueSignal, Window
 from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.form import subject_of
 from trackably.checker.truth import CONTRADICTION, VERSION, ContradictedSamples, Place, contradiction_of, gaps, places
@@ -227,7 +226,7 @@ def true_signal(
     if reference.pieces:
         raise ValueError("truth: needs a reference of kernels, as learn_reference returns, not one of pieces")
     start, end = of.samples.times[0], of.samples.times[-1]
-    if isinstance(claim, OnWindow):
+    if isinstance(claim, Window):
         start, end = max(start, claim.start), min(end, claim.end)
     if not start < end:
         raise ValueError(f"truth: two samples of {name} at least must lie within what is proved")

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 
 from trackably.arguments import is_number, real
-from trackably.certificates.goal import Claim, span_of
 from trackably.certificates.pinned import Pinned, coordinates, extent
+from trackably.checker.certificate import Claim
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.polytopes import Interval
 from trackably.systems.tightening import Tightening
@@ -92,7 +92,7 @@ def _refuse_restless(time: float, plant: ConstrainedSystem) -> None:
 
 
 def _refuse_unclaimed(time: float, claim: Claim) -> None:
-    first, last = span_of(claim)
+    first, last = claim.span
     if not (math.isfinite(time) and first <= time <= last):
         raise ValueError(f"at: {time:g} s is outside of the times that are claimed, from {first:g} s to {last:g} s")
 

@@ -22,7 +22,8 @@ from pipeline.published.ground_truth import GROUND_TRUTHS
 from pipeline.yaml_file import Fields
 from trackably.arguments import is_number
 from trackably.arrays import Array
-from trackably.certificates.goal import Claim, checked_claim
+from trackably.certificates.claim import as_claim
+from trackably.checker.certificate import Claim
 from trackably.condensed import NODES, Centres
 from trackably.gp.hyperparameter import hyperparameter
 from trackably.gp.kernels.base import Kernel
@@ -77,10 +78,10 @@ def parse_claim(written: object) -> Claim:
     """Read `all_times`, `all_phases` or `{window: [start, end]}` [s]. Raises ValueError for anything else."""
     match written:
         case "all_times" | "all_phases":
-            return written
+            return as_claim(written)
         case {"window": [start, end], **rest} if not rest:
             try:
-                return checked_claim((start, end))
+                return as_claim((start, end))
             except ValueError as error:
                 raise ValueError(str(error).removeprefix("claim: ")) from None
     raise ValueError("expected all_times, all_phases or {window: [start, end]}")

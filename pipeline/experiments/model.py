@@ -39,7 +39,9 @@ from pipeline.experiments.sources import GROUND_TRUTHS_FILE, Drawn, Source, Sour
 from pipeline.methods import METHODS, REQUIRED, ROBUST, Algorithm1, Method, Parameters, Periodic, Task
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
 from pipeline.yaml_file import Fields, raise_all
-from trackably.certificates.goal import Goal, goal_for, refusal
+from trackably.certificates.claim import refusal
+from trackably.certificates.goal import Goal, goal_for
+from trackably.checker.certificate import AllPhases, Window
 from trackably.empirical_bayes import EmpiricalPrior, empirical_prior, levels
 from trackably.errors import DoubtfulInputWarning, NoReferenceError
 from trackably.gp.hyperparameter import Learned
@@ -304,9 +306,9 @@ class Experiment(Fields):
     @property
     def loop_steps(self) -> range:
         """The steps of closed loops: from 0 on, or those whose horizons lie in the window that is proved."""
-        if not isinstance(self.claim, tuple):
+        if not isinstance(self.claim, Window):
             return range(self.control.steps)
-        first, last = (t / self.plant.sampling_time for t in self.claim)
+        first, last = (t / self.plant.sampling_time for t in self.claim.span)
         start = max(math.ceil(first - _ROUNDING), 0)
         return range(start, min(start + self.control.steps, math.floor(last + _ROUNDING) - self.control.horizon))
 
@@ -320,8 +322,8 @@ class Experiment(Fields):
             return self.verification
         t_s = self.plant.sampling_time
         ends = [2 * float(max(of.times[-1] for of in samples))]
-        ends += [self.claim[1]] if isinstance(self.claim, tuple) else []
-        ends += [2 * self._longest_period(samples)] if self.claim == "all_phases" else []
+        ends += [self.claim.end] if isinstance(self.claim, Window) else []
+        ends += [2 * self._longest_period(samples)] if isinstance(self.claim, AllPhases) else []
         ends += [block.last_step * t_s for block in (self.algorithm1, self.periodic) if block]
         return Verification(last_step=min(max(math.ceil(max(ends) / t_s), 1), MOST_STEPS))
 
@@ -332,7 +334,7 @@ class Experiment(Fields):
 
     def check(self, samples: tuple[Samples, ...]) -> None:
         """Raise ValueError where steps do not last the longest period that may be learned from these samples."""
-        if self.claim != "all_phases":
+        if not isinstance(self.claim, AllPhases):
             return
         t_s, longest = self.plant.sampling_time, self._longest_period(samples)
         blocks = {"periodic": self.periodic, "verification": self.verification}

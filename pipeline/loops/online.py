@@ -15,6 +15,7 @@ from pipeline.published.ground_truth import draw
 from pipeline.storage.archive import Sampled
 from trackably.arrays import Array, ArrayLike
 from trackably.certificates.certified import Certified, learn_certified
+from trackably.certificates.claim import times_of
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.control.controller import Controller
 from trackably.control.simulation import ClosedLoop, simulate
@@ -86,7 +87,8 @@ def simulate_online(
     """
     if not holds_for_all_times(first):
         raise ValueError(
-            f"online: the first reference must be certified for all time, but only for {first.certificate.claim}"
+            f"online: the first reference must be certified for all time, but only for "
+            f"{times_of(first.certificate.claim)}"
         )
     now, state, reference = 0, np.asarray(initial_state, dtype=float), first.reference
     parts: list[ClosedLoop] = []
@@ -118,7 +120,7 @@ def decide_update(
         why = "not ready" if isinstance(learned, BudgetExceeded) else why
         return ReferenceUpdate(k, counts, learned, False, f"{why}: {learned.explanation}")
     if not holds_for_all_times(learned):
-        return ReferenceUpdate(k, counts, learned, False, f"proved for {learned.certificate.claim} only")
+        return ReferenceUpdate(k, counts, learned, False, f"proved for {times_of(learned.certificate.claim)} only")
     result = controller.step(k, state, learned.reference)
     if isinstance(result, Infeasible):
         return ReferenceUpdate(k, counts, learned, False, result.explanation, result.widening)

@@ -7,11 +7,12 @@ import numpy as np
 
 from pipeline.published.scalar import coefficients, growth_rates, state_and_input
 from trackably.arrays import Array
+from trackably.checker.certificate import Window
 from trackably.gp.joint import JointPosterior, JointPrior, period_of
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import ROUNDING_BACKOFF, Bounded, Constraint, Signalled
-from trackably.learning.index_set import Steps, Window
+from trackably.learning.index_set import RealTimes, Steps
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
@@ -106,7 +107,7 @@ def _extremes(
         return np.asarray(sign * signal.jet(t, order)[order])
 
     starts, ends = np.array(edges[:-1]), np.array(edges[1:]) + overlap
-    window = Window(starts[0], ends[-1])
+    window = RealTimes(Window(starts[0], ends[-1]))
     turns = [window.local_minima(f, [signal.kernel]) for f in (derivative, lambda t: -derivative(t))]
     times = np.unique(np.concatenate([*turns, starts, ends]))
     values = derivative(times)
@@ -185,7 +186,7 @@ def _on_intervals(
     end = last_step * plant.sampling_time
     edges = tuple(np.linspace(0.0, end, count + 1).tolist())
     state, _ = state_and_input(plant)
-    return Constraint(state, Window(0.0, end), backoff), GrowthRates(plant, edges, backoff, overlap)
+    return Constraint(state, RealTimes(Window(0.0, end)), backoff), GrowthRates(plant, edges, backoff, overlap)
 
 
 def steps_of_period(prior: JointPrior, plant: ConstrainedSystem) -> int:

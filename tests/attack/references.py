@@ -11,14 +11,14 @@ from tests.attack.counts import Counts
 from tests.trackably.certificates import naive
 from tests.trackably.certificates.instances import Case, case, compact_kernel, general_case
 from tests.trackably.certificates.liars import LIES, plant
-from tests.trackably.checker.test_soundness import smallest_margin
+from tests.trackably.checker.test_soundness import size_of, smallest_margin
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.claim import AllPhases, AtInstants
 from trackably.certificates.draft import evaluation_errors
 from trackably.certificates.form import encode_certificate, encode_counterexample
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
 from trackably.checker import Proved, Refuted
+from trackably.checker.certificate import AllPhases
 from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
@@ -88,18 +88,20 @@ def _attack(counts: Counts, chosen: Case, found: Outcome, seed: int) -> None:
     counts.tried += 1
     if isinstance(found, Certificate):
         counts.accepted += 1
-        margins = {q.name: smallest_margin(chosen.reference, found.claim, q.name) for q in chosen.reference.quantities}
+        margins = {
+            q.name: smallest_margin(chosen.reference, found.claim, found.proof, q.name)
+            for q in chosen.reference.quantities
+        }
         kept = all(margins[name] >= e for name, e in found.evaluation_error.items())
         counts.judged(f"seed {seed}", kept and _is_evaluated(found, np.random.default_rng(seed)))
-        instants = found.claim.last_step if isinstance(found.claim, AtInstants) else 0
-        if instants + sum(len(cover.radii) for cover in found.covers.values()) <= _FEW:
+        if size_of(found) <= _FEW:
             verdict = counts.checked(encode_certificate(found))
             if not isinstance(verdict, Proved):
                 counts.false.append(f"seed {seed}: the checker says {verdict}")
     elif isinstance(found, Counterexample):
         counts.accepted += 1
         t = found.time if found.step is None else naive.instant(chosen.reference, found.step)
-        is_claimed = found.span[0] <= t <= found.span[1]
+        is_claimed = found.claim.span[0] <= t <= found.claim.span[1]
         off = -naive.margin(chosen.reference, found.quantity, t)
         counts.judged(f"seed {seed}", bool(is_claimed and off >= found.violation > 0))
         verdict = counts.checked(encode_counterexample(found))

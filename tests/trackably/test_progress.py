@@ -19,8 +19,8 @@ from trackably import (
     TrackableReference,
     learn_reference,
 )
+from trackably.checker.certificate import Window
 from trackably.gp.prior import Prior
-from trackably.learning.index_set import Window
 from trackably.learning.joint.search import learn_function
 from trackably.learning.prior import prior_for
 from trackably.learning.problem import ConstrainedProblem, Solution

@@ -19,9 +19,9 @@ from trackably import (
     learn_reference,
 )
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.claim import AllTimes
 from trackably.certificates.form import encode_certificate, encode_subject
 from trackably.certificates.prove import prove
+from trackably.checker.certificate import AllTimes
 from trackably.checker.form import subject_of
 from trackably.checker.intervals import exactly
 from trackably.checker.tail import envelope
@@ -83,9 +83,8 @@ def test_the_state_is_the_prior_mean_in_every_digit(family, mean):
 
 def test_the_proof_ends_where_rest_begins(axis):
     """After the last centre + θ₂ nothing is left to bound: the envelope is zero, exactly."""
-    claim = axis.certificate.claim
-    assert isinstance(claim, AllTimes)
-    assert TIMES[-1] < claim.tail_start <= np.nextafter(rest(axis), np.inf)
+    assert isinstance(axis.certificate.claim, AllTimes)
+    assert TIMES[-1] < axis.certificate.proof.end <= np.nextafter(rest(axis), np.inf)
     for signal in subject_of(encode_subject(axis.reference)).signals:
         assert envelope(signal, exactly(rest(axis)) + exactly(2) ** -50) == (0, 0)
         assert envelope(signal, exactly(rest(axis) - 0.05)).size.a > 0
@@ -98,7 +97,7 @@ def test_a_bound_that_is_nearly_touched_at_rest_needs_no_longer_proof(family):
     found = prove(Reference((signal,), narrow))
     assert isinstance(found, Certificate)
     assert isinstance(found.claim, AllTimes)
-    assert 0.45 < found.claim.tail_start <= np.nextafter(0.5, 1)
+    assert 0.45 < found.proof.end <= np.nextafter(0.5, 1)
     assert isinstance(check(encode_certificate(found)), Proved)
 
 

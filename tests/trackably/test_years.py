@@ -20,11 +20,11 @@ from trackably import (
     learn_reference,
 )
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.claim import AllPhases
 from trackably.certificates.draft import LATEST, Draft
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove
 from trackably.checker import Proved, check
+from trackably.checker.certificate import AllPhases, Cover
 from trackably.checker.intervals import exactly, ratio
 from trackably.exports.c99 import header
 from trackably.gp.signal import KernelSum
@@ -81,7 +81,7 @@ def require_near(proved: TrackableReference, steps: np.ndarray, values: np.ndarr
     system, draft = reference.plant.system, Draft.of(reference, 1.0, np.zeros(1))
     assert isinstance(proved.certificate.claim, AllPhases)
     for k, row in zip(steps.tolist(), values.tolist(), strict=True):
-        s = in_period(int(k) * Fraction(reference.plant.sampling_time), proved.certificate.claim.period)
+        s = in_period(int(k) * Fraction(reference.plant.sampling_time), proved.certificate.proof.end)
         for name, value in zip((*system.states, *system.inputs), row, strict=True):
             error = exactly(proved.certificate.evaluation_error[name])
             assert abs(draft.value(name, ratio(s)) - exactly(value)) <= error, (k, name)
@@ -119,7 +119,7 @@ def test_steps_that_float64_cannot_count_are_refused() -> None:
     slow = Reference((KernelSum(Periodic(1.0, 1.0, 1e6), 0.0, np.array([0.0]), np.array([0.1])),), SWING)
     pieces = Reference((PolynomialPieces([0.0, 1e5, 3e5], [[0.1, 0.0], [0.2, 0.0]], "period"),), SWING)
     for reference in (slow, pieces):
-        certificate = Certificate(reference, AllPhases(1e6), 0, {}, {}, 1e18)
+        certificate = Certificate(reference, AllPhases(), Cover(0.0, 1e6, {}, 0), {}, 1e18)
         assert certificate.first_unproved(np.array([2.0**52 * 0.1])) is None
         assert certificate.first_unproved(np.array([(2.0**53 + 2) * 0.1])) is not None
 

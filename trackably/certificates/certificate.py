@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.certificates.claim import AllPhases, AtInstants, Claim
+from trackably.certificates.claim import times_of
 from trackably.certificates.robust import Robust
-from trackably.checker.certificate import TrueSignal
+from trackably.checker.certificate import AllPhases, Claim, Cover, Steps, TrueSignal
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.polytopes import rounded
 from trackably.systems.reference import Reference
@@ -19,32 +19,19 @@ _NEVER_REACHED = 1e30  # s
 
 
 @dataclass(frozen=True)
-class Cover:
-    """Boxes [ends_k, ends_(k+1)] without gaps, each with one of the `radii` [s].
-
-    Times [s] are exact float64 numbers.
-    """
-
-    ends: tuple[float, ...]
-    radii: tuple[float, ...]
-
-
-@dataclass(frozen=True)
 class Certificate:
     """States and inputs of `reference` keep their bounds at the times of `claim`, even when evaluated in float64.
 
     Each quantity stays at least its `evaluation_error` away from its bounds. So its float64 value at a float64 time |t|
     ≤ `evaluated_until` [s] keeps the bounds too. Float64 values are those of `Reference.state`, `input` and `window`,
     which add products (of polynomial pieces in twice the precision). If all signals have a period, this also holds at
-    later times, up to `last_time`. `covers` holds the boxes of the proof by quantity (none for a claim of instants),
-    and `terms` is the number of Taylor coefficients of each enclosure (0 without boxes). `robust` states the
+    later times, up to `last_time`. `proof` holds the boxes, or the last step that is examined. `robust` states the
     consequence for the disturbed system, and `truth` the distances of states from true signals.
     """
 
     reference: Reference
     claim: Claim
-    terms: int
-    covers: dict[str, Cover]
+    proof: Cover | Steps
     evaluation_error: dict[str, float]
     evaluated_until: float
     robust: Robust | None = None
@@ -58,7 +45,7 @@ class Certificate:
         chosen = f", with inputs in {_box(plant)} that push alike" if plant.allocation else ""
         disturbed = f"; {self.robust.explanation}" if self.robust else ""
         truth = "".join(map(_truth, self.truth))
-        return f"proved for {self.claim}: {kept}{self._limit}{chosen}{disturbed}{truth}"
+        return f"proved for {times_of(self.claim)}: {kept}{self._limit}{chosen}{disturbed}{truth}"
 
     def __repr__(self) -> str:
         return f"Certificate({self.explanation})"
@@ -70,9 +57,9 @@ class Certificate:
         If times are moved by whole periods (`moved_back`), periods and steps must be counted exactly. The remaining
         error is less than 2⁻⁵³ `evaluated_until`, and is included in `evaluation_error`.
         """
-        if not isinstance(self.claim, AllPhases):
+        if not isinstance(self.claim, AllPhases) or isinstance(self.proof, Steps):
             return self.evaluated_until
-        counted = self.evaluated_until if self.reference.pieces else _PERIODS * self.claim.period
+        counted = self.evaluated_until if self.reference.pieces else _PERIODS * self.proof.end
         return min(counted, _STEPS * self.reference.plant.sampling_time)
 
     @property
@@ -99,15 +86,15 @@ class Certificate:
 
         None if all are proved.
         """
-        (first, last), until, flat = self.claim.span, self.last_time, t.ravel()
+        (first, last), until, flat, claimed = self.claim.span, self.last_time, t.ravel(), times_of(self.claim)
         tolerance = self.time_tolerance * np.abs(flat)
         rounding = f"further from zero than {until:g} s, up to which the proof covers the rounding of evaluation"
         for refused, why in (
-            (~((flat >= first - tolerance) & (flat <= last + tolerance)), f"outside of what is proved, {self.claim}"),
+            (~((flat >= first - tolerance) & (flat <= last + tolerance)), f"outside of what is proved, {claimed}"),
             (np.abs(flat) > until, rounding),
             (
                 self._from_instants(flat) > tolerance,
-                f"between the sampled instants, which alone are proved, {self.claim}",
+                f"between the sampled instants, which alone are proved, {claimed}",
             ),
         ):
             if refused.any():
@@ -119,7 +106,7 @@ class Certificate:
 
         Zero if the claim is not about instants only.
         """
-        if not isinstance(self.claim, AtInstants):
+        if not isinstance(self.proof, Steps):
             return np.zeros(t.shape)
         sampling_time = self.reference.plant.sampling_time
         return np.abs(t - np.round(t / sampling_time) * sampling_time)

@@ -18,6 +18,7 @@ from trackably.certificates.prove import Failure
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.constraint import Constraint
+from trackably.learning.index_set import RealTimes
 from trackably.learning.learner import HYPERPARAMETERS, Learner
 from trackably.learning.problem import ConstrainedProblem, NoSolution, NothingFeasible, Pin, Solution
 from trackably.learning.space import SearchSpace
@@ -239,7 +240,9 @@ class _Learning:
         """Return the problem with one half of the back-off for times between places, and one as
         the optimiser's tolerance.
         """
-        constraints = [Constraint(_drawn_in(q, backoff / 2), goal.times, backoff / 2) for q in self.plant.quantities]
+        constraints = [
+            Constraint(_drawn_in(q, backoff / 2), RealTimes(goal.times), backoff / 2) for q in self.plant.quantities
+        ]
         return ConstrainedProblem(self.samples, self.prior, self.space, tuple(constraints), self.pins)
 
 

@@ -1,98 +1,64 @@
-"""What a certificate claims, and about which times."""
+"""What is claimed, as users write it, and as the checker knows it."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from math import isfinite
+from typing import Literal
 
-import numpy as np
-
-from trackably.gp.signal import KernelSum
+from trackably.arguments import is_number
+from trackably.checker.certificate import KINDS, AllPhases, AllTimes, Claim, Instants, Window
+from trackably.gp.joint import JointPrior, has_period
+from trackably.gp.samples import Samples
 from trackably.systems.polytopes import rounded
-from trackably.systems.reference import Reference
+
+Written = Claim | Literal["all_times", "all_phases", "recorded"] | tuple[float, float]
+"""How users may write claims about real times: a window as (start, end) [s], or as that of all samples."""
+
+_ROUNDING = 1e-9  # steps
 
 
-@dataclass(frozen=True)
-class AllTimes:
-    """Every real t ≥ 0: by boxes on [0, tail_start], and by a decaying envelope from `tail_start` [s] on."""
+def as_claim(written: object, samples: Mapping[str, Samples] | None = None, step: float = 0.0) -> Claim:
+    """Return what is claimed, a window with two floats. ValueError: it is no claim about real times.
 
-    tail_start: float
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """The first and the last claimed time [s]."""
-        return 0.0, math.inf
-
-    def __str__(self) -> str:
-        return "all real t ≥ 0"
-
-
-@dataclass(frozen=True)
-class AllPhases:
-    """Every real t: by boxes on one `period` [s] (the exact value of the stored float64) of a periodic kernel."""
-
-    period: float
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """The first and the last claimed time [s]."""
-        return -math.inf, math.inf
-
-    def __str__(self) -> str:
-        return "all real t"
+    "recorded" is the window from the first of some `samples` to the last, moved outwards to `step`s [s] of a system:
+    a loop takes these.
+    """
+    match written:
+        case "recorded" if samples:
+            first = min(float(of.times[0]) for of in samples.values())
+            last = max(float(of.times[-1]) for of in samples.values())
+            before, after = math.floor(first / step + _ROUNDING), math.ceil(last / step - _ROUNDING)
+            return Window(min(first, before * step), max(last, after * step))
+        case AllTimes() | AllPhases():
+            return written
+        case str("all_times") | str("all_phases"):
+            return AllTimes() if written == "all_times" else AllPhases()
+        case (start, end) | Window(start, end) if (
+            is_number(start) and is_number(end) and isfinite(start) and isfinite(end)
+        ):
+            if not start < end:
+                raise ValueError(f"claim: a window needs start < end, got [{start!r}, {end!r}]")
+            return Window(float(start), float(end))
+    raise ValueError(f"claim: expected 'all_times', 'all_phases' or (start, end) in seconds, got {written!r}")
 
 
-@dataclass(frozen=True)
-class OnWindow:
-    """Every real t from `start` to `end` [s], and nothing about other times."""
-
-    start: float
-    end: float
-
-    def __post_init__(self) -> None:
-        if not self.start < self.end:
-            raise ValueError(f"claim: a window needs start < end, got [{self.start!r}, {self.end!r}]")
-        if not (math.isfinite(self.start) and math.isfinite(self.end)):
-            raise ValueError(f"claim: a window needs finite ends, got [{self.start!r}, {self.end!r}]")
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """The first and the last claimed time [s]."""
-        return self.start, self.end
-
-    def __str__(self) -> str:
-        return f"all real t from {rounded(self.start, 'up', 6)} s to {rounded(self.end, 'down', 6)} s"
+def kind_of(claim: Claim) -> str:
+    """Return what files call a claim."""
+    return next(kind for kind, of in KINDS.items() if isinstance(claim, of))
 
 
-@dataclass(frozen=True)
-class AtInstants:
-    """Every instant k T_s, k = 0, 1, 2, …: one by one up to `last_step`, by a decaying envelope after it."""
-
-    last_step: int
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """The first and the last claimed time [s]."""
-        return 0.0, math.inf
-
-    def __str__(self) -> str:
-        return "all sampled instants k T_s, k ≥ 0"
+def times_of(claim: Claim) -> str:
+    """Return the times of a claim in words, those of a window rounded inwards."""
+    if isinstance(claim, Window):
+        return f"all real t from {rounded(claim.start, 'up', 6)} s to {rounded(claim.end, 'down', 6)} s"
+    return "all sampled instants k T_s, k ≥ 0" if isinstance(claim, Instants) else str(claim)
 
 
-Claim = AllTimes | AllPhases | OnWindow | AtInstants
-
-
-def refuse_empty(reference: Reference) -> None:
-    """Raise ValueError if there is nothing to prove: nothing is bounded, or a signal has no centres."""
-    if not reference.quantities:
-        raise ValueError("claim: nothing is bounded, so there is nothing to prove; give a state or an input bounds")
-    for i, signal in enumerate(reference.signals):
-        if isinstance(signal, KernelSum) and not len(signal.centres):
-            raise ValueError(
-                f"reference: signal z{i + 1} has no centres, so that it is the constant {signal.mean:g}: give it one "
-                "centre, of weight 0, to prove its bounds"
-            )
-
-
-def latest_time(reference: Reference) -> float:
-    """Return the largest |t| [s] of a centre, plus the longest shift of a signal."""
-    latest = max(float(np.max(np.abs(signal.centres), initial=0.0)) for signal in reference.kernel_sums)
-    return latest + max(reference.plant.flatness.orders) * reference.plant.sampling_time
+def refusal(claim: Claim, prior: JointPrior) -> str | None:
+    """Return the reason why this claim cannot be proved with the prior's kernels; None if it can."""
+    kernels = ", ".join(type(part.kernel).__name__ for part in prior.parts)
+    if isinstance(claim, AllPhases) and not has_period(prior):
+        return f"all_phases needs periodic kernels of one period, got {kernels}"
+    if isinstance(claim, AllTimes) and has_period(prior):
+        return f"all_times needs kernels that decay, got {kernels}; all_phases is the claim for periodic ones"
+    return None

@@ -9,9 +9,9 @@ from typing import Any, Self
 import numpy as np
 
 from trackably.arrays import Array, Flags
-from trackably.certificates.certificate import Cover
 from trackably.certificates.draft import TERMS, Draft, has_periodic_part
 from trackably.checker.boxes import Box
+from trackably.checker.certificate import Boxes
 from trackably.checker.floats.intervals import Floats
 from trackably.checker.quantities import Quantity
 from trackably.progress.work import done
@@ -39,7 +39,7 @@ class UncoveredBox:
 
 def cover(
     draft: Draft, reference: Reference, start: float, end: float, asks: bool = True
-) -> dict[str, Cover] | UncoveredBox:
+) -> dict[str, Boxes] | UncoveredBox:
     """Return boxes from `start` to `end` [s] for each quantity, all accepted by the checker; or a box that it refuses.
 
     Quantities share boxes, and smaller boxes are parts of larger ones, so that each signal is enclosed once in a box.
@@ -262,7 +262,7 @@ def _radii(draft: Draft, reference: Reference, starts: Array, ends: Array) -> Ar
     return np.asarray(radii[best, np.arange(len(starts))])
 
 
-def _joined(start: float, found: Sequence[Array]) -> Cover:
+def _joined(start: float, found: Sequence[Array]) -> Boxes:
     starts, ends, radii = np.concatenate(found, axis=1)
     order = np.argsort(starts)
-    return Cover((start, *ends[order].tolist()), tuple(radii[order].tolist()))
+    return Boxes((start, *ends[order].tolist()), tuple(radii[order].tolist()))

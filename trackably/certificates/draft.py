@@ -32,7 +32,7 @@ LATEST = 1e60
 _PERIODS, _PERIODS_OF_FORMULAS = 1e3, 1e2
 _TIMES = 101  # times of a window at which errors of flat forms are estimated
 _SLACK = 1.02  # times an error: stated errors then also hold after a small change of the reference
-_NOTHING = checked.Window(0.0, 0.0, checked.Cover({}, TERMS))  # the claim of a draft
+_NOTHING = checked.AllTimes(), checked.Cover(0.0, 0.0, {}, TERMS)  # the claim of a draft
 _FLAT_ERROR = 2.0
 """Factor from the errors of formulas at single times to the stated errors, which have to hold in whole boxes."""
 
@@ -83,7 +83,7 @@ class Draft:
     """The subject of a certificate with its evaluation errors, before anything is claimed.
 
     The bounds of `quantities` are tightened by these errors, which are infinite if the checker finds no bound of them.
-    The `certificate` claims an empty window.
+    The `certificate` has no boxes.
     """
 
     certificate: checked.Certificate
@@ -107,10 +107,10 @@ class Draft:
                     errors[q.name] = np.inf
         if flat := [q for q in free if q.is_flat]:
             unstated = dict.fromkeys((q.name for q in free), np.inf)
-            needs = FlatNeeds.of(checked.Certificate(subject, _NOTHING, until, unstated, None), free)
+            needs = FlatNeeds.of(checked.Certificate(subject, *_NOTHING, until, unstated, None), free)
             errors |= _errors_of_formulas(reference, needs, flat, times)
         drawn = tuple(_drawn_in(q, errors[q.name]) for q in free)
-        return cls(checked.Certificate(subject, _NOTHING, until, errors, None), drawn)
+        return cls(checked.Certificate(subject, *_NOTHING, until, errors, None), drawn)
 
     @property
     def subject(self) -> Subject:
@@ -132,8 +132,8 @@ class Draft:
 
     def is_settled(self, start: float) -> bool:
         """Return whether the decay of the kernels keeps all bounds from the time `start` [s] on."""
-        claim = checked.AllTimes(start, checked.Cover({}, TERMS))
-        return check_tail(replace(self.certificate, claim=claim), list(self.quantities), FIRST_PASS) is None
+        proof = checked.Cover(0.0, start, {}, TERMS)
+        return check_tail(replace(self.certificate, proof=proof), list(self.quantities), FIRST_PASS) is None
 
     def refused(self, held: Mapping[Box, list[Quantity]], exactly: bool) -> Iterator[tuple[Box, Quantity, str]]:
         """Yield each box with a quantity that is not shown to keep its bounds there, and the reason.

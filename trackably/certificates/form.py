@@ -4,17 +4,17 @@ Rational numbers are texts such as -3/4.
 """
 
 import dataclasses
-import math
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.claim import AllPhases, AllTimes, AtInstants, Claim, OnWindow
+from trackably.certificates.claim import kind_of
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.robust import Robust
 from trackably.checker import certificate as of_certificate
 from trackably.checker import counterexample as of_counterexample
+from trackably.checker.certificate import AllPhases, AllTimes, Claim, Cover, Steps
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import ConvexHull, DisturbanceSet
 from trackably.systems.linear import LinearSystem
@@ -24,20 +24,13 @@ from trackably.systems.trajectories import Functional
 _ROOM = 0.99
 """The stated violation is this part of the one that was found."""
 
-_CLAIMS: dict[str, type[AllTimes | AllPhases | OnWindow | AtInstants]] = {
-    "all_times": AllTimes,
-    "all_phases": AllPhases,
-    "window": OnWindow,
-    "instants": AtInstants,
-}
-
 
 def encode_certificate(certificate: Certificate) -> dict[str, Any]:
     """Return a certificate in the form that the checker reads."""
     return {
         "format": of_certificate.FORMAT,
         "version": of_certificate.VERSION,
-        "claim": {**_claim(certificate.claim), **_proof(certificate)},
+        "claim": {**_claim(certificate.claim), **_proof(certificate.claim, certificate.proof)},
         **encode_subject(certificate.reference),
         **_robust(certificate.robust),
         **({"truth": [_without_none(as_written(of)) for of in certificate.truth]} if certificate.truth else {}),
@@ -55,7 +48,7 @@ def encode_counterexample(found: Counterexample) -> dict[str, Any]:
     return {
         "format": of_counterexample.FORMAT,
         "version": of_counterexample.VERSION,
-        "claim": _claim_of(found),
+        "claim": _claim(found.claim),
         **encode_subject(found.reference),
         "quantity": found.quantity,
         "at": {"time": found.time} if found.step is None else {"step": found.step},
@@ -64,15 +57,15 @@ def encode_counterexample(found: Counterexample) -> dict[str, Any]:
 
 
 def _claim(claim: Claim) -> dict[str, Any]:
-    kind = next(kind for kind, cls in _CLAIMS.items() if isinstance(claim, cls))
-    return {"kind": kind, **dataclasses.asdict(claim)}
+    return {"kind": kind_of(claim), **dataclasses.asdict(claim)}
 
 
-def _proof(certificate: Certificate) -> dict[str, Any]:
-    covers = {
-        name: {"ends": list(cover.ends), "radii": list(cover.radii)} for name, cover in certificate.covers.items()
-    }
-    return {"covers": covers, "terms": certificate.terms} if covers else {}
+def _proof(claim: Claim, proof: Cover | Steps) -> dict[str, Any]:
+    if isinstance(proof, Steps):
+        return {"last_step": proof.last}
+    end = {AllTimes: "tail_start", AllPhases: "period"}.get(type(claim), "end")
+    covers = {name: {"ends": list(of.ends), "radii": list(of.radii)} for name, of in proof.boxes.items()}
+    return {end: proof.end, **({"covers": covers, "terms": proof.terms} if covers else {})}
 
 
 def _trajectories(plant: ConstrainedSystem) -> dict[str, Any]:
@@ -104,15 +97,6 @@ def _attainable(plant: ConstrainedSystem) -> dict[str, Any]:
             for limit in rows
         ]
     }
-
-
-def _claim_of(found: Counterexample) -> dict[str, Any]:
-    start, end = found.span
-    if found.step is not None:
-        return {"kind": "instants"}
-    if math.isinf(start):
-        return {"kind": "all_phases"}
-    return {"kind": "all_times"} if math.isinf(end) else {"kind": "window", "start": start, "end": end}
 
 
 def _robust(robust: Robust | None) -> dict[str, Any]:

@@ -3,38 +3,18 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from math import inf, isfinite
-from typing import Literal, Self
+from math import inf
+from typing import Self
 
-from trackably.arguments import is_number
+from trackably.certificates.claim import refusal
 from trackably.certificates.prove import Outcome, prove, prove_on_window, prove_while_settling
+from trackably.checker.certificate import AllPhases, AllTimes, Claim, Window
 from trackably.gp.joint import JointPrior, common_period, has_period
 from trackably.gp.samples import Samples
-from trackably.learning.index_set import AllPhases, IndexSet, Window
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
 
-Claim = Literal["all_times", "all_phases"] | tuple[float, float]
-"""All times of a kernel that decays, all phases of a periodic one, or the window from start to end [s]."""
-
 _LONGER, _FAR = 1.5, 1e3
-
-
-def checked_claim(claim: object) -> Claim:
-    """Return the claim, with a window as two floats. ValueError: it is no claim."""
-    match claim:
-        case str("all_times") | str("all_phases"):
-            return claim
-        case (start, end) if is_number(start) and is_number(end) and isfinite(start) and isfinite(end):
-            if not start < end:
-                raise ValueError(f"claim: a window needs start < end, got [{start!r}, {end!r}]")
-            return float(start), float(end)
-    raise ValueError(f"claim: expected 'all_times', 'all_phases' or (start, end) in seconds, got {claim!r}")
-
-
-def span_of(claim: Claim) -> tuple[float, float]:
-    """Return the first and the last claimed time [s]; infinite if there is none."""
-    return claim if isinstance(claim, tuple) else (0.0 if claim == "all_times" else -inf, inf)
 
 
 @dataclass(frozen=True)
@@ -44,7 +24,7 @@ class Goal:
     If the goal `is_extensible`, the proof covers later times too, and `times` is extended if the proof fails there.
     """
 
-    times: IndexSet
+    times: AllPhases | Window
     prove: Callable[[Reference], Outcome]
     is_extensible: bool = False
 
@@ -62,8 +42,8 @@ class Goal:
 
 def goal_for(claim: Claim, samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem) -> Goal:
     """Return the goal for a claim. Raises ValueError if the claim cannot be proved with the prior's kernels."""
-    if isinstance(claim, tuple):
-        return on_window(*claim)
+    if isinstance(claim, Window):
+        return Goal(claim, partial(prove_on_window, start=claim.start, end=claim.end))
     if reason := refusal(claim, prior) or _refusal_of_bounds(claim, prior, plant):
         raise ValueError(f"claim: {reason}")
     return for_all_times(samples, prior, plant)
@@ -72,25 +52,15 @@ def goal_for(claim: Claim, samples: tuple[Samples, ...], prior: JointPrior, plan
 def _refusal_of_bounds(claim: Claim, prior: JointPrior, plant: ConstrainedSystem) -> str | None:
     """Return the reason why this claim cannot be proved with bounds that move as these do; None if it can."""
     periods = frozenset[float | None]().union(*(quantity.bounds.periods for quantity in plant.quantities))
-    if claim == "all_times" and periods - {None}:
+    if isinstance(claim, AllTimes) and periods - {None}:
         return "all_times needs bounds that rest in the end, but some have a period; all_phases is the claim for these"
     is_known = not any(name.endswith("period") for name in prior.learned)
     period = common_period([part.kernel for part in prior.parts]) if is_known else inf
-    if claim == "all_phases" and periods - {period}:
+    if isinstance(claim, AllPhases) and periods - {period}:
         return (
             "all_phases needs bounds that are constant, or have exactly the kernel's period, which must be known then, "
             "as in Periodic(period=2.0)"
         )
-    return None
-
-
-def refusal(claim: Claim, prior: JointPrior) -> str | None:
-    """Return the reason why this claim cannot be proved with the prior's kernels; None if it can."""
-    kernels = ", ".join(type(part.kernel).__name__ for part in prior.parts)
-    if claim == "all_phases" and not has_period(prior):
-        return f"all_phases needs periodic kernels of one period, got {kernels}"
-    if claim == "all_times" and has_period(prior):
-        return f"all_times needs kernels that decay, got {kernels}; all_phases is the claim for periodic ones"
     return None
 
 
@@ -111,9 +81,3 @@ def for_all_times_again(samples: tuple[Samples, ...], prior: JointPrior, plant: 
     similar one was: see `prove`.
     """
     return replace(for_all_times(samples, prior, plant), prove=partial(prove, is_likely=True))
-
-
-def on_window(start: float, end: float) -> Goal:
-    """Return the goal for every real t from `start` to `end` [s]. ValueError: these are no window."""
-    checked_claim((start, end))  # refused now, not after the search
-    return Goal(Window(start, end), partial(prove_on_window, start=start, end=end))

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from trackably.checker.certificate import Claim
 from trackably.learning.problem import NoSolution
 from trackably.systems.polytopes import Interval, rounded
 from trackably.systems.reference import Reference
@@ -15,8 +16,7 @@ from trackably.systems.tightening import Tightening
 class Counterexample:
     """Bounds are certainly violated by at least `violation`, at `time` [s], or at exactly k T_s for a `step` k.
 
-    The time is one of those for which the `reference` was to be proved: a real time in `span` [s], or, if there is a
-    step, an instant in it.
+    The time is one of those for which the `reference` was to be proved, by the `claim`.
     """
 
     quantity: str
@@ -24,7 +24,7 @@ class Counterexample:
     time: float
     violation: float
     reference: Reference
-    span: tuple[float, float]
+    claim: Claim
     step: int | None = None
 
     @property

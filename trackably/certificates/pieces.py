@@ -15,17 +15,18 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.certificates.certificate import TIME_TOLERANCE_OF_PIECES, Certificate
-from trackably.certificates.claim import AllPhases, AllTimes, Claim, OnWindow, refuse_empty
 from trackably.certificates.form import encode_subject
 from trackably.certificates.judge import judged
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.sketch import refined
 from trackably.checker import certificate as checked
+from trackably.checker.certificate import AllPhases, AllTimes, Claim, Cover, Window
 from trackably.checker.form import subject_of
 from trackably.checker.moving import ends_at
 from trackably.checker.piecewise import check_sizes, drawn_in, evaluation_errors, value_of_pieces, whole_sum
 from trackably.checker.polynomials import stays_between
 from trackably.checker.subject import Functional, Subject
+from trackably.gp.signal import KernelSum
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantities, Quantity
@@ -37,28 +38,29 @@ _LATEST, _PERIODS = 1e60, 2.0**49  # evaluation is claimed up to this time [s] a
 _CLOSER, _POINTS = 8, 33
 
 
-def prove_pieces(reference: Reference) -> Outcome:
-    """Prove the bounds for all real t ≥ 0 if signals come to rest, or for all real t if they are periodic.
+def prove_pieces(reference: Reference, window: Claim | None = None) -> Outcome:
+    """Prove the bounds for all real t in a window.
 
-    ValueError: signals end, they do not have one period, or the system is not linear.
+    Without one, for all real t ≥ 0 if signals come to rest, or for all real t if they are periodic.
+
+    ValueError: signals end too early, they do not have one period, or the system is not linear.
     """
+    if window is not None:
+        _refuse_ended(reference, window)
+        return _prove(reference, window, window.span)
     kinds = {signal.beyond for signal in reference.pieces}
     if kinds == {"rest"}:
         last = max(float(signal.breakpoints[-1]) for signal in reference.pieces)
-        return _prove(reference, AllTimes(max(last, reference.plant.sampling_time)))
+        return _prove(reference, AllTimes(), (0.0, max(last, reference.plant.sampling_time)))
     if kinds == {"period"} and len({signal.period for signal in reference.pieces}) == 1:
-        return _prove(reference, AllPhases(reference.pieces[0].period))
+        return _prove(reference, AllPhases(), (0.0, reference.pieces[0].period))
     what = "ends" if "end" in kinds else "neither comes to rest nor has one period"
     raise ValueError(f"claim: a signal {what}, so that nothing can be claimed for all times; a finite window can be")
 
 
-def prove_pieces_on_window(reference: Reference, start: float, end: float) -> Outcome:
-    """Prove the bounds for all real t from `start` to `end` [s].
-
-    ValueError: a signal ends before the last time on which states and inputs depend, or the system is not linear.
-    """
-    claim = OnWindow(start, end)
-    step = Fraction(reference.plant.sampling_time)
+def _refuse_ended(reference: Reference, window: Claim) -> None:
+    """Raise ValueError if a signal ends before the last time on which states and inputs in a window depend."""
+    (start, end), step = window.span, Fraction(reference.plant.sampling_time)
     for signal, order in zip(reference.pieces, reference.plant.flatness.orders, strict=True):
         first, last = Fraction(signal.breakpoints[0]), Fraction(signal.breakpoints[-1])
         if signal.beyond == "end" and not (first <= Fraction(start) and Fraction(end) + order * step <= last):
@@ -67,11 +69,22 @@ def prove_pieces_on_window(reference: Reference, start: float, end: float) -> Ou
                 f"{reference.plant.sampling_time:g} s later, but it is known from {signal.breakpoints[0]:.9g} s to "
                 f"{signal.breakpoints[-1]:.9g} s only"
             )
-    return _prove(reference, claim)
 
 
-def _prove(reference: Reference, claim: Claim) -> Outcome:
-    problem = _ProofProblem(reference, claim)
+def refuse_empty(reference: Reference) -> None:
+    """Raise ValueError if there is nothing to prove: nothing is bounded, or a signal has no centres."""
+    if not reference.quantities:
+        raise ValueError("claim: nothing is bounded, so there is nothing to prove; give a state or an input bounds")
+    for i, signal in enumerate(reference.signals):
+        if isinstance(signal, KernelSum) and not len(signal.centres):
+            raise ValueError(
+                f"reference: signal z{i + 1} has no centres, so that it is the constant {signal.mean:g}: give it one "
+                "centre, of weight 0, to prove its bounds"
+            )
+
+
+def _prove(reference: Reference, claim: Claim, window: tuple[float, float]) -> Outcome:
+    problem = _ProofProblem(reference, claim, window)
     if not problem.has_sane_sizes:
         return problem.unproved(reference.quantities[0], "a stored number is too large or too small to bound rounding")
     found = judged(problem.certificate)
@@ -91,8 +104,11 @@ _AT_ENDS = "its limit at a jump is outside, and limits at the ends of a claim co
 
 @dataclass(frozen=True)
 class _ProofProblem:
+    """A claim about a reference, and the `window` [s] in which pieces are examined."""
+
     reference: Reference
     claim: Claim
+    window: tuple[float, float]
 
     def __post_init__(self) -> None:
         refuse_empty(self.reference)
@@ -102,17 +118,7 @@ class _ProofProblem:
     @property
     def certificate(self) -> Certificate:
         """The certificate that the checker is asked about."""
-        return Certificate(self.reference, self.claim, 0, {}, self.errors, self.until)
-
-    @cached_property
-    def window(self) -> tuple[float, float]:
-        """The first and the last time [s] at which pieces are examined."""
-        match self.claim:
-            case AllTimes(tail_start):
-                return 0.0, tail_start
-            case AllPhases(period):
-                return 0.0, period
-        return self.claim.span
+        return Certificate(self.reference, self.claim, self._proof, self.errors, self.until)
 
     @cached_property
     def until(self) -> float:
@@ -128,17 +134,18 @@ class _ProofProblem:
     @property
     def has_sane_sizes(self) -> bool:
         """Whether all numbers are in the range for which the analysis of rounding holds."""
-        return check_sizes(checked.Certificate(self.subject, self._cells, self.until, {}, None)) is None
+        stated = checked.Certificate(self.subject, self.claim, self._proof, self.until, {}, None)
+        return check_sizes(stated) is None
 
     @cached_property
     def errors(self) -> dict[str, float]:
         """The errors of evaluation in float64."""
-        found = evaluation_errors(self.subject, self._cells)
+        found = evaluation_errors(self.subject, *map(Fraction, self.window))
         return {name: nextafter(error.numerator / error.denominator, math.inf) for name, error in found.items()}
 
     @property
-    def _cells(self) -> checked.Claim:
-        return checked.Window(*self.window, checked.Cover({}, 0))
+    def _proof(self) -> Cover:
+        return Cover(*self.window, {}, 0)
 
     @property
     def broken_beside(self) -> Quantity | None:
@@ -146,7 +153,7 @@ class _ProofProblem:
 
         None if there is none.
         """
-        if not isinstance(self.claim, OnWindow):
+        if not isinstance(self.claim, Window):
             return None
         start, end = self.window
         by = 2 * TIME_TOLERANCE_OF_PIECES
@@ -182,7 +189,7 @@ class _ProofProblem:
         by = self._beyond(quantity, time)
         if by > 0:
             below = max(nextafter(by.numerator / by.denominator, 0.0), 5e-324)
-            return Counterexample(quantity.name, quantity.bounds.at(time), time, below, self.reference, self.claim.span)
+            return Counterexample(quantity.name, quantity.bounds.at(time), time, below, self.reference, self.claim)
         if by <= -reserve:
             return None
         reason = f"the margin is smaller than the error of float64 evaluation, up to {self.errors[quantity.name]:.3g}"

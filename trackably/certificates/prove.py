@@ -11,15 +11,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackably.cached import cached
-from trackably.certificates.certificate import Certificate, Cover
-from trackably.certificates.claim import AllPhases, AllTimes, AtInstants, Claim, OnWindow, latest_time, refuse_empty
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.claim import as_claim
 from trackably.certificates.cover import UncoveredBox, cover
 from trackably.certificates.draft import TERMS, Draft, evaluated_until, times_in
 from trackably.certificates.judge import judged
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.certificates.pieces import prove_pieces, prove_pieces_on_window
+from trackably.certificates.pieces import prove_pieces, refuse_empty
 from trackably.certificates.sketch import jump_of, sketches
 from trackably.certificates.tail import tail_start
+from trackably.checker.certificate import AllPhases, AllTimes, Claim, Cover, Instants, Steps
 from trackably.checker.intervals import UndefinedError, exactly
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantity
@@ -51,36 +52,42 @@ def prove_for_all_phases(reference: Reference, period: float, is_likely: bool = 
     """
     if period != reference.period:
         raise ValueError(f"claim: {period!r} s is not the period of every part of the kernel")
-    problem = _ProofProblem(reference, period, (-np.inf, np.inf))
-    return _judged(lambda asks: problem.cover_window(AllPhases(period), 0.0, period, asks), is_likely)
+    problem = _ProofProblem(reference, period, AllPhases())
+    return _judged(lambda asks: problem.cover_window(0.0, period, asks), is_likely)
 
 
 def prove_on_window(reference: Reference, start: float, end: float) -> Outcome:
-    """Prove the bounds for all real t from `start` to `end` [s], and for no other times."""
+    """Prove the bounds for all real t from `start` to `end` [s], and for no others. ValueError: these are no window."""
+    claim = as_claim((start, end))
     if reference.pieces:
-        return prove_pieces_on_window(reference, start, end)
-    claim = OnWindow(start, end)
-    return judged(_ProofProblem(reference, max(abs(start), abs(end)), claim.span).cover_window(claim, start, end))
+        return prove_pieces(reference, claim)
+    return judged(_ProofProblem(reference, max(map(abs, claim.span)), claim).cover_window(*claim.span))
 
 
 def prove_while_settling(reference: Reference, is_likely: bool = False) -> Outcome:
     """Prove the bounds for all real t ≥ 0: by boxes, then by a decaying envelope that stays inside the bounds."""
-    problem = _ProofProblem(reference, latest_time(reference))
+    problem = _ProofProblem(reference, latest_time(reference), AllTimes())
 
     def proposed(asks: bool) -> Outcome:
         start = problem.tail_start(asks)
-        return problem.unsettled if start is None else problem.cover_window(AllTimes(start), 0.0, start, asks)
+        return problem.unsettled if start is None else problem.cover_window(0.0, start, asks)
 
     return _judged(proposed, is_likely)
 
 
 def prove_at_instants(reference: Reference) -> Outcome:
     """Prove the bounds at all instants k T_s, k ≥ 0, of a reference that decays, but not between them."""
-    problem = _ProofProblem(reference, latest_time(reference), at_instants=True)
+    problem = _ProofProblem(reference, latest_time(reference), Instants())
     start, step = problem.tail_start(), reference.plant.sampling_time
     if start is None or start / step > _LATEST_STEP:
         return judged(problem.unsettled)
     return judged(problem.prove_instants(math.ceil(start / step)))
+
+
+def latest_time(reference: Reference) -> float:
+    """Return the largest |t| [s] of a centre, plus the longest shift of a signal."""
+    latest = max(float(np.max(np.abs(signal.centres), initial=0.0)) for signal in reference.kernel_sums)
+    return latest + max(reference.plant.flatness.orders) * reference.plant.sampling_time
 
 
 def _judged(propose: Callable[[bool], Outcome], is_likely: bool) -> Outcome:
@@ -95,15 +102,14 @@ def _judged(propose: Callable[[bool], Outcome], is_likely: bool) -> Outcome:
 
 @dataclass(frozen=True)
 class _ProofProblem:
-    """The data of a proof at all times in `span` [s], or at the instants k T_s in it.
+    """The data of a proof of a `claim` about a reference.
 
     Float64 evaluation is bounded up to far beyond `window` [s]. Raises ValueError as `refuse_empty`.
     """
 
     reference: Reference
     window: float
-    span: tuple[float, float] = (0.0, np.inf)
-    at_instants: bool = False
+    claim: Claim
 
     def __post_init__(self) -> None:
         refuse_empty(self.reference)
@@ -111,7 +117,7 @@ class _ProofProblem:
     @cached
     def draft(self) -> Draft:
         """The draft of the certificate. Errors of flat forms are estimated at times in the window, and at rest."""
-        (start, end), until = self.span, evaluated_until(self.reference, self.window)
+        (start, end), until = self.claim.span, evaluated_until(self.reference, self.window)
         times = np.append(times_in(0.0, self.window), _AT_REST * self.window)
         return Draft.of(self.reference, until, times_in(start, end) if np.isfinite(end) else times)
 
@@ -120,7 +126,7 @@ class _ProofProblem:
         is_bounded = self.draft.has_sane_sizes and self.draft.unbounded is None
         return tail_start(self.draft, self.reference, asks) if is_bounded else None
 
-    def cover_window(self, claim: Claim, start: float, end: float, asks: bool = True) -> Outcome:
+    def cover_window(self, start: float, end: float, asks: bool = True) -> Outcome:
         """Return a certificate with boxes from `start` to `end` [s].
 
         If it `asks` the checker, otherwise the reason for failure.
@@ -132,7 +138,7 @@ class _ProofProblem:
         found = cover(self.draft, self.reference, start, end, asks)
         if isinstance(found, UncoveredBox):
             return self._explained(found)
-        return self._certificate(claim, TERMS, found)
+        return self._certificate(Cover(start, end, found, TERMS))
 
     def prove_instants(self, last_step: int) -> Outcome:
         times = self.reference.instants(np.arange(last_step + 1.0))
@@ -142,10 +148,10 @@ class _ProofProblem:
             for k in np.flatnonzero(margins <= self.draft.errors[quantity.name]).tolist():
                 if failure := self._failure_at(quantity, float(times[k]), k):
                     return failure
-        return self._certificate(AtInstants(last_step), 0, {})
+        return self._certificate(Steps(last_step))
 
-    def _certificate(self, claim: Claim, terms: int, covers: dict[str, Cover]) -> Certificate:
-        return Certificate(self.reference, claim, terms, covers, dict(self.draft.errors), self.draft.certificate.until)
+    def _certificate(self, proof: Cover | Steps) -> Certificate:
+        return Certificate(self.reference, self.claim, proof, dict(self.draft.errors), self.draft.certificate.until)
 
     def _broken(self, start: float, end: float) -> Failure | None:
         """Return a violation of a bound, or a margin smaller than rounding errors, if the float64 margins show one."""
@@ -197,7 +203,7 @@ class _ProofProblem:
         instants are to be proved.
         """
         step = self.reference.plant.sampling_time
-        if not self.at_instants:
+        if not isinstance(self.claim, Instants):
             return self._failure_at(quantity, time)
         k = max(round(time / step), 0)
         return self._failure_at(quantity, k * step, k)
@@ -216,11 +222,11 @@ class _ProofProblem:
         beyond = max(float((bounds.lower - value).a), float((value - bounds.upper).a))
         beside = math.nextafter(time, -math.inf), math.nextafter(time, math.inf)
         if beyond > 0 and step is None and len(quantity.bounds.breakpoints_in(*beside)):  # one side may be kept
-            failures = [self._failure_at(quantity, t) for t in beside if self.span[0] <= t <= self.span[1]]
+            failures = [self._failure_at(quantity, t) for t in beside if self.claim.span[0] <= t <= self.claim.span[1]]
             return next((found for found in failures if isinstance(found, Counterexample)), failures[0])
         if beyond > 0:
             by = math.nextafter(beyond, 0.0)
-            return Counterexample(quantity.name, bounds, time, by, self.reference, self.span, step)
+            return Counterexample(quantity.name, bounds, time, by, self.reference, self.claim, step)
         margin = min(float((value - bounds.lower).a), float((bounds.upper - value).a))
         if margin >= reserve:
             return None

@@ -9,7 +9,7 @@ from fractions import Fraction
 from itertools import pairwise, zip_longest
 from typing import NamedTuple
 
-from trackably.checker.certificate import AllPhases, Certificate, Instants
+from trackably.checker.certificate import AllPhases, Certificate, Steps
 from trackably.checker.intervals import ZERO, Real, UndefinedError, exactly, in_fixed_point, ratio
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model, Models
@@ -120,7 +120,7 @@ def check_boxes(
     Quantities that the `first_pass` leaves are enclosed in mpmath. If only instants are claimed, each has a narrow box.
     """
     subject, needs = certificate.subject, FlatNeeds.of(certificate, quantities)
-    at_instants = isinstance(certificate.claim, Instants)
+    at_instants = isinstance(certificate.proof, Steps)
     for held, terms, first, count in _boxes(certificate, quantities):
         for i, (box, rest, _) in enumerate(first_pass.boxes(needs, subject, terms, held), first):
             progress(i, count)
@@ -140,23 +140,23 @@ def _boxes(certificate: Certificate, quantities: list[Quantity]) -> Iterator[tup
 
     Boxes of instants have the numbers of their steps.
     """
-    claim, step = certificate.claim, certificate.subject.system.sampling_time
-    if isinstance(claim, Instants):
-        for first in range(0, claim.last_step + 1, _AT_ONCE):
-            steps = range(first, min(first + _AT_ONCE, claim.last_step + 1))
+    proof, step = certificate.proof, certificate.subject.system.sampling_time
+    if isinstance(proof, Steps):
+        for first in range(0, proof.last + 1, _AT_ONCE):
+            steps = range(first, min(first + _AT_ONCE, proof.last + 1))
             yield (
                 dict.fromkeys((around_instant(k, step) for k in steps), quantities),
                 _TERMS,
                 first,
-                claim.last_step + 1,
+                proof.last + 1,
             )
         return
     found: dict[Box, list[Quantity]] = {}
     for q in quantities:
-        boxes = claim.cover.boxes[q.name]
+        boxes = proof.boxes[q.name]
         for (start, end), radius in zip(pairwise(boxes.ends), boxes.radii, strict=True):
             found.setdefault(Box(start, end, radius), []).append(q)
-    yield found, claim.cover.terms, 0, len(found)
+    yield found, proof.terms, 0, len(found)
 
 
 def around_instant(k: int, step: float) -> Box:
@@ -202,15 +202,16 @@ def is_below(model: Model, bound: list[Real]) -> bool:
 
 def check_cover(certificate: Certificate) -> str | None:
     """Return a gap of the cover, or a kernel that does not repeat; None if the claim is covered."""
-    claim = certificate.claim
-    if isinstance(claim, Instants):
+    proof = certificate.proof
+    if isinstance(proof, Steps):
         return None
-    start, end = claim.span
-    if isinstance(claim, AllPhases) and any(s.kernel.repeats_after != end for s in certificate.subject.signals):
-        return f"period: a kernel does not repeat after {end!r} s"
-    if isinstance(claim, AllPhases) and not all(repeats(bound, end) for bound in certificate.subject.bounds):
-        return f"period: a bound does not repeat after {end!r} s"
-    for name, boxes in claim.cover.boxes.items():
+    start, end = proof.start, proof.end
+    if isinstance(certificate.claim, AllPhases):
+        if any(s.kernel.repeats_after != end for s in certificate.subject.signals):
+            return f"period: a kernel does not repeat after {end!r} s"
+        if not all(repeats(bound, end) for bound in certificate.subject.bounds):
+            return f"period: a bound does not repeat after {end!r} s"
+    for name, boxes in proof.boxes.items():
         ends = boxes.ends
         if (ends[0], ends[-1], len(ends)) != (start, end, len(boxes.radii) + 1):
             return f"cover: the boxes of the {name} must lead from {start!r} s to {end!r} s, with a radius for each"

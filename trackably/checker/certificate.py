@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from math import inf
 
 from trackably.checker.disturbances import Robust
 from trackably.checker.subject import Subject
@@ -19,37 +20,23 @@ class Boxes:
 
 
 @dataclass(frozen=True)
-class Cover:
-    """Boxes of time for each bound, by its name, and the number of `terms` of a Taylor polynomial."""
-
-    boxes: Mapping[str, Boxes]
-    terms: int
-
-
-@dataclass(frozen=True)
 class AllTimes:
-    """Every real t ≥ 0: boxes up to `tail_start` [s], and the decay of the kernels after it."""
+    """Every real t ≥ 0. The `span` of a claim is its first and its last time [s]."""
 
-    tail_start: float
-    cover: Cover
+    span = 0.0, inf
 
-    @property
-    def span(self) -> tuple[float, float]:
-        """The required start and end of the boxes [s]."""
-        return 0.0, self.tail_start
+    def __str__(self) -> str:
+        return "all real t ≥ 0"
 
 
 @dataclass(frozen=True)
 class AllPhases:
-    """Every real t: boxes over one `period` [s] of all kernels."""
+    """Every real t, of signals that repeat for ever."""
 
-    period: float
-    cover: Cover
+    span = -inf, inf
 
-    @property
-    def span(self) -> tuple[float, float]:
-        """The required start and end of the boxes [s]."""
-        return 0.0, self.period
+    def __str__(self) -> str:
+        return "all real t"
 
 
 @dataclass(frozen=True)
@@ -58,19 +45,55 @@ class Window:
 
     start: float
     end: float
-    cover: Cover
 
     @property
     def span(self) -> tuple[float, float]:
-        """The required start and end of the boxes [s]."""
         return self.start, self.end
+
+    def __str__(self) -> str:
+        return f"all real t from {self.start!r} s to {self.end!r} s"
 
 
 @dataclass(frozen=True)
 class Instants:
-    """Every t = k T: one by one up to `last_step`, and by the decay of the kernels after it."""
+    """Every t = k T with k ≥ 0."""
 
-    last_step: int
+    span = 0.0, inf
+
+    def __str__(self) -> str:
+        return "all sampled instants t = k T, k ≥ 0"
+
+
+Claim = AllTimes | AllPhases | Window | Instants
+KINDS: dict[str, type[Claim]] = {
+    "all_times": AllTimes,
+    "all_phases": AllPhases,
+    "window": Window,
+    "instants": Instants,
+}
+"""Names of claims in files."""
+
+
+@dataclass(frozen=True)
+class Cover:
+    """The proof of a claim about real times, from `start` to `end` [s]: `boxes` of time for each bound, by its name.
+
+    These are the ends of the window, of one period of all kernels, or of the times before the tail, after which the
+    decay of the kernels suffices. `terms` is the number of terms of a Taylor polynomial. Polynomial pieces have no
+    boxes.
+    """
+
+    start: float
+    end: float
+    boxes: Mapping[str, Boxes]
+    terms: int
+
+
+@dataclass(frozen=True)
+class Steps:
+    """The proof of a claim about instants: one by one up to the `last`, and by the decay of the kernels after it."""
+
+    last: int
 
 
 Pair = tuple[int, int]
@@ -137,12 +160,9 @@ class TrueSignal:
         return max(self.errors)
 
 
-Claim = AllTimes | AllPhases | Window | Instants
-
-
 @dataclass(frozen=True)
 class Certificate:
-    """A claim about a reference, with all data needed to verify it.
+    """A claim about a reference, with its `proof` and all data needed to verify it.
 
     `errors` are those of float64 evaluation up to the time `until` [s], by the name of the bound. `robust` is the
     statement about the disturbed system, and `truth` about the distances of states from true signals.
@@ -150,6 +170,7 @@ class Certificate:
 
     subject: Subject
     claim: Claim
+    proof: Cover | Steps
     until: float
     errors: Mapping[str, float]
     robust: Robust | None

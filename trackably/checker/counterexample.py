@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
+from trackably.checker.certificate import Claim, Instants
 from trackably.checker.intervals import Real, UndefinedError, at_most, ratio
 from trackably.checker.moving import ends_at
 from trackably.checker.redundancy import demanded, has_redundant_inputs
@@ -22,27 +23,15 @@ FORMAT, VERSION = "trackably counterexample", 1
 
 
 @dataclass(frozen=True)
-class Interval:
-    """All real t from `start` to `end` [s], which may be infinite; the counterexample is at `time` [s]."""
-
-    start: float
-    end: float
-    time: float
-
-
-@dataclass(frozen=True)
-class Instants:
-    """All t = k T with k ≥ 0; the counterexample is at `step` k, exactly k T."""
-
-    step: int
-
-
-@dataclass(frozen=True)
 class Counterexample:
-    """At some claimed time, the bound with this name is violated by at least `violation`."""
+    """At the claimed time `at` [s], the bound with this name is violated by at least `violation`.
+
+    If instants are claimed, `at` is a step k, and the time is exactly k T.
+    """
 
     subject: Subject
-    where: Interval | Instants
+    claim: Claim
+    at: float
     name: str
     violation: float
 
@@ -54,11 +43,12 @@ def check_violation(
 
     `value_at` returns the value of a bound's row at a time [s], exactly or as an interval.
     """
-    subject, where, by = counterexample.subject, counterexample.where, Fraction(counterexample.violation)
-    if not isinstance(where, Instants) and not where.start <= where.time <= where.end:
-        return f"at: {where.time!r} s is no time of the claim"
-    step = Fraction(subject.system.sampling_time)
-    t = where.step * step if isinstance(where, Instants) else Fraction(where.time)
+    subject, t, by = counterexample.subject, Fraction(counterexample.at), Fraction(counterexample.violation)
+    first, last = counterexample.claim.span
+    if not first <= t <= last:
+        return f"at: {counterexample.at!r} s is no time of the claim"
+    if isinstance(counterexample.claim, Instants):
+        t *= Fraction(subject.system.sampling_time)
     bound = next((bound for bound in subject.bounds if bound.name == counterexample.name), None)
     if bound is None:
         return f"quantity: no bound is called {counterexample.name}"

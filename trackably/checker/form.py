@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields
 from fractions import Fraction
 from functools import cache, lru_cache
-from math import inf
 from reprlib import repr as short
 from typing import Any, NamedTuple, TypeVar
 
@@ -19,6 +18,7 @@ from trackably.checker import certificate as proofs
 from trackably.checker import counterexample as refutations
 from trackably.checker import tables
 from trackably.checker.certificate import (
+    KINDS,
     AllPhases,
     AllTimes,
     Boxes,
@@ -29,10 +29,11 @@ from trackably.checker.certificate import (
     Instants,
     Measured,
     SignalClass,
+    Steps,
     TrueSignal,
     Window,
 )
-from trackably.checker.counterexample import Counterexample, Interval
+from trackably.checker.counterexample import Counterexample
 from trackably.checker.disturbances import Hull, Robust, Zonotope
 from trackably.checker.formulas import (
     FUNCTIONS,
@@ -594,23 +595,32 @@ _cover = {
 }
 
 
-def _claims(cover: dict[str, Reader[Any]]) -> dict[str, Reader[Claim]]:
+Stated = tuple[Claim, Cover | Steps]
+
+
+def _covered(claim: Claim, end: float, covers: Mapping[str, Boxes] | None = None, terms: int = 0) -> Stated:
+    start, end = claim.span if isinstance(claim, Window) else (0.0, end)
+    return claim, Cover(start, end, covers or {}, terms)
+
+
+def _claims(cover: dict[str, Reader[Any]]) -> dict[str, Reader[Stated]]:
     """Return the readers of claims about all times of an interval, which have covers of this form."""
-
-    def of(claim: Callable[..., Claim], **times: Reader[float]) -> Reader[Claim]:
-        def made(covers: Mapping[str, Boxes] | None = None, terms: int = 0, **given: float) -> Claim:
-            return claim(**given, cover=Cover(covers or {}, terms))
-
-        return record(made, **times, **cover)
-
     return {
-        "all_times": of(AllTimes, tail_start=positive_number),
-        "all_phases": of(AllPhases, period=positive_number),
-        "window": of(Window, start=real_number, end=real_number),
+        "all_times": record(
+            lambda tail_start, **by: _covered(AllTimes(), tail_start, **by), tail_start=positive_number, **cover
+        ),
+        "all_phases": record(lambda period, **by: _covered(AllPhases(), period, **by), period=positive_number, **cover),
+        "window": record(
+            lambda start, end, **by: _covered(Window(start, end), end, **by),
+            start=real_number,
+            end=real_number,
+            **cover,
+        ),
     }
 
 
-_claim = tagged("kind", {**_claims(_cover), "instants": record(Instants, last_step=whole_number(INSTANTS))})
+_instants: Reader[Stated] = record(lambda last_step: (Instants(), Steps(last_step)), last_step=whole_number(INSTANTS))
+_claim = tagged("kind", {**_claims(_cover), "instants": _instants})
 _claim_of_pieces = tagged("kind", _claims({}))
 
 
@@ -671,7 +681,7 @@ def _certificate(
     if disturbance and not isinstance(subject.system, LinearSystem):
         raise UnreadableError("there may be a disturbance for linear systems only")
     read = _claim_of_pieces if subject.pieces else _claim
-    return Certificate(subject, read(claim, "certificate.claim"), *evaluation, disturbance, truth)
+    return Certificate(subject, *read(claim, "certificate.claim"), *evaluation, disturbance, truth)
 
 
 read_certificate = file_of(
@@ -691,26 +701,15 @@ read_certificate = file_of(
 # Counterexamples and tables.
 
 
-def _counterexample(
-    claim: tuple[float, float] | None, at: object, quantity: str, violation: float, **about: Any
-) -> Counterexample:
-    where: Interval | refutations.Instants
-    if claim is None:
-        where = record(refutations.Instants, step=whole_number(_LATEST_STEP, 0))(at, "counterexample.at")
-    else:
-        where = Interval(*claim, record(lambda time: time, time=real_number)(at, "counterexample.at"))
-    return Counterexample(_subject(**about), where, quantity, violation)
+def _counterexample(claim: Claim, at: object, quantity: str, violation: float, **about: Any) -> Counterexample:
+    read: Reader[float] = record(lambda time: time, time=real_number)
+    if isinstance(claim, Instants):
+        read = record(lambda step: step, step=whole_number(_LATEST_STEP, 0))
+    return Counterexample(_subject(**about), claim, read(at, "counterexample.at"), quantity, violation)
 
 
-_claimed_times: Reader[tuple[float, float] | None] = tagged(
-    "kind",
-    {
-        "all_times": record(lambda: (0.0, inf)),
-        "all_phases": record(lambda: (-inf, inf)),
-        "window": record(lambda start, end: (start, end), start=real_number, end=real_number),
-        "instants": record(lambda: None),
-    },
-)
+_ends = {"window": {"start": real_number, "end": real_number}}
+_claimed_times = tagged("kind", {kind: record(of, **_ends.get(kind, {})) for kind, of in KINDS.items()})
 read_counterexample = file_of(
     "counterexample",
     refutations.VERSION,

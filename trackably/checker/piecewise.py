@@ -24,7 +24,7 @@ from fractions import Fraction
 from math import ceil
 
 from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
-from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Claim, Instants
+from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Steps
 from trackably.checker.intervals import UndefinedError, common_denominator, exact_sum
 from trackably.checker.moving import Cells, cells_of, composed, hull, place
 from trackably.checker.polynomials import stays_between
@@ -172,14 +172,14 @@ def check_rounding(certificate: Certificate) -> str | None:
     """Return the first bound whose quantity may have a larger rounding error than stated."""
     if reason := _why_uncounted(certificate):
         return reason
-    for name, error in evaluation_errors(certificate.subject, certificate.claim).items():
+    for name, error in evaluation_errors(certificate.subject, *_span(certificate)).items():
         if error > Fraction(certificate.errors[name]):
             return f"evaluation: the {name} can be off by more than {certificate.errors[name]!r} in float64"
     return None
 
 
-def evaluation_errors(subject: Subject, claim: Claim) -> dict[str, Fraction]:
-    """Over-estimate the rounding error of each bounded quantity at the times of a claim.
+def evaluation_errors(subject: Subject, start: Fraction, end: Fraction) -> dict[str, Fraction]:
+    """Over-estimate the rounding error of each bounded quantity from `start` to `end` [s].
 
     States and inputs are evaluated in double-double arithmetic, at times that are not rounded, and rounded to float64
     once. So Σ_i r_i x_i with p weights r_i ≠ 0 takes one rounding of each x_i, p products and p − 1 sums, of numbers
@@ -196,7 +196,7 @@ def evaluation_errors(subject: Subject, claim: Claim) -> dict[str, Fraction]:
         weights, offset = _gross(subject, bound)
         gross = exact_sum([offset, *(w * size for w, size in zip(weights, largest, strict=True) if w)])
         used = sum(1 for r in bound.row if r)
-        error = (used + 2) * UNIT * _size(subject, claim, bound) + operations * UNIT**2 * gross
+        error = (used + 2) * UNIT * _size(subject, start, end, bound) + operations * UNIT**2 * gross
         found[bound.name] = Fraction(101, 100) * error + _TINY * (1 + exact_sum(weights))
     return found
 
@@ -232,22 +232,25 @@ def _largest_terms(z: Pieces) -> Fraction:
     return Fraction(largest, 1 << digits)
 
 
-def _size(subject: Subject, claim: Claim, bound: Bound) -> Fraction:
-    """Over-estimate Σ_i |r_i x_i| at all times of the claim, by the absolute coefficients in each cell.
+def _size(subject: Subject, start: Fraction, end: Fraction, bound: Bound) -> Fraction:
+    """Over-estimate Σ_i |r_i x_i| from `start` to `end` [s], by the absolute coefficients in each cell.
 
     For a single state or input, its bounds are used: a later step proves them without any use of errors.
     """
     total = Fraction(0)
     if sum(1 for r in bound.row if r) == 1:
         return max(map(abs, hull(bound)))
-    assert not isinstance(claim, Instants), "refused before"
-    start, end = map(Fraction, claim.span)
     for r, part in zip(bound.row, functionals(subject, bound.of), strict=True):
         if r:
             q = whole_sum(subject, (r,), (part,), [start, end])
             cells = q.cells(int(start * (1 << q.bits)), int(end * (1 << q.bits)))
             total += Fraction(max(sum(map(abs, cell)) for cell in cells), q.unit)
     return total
+
+
+def _span(certificate: Certificate) -> tuple[Fraction, Fraction]:
+    assert not isinstance(certificate.proof, Steps), "refused before"
+    return Fraction(certificate.proof.start), Fraction(certificate.proof.end)
 
 
 def check_signals(subject: Subject) -> str | None:
@@ -269,20 +272,20 @@ def check_pieces(certificate: Certificate, first_pass: FirstPass = NO_FIRST_PASS
 
 def _claimed(certificate: Certificate) -> str | None:
     """Return why the claim does not follow from the cells; None if it does."""
-    claim, pieces = certificate.claim, certificate.subject.pieces
-    ends = [end for bound in certificate.subject.bounds for end in (bound.low, bound.high)]
-    pieces = (*pieces, *(end for end in ends if isinstance(end, Pieces)))
-    match claim:
-        case Instants():
-            return "claim: polynomial pieces are proved at all times of a claim, never at sampled instants alone"
-        case AllTimes(tail_start):
-            if not all(z.beyond == "rest" and z.breakpoints[-1] <= tail_start for z in pieces):
-                return f"claim: a signal is not at rest from {tail_start!r} s on"
-        case AllPhases(period):
-            if not all(z.beyond == "period" and z.period == Fraction(period) for z in pieces):
-                return f"period: a signal does not repeat after {period!r} s"
+    proof, pieces = certificate.proof, certificate.subject.pieces
+    if isinstance(proof, Steps):
+        return "claim: polynomial pieces are proved at all times of a claim, never at sampled instants alone"
+    bounds = [end for bound in certificate.subject.bounds for end in (bound.low, bound.high)]
+    pieces = (*pieces, *(end for end in bounds if isinstance(end, Pieces)))
+    start, end = proof.start, proof.end
+    match certificate.claim:
+        case AllTimes():
+            if not all(z.beyond == "rest" and z.breakpoints[-1] <= end for z in pieces):
+                return f"claim: a signal is not at rest from {end!r} s on"
+        case AllPhases():
+            if not all(z.beyond == "period" and z.period == Fraction(end) for z in pieces):
+                return f"period: a signal does not repeat after {end!r} s"
         case _:
-            start, end = claim.span
             if not start < end:
                 return f"claim: a window needs start < end, got {start!r} s and {end!r} s"
             return why_unknown(certificate.subject, Fraction(start), Fraction(end))
@@ -308,9 +311,7 @@ def value_of_pieces(subject: Subject, bound: Bound, t: Fraction) -> Fraction:
 
 def _positive(certificate: Certificate, first_pass: FirstPass) -> str | None:
     """Return the first bound that is not shown to be kept in each cell."""
-    subject, claim = certificate.subject, certificate.claim
-    assert not isinstance(claim, Instants), "refused before"
-    start, end = map(Fraction, claim.span)
+    subject, (start, end) = certificate.subject, _span(certificate)
     bounds = [bound for bound in subject.bounds if not bound.moves]
     kept = [next(drawn_in(subject, bound, Fraction(certificate.errors[bound.name])))[1:] for bound in bounds]
     rows, inside = [row for row, _ in kept], [ends for _, ends in kept]

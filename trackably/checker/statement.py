@@ -4,17 +4,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from trackably.checker.boxes import FirstPass
-from trackably.checker.certificate import (
-    AllPhases,
-    AllTimes,
-    Certificate,
-    Claim,
-    Instants,
-    SignalClass,
-    TrueSignal,
-    Window,
-)
-from trackably.checker.counterexample import Counterexample, Interval
+from trackably.checker.certificate import AllPhases, Certificate, Instants, SignalClass, TrueSignal
+from trackably.checker.counterexample import Counterexample
 from trackably.checker.disturbances import Hull, Robust, Vector, Zonotope
 from trackably.checker.formulas import text
 from trackably.checker.intervals import ZERO
@@ -40,7 +31,7 @@ def statement(certificate: Certificate, first_pass: FirstPass) -> str:
     is_moved = isinstance(certificate.claim, AllPhases) and not subject.pieces
     moved = ", to which later ones are moved by whole periods" if is_moved else ""
     return (
-        f"For {_times(certificate.claim)} the reference keeps {kept}, and the system {_followed(subject.system)} "
+        f"For {certificate.claim} the reference keeps {kept}, and the system {_followed(subject.system)} "
         f"follows it with {inputs} (T = {subject.system.sampling_time!r} s). The bounds hold with room for the error "
         f"of {how}, at times up to {certificate.until!r} s{moved}. {identity(subject, first_pass)}"
     )
@@ -48,18 +39,13 @@ def statement(certificate: Certificate, first_pass: FirstPass) -> str:
 
 def refutation(counterexample: Counterexample, first_pass: FirstPass) -> str:
     """Return the statement that a counterexample shows, and about which reference."""
-    subject, where = counterexample.subject, counterexample.where
+    subject, at = counterexample.subject, f"t = {counterexample.at!r} s"
     bound = next(bound for bound in subject.bounds if bound.name == counterexample.name)
-    if isinstance(where, Interval):
-        at, times = f"t = {where.time!r} s", _interval(where)
-    else:
-        at, times = (
-            f"t = {where.step} T (T = {subject.system.sampling_time!r} s)",
-            "all sampled instants t = k T, k ≥ 0",
-        )
+    if isinstance(counterexample.claim, Instants):
+        at = f"t = {counterexample.at} T (T = {subject.system.sampling_time!r} s)"
     return (
         f"NOT TRACKABLE: at {at} the reference breaks {bound_text(bound, _names(subject.system, bound))} by at least "
-        f"{counterexample.violation!r}, so it does not keep its bounds for {times}; the system "
+        f"{counterexample.violation!r}, so it does not keep its bounds for {counterexample.claim}; the system "
         f"{_followed(subject.system)}. {identity(subject, first_pass)}"
     )
 
@@ -118,24 +104,6 @@ def _six_digits(subject: Subject, state: LinearCombination, first_pass: FirstPas
 
 def _names(system: System, bound: Bound) -> tuple[str, ...]:
     return system.states if bound.of == "state" else system.inputs
-
-
-def _times(claim: Claim) -> str:
-    match claim:
-        case AllTimes():
-            return "all real t ≥ 0"
-        case AllPhases():
-            return "all real t"
-        case Window(start, end):
-            return f"all real t from {start!r} s to {end!r} s"
-        case Instants():
-            return "all sampled instants t = k T, k = 0, 1, 2, …"
-
-
-def _interval(where: Interval) -> str:
-    if where.end < float("inf"):
-        return f"all real t from {where.start!r} s to {where.end!r} s"
-    return "all real t" if where.start < 0 else "all real t ≥ 0"
 
 
 def bound_text(bound: Bound | Row, names: tuple[str, ...]) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
-from trackably.checker.certificate import AllTimes, Certificate, Instants
+from trackably.checker.certificate import AllTimes, Certificate, Steps
 from trackably.checker.formulas import Intervals, evaluate
 from trackably.checker.intervals import (
     ONE,
@@ -94,11 +94,11 @@ def check_tail(
 
     If the envelopes of the `first_pass` do not suffice, they are computed in mpmath.
     """
-    claim, subject = certificate.claim, certificate.subject
-    if isinstance(claim, AllTimes):
-        start = exactly(claim.tail_start)
-    elif isinstance(claim, Instants):
-        start = (claim.last_step + 1) * subject.step
+    proof, subject = certificate.proof, certificate.subject
+    if isinstance(proof, Steps):
+        start = (proof.last + 1) * subject.step
+    elif isinstance(certificate.claim, AllTimes):
+        start = exactly(proof.end)
     else:
         return None
     quick = [found for signal in subject.signals if (found := first_pass.envelope(signal, start))]

@@ -6,7 +6,7 @@ Before that, matrices, formulas, trajectories, sets and names are shown to belon
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
-from trackably.checker.certificate import Certificate, Instants
+from trackably.checker.certificate import Certificate, Steps
 from trackably.checker.flatness import why_not_flat
 from trackably.checker.formulas import names
 from trackably.checker.intervals import exact_sum
@@ -90,8 +90,8 @@ def _fit(rows: tuple[Row, ...], dimension: int) -> bool:
 
 def check_names(certificate: Certificate) -> str | None:
     """Return why evaluation errors or covers do not have the names of the bounds; None if they do."""
-    claim, bounded = certificate.claim, sorted(bound.name for bound in certificate.subject.bounds)
-    covers = bounded if isinstance(claim, Instants) or certificate.subject.pieces else sorted(claim.cover.boxes)
+    proof, bounded = certificate.proof, sorted(bound.name for bound in certificate.subject.bounds)
+    covers = bounded if isinstance(proof, Steps) or certificate.subject.pieces else sorted(proof.boxes)
     if not bounded:
         return "names: nothing is bounded"
     if len(set(bounded)) != len(bounded) or sorted(certificate.errors) != bounded or covers != bounded:

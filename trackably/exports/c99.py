@@ -11,7 +11,7 @@ from typing import Any
 
 from trackably.arguments import text
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.claim import AtInstants
+from trackably.checker.certificate import Instants
 from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power
 from trackably.control.references import angles_of
 from trackably.exports.proved import Proved
@@ -481,7 +481,7 @@ def _story(proved: Proved, name: str) -> list[str]:
         *(f"x[{i}] {state}{_turning(reference, i)}" for i, state in enumerate(system.states)),
         *(f"u[{i}] {given}" for i, given in enumerate(system.inputs)),
     ]
-    if isinstance(certificate.claim, AtInstants):
+    if isinstance(certificate.claim, Instants):
         said[said.index("") + 1] = f"{name}_step(k, x, u) returns 0, and fills x and u at k T_s, where"
         said[said.index("") + 2] = "that is proved. Elsewhere it returns 1 and leaves x and u as they are."
     return [f"// {line}".rstrip() for line in said]
@@ -554,7 +554,7 @@ def _guarded_functions(proved: Proved, name: str) -> list[str]:
         for time, tolerance in ((at_t, _tolerance_of_times(certificate)), (at_step, certificate.time_tolerance))
     )
     found = [f"static inline int {name}_at(double t, double *x, double *u)", *_block(at)]
-    if isinstance(certificate.claim, AtInstants):  # between instants nothing is proved
+    if isinstance(certificate.claim, Instants):  # between instants nothing is proved
         found = []
     by = [f"const double t = (double)k * {step};", *by]
     return [*found, f"static inline int {name}_step(long long k, double *x, double *u)", *_block(by)]

@@ -13,8 +13,7 @@ import numpy as np
 from trackably.arguments import numbers, whole
 from trackably.arrays import Array, ArrayLike
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.claim import AllPhases, AllTimes, AtInstants, OnWindow
-from trackably.checker.certificate import TrueSignal
+from trackably.checker.certificate import AllTimes, Instants, Steps, TrueSignal
 from trackably.control.references import angles_of
 from trackably.extras import optional
 from trackably.gp.samples import Samples
@@ -89,15 +88,10 @@ def ends(proved: Proved) -> tuple[float, float]:
     If all times are proved, the last one is when the reference has settled, but at most twice the time of its last
     kernel or piece: kernels with heavy tails are near their bounds for hours, and hardly move.
     """
-    match proved.certificate.claim:
-        case OnWindow(start, end):
-            return start, end
-        case AllPhases(period):
-            return 0.0, period
-        case AllTimes(tail_start):
-            return 0.0, min(tail_start, _twice(proved))
-        case AtInstants(last_step):
-            return 0.0, min(float(proved.reference.instants(max(last_step, 1))), _twice(proved))
+    claim, proof = proved.certificate.claim, proved.certificate.proof
+    if isinstance(proof, Steps):
+        return 0.0, min(float(proved.reference.instants(max(proof.last, 1))), _twice(proved))
+    return proof.start, min(proof.end, _twice(proved)) if isinstance(claim, AllTimes) else proof.end
 
 
 def _twice(proved: Proved) -> float:
@@ -112,7 +106,7 @@ def shown_times(proved: Proved, count: int, start: float | None = None, end: flo
     first, last = (given if given is not None else left for given, left in zip((start, end), ends(proved), strict=True))
     if not first < last:
         raise ValueError(f"plot: needs start < end, got {first:g} s and {last:g} s")
-    if not isinstance(proved.certificate.claim, AtInstants):
+    if not isinstance(proved.certificate.claim, Instants):
         return np.linspace(first, last, count)
     sampling_time = proved.reference.plant.sampling_time
     from_step, to_step = np.ceil(first / sampling_time - _TINY_PART), np.floor(last / sampling_time + _TINY_PART)

@@ -7,7 +7,6 @@ import errno
 import hashlib
 import inspect
 import json
-import math
 import os
 import signal
 import time
@@ -21,13 +20,13 @@ from pathlib import Path
 from reprlib import repr as short
 from tempfile import TemporaryDirectory
 from threading import Thread
-from typing import Any, Literal, TypeVar
+from typing import Any, TypeVar
 from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
 from trackably.arguments import instance, text, whole
-from trackably.certificates.goal import Claim, checked_claim
+from trackably.certificates.claim import Written, as_claim
 from trackably.certificates.judge import NotTrackableError
 from trackably.certificates.outcome import Counterexample
 from trackably.codec import encode
@@ -50,14 +49,6 @@ from trackably.systems.tightening import require_plant
 
 # The request that all recordings of a fleet share, and how workers answer it.
 
-Claimed = Claim | Literal["recorded"]
-"""A claim as of `learn_reference`; "recorded" is the window from the first sample of each recording to its last.
-
-Where these are between two steps, it begins at the step before, and ends at the step after them.
-"""
-
-_ROUNDING = 1e-9  # steps
-
 Learned = TrackableReference | StreamReference
 Learn = Callable[..., Learned]
 _KNOWN: tuple[Learn, ...] = learn_reference, learn_stream
@@ -72,7 +63,7 @@ class Request:
 
     plant: ConstrainedSystem
     kernel: Kernel | Mapping[str, Kernel]
-    claim: Claimed
+    claim: Written
     options: Mapping[str, Any]
     learn: Learn = learn_reference
 
@@ -102,8 +93,7 @@ class Request:
 
     def learned(self, samples: Samples | Mapping[str, Samples]) -> Learned:
         """Return the reference of one recording. Raises and warns as `learn` does."""
-        claim = _recorded(samples, self.plant.system.sampling_time) if self.claim == "recorded" else self.claim
-        return self.learn(samples, self.plant, self.kernel, claim, progress=False, **self.options)
+        return self.learn(samples, self.plant, self.kernel, self.claim, progress=False, **self.options)
 
 
 def _refuse_options(options: Mapping[str, object], learn: Learn) -> None:
@@ -112,16 +102,6 @@ def _refuse_options(options: Mapping[str, object], learn: Learn) -> None:
         inspect.signature(learn).bind("samples", "plant", "kernel", "claim", **options)
     except TypeError as error:
         raise TypeError(f"learn_many: {learn.__name__}: {error}") from None
-
-
-def _recorded(samples: Samples | Mapping[str, Samples], step: float) -> tuple[float, float]:
-    """Return the times [s] of the first and the last sample, moved outwards to steps, at which a
-    control loop evaluates.
-    """
-    times = [of.times for of in ([samples] if isinstance(samples, Samples) else samples.values())]
-    first, last = float(min(each[0] for each in times)), float(max(each[-1] for each in times))
-    before, after = math.floor(first / step + _ROUNDING), math.ceil(last / step - _ROUNDING)
-    return min(first, before * step), max(last, after * step)
 
 
 def _plain(value: object) -> Any:
@@ -376,7 +356,7 @@ def learn_many(
     recordings: Mapping[str, Measured] | Iterable[Source],
     plant: ConstrainedSystem,
     kernel: Kernel | Mapping[str, Kernel],
-    claim: Claimed,
+    claim: Written,
     *,
     folder: Path | str,
     learn: Learn = learn_reference,
@@ -398,8 +378,7 @@ def learn_many(
         By name: Samples, samples by name, or a Recording whose signals have the names of states. Or sources that are
         read by the workers: `recordings_in(folder, read)`, `parts_of_csv`, `parts_of_parquet`, `topics_of`.
     plant, kernel, claim
-        As of `learn_reference`. The claim "recorded" is the window from the first sample of a recording to its last, or
-        from the step before to the step after.
+        As of `learn_reference`.
     folder
         Where references, certificates and the table are written.
     learn
@@ -430,7 +409,9 @@ def learn_many(
     if "progress" in options:
         raise TypeError("learn_many: progress is given twice")
     sources, where = sources_of(recordings), FleetFolder(path_of("folder", folder))
-    request = Request(plant, kernel, claim if claim == "recorded" else checked_claim(claim), options, learn)
+    if claim != "recorded":
+        as_claim(claim)  # refused now, not by each worker
+    request = Request(plant, kernel, claim, options, learn)
     processes = whole("workers", workers, least=1)
     address = None if cluster is None else text("cluster", cluster)
     asked = [(source, where.kept(source.name)) for source in sources]

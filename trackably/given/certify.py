@@ -14,13 +14,13 @@ from numpy.polynomial import Polynomial
 from trackably.arguments import instance
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.claim import Claim as ProvedClaim
+from trackably.certificates.claim import Written, as_claim
 from trackably.certificates.form import encode_subject
-from trackably.certificates.goal import Claim, checked_claim
 from trackably.certificates.judge import judged
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.pieces import keeps, least_near, times_to_look_at
 from trackably.certificates.prove import Outcome, prove, prove_on_window
+from trackably.checker.certificate import AllPhases, AllTimes, Claim, Window
 from trackably.checker.form import subject_of
 from trackably.checker.subject import Functional, Pieces
 from trackably.given.conversion import Interpolation, as_pieces, is_flat_trajectory, repeats, states_as_pieces
@@ -77,7 +77,7 @@ def _moved(coefficients: Array, by: float) -> Array:
 
 
 def distance(
-    curve: PolynomialPieces, output: PolynomialPieces, stencil: Stencil, reference: Reference, claim: ProvedClaim
+    curve: PolynomialPieces, output: PolynomialPieces, stencil: Stencil, reference: Reference, claim: Claim
 ) -> float:
     """Return the largest distance between the stencil's values and the curve at the times of a claim, rounded up.
 
@@ -161,7 +161,7 @@ class Moved:
 
 
 def certify(
-    trajectory: Any, plant: ConstrainedSystem, claim: Claim | None = None, interpolation: Interpolation | None = None
+    trajectory: Any, plant: ConstrainedSystem, claim: Written | None = None, interpolation: Interpolation | None = None
 ) -> CertifiedReference | Counterexample | Unproved:
     """Prove that a linear `plant` can follow a trajectory within its bounds at all times, or refute it.
 
@@ -223,11 +223,11 @@ class Given:
     stencils: Mapping[str, Stencil]
     plant: ConstrainedSystem
     beyond: Beyond
-    window: tuple[float, float] | None
+    window: Window | None
 
     @classmethod
     def of(
-        cls, trajectory: Any, plant: ConstrainedSystem, claim: Claim | None, interpolation: Interpolation | None
+        cls, trajectory: Any, plant: ConstrainedSystem, claim: Written | None, interpolation: Interpolation | None
     ) -> Given:
         instance("certify: plant", plant, ConstrainedSystem, "a ConstrainedSystem")
         if not isinstance(plant.system, LinearSystem):
@@ -235,14 +235,14 @@ class Given:
                 "certify: given trajectories are proved for linear systems only; this one is nonlinear: certify_table "
                 "proves its states and inputs at the steps, and learn_reference learns one that is proved at all times"
             )
-        claim = None if claim is None else checked_claim(claim)
-        named = _named(trajectory, plant, claim if isinstance(claim, tuple) else None)
-        if claim is None and all(map(repeats, named.values())):
-            claim = "all_phases"
-        beyond = _beyond(claim, named)
+        wanted = None if claim is None else as_claim(claim)
+        named = _named(trajectory, plant, wanted.span if isinstance(wanted, Window) else None)
+        if wanted is None and all(map(repeats, named.values())):
+            wanted = AllPhases()
+        beyond = _beyond(wanted, named)
         stencils = stencils_by_name(plant, named)
         curves = {name: as_pieces(curve, beyond, interpolation, plant.sampling_time) for name, curve in named.items()}
-        return cls({name: curves[name] for name in stencils}, stencils, plant, beyond, _window(claim, curves))
+        return cls({name: curves[name] for name in stencils}, stencils, plant, beyond, _window(wanted, curves))
 
     @property
     def signals(self) -> tuple[PolynomialPieces, ...]:
@@ -264,11 +264,11 @@ class Given:
         if self.beyond == "period":
             first = min(float(curve.breakpoints[0]) for curve in self.curves.values())
             return first, last
-        return self.window or (0.0, last)
+        return self.window.span if self.window else (0.0, last)
 
     def prove(self) -> Outcome:
         """Prove the claim about the reference. ValueError: the claim does not fit the curves."""
-        return prove_on_window(self.reference, *self.window) if self.window else prove(self.reference)
+        return prove_on_window(self.reference, *self.window.span) if self.window else prove(self.reference)
 
     def off(self, certificate: Certificate) -> dict[str, float]:
         """Return the distances of states from the given curves, by name."""
@@ -295,19 +295,19 @@ def _named(trajectory: Any, plant: ConstrainedSystem, span: tuple[float, float] 
 
 def _beyond(claim: Claim | None, named: Mapping[str, Any]) -> Beyond:
     match claim:
-        case "all_times":
+        case AllTimes():
             return "period" if all(map(repeats, named.values())) else "rest"
-        case "all_phases":
+        case AllPhases():
             return "period"
     return "end"
 
 
-def _window(claim: Claim | None, curves: Mapping[str, PolynomialPieces]) -> tuple[float, float] | None:
-    if isinstance(claim, str):
+def _window(claim: Claim | None, curves: Mapping[str, PolynomialPieces]) -> Window | None:
+    if isinstance(claim, AllTimes | AllPhases):
         return None
     firsts, lasts = ([float(curve.breakpoints[i]) for curve in curves.values()] for i in (0, -1))
-    start, end = claim or (max(firsts), min(lasts))
+    start, end = claim.span if claim else (max(firsts), min(lasts))
     if not (max(firsts) <= start < end <= min(lasts)):
         known = f"from {max(firsts):.9g} s to {min(lasts):.9g} s"
         raise ValueError(f"claim: trajectories are given {known}, but the claim is about {start:.9g} s to {end:.9g} s")
-    return start, end
+    return Window(start, end)

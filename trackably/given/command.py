@@ -4,7 +4,6 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
-from trackably.certificates.goal import Claim
 from trackably.certificates.judge import accepted_file
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.errors import InputError
@@ -45,8 +44,7 @@ def _of_rows(given: Namespace, plant: ConstrainedSystem) -> Answer:
 
 
 def _of_curves(given: Namespace, plant: ConstrainedSystem) -> Answer:
-    claim: Claim | None = given.claim
-    return certify(read_columns(given.table).samples(plant), plant, claim, given.interpolation)
+    return certify(read_columns(given.table).samples(plant), plant, given.claim, given.interpolation)
 
 
 def _save(answer: Answer, path: Path) -> None:

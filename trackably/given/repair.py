@@ -15,7 +15,7 @@ from scipy.interpolate import BSpline
 
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.goal import Claim
+from trackably.certificates.claim import Written
 from trackably.certificates.judge import judged
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import prove, prove_on_window
@@ -179,7 +179,7 @@ _FINER, _EXCHANGES = 8, 3
 def repair(
     trajectory: Any,
     plant: ConstrainedSystem,
-    claim: Claim | None = None,
+    claim: Written | None = None,
     interpolation: Interpolation | None = None,
     start: Start = "given",
 ) -> CertifiedReference | Counterexample | Unproved:
@@ -211,7 +211,7 @@ def repair(
         if coefficients is None:
             return outcome if isinstance(outcome, Unproved) else _not_found(outcome, backoff, splines)
         reference = Reference(splines.signals(coefficients), plant)
-        found = judged(prove_on_window(reference, *given.window) if given.window else prove(reference))
+        found = judged(prove_on_window(reference, *given.window.span) if given.window else prove(reference))
         if isinstance(found, Certificate):
             return CertifiedReference(reference, found, {}, _moved(given, reference, found))
         outcome = found

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.arrays import Array
+from trackably.checker.certificate import AllPhases, Window
 from trackably.gp.joint import period_of
 from trackably.gp.kernels.base import Kernel
 
@@ -166,38 +167,30 @@ class Steps(IndexSet):
 
 
 @dataclass(frozen=True)
-class Window(IndexSet):
-    """All real times from `start` to `end` [s]."""
+class RealTimes(IndexSet):
+    """All real times of a window; or all phases of signals whose kernels have one common period.
 
-    start: float
-    end: float
+    Of all phases, local minima are sought in [0, period], and every time stays in the set when the learned period
+    changes. TypeError for kernels without a common period.
+    """
+
+    of: Window | AllPhases
 
     def local_minima(self, margin: Margin, kernels: Sequence[Kernel]) -> Array:
         return self.minima_of_each(_Single(margin), kernels)[0][0]
 
     def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
-        return _minima_in_cells(margins, self.start, self.end, kernels)
+        start, end = self.of.span if isinstance(self.of, Window) else (0.0, period_of(kernels))
+        return _minima_in_cells(margins, start, end, kernels)
 
     @property
     def ends(self) -> tuple[float, float]:
-        return self.start, self.end
+        return self.of.span
 
     def examined(self, centres: Array) -> Array:
-        return centres[(self.start <= centres) & (centres <= self.end)]
-
-
-@dataclass(frozen=True)
-class AllPhases(IndexSet):
-    """All real times, for signals whose kernels have one common period: local minima are sought in [0, period].
-
-    Every time stays in the set when the learned period changes. TypeError for kernels without a common period.
-    """
-
-    def local_minima(self, margin: Margin, kernels: Sequence[Kernel]) -> Array:
-        return self.minima_of_each(_Single(margin), kernels)[0][0]
-
-    def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
-        return _minima_in_cells(margins, 0.0, period_of(kernels), kernels)
+        if isinstance(self.of, AllPhases):
+            return np.empty(0)
+        return centres[(self.of.start <= centres) & (centres <= self.of.end)]
 
 
 @dataclass(frozen=True)

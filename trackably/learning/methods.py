@@ -1,9 +1,10 @@
 """Methods that the paper does not have. Each maps (samples, prior, plant, space, …) to a Solution or NoSolution."""
 
+from trackably.checker.certificate import AllPhases
 from trackably.gp.joint import JointPrior, period_of
 from trackably.gp.samples import Samples
 from trackably.learning.constraint import ROUNDING_BACKOFF, Constraint
-from trackably.learning.index_set import AllPhases
+from trackably.learning.index_set import RealTimes
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
@@ -37,4 +38,4 @@ def exact(
 
 def all_phases(plant: ConstrainedSystem, backoff: float = ROUNDING_BACKOFF) -> tuple[Constraint, ...]:
     """Constrain every bounded quantity at all phases of the learned period."""
-    return tuple(Constraint(quantity, AllPhases(), backoff) for quantity in plant.quantities)
+    return tuple(Constraint(quantity, RealTimes(AllPhases()), backoff) for quantity in plant.quantities)

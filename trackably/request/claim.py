@@ -1,6 +1,6 @@
 """Check that the prior mean can be followed for as long as the claim requires."""
 
-from trackably.certificates.goal import Claim
+from trackably.checker.certificate import AllPhases, AllTimes, Claim, Window
 from trackably.gp.joint import JointPrior
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.polytopes import ends_shown
@@ -14,15 +14,15 @@ def refuse_mean(claim: Claim, prior: JointPrior, plant: ConstrainedSystem, drawn
     If the bounds of the plant were tightened, `drawn_in` is the tightening.
     """
     if kept_at_rest(claim, plant):
-        why = "what fades to it" if claim == "all_times" else "what swings about it"
+        why = "what fades to it" if isinstance(claim, AllTimes) else "what swings about it"
         check_rest(prior, plant, drawn_in, f"{why} could not be followed for ever", ", or claim a window (start, end)")
 
 
 def kept_at_rest(claim: Claim, plant: ConstrainedSystem) -> tuple[Quantity, ...]:
     """Return the quantities that have to keep their bounds while the prior mean is held for ever, for this claim."""
     # A vehicle may move for ever: it has to come to rest only where the kernel decays.
-    held = not isinstance(claim, tuple) and not (plant.flat_form and claim == "all_phases")
-    return plant.quantities if held else ()
+    is_free = isinstance(claim, Window) or (plant.flat_form and isinstance(claim, AllPhases))
+    return () if is_free else plant.quantities
 
 
 def check_rest(

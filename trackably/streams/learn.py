@@ -10,10 +10,11 @@ from typing import Never
 
 from trackably.arguments import real
 from trackably.arrays import ArrayLike
-from trackably.certificates.goal import Claim, checked_claim, refusal
+from trackably.certificates.claim import Written, as_claim, refusal
 from trackably.certificates.judge import found_or_raise
 from trackably.certificates.pinned import prove_pinned
 from trackably.certificates.robust import robust_of
+from trackably.checker.certificate import AllTimes, Window
 from trackably.condensed import NODES, Centres
 from trackably.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, levels, split_means
 from trackably.explanation import IgnoresSamplesWarning, ignored
@@ -23,7 +24,6 @@ from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.samples import Samples
 from trackably.input_warnings import ask, doubts
-from trackably.learning.index_set import Window
 from trackably.learning.joint.search import learn_jointly
 from trackably.learning.prior import prior_for
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
@@ -55,7 +55,7 @@ def learn_stream(
     samples: SamplesLike,
     plant: ConstrainedSystem,
     kernel: Kernel | Mapping[str, Kernel],
-    claim: Claim,
+    claim: Written,
     *,
     window: float,
     noise_std: Noise = None,
@@ -87,7 +87,7 @@ def learn_stream(
         are learned from the first window, with its bounds; means and noise that are left out are learned from it
         without bounds.
     claim
-        "all_times", or (start, end) in seconds: the claim about the whole reference.
+        "all_times", "recorded", or (start, end) in seconds: the claim about the whole reference.
     window
         The length of each window [s]: several times the kernel's correlation time.
     at, at_tolerance
@@ -114,13 +114,13 @@ def learn_stream(
     """
     _refuse(others)
     plant, tightening = tighten_plant(plant, disturbance, feedback, margin, measurement_noise)
-    claim = checked_claim(claim)
     measured = Measurements.of(samples, plant, noise_std, centres, _MANY)
+    claim = as_claim(claim, measured.given, plant.sampling_time)
     if (length := real("window", window)) <= 0:
         raise ValueError(f"window: must be a positive number of seconds, got {length:g}")
     level, between = split_means(mean, measured.names, measured.given)
     prior = prior_for(plant, measured.priors(kernel, level))
-    if refusal("all_times", prior):
+    if refusal(AllTimes(), prior):
         raise ValueError(
             "kernel: each window of a stream ends at rest, so that kernels have to decay, but it has a period"
         )

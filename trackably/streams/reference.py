@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Self
 
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.goal import Claim
 from trackably.certificates.judge import found_or_raise
 from trackably.certificates.pinned import Pinned, prove_pinned
+from trackably.checker.certificate import AllTimes, Window
 from trackably.condensed import Condensation
 from trackably.explanation import given_values, kept_free, means
 from trackably.files import LEFT_OUT, new_file, path_of
@@ -58,7 +58,7 @@ class SavedStream(Saved):
     def stream(self) -> Stream:
         """The stream that the reference was learned from."""
         start, end = self.proved_from, self.proved_until
-        claim: Claim = "all_times" if start is None or end is None else (start, end)
+        claim = AllTimes() if start is None or end is None else Window(start, end)
         return Stream(self.samples, self.prior, self.learned.plant, self.length, claim, self.pinned)
 
 

@@ -11,11 +11,12 @@ import numpy as np
 from trackably.arguments import instance, real, whole
 from trackably.arrays import ArrayLike
 from trackably.certificates.certified import Certified, learn_certified
-from trackably.certificates.claim import AllPhases, AllTimes
+from trackably.certificates.claim import times_of
 from trackably.certificates.goal import for_all_times_again
 from trackably.certificates.judge import judged
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.robust import robust_of
+from trackably.checker.certificate import AllPhases, AllTimes
 from trackably.control.stepping import Plan, SteppedController, StepResult
 from trackably.fit import Fit
 from trackably.gp.joint import JointPrior
@@ -154,7 +155,7 @@ class Relearner:
         if not holds_for_all_times(first):
             raise ValueError(
                 "reference: a loop may need it for ever, so that it has to be proved for all times, but it is "
-                f"for {first.certificate.claim} only; learn it with the claim 'all_times' or 'all_phases'"
+                f"for {times_of(first.certificate.claim)} only; learn it with the claim 'all_times' or 'all_phases'"
             )
         budget = float("inf") if self.budget is None else real("budget", self.budget)
         if not budget > 0:

@@ -13,15 +13,15 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.goal import Claim
 from trackably.certificates.pinned import Pinned
 from trackably.certificates.prove import Failure, prove_on_window, prove_while_settling
+from trackably.checker.certificate import Claim, Window
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.posterior import Posterior
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint
-from trackably.learning.index_set import Window
+from trackably.learning.index_set import RealTimes
 from trackably.learning.joint.search import learn_function
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Pin, Solution
 from trackably.learning.space import SearchSpace
@@ -191,7 +191,7 @@ def _problem(
         return None
     given = tuple(of for of in samples if of is not None)
     last = max(float(of.times[-1]) for of in given)
-    earliest = stream.claim[0] if isinstance(stream.claim, tuple) else 0.0
+    earliest = stream.claim.span[0]
     times = Window(max(min(earliest, now), now - 2 * memory), last + memory + stream.plant.sampling_time)
     constraints = constraints_at(times, stream.plant, backoff)
     space = SearchSpace.around(given, stream.prior, starts=1)
@@ -211,12 +211,12 @@ def _pins(stream: Stream, times: Window) -> tuple[Pin, ...]:
 def constraints_at(times: Window, plant: ConstrainedSystem, backoff: float = _BACKOFFS[0]) -> tuple[Constraint, ...]:
     """Return the bounds of a plant at these times, tightened by a part `backoff` of their width."""
     return tuple(
-        Constraint(replace(q, bounds=q.bounds.shrunk(backoff / 2 * q.bounds.width)), times, backoff / 2)
+        Constraint(replace(q, bounds=q.bounds.shrunk(backoff / 2 * q.bounds.width)), RealTimes(times), backoff / 2)
         for q in plant.quantities
     )
 
 
 def _prove(reference: Reference, claim: Claim) -> Certificate | Failure:
-    if isinstance(claim, tuple):
-        return prove_on_window(reference, *claim)
+    if isinstance(claim, Window):
+        return prove_on_window(reference, *claim.span)
     return prove_while_settling(reference)

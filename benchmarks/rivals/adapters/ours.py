@@ -7,6 +7,7 @@ from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, R
 from pipeline.methods import AS_PUBLISHED, Failed
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.certified import Certified, learn_certified
+from trackably.certificates.claim import times_of
 from trackably.certificates.prove import Failure
 from trackably.learning import learner
 from trackably.learning.learner import Learner
@@ -39,7 +40,7 @@ def answer(problem: Problem, found: Learned) -> Answer:
         solution.objective,
         "J = l + D" if solution.method == "joint" else "l(θ)",
         prior=solution.posterior.prior,
-        says=f"proved for {found.certificate.claim}",
+        says=f"proved for {times_of(found.certificate.claim)}",
     )
 
 

@@ -9,6 +9,7 @@ from pipeline.experiments import load_experiment, load_experiments
 from pipeline.generate import sampled_by
 from tests.pipeline.params import PARAMS as WRITTEN
 from tests.pipeline.params import changed, written_to
+from trackably.checker.certificate import Window
 from trackably.errors import InputError
 from trackably.gp.kernels.base import Product
 from trackably.gp.kernels.registry import KERNELS
@@ -146,8 +147,8 @@ def test_margins_are_computed_as_far_as_anything_is_of_interest(
     end = max(float(of.times[-1]) for of in samples)
     assert verified.last_step * experiment.plant.sampling_time >= end
     assert last_step in (None, verified.last_step)
-    if isinstance(experiment.claim, tuple):
-        assert verified.last_step * experiment.plant.sampling_time >= experiment.claim[1]
+    if isinstance(experiment.claim, Window):
+        assert verified.last_step * experiment.plant.sampling_time >= experiment.claim.end
 
 
 def test_every_state_and_input_of_the_projects_experiments_has_a_unit() -> None:

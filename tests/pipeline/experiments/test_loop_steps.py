@@ -6,6 +6,7 @@ import pytest
 
 from pipeline.experiments import Experiment, load_experiment
 from tests.pipeline.params import changed, undisturbed, written_to
+from trackably.checker.certificate import Window
 
 CONTROL = """    control:
       steps: 10000
@@ -41,6 +42,6 @@ CLAIMS = {
 def test_loops_stay_in_the_window(claim: str, tmp_path: Path) -> None:
     experiment = with_claim(tmp_path, claim)
     assert [*experiment.loop_steps] == [*CLAIMS[claim]]
-    if isinstance(experiment.claim, tuple) and experiment.loop_steps:
+    if isinstance(experiment.claim, Window) and experiment.loop_steps:
         last = experiment.loop_steps[-1] + experiment.control.horizon
-        assert last * experiment.plant.sampling_time <= experiment.claim[1]
+        assert last * experiment.plant.sampling_time <= experiment.claim.end

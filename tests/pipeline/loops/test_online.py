@@ -8,8 +8,8 @@ import pytest
 from pipeline.loops.online import OnlineLoop, decide_update, receding_window, simulate_online
 from tests.trackably.control import instances
 from trackably.certificates.certified import Certified, learn_certified
-from trackably.certificates.claim import OnWindow
 from trackably.certificates.outcome import Unproved
+from trackably.checker.certificate import Window
 from trackably.control.controller import TOLERANCE, Controller
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -107,7 +107,7 @@ def test_a_reference_without_proof_is_not_accepted():
 
 
 def test_a_reference_proved_on_a_window_only_is_not_accepted(first):
-    brief = replace(first, certificate=replace(first.certificate, claim=OnWindow(0.0, 2.0)))
+    brief = replace(first, certificate=replace(first.certificate, claim=Window(0.0, 2.0)))
     update = decide_update(CONTROLLER, 120, first.reference.state(120), STREAM, brief)
     assert not update.accepted
     assert update.reason == "proved for all real t from 0 s to 2 s only"

@@ -5,9 +5,8 @@ from fractions import Fraction
 import numpy as np
 
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.claim import AllPhases, AllTimes, AtInstants, OnWindow
-from trackably.certificates.cover import Cover
 from trackably.certificates.robust import Robust
+from trackably.checker.certificate import KINDS, Boxes, Claim, Cover, Instants, Steps, Window
 from trackably.codec import decode
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope, with_noise_set
@@ -16,23 +15,29 @@ from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import InvariantSet
 
-_CLAIMS = {"all_times": AllTimes, "all_phases": AllPhases, "window": OnWindow, "instants": AtInstants}
-
 
 def decode_certificate(data: dict) -> Certificate:
     """Return the certificate whose `encode_certificate` is `data`; what follows from its reference is not compared."""
-    claim, evaluation = dict(data["claim"]), data["evaluation"]
-    covers, terms = claim.pop("covers", {}), claim.pop("terms", 0)
+    claim, evaluation = data["claim"], data["evaluation"]
+    kind = KINDS[claim["kind"]]
+    of = kind(claim["start"], claim["end"]) if kind is Window else kind()
     reference = decode(Reference, data["reference"])
     return Certificate(
         reference=reference,
-        claim=_CLAIMS[claim.pop("kind")](**claim),
-        terms=terms,
-        covers={name: Cover(tuple(c["ends"]), tuple(c["radii"])) for name, c in covers.items()},
+        claim=of,
+        proof=_proof(of, claim),
         evaluation_error=dict(evaluation["errors"]),
         evaluated_until=evaluation["until"],
         robust=_robust(data.get("disturbance"), reference.plant.system),
     )
+
+
+def _proof(of: Claim, data: dict) -> Cover | Steps:
+    if isinstance(of, Instants):
+        return Steps(data["last_step"])
+    start, end = of.span if isinstance(of, Window) else (0.0, data.get("tail_start") or data["period"])
+    boxes = {name: Boxes(tuple(c["ends"]), tuple(c["radii"])) for name, c in data.get("covers", {}).items()}
+    return Cover(start, end, boxes, data.get("terms", 0))
 
 
 def _robust(data: dict | None, system: LinearSystem) -> Robust | None:

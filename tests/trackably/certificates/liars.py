@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from trackably.certificates import cover, pieces, prove, tail
-from trackably.certificates.certificate import Certificate, Cover
+from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import Draft
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.sketch import Sketch
+from trackably.checker.certificate import Boxes
 from trackably.systems.polytopes import Interval
 from trackably.systems.reference import Reference
 
@@ -41,15 +42,15 @@ def _refuses_nothing(rng: np.random.Generator, honest: Any) -> Any:
     return lambda draft, boxes, wanted, exactly: (wanted & (rng.uniform(size=wanted.shape) < 0.02), {})
 
 
-def _loses_a_box(rng: np.random.Generator, found: Cover) -> Cover:
+def _loses_a_box(rng: np.random.Generator, found: Boxes) -> Boxes:
     i = int(rng.integers(len(found.radii)))
-    return Cover((*found.ends[: i + 1], *found.ends[i + 2 :]), (*found.radii[:i], *found.radii[i + 1 :]))
+    return Boxes((*found.ends[: i + 1], *found.ends[i + 2 :]), (*found.radii[:i], *found.radii[i + 1 :]))
 
 
-def _moves_an_end(rng: np.random.Generator, found: Cover) -> Cover:
+def _moves_an_end(rng: np.random.Generator, found: Boxes) -> Boxes:
     ends = np.array(found.ends)
     ends[int(rng.integers(len(ends)))] *= 1 + 10 ** rng.uniform(-15, -1)
-    return Cover(tuple(ends.tolist()), found.radii)
+    return Boxes(tuple(ends.tolist()), found.radii)
 
 
 def _exaggerates(rng: np.random.Generator, found: Any) -> Any:
@@ -63,7 +64,7 @@ def _breaks_any_bound(rng: np.random.Generator, honest: Any) -> Any:
         if rng.uniform() < 0.5:
             return honest(self, quantity, time, step)
         by = quantity.bounds.width * 10 ** rng.uniform(-9, 0)
-        return Counterexample(quantity.name, quantity.bounds, time, by, self.reference, self.span, step)
+        return Counterexample(quantity.name, quantity.bounds, time, by, self.reference, self.claim, step)
 
     return failure_at
 
@@ -74,7 +75,7 @@ LIES: dict[str, tuple[Any, str, Lie]] = {
     "a box is lost": (cover, "_joined", _after(_loses_a_box)),
     "an end is moved": (cover, "_joined", _after(_moves_an_end)),
     "boxes are as wide as the window": (cover, "_first_edges", _after(lambda rng, e: e[[0, -1]])),
-    "the cover ends too early": (cover, "_joined", _after(lambda _, c: Cover(c.ends[:-1], c.radii[:-1]))),
+    "the cover ends too early": (cover, "_joined", _after(lambda _, c: Boxes(c.ends[:-1], c.radii[:-1]))),
     "the tail starts at any time": (tail, "_earliest", _after(lambda rng, t: t * rng.uniform(0.05, 1))),
     "every tail is settled": (Draft, "is_settled", _always(True)),
     "errors are smaller": (prove.Draft, "of", _with_smaller_errors),

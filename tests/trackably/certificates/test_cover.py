@@ -49,6 +49,6 @@ def test_boxes_end_at_kinks_and_none_is_left_to_exact_arithmetic(kernel, monkeyp
     reference = rough_on_its_bounds(kernel, 1e-4)
     found = prove_on_window(reference, 0.0, 39.0)
     assert isinstance(found, Certificate)
-    assert sum(len(cover.radii) for cover in found.covers.values()) < 2000
+    assert sum(len(cover.radii) for cover in found.proof.boxes.values()) < 2000
     monkeypatch.setattr(boxes, "enclose_signal", None)
     assert isinstance(check(encode_certificate(found)), Proved)

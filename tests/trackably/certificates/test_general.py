@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from trackably.certificates.certified import Certified, learn_certified
-from trackably.certificates.claim import AllPhases, AllTimes
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Proved, check
+from trackably.checker.certificate import AllPhases, AllTimes, Window
 from trackably.errors import DoubtfulInputWarning
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
@@ -19,7 +19,7 @@ from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learn import learn_reference
 from trackably.learning.constraint import Constraint
-from trackably.learning.index_set import Window
+from trackably.learning.index_set import RealTimes
 from trackably.learning.problem import ConstrainedProblem, NoSolution
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
@@ -143,7 +143,7 @@ def test_a_prior_mean_that_is_no_admissible_equilibrium_is_explained():
     samples = axis_samples(stopping, 20, 3.0)
     prior = JointPrior((Prior(SquaredExponential(lengthscale=(0.2, 2.0)), 0.05, mean=5.0),))
     space = SearchSpace.around(samples, prior, starts=2)
-    later = tuple(Constraint(q, Window(0.0, 30.0)) for q in AXIS.quantities)
+    later = tuple(Constraint(q, RealTimes(Window(0.0, 30.0))) for q in AXIS.quantities)
     found = best_solution(ConstrainedProblem(samples, prior, space, later))
     assert isinstance(found, NoSolution)
     assert found.explanation.startswith(

@@ -9,9 +9,9 @@ from tests.trackably.certificates import naive
 from tests.trackably.certificates.references import certified, unconstrained
 from tests.trackably.systems.instances import bounded
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.claim import AllPhases, AllTimes, AtInstants, OnWindow
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import prove, prove_at_instants, prove_for_all_phases, prove_on_window
+from trackably.checker.certificate import AllPhases, AllTimes, Instants, Window
 from trackably.gp.kernels.base import Product, Sum
 from trackably.gp.kernels.matern import Matern32
 from trackably.gp.kernels.periodic import Periodic
@@ -66,7 +66,7 @@ def test_instants_can_be_kept_by_a_reference_that_breaks_bounds_between_them():
     assert isinstance(prove(sampled), Counterexample)
     found = prove_at_instants(sampled)
     assert isinstance(found, Certificate)
-    assert isinstance(found.claim, AtInstants)
+    assert isinstance(found.claim, Instants)
 
 
 @pytest.mark.parametrize(
@@ -97,7 +97,7 @@ def test_a_finite_window_is_proved_where_nothing_decays():
     assert isinstance(prove(endless), Unproved)
     found = prove_on_window(endless, -1.0, 3.0)
     assert isinstance(found, Certificate), found.explanation
-    assert found.claim == OnWindow(-1.0, 3.0)
+    assert found.claim == Window(-1.0, 3.0)
 
 
 def test_a_prior_mean_outside_is_refuted_far_out():

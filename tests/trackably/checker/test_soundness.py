@@ -9,10 +9,10 @@ import pytest
 from tests.trackably.certificates import naive
 from tests.trackably.certificates.instances import Case, case, compact_kernel, general_case
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.claim import AllPhases, AllTimes, AtInstants, OnWindow
 from trackably.certificates.draft import evaluation_errors
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
+from trackably.checker.certificate import AllPhases, AllTimes, Cover, Steps, Window
 from trackably.systems.reference import Reference
 
 CHUNKS, SIZE = 2, 52
@@ -24,18 +24,18 @@ def ask(seed: int, chosen: Case) -> Outcome:
     return question[seed % 4](chosen.reference)
 
 
-def smallest_margin(reference: Reference, claim, name: str):
+def smallest_margin(reference: Reference, claim, proof, name: str):
     """The smallest margin that is found at any time for which the claim is made."""
-    match claim:
-        case AllTimes(tail_start=end):
+    match claim, proof:
+        case AllTimes(), Cover(end=end):
             # A heavy tail starts late: look closely where something happens, and here and there later.
             busy = min(end, 10 * max(float(np.max(s.centres)) for s in reference.signals) + end / 10)
             times = naive.extremes(reference, name, 0.0, busy) + np.geomspace(busy, 1e3 * end, 30).tolist()
-        case AllPhases(period=end):
+        case AllPhases(), Cover(end=end):
             times = [t + k * end for t in naive.extremes(reference, name, 0.0, end) for k in (0, -3)]
-        case OnWindow(start=start, end=end):
+        case Window(start=start, end=end), Cover():
             times = naive.extremes(reference, name, start, end)
-        case AtInstants(last_step=last):
+        case _, Steps(last):
             steps = np.arange(min(last, 2000) + 20)
             values = naive.extended(reference, name, steps * np.longdouble(reference.plant.sampling_time))
             times = [naive.instant(reference, int(k)) for k in (np.argmax(values), np.argmin(values))]
@@ -51,7 +51,7 @@ def assert_nothing_false_is_claimed(cases: dict[int, Case]) -> Counter[type]:
         if isinstance(found, Certificate):
             assert set(found.evaluation_error) == {q.name for q in chosen.reference.quantities}
             for name, error in found.evaluation_error.items():
-                assert smallest_margin(chosen.reference, found.claim, name) >= error, seed
+                assert smallest_margin(chosen.reference, found.claim, found.proof, name) >= error, seed
         elif isinstance(found, Counterexample):
             t = found.time if found.step is None else naive.instant(chosen.reference, found.step)
             assert naive.margin(chosen.reference, found.quantity, t) <= -found.violation < 0, seed

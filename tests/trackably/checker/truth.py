@@ -20,7 +20,7 @@ def is_true(statement: str) -> bool:
     reference = as_stored(certificate.reference, data["trajectories"])
     errors = data["evaluation"]["errors"]
     return naive.follows_exactly(reference) and all(
-        smallest_margin(reference, certificate.claim, quantity.name) >= errors[quantity.name]
+        smallest_margin(reference, certificate.claim, certificate.proof, quantity.name) >= errors[quantity.name]
         for quantity in reference.quantities
     )
 

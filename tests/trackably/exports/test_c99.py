@@ -27,10 +27,9 @@ from trackably import (
 )
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.claim import AtInstants, OnWindow
 from trackably.certificates.draft import Draft, evaluation_errors
 from trackably.certificates.form import encode_subject
-from trackably.checker import certificate as checked
+from trackably.checker.certificate import Cover, Instants, Steps, Window
 from trackably.checker.form import subject_of
 from trackably.checker.intervals import exactly
 from trackably.checker.piecewise import evaluation_errors as errors_of_pieces
@@ -56,15 +55,15 @@ KERNELS: dict[str, Kernel] = {
 }
 
 
-def stub(reference: Reference, claim: OnWindow | AtInstants = OnWindow(-2.0, 6.0)) -> Proved:  # noqa: B008
+def stub(reference: Reference, claim: Window | Instants = Window(-2.0, 6.0)) -> Proved:  # noqa: B008
     """A reference with the bounds of its rounding, as certificates have them; nothing else is of interest here."""
     if reference.pieces:
-        window = checked.Window(-2.0, 6.0, checked.Cover({}, 0))
-        of_pieces = errors_of_pieces(subject_of(encode_subject(reference)), window)
+        of_pieces = errors_of_pieces(subject_of(encode_subject(reference)), Fraction(-2), Fraction(6))
         errors = {name: float(error) * (1 + 1e-15) for name, error in of_pieces.items()}
     else:
         errors = evaluation_errors(reference, 100.0)
-    certificate = Certificate(reference, claim, 0, {}, errors, 100.0)
+    proof = Steps(0) if isinstance(claim, Instants) else Cover(*claim.span, {}, 0)
+    certificate = Certificate(reference, claim, proof, errors, 100.0)
     found: Proved = SimpleNamespace(  # type: ignore[assignment]
         reference=reference, certificate=certificate, explanation="", sampled={}
     )

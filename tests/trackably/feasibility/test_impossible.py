@@ -26,8 +26,9 @@ from trackably import (
 )
 from trackably import feasibility as proposing
 from trackably import learn as learning
-from trackably.certificates.goal import Claim
+from trackably.certificates.claim import Written, as_claim
 from trackably.certificates.judge import accepted_file
+from trackably.checker.certificate import Window
 from trackably.checker.contradiction import Value
 from trackably.feasibility import Steps, impossible, least
 from trackably.streams import learn as streams
@@ -40,7 +41,8 @@ REST = {"position": 0.0, "velocity": 0.0}
 SEEDS = range(12)
 
 
-def told(at: Waypoints, plant: ConstrainedSystem = WEAK, claim: Claim = "all_times", mean: float = 0.0) -> Any:
+def told(at: Waypoints, plant: ConstrainedSystem = WEAK, claim: Written = "all_times", mean: float = 0.0) -> Any:
+    claim = as_claim(claim)
     return impossible(plant, claim, waypoints(at, 1e-6, plant, claim), [mean] * plant.signal_count)
 
 
@@ -135,7 +137,7 @@ def test_values_on_an_admissible_trajectory_are_never_called_impossible(seed):
     states = trajectory(plant, rng, 30)
     names = plant.system.states
     at = {0.1 * k: dict(zip(names, x.tolist(), strict=True)) for k, x in enumerate(states) if rng.random() < 0.4}
-    claim = 0.0, 0.1 * max(1, len(states) - 1)
+    claim = Window(0.0, 0.1 * max(1, len(states) - 1))
     pinned = waypoints(at, 1e-9, plant, claim)
     assert impossible(plant, claim, pinned, [0.0] * plant.signal_count) is None
 
@@ -232,7 +234,7 @@ def test_no_margin_makes_an_admissible_trajectory_impossible(seed):
     plant = random_plant(rng)
     states = trajectory(plant, rng, 30)
     at = {0.1 * k: dict(zip(plant.system.states, states[k].tolist(), strict=True)) for k in range(0, len(states), 3)}
-    drawn, claim = tightening(plant, margin=float(rng.uniform(0.05, 0.45))), (0.0, 0.1 * max(1, len(states) - 1))
+    drawn, claim = tightening(plant, margin=float(rng.uniform(0.05, 0.45))), Window(0.0, 0.1 * max(1, len(states) - 1))
     pinned = waypoints(at, 1e-9, plant, claim)
     found = impossible(drawn.plant, claim, pinned, [0.0] * plant.signal_count, drawn)
     assert found is None or isinstance(found, InfeasibleTightening)
@@ -267,7 +269,7 @@ def test_no_multipliers_exclude_what_a_trajectory_does(seed, monkeypatch):
     plant = random_plant(rng)
     states = trajectory(plant, rng, 12)
     at = {0.1 * k: dict(zip(plant.system.states, x.tolist(), strict=True)) for k, x in enumerate(states)}
-    claim = 0.0, 0.1 * max(1, len(states) - 1)
+    claim = Window(0.0, 0.1 * max(1, len(states) - 1))
 
     def lying(steps: Steps, elastic: np.ndarray) -> Any:
         found = least(steps, elastic)

@@ -19,7 +19,8 @@ from trackably import (
     two_tanks,
 )
 from trackably import learn as learning
-from trackably.certificates.goal import Claim
+from trackably.certificates.claim import Written, as_claim
+from trackably.checker.certificate import Window
 from trackably.feasibility import impossible
 from trackably.waypoints import Waypoints, waypoints
 
@@ -32,7 +33,8 @@ def plant(inflow: float, low: float = 0.1) -> ConstrainedSystem:
     return ConstrainedSystem(TANK, Polytope.box([low], [2.0]), Polytope.box([0.0], [inflow]))
 
 
-def told(of: ConstrainedSystem, claim: Claim, at: Waypoints | None = None) -> Impossible | None:
+def told(of: ConstrainedSystem, written: Written, at: Waypoints | None = None) -> Impossible | None:
+    claim = as_claim(written)
     return impossible(of, claim, waypoints(at or {}, 1e-9, of, claim), [1.0] * of.signal_count)
 
 
@@ -69,7 +71,7 @@ def test_of_free_states_nothing_is_known_until_a_value_is_given():
     free = ConstrainedSystem(system, Polytope.box([-1.0, -np.inf], [1.0, np.inf]), Polytope.box([0, 0], [0.1, 0.1]))
 
     def of(values: Waypoints) -> Impossible | None:
-        return impossible(free, (0.0, 9.0), waypoints(values, 1e-9, free, (0.0, 9.0)), [0.0, 0.0])
+        return impossible(free, Window(0.0, 9.0), waypoints(values, 1e-9, free, Window(0.0, 9.0)), [0.0, 0.0])
 
     assert of({0.0: {"a": 0.5}, 1.0: {"b": 50.0}}) is None
     assert of({0.0: {"a": 0.5, "b": 2.0}, 1.0: {"b": 50.0}}).missing == pytest.approx(50.0 - 1.1)

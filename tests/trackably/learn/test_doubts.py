@@ -15,7 +15,7 @@ from trackably import (
     SquaredExponential,
     learn_reference,
 )
-from trackably.certificates.goal import Claim
+from trackably.certificates.claim import Written, as_claim
 from trackably.input_warnings import doubts
 
 KNOWN = SquaredExponential(0.1, 0.5)
@@ -25,9 +25,9 @@ SPIKE = np.where(np.arange(len(SAMPLES)) == 3, 1e6, SAMPLES.values)
 
 
 def asked(
-    claim: Claim = "all_times", samples: Samples = SAMPLES, plant: ConstrainedSystem = AXIS, name: str = "position"
+    claim: Written = "all_times", samples: Samples = SAMPLES, plant: ConstrainedSystem = AXIS, name: str = "position"
 ) -> list[str]:
-    return list(doubts(claim, {name: samples}, plant))
+    return list(doubts(as_claim(claim), {name: samples}, plant))
 
 
 def moved(by: float) -> Samples:

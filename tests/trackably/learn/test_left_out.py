@@ -25,7 +25,7 @@ from trackably import (
     learn_reference,
     learn_stream,
 )
-from trackably.certificates.goal import Claim
+from trackably.certificates.claim import Written, as_claim
 from trackably.empirical_bayes import EmpiricalPrior, empirical_prior, levels, split_means
 from trackably.gp.posterior import Posterior
 from trackably.learning.prior import prior_for
@@ -119,7 +119,7 @@ INSTANCES = {
 def beforehand(
     plant: ConstrainedSystem,
     given: dict[str, Samples],
-    claim: Claim = "all_times",
+    claim: Written = "all_times",
     noise_std: float | None = 0.05,
     hold_noise: bool = False,
 ) -> tuple[Measurements, EmpiricalPrior]:
@@ -127,7 +127,7 @@ def beforehand(
     level, between = split_means(None, measured.names, measured.given)
     prior = prior_for(plant, measured.priors(KNOWN, level))
     ends = levels(between, measured.names, measured.signals)
-    found = empirical_prior(measured.signals, prior, ends, 1, False, hold_noise, kept_at_rest(claim, plant))
+    found = empirical_prior(measured.signals, prior, ends, 1, False, hold_noise, kept_at_rest(as_claim(claim), plant))
     assert isinstance(found, EmpiricalPrior)
     return measured, found
 

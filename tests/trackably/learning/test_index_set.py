@@ -8,12 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline.published.scalar import scalar
+from trackably.checker.certificate import AllPhases, Window
 from trackably.gp.kernels.matern import Matern32
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint
-from trackably.learning.index_set import AllPhases, Steps, Window
+from trackably.learning.index_set import RealTimes, Steps
 from trackably.systems.polytopes import Interval
 
 KERNEL = SquaredExponential(1.0, 0.5)
@@ -107,14 +108,14 @@ def test_a_window_finds_every_minimum_of_a_wave_and_its_ends():
     """cos(2t + 1): minima where 2t + 1 is an odd multiple of π, and at an end towards which it falls."""
     inside = [(np.pi - 1) / 2, (3 * np.pi - 1) / 2]
     for end, minima in ((5.0, inside), (7.0, [*inside, 7.0])):
-        found = Window(0.0, end).local_minima(lambda t: np.cos(2 * t + 1), [KERNEL])
+        found = RealTimes(Window(0.0, end)).local_minima(lambda t: np.cos(2 * t + 1), [KERNEL])
         np.testing.assert_allclose(found, minima, atol=1e-6)
 
 
 @given(st.floats(-3, 3), st.floats(0.1, 10), st.floats(-0.5, 1.5))
 def test_a_window_finds_the_bottom_of_a_bowl_or_the_nearer_end(start, length, where):
     bottom = start + where * length
-    found = Window(start, start + length).local_minima(lambda t: (t - bottom) ** 2, [KERNEL])
+    found = RealTimes(Window(start, start + length)).local_minima(lambda t: (t - bottom) ** 2, [KERNEL])
     np.testing.assert_allclose(found, [np.clip(bottom, start, start + length)], atol=1e-6 * length)
 
 
@@ -130,7 +131,7 @@ def test_a_window_follows_a_signal_as_fast_as_its_kernel():
     dense = np.linspace(0, 3, 300_001)
     values = np.concatenate([margin(part) for part in np.array_split(dense, 300)])  # in parts that fit the cache
     low = np.flatnonzero((values[1:-1] < values[:-2]) & (values[1:-1] <= values[2:])) + 1
-    found = Window(0.0, 3.0).local_minima(margin, [kernel])
+    found = RealTimes(Window(0.0, 3.0)).local_minima(margin, [kernel])
     for t in dense[low]:
         assert np.min(np.abs(found - t)) < 2e-5
     assert np.min(margin(found)) <= np.min(values) + 1e-12
@@ -139,7 +140,7 @@ def test_a_window_follows_a_signal_as_fast_as_its_kernel():
 def test_all_phases_are_one_period_of_the_kernels_as_they_are():
     for period in (0.7, 3.0663):
         kernels = [Periodic(1.0, 1.0, period), Periodic(2.0, 0.5, period)]
-        found = AllPhases().local_minima(lambda t, p=period: np.cos(2 * np.pi * t / p), kernels)
+        found = RealTimes(AllPhases()).local_minima(lambda t, p=period: np.cos(2 * np.pi * t / p), kernels)
         np.testing.assert_allclose(found, [period / 2], atol=1e-6)
 
 
@@ -152,7 +153,7 @@ def test_all_phases_are_one_period_of_the_kernels_as_they_are():
 )
 def test_kernels_without_a_common_period_have_no_phases(kernels, wrong):
     with pytest.raises(TypeError, match=wrong):
-        AllPhases().local_minima(np.cos, kernels)
+        RealTimes(AllPhases()).local_minima(np.cos, kernels)
 
 
 def test_the_fastest_of_several_kernels_decides_how_closely_to_look():
@@ -163,7 +164,7 @@ def test_the_fastest_of_several_kernels_decides_how_closely_to_look():
         return (t - 2.0) ** 2 - 5 * np.exp(-(((t - 0.5031) / 0.004) ** 2))
 
     for kernels in ([fast, slow], [slow, fast]):
-        found = Window(0.0, 3.0).local_minima(margin, kernels)
+        found = RealTimes(Window(0.0, 3.0)).local_minima(margin, kernels)
         assert np.min(np.abs(found - 0.5031)) < 1e-4
 
 
@@ -174,7 +175,7 @@ def test_between_the_centres_of_a_rough_sum_nothing_is_overlooked():
     still = KernelSum(kernel, 0.0, centres, 0 * signs)
     plant = scalar(1.0, 1.0, state_set=Interval(-0.8, 2.0), input_set=Interval(-9.0, 9.0), sampling_time=0.1)
     for start, end in ((10.0, 50.0), (10.2, 49.9)):
-        state = Constraint(plant.quantities[0], Window(start, end), 0.0)
+        state = Constraint(plant.quantities[0], RealTimes(Window(start, end)), 0.0)
         times, margins = state.overlooked(_Signals((waves,)))
         assert np.all(margins < 0)
         assert {round(t) for t in times.tolist()} == set(range(11, 50, 2))

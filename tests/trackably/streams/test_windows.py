@@ -11,8 +11,10 @@ import pytest
 from tests.trackably.plants import AXIS, CART
 from trackably import ConstrainedSystem, Matern52, Polytope, Samples, SquaredExponential
 from trackably.certificates.certificate import Certificate
+from trackably.certificates.claim import as_claim
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.pinned import Pinned
+from trackably.checker.certificate import AllTimes, Window
 from trackably.gp.joint import JointPrior
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
@@ -33,7 +35,7 @@ each_kernel = pytest.mark.parametrize("kernel", KERNELS.values(), ids=KERNELS)
 
 def stream(kernel, plant, length, claim=(0.0, 29.0), mean=-0.4) -> Stream:
     _, seen = sampled_signals(plant, {"position": SAMPLES})
-    return Stream(seen, JointPrior((Prior(kernel, 0.05, mean),), ("position",)), plant, length, claim)
+    return Stream(seen, JointPrior((Prior(kernel, 0.05, mean),), ("position",)), plant, length, as_claim(claim))
 
 
 def learned(*given, **more):
@@ -73,7 +75,7 @@ def test_one_flat_output_is_learned_where_another_has_no_samples(kernel, seen):
     free = ConstrainedSystem(CART.system, *(Polytope.box([-99, -99], [99, 99]),) * 2)
     _, samples = sampled_signals(free, {"a": SAMPLES, "b": Samples(TIMES[seen], VALUES[seen])})
     prior = JointPrior((Prior(kernel, 0.05, -0.4),) * 2, ("a", "b"))
-    found = learn_proved(Stream(samples, prior, free, 3.0, (0.0, 29.0)))
+    found = learn_proved(Stream(samples, prior, free, 3.0, Window(0.0, 29.0)))
     assert isinstance(found, tuple)
     for part, of, signal in zip(prior.parts, samples, found[0].signals, strict=True):
         mean = Posterior(part, of).mean(at := np.linspace(0, 29, 400))
@@ -136,7 +138,7 @@ def test_each_window_can_be_followed_by_rest():
     full_speed = Samples(TIMES[TIMES < 4], -1.0 + 0.25 * TIMES[TIMES < 4])
     _, seen = sampled_signals(TIGHT, {"position": full_speed})
     prior = JointPrior((Prior(KERNELS["smooth"], 0.05, -0.4),), ("position",))
-    found = learn_proved(Stream(seen, prior, TIGHT, 1.0, "all_times"))
+    found = learn_proved(Stream(seen, prior, TIGHT, 1.0, AllTimes()))
     assert isinstance(found, tuple)
 
 

@@ -7,13 +7,14 @@ import pytest
 from mpmath import mp
 
 from tests.trackably.systems.nonlinear_instances import INSTANCES, LINEAR, T_S, as_formulas, exactly, moving
+from trackably.checker.certificate import Window
 from trackably.codec import CodecError, decode, dumps, encode, loads
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.constraint import Constraint
-from trackably.learning.index_set import Window
+from trackably.learning.index_set import RealTimes
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
@@ -82,7 +83,7 @@ def test_gradients_of_constraints_are_those_of_differences(name):
     problem = ConstrainedProblem(samples, prior, SearchSpace.around(samples, prior))
     theta, places = prior.log_hyperparameters, np.array([0.1, 0.83, 1.7])
     for quantity in plant.quantities:
-        constraint = Constraint(quantity, Window(0.0, 2.0))
+        constraint = Constraint(quantity, RealTimes(Window(0.0, 2.0)))
         _, gradient = constraint.value_and_gradient(problem.posterior(theta), places)
         for p in range(len(theta)):
             step = 1e-5 * np.eye(len(theta))[p]

@@ -7,8 +7,9 @@ import pytest
 
 from tests.trackably.certificates.instances import case, general_case
 from tests.trackably.systems.nonlinear_instances import INSTANCES, moving
+from trackably.checker.certificate import Window
 from trackably.learning.constraint import Constraint
-from trackably.learning.index_set import Steps, Window
+from trackably.learning.index_set import RealTimes, Steps
 from trackably.learning.joint.places import MarginScan
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantities
@@ -62,7 +63,7 @@ def test_a_shift_that_is_overlooked_is_seen(monkeypatch):
 @pytest.mark.parametrize("steps", [True, False])
 def test_local_minima_are_those_of_each_constraint_alone(reference, steps):
     several, end = both(reference)
-    index_set = Steps(0, 300, end / 300) if steps else Window(0.0, end)
+    index_set = Steps(0, 300, end / 300) if steps else RealTimes(Window(0.0, end))
     bounds = [
         np.quantile(quantity(several.signals, np.linspace(0, end, 99)), [0.2, 0.7]) for quantity in several.quantities
     ]

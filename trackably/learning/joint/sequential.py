@@ -17,12 +17,13 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
+from trackably.checker.certificate import Window
 from trackably.gp.joint import JointPosterior, common_period
 from trackably.gp.row_posterior import RowPosterior
 from trackably.gp.rows import Rows, Terms
 from trackably.learning import sqp
 from trackably.learning.constraint import Bounded, Constraint, Sums
-from trackably.learning.index_set import Window
+from trackably.learning.index_set import RealTimes
 from trackably.learning.joint.places import LOWER, UPPER, Places
 from trackably.learning.problem import ConstrainedProblem
 from trackably.progress.work import done
@@ -69,7 +70,7 @@ class _Bound:
         both = np.array([LOWER, UPPER])
         for pin in problem.pins:
             around = Interval(pin.value - pin.tolerance, pin.value + pin.tolerance)
-            held = Constraint(Quantity(pin.name, pin.trajectory, around), Window(pin.time, pin.time))
+            held = Constraint(Quantity(pin.name, pin.trajectory, around), RealTimes(Window(pin.time, pin.time)))
             found.append(cls(held, np.full(2, pin.time), both, both * pin.value))
         return found
 

@@ -8,7 +8,7 @@ import pytest
 from tests.trackably.certificates import naive
 from tests.trackably.learning.joint.random_problems import random_problem
 from trackably.certificates.certified import Certified
-from trackably.certificates.claim import AllPhases
+from trackably.checker.certificate import AllPhases
 from trackably.systems.reference import Reference
 
 SEEDS = (1, 27, 30)
@@ -25,8 +25,7 @@ def learned(seed: int) -> Certified:
 
 def end_of(found: Certified) -> float:
     """Where all is nearly at rest, or one period later [s]."""
-    claim = found.certificate.claim
-    return claim.period if isinstance(claim, AllPhases) else 6.0
+    return found.certificate.proof.end if isinstance(found.certificate.claim, AllPhases) else 6.0
 
 
 @seeds

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackably.certificates.claim import OnWindow
+from trackably.certificates.claim import times_of
+from trackably.checker.certificate import Window
 from trackably.systems.polytopes import Interval, rounded
 
 
@@ -61,6 +62,6 @@ def test_printed_bounds_contain_the_bounds_and_a_printed_window_is_inside_of_the
     assert low <= ends[0] <= ends[1] <= high
     assert _numbers(Interval(*ends).exactly) == ends
     if ends[0] < ends[1]:
-        first, last = _numbers(str(OnWindow(*ends)))
+        first, last = _numbers(times_of(Window(*ends)))
         assert ends[0] <= first
         assert last <= ends[1]
