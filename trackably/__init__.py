@@ -89,6 +89,7 @@ if TYPE_CHECKING:
     from trackably.recordings.recording import Recording as Recording
     from trackably.recordings.tables import Column as Column
     from trackably.reference import TrackableReference as TrackableReference
+    from trackably.saved import Unchecked as Unchecked
     from trackably.streams.learn import learn_stream as learn_stream
     from trackably.streams.reference import StreamReference as StreamReference
     from trackably.streams.relearner import BudgetExceeded as BudgetExceeded
@@ -171,6 +172,7 @@ _MODULES = {
     "Truth": "truth",
     "TubeController": "control.tube",
     "Undecided": "checker",
+    "Unchecked": "saved",
     "Unproved": "certificates.outcome",
     "Unsolved": "control.stepping",
     "Zonotope": "systems.disturbances",

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
+from typing import Self, overload
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ActiveBound, Method
 from trackably.proved import ProvedReference
-from trackably.saved import SavedReference
+from trackably.saved import SavedReference, Unchecked, checked_within
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
@@ -204,15 +204,25 @@ class TrackableReference(ProvedReference):
         """Write everything as JSON, losslessly and atomically. Raises OSError."""
         SavedReference.of(self.fit, self.certificate, self.tightening).write(new_file("save", path))
 
+    @overload
     @classmethod
-    def load(cls, path: Path | str) -> Self:
-        """Read a file that `save` wrote, and prove the reference again.
+    def load(cls, path: Path | str) -> Self: ...
+
+    @overload
+    @classmethod
+    def load(cls, path: Path | str, seconds: float | None) -> Self | Unchecked[Self]: ...
+
+    @classmethod
+    def load(cls, path: Path | str, seconds: float | None = None) -> Self | Unchecked[Self]:
+        """Read a file that `save` wrote, and prove and check the reference again.
+
+        Return Unchecked if that takes longer than `seconds`.
 
         Raises InputError if the file cannot be read or holds a certificate, CodecError if `save` did not write it or it
         is damaged, and NotTrackableError if the reference cannot be proved to keep its bounds.
         """
-        saved = SavedReference.read(path_of("load", path))
-        return cls(saved.fit, *found_or_raise(saved.proofs()), saved.drawn_in)
+        saved = SavedReference.read(path := path_of("load", path))
+        return checked_within(seconds, path, lambda: cls(saved.fit, *found_or_raise(saved.proofs()), saved.drawn_in))
 
     def __repr__(self) -> str:
         theta = ", ".join(f"{name} = {value:.4g}" for name, value in self.hyperparameters.items())

@@ -2,13 +2,17 @@
 
 import re
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import inf
 from pathlib import Path
-from typing import Self
+from time import monotonic
+from typing import Generic, Self, TypeVar
 
 import numpy as np
 
+from trackably.arguments import real
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import as_written
@@ -19,11 +23,14 @@ from trackably.checker.certificate import TrueSignal, Window
 from trackably.errors import InputError
 from trackably.files import LEFT_OUT, read_bytes, write_atomically
 from trackably.fit import Fit
+from trackably.progress.work import BudgetEnded, until
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError, Zonotope
 from trackably.systems.linear import LinearSystem
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening, tightening
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,6 +124,34 @@ class Saved(ABC):
         else:
             found = prove_on_window(self.reference, self.proved_from, self.proved_until)
         return replace(found, robust=robust_of(self.drawn_in)) if isinstance(found, Certificate) else found
+
+
+@dataclass(frozen=True, repr=False)
+class Unchecked(Generic[T]):
+    """A reference that was read, and of which nothing is known yet. `check` finishes what took longer than `seconds`.
+
+    It returns the reference, or raises as `load` does without a limit of time.
+    """
+
+    path: Path
+    seconds: float
+    check: Callable[[], T]
+
+    @property
+    def explanation(self) -> str:
+        return f"{self.path}: is unchecked after {self.seconds:g} s, and nothing is known yet; `check()` finishes it"
+
+    def __repr__(self) -> str:
+        return f"Unchecked({self.explanation})"
+
+
+def checked_within(seconds: float | None, path: Path, check: Callable[[], T]) -> T | Unchecked[T]:
+    """Return what a `check` of what was read returns; Unchecked where it takes longer than some seconds."""
+    try:
+        with until(inf if seconds is None else monotonic() + real("load: seconds", seconds)):
+            return check()
+    except BudgetEnded:
+        return Unchecked(path, seconds or 0.0, check)
 
 
 def window_of(certificate: Certificate) -> tuple[float, float] | tuple[None, None]:

@@ -1,6 +1,7 @@
 """Saving and loading go wrong in one sentence that names the file."""
 
 import json
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -8,7 +9,8 @@ from typing import Any
 import pytest
 
 from tests.trackably.plants import AXIS, SAMPLES
-from trackably import SquaredExponential, TrackableReference, learn_reference
+from trackably import NotTrackableError, SquaredExponential, TrackableReference, Unchecked, checker, learn_reference
+from trackably.checker import Undecided
 from trackably.codec import CodecError
 
 
@@ -66,4 +68,34 @@ def test_what_is_broken_is_named_with_its_file(name: str, content: bytes, tmp_pa
     damage, sentence = BROKEN[name]
     (tmp_path / "r.json").write_bytes(damage(content))
     with pytest.raises(CodecError, match=rf"^{tmp_path}/r\.json: is no saved reference, or damaged: .*{sentence}"):
+        TrackableReference.load(tmp_path / "r.json")
+
+
+def test_what_is_not_checked_in_time_is_unchecked_until_it_is(content: bytes, tmp_path: Path) -> None:
+    """Nothing of a reference can be had before: neither its states, nor a certificate."""
+    (tmp_path / "r.json").write_bytes(content)
+    found = TrackableReference.load(tmp_path / "r.json", seconds=0.0)
+    assert isinstance(found, Unchecked)
+    assert "r.json: is unchecked after 0 s" in str(found)
+    assert "proved" not in str(found)
+    checked = found.check()
+    again = TrackableReference.load(tmp_path / "r.json", seconds=600.0)
+    assert isinstance(again, TrackableReference)
+    assert checked.explanation == again.explanation
+    (tmp_path / "r.json").write_bytes(changed("fit", "reference", "plant", "input_set", "upper", to=[0.01])(content))
+    found = TrackableReference.load(tmp_path / "r.json", seconds=0.0)
+    assert isinstance(found, Unchecked)
+    with pytest.raises(NotTrackableError, match="certainly breaks"):
+        found.check()
+
+
+def test_the_last_check_ends_in_time_too(content: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def slow(data: object, seconds: float | None = None) -> Undecided:
+        time.sleep(1.1 * (seconds or 0.0))
+        return Undecided("not decided in time")
+
+    (tmp_path / "r.json").write_bytes(content)
+    monkeypatch.setattr(checker, "check", slow)
+    assert isinstance(TrackableReference.load(tmp_path / "r.json", seconds=2.0), Unchecked)
+    with pytest.raises(NotTrackableError, match="the checker does not accept it"):
         TrackableReference.load(tmp_path / "r.json")

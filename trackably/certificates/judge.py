@@ -16,6 +16,7 @@ from trackably.checker import Proved, Refuted, Verdict
 from trackably.errors import NoReferenceError
 from trackably.files import from_json, new_file, to_json, write_atomically
 from trackably.learning.problem import NoSolution
+from trackably.progress.work import BudgetEnded, seconds_left
 
 T = TypeVar("T")
 Judged = Certificate | Counterexample | OutOfReach
@@ -60,9 +61,15 @@ def _why_refused(found: Judged, content: Callable[[], Mapping[str, object]], wan
 
 
 def judged_file(content: Mapping[str, object]) -> tuple[bytes, Verdict]:
-    """Return the bytes of a file with this content, and the checker's verdict."""
+    """Return the bytes of a file with this content, and the checker's verdict.
+
+    BudgetEnded: there is none when the time for the work is over.
+    """
     data = to_json(content)
-    return data, checker.check(from_json(data))
+    verdict = checker.check(from_json(data), seconds_left())
+    if isinstance(verdict, checker.Undecided) and seconds_left() == 0:
+        raise BudgetEnded
+    return data, verdict
 
 
 def accepted_file(found: Judged) -> bytes:

@@ -18,6 +18,11 @@ class BudgetEnded(Exception):
     """The time budget of some work is over."""
 
 
+def seconds_left() -> float | None:
+    """Return how much time is left for the work in this context [s]; None where there is no end."""
+    return None if (end := _END.get()) == inf else max(end - monotonic(), 0.0)
+
+
 @contextmanager
 def until(end: float) -> Iterator[None]:
     """Within this context, raise BudgetEnded after the first piece of work that finishes at

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Self
+from typing import Self, overload
 
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import found_or_raise
@@ -21,7 +21,7 @@ from trackably.fit import Misfit
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.proved import ProvedReference
-from trackably.saved import Saved, SavedTightening, window_of
+from trackably.saved import Saved, SavedTightening, Unchecked, checked_within, window_of
 from trackably.streams.windows import Stream
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
@@ -130,12 +130,30 @@ class StreamReference(ProvedReference):
         )
         saved.write(new_file("save", path))
 
+    @overload
     @classmethod
-    def load(cls, path: Path | str) -> Self:
-        """Read a saved reference and prove it again. Raises as `TrackableReference.load`."""
-        saved = SavedStream.read(path_of("load", path))
-        proof, pinned = found_or_raise(saved.proof()), found_or_raise(prove_pinned(saved.learned, saved.pinned))
-        return cls(saved.learned, proof, saved.stream, saved.condensed, saved.drawn_in, pinned)
+    def load(cls, path: Path | str) -> Self: ...
+
+    @overload
+    @classmethod
+    def load(cls, path: Path | str, seconds: float | None) -> Self | Unchecked[Self]: ...
+
+    @classmethod
+    def load(cls, path: Path | str, seconds: float | None = None) -> Self | Unchecked[Self]:
+        """The inverse of `save`: what is read is proved again, and checked, as `TrackableReference.load` does."""
+        saved = SavedStream.read(path := path_of("load", path))
+        return checked_within(
+            seconds,
+            path,
+            lambda: cls(
+                saved.learned,
+                found_or_raise(saved.proof()),
+                saved.stream,
+                saved.condensed,
+                saved.drawn_in,
+                found_or_raise(prove_pinned(saved.learned, saved.pinned)),
+            ),
+        )
 
     @cached_property
     def misfits(self) -> tuple[Misfit, ...]:
