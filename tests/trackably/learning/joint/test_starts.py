@@ -5,12 +5,13 @@ from functools import cache
 import numpy as np
 import pytest
 
+from trackably.checker.certificate import Window
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.constraint import Constraint
-from trackably.learning.index_set import Window
+from trackably.learning.index_set import RealTimes
 from trackably.learning.joint import search
 from trackably.learning.joint.search import JointSearch
 from trackably.learning.joint.sequential import starts_for
@@ -31,7 +32,7 @@ def there_and_back() -> ConstrainedProblem:
     prior = JointPrior(tuple(Prior(SquaredExponential(0.7, 1.0), 0.05) for _ in "xy"), ("x", "y"))
     inside = Polytope.box([-2.0, -1.0, -np.inf], [2.0, 1.0, np.inf])
     plant = ConstrainedSystem(mobile_robot(0.1), inside, Polytope.box([0.1, -8.0], [1.5, 8.0]))
-    constraints = tuple(Constraint(quantity, Window(0.0, 4.0), 1e-6) for quantity in plant.quantities)
+    constraints = tuple(Constraint(quantity, RealTimes(Window(0.0, 4.0)), 1e-6) for quantity in plant.quantities)
     samples = tuple(Samples(TIMES, of) for of in values)
     return ConstrainedProblem(samples, prior, SearchSpace({}), constraints)
 
