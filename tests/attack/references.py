@@ -11,14 +11,14 @@ from tests.attack.counts import Counts
 from tests.trackably.certificates import naive
 from tests.trackably.certificates.instances import Case, case, compact_kernel, general_case
 from tests.trackably.certificates.liars import LIES, plant
-from tests.trackably.checker.test_soundness import size_of, smallest_margin
+from tests.trackably.checker.test_soundness import smallest_margin
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import evaluation_errors
 from trackably.certificates.form import encode_certificate, encode_counterexample
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
 from trackably.checker import Proved, Refuted
-from trackably.checker.certificate import AllPhases
+from trackably.checker.certificate import AllPhases, Boxes, Steps
 from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
@@ -94,7 +94,8 @@ def _attack(counts: Counts, chosen: Case, found: Outcome, seed: int) -> None:
         }
         kept = all(margins[name] >= e for name, e in found.evaluation_error.items())
         counts.judged(f"seed {seed}", kept and _is_evaluated(found, np.random.default_rng(seed)))
-        if size_of(found) <= _FEW:
+        few = found.proof.last if isinstance(found.proof, Steps) else sum(map(_length, found.proof.boxes.values()))
+        if few <= _FEW:
             verdict = counts.checked(encode_certificate(found))
             if not isinstance(verdict, Proved):
                 counts.false.append(f"seed {seed}: the checker says {verdict}")
@@ -107,6 +108,10 @@ def _attack(counts: Counts, chosen: Case, found: Outcome, seed: int) -> None:
         verdict = counts.checked(encode_counterexample(found))
         if not isinstance(verdict, Refuted):
             counts.false.append(f"seed {seed}: the checker says {verdict}")
+
+
+def _length(boxes: Boxes) -> int:
+    return len(boxes.radii)
 
 
 def _is_evaluated(found: Certificate, rng: np.random.Generator) -> bool:

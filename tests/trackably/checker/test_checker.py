@@ -94,7 +94,7 @@ SIGNAL = {
         ("evaluation.until", 1e200, "sizes"),
         ("evaluation.errors.state", 1e-300, "evaluation"),
         ("evaluation.errors.input", 1e-17, "evaluation"),
-        ("proof.end", 0.5, "cover"),
+        ("claim.tail_start", 0.5, "cover"),
         ("claim.covers.state.ends", [0.0, 1.0], "cover"),
         ("reference.plant.state_set.lower.0", 0.1, "box"),
         ("reference.plant.state_set.upper.0", -3.0, "box"),
@@ -132,7 +132,7 @@ def test_other_ways_to_write_the_same_trajectory_are_proved(data):
 
 def test_a_tail_that_starts_too_early_fails(data):
     early = 0.92
-    earlier = changed(data, "proof.end", early)
+    earlier = changed(data, "claim.tail_start", early)
     for cover in earlier["claim"]["covers"].values():
         inner = [end for end in cover["ends"] if end < early]
         cover["ends"], cover["radii"] = [*inner, early], cover["radii"][: len(inner)]
