@@ -125,6 +125,16 @@ def read_json(path: Path) -> object:
         raise InputError(f"{path}: {error}") from error
 
 
+def read_yaml(path: Path, most: int | None = None) -> object:
+    """Return what a YAML file of so many bytes at most says. InputError: it cannot be read, or YAML in general."""
+    try:
+        return from_yaml(read_bytes(path, most))
+    except ModuleNotFoundError:
+        raise InputError(f"{path}: YAML is read with ruamel.yaml: pip install ruamel.yaml, or write JSON") from None
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
 def to_json(value: object) -> bytes:
     """Return indented UTF-8 JSON in the order given, with a final newline. ValueError: NaN or an infinity."""
     text = json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

@@ -4,6 +4,7 @@ trajectories of python-control.
 
 from collections.abc import Sequence
 from itertools import pairwise
+from math import factorial
 from reprlib import repr as short
 from typing import Any, Literal, get_args
 
@@ -108,26 +109,31 @@ def as_pieces(
         return PolynomialPieces(given.breakpoints, given.coefficients, beyond)
     if isinstance(given, UnivariateSpline):
         given = BSpline(*vars(given)["_eval_args"])
-    if isinstance(given, BSpline):
-        given = _from_b_spline(given)
-    elif isinstance(given, BPoly):
-        given = PPoly.from_bernstein_basis(given)
-    elif not isinstance(given, PPoly):
+    if not isinstance(given, PPoly | BPoly | BSpline):
         times, values = _samples(given, step)
         given = interpolated(times, values, interpolation, beyond)
-    if given.c.ndim != 2:
-        raise ValueError(f"trajectory: expected one value at a time, got {given.c.shape[2:]}; name each by itself")
+    ends, c = pieces_of_spline(given)
+    if c.ndim != 2:
+        raise ValueError(f"trajectory: expected one value at a time, got {c.shape[2:]}; name each by itself")
+    return PolynomialPieces(ends, c.T, beyond)
+
+
+def pieces_of_spline(given: PPoly | BPoly | BSpline) -> tuple[Array, Array]:
+    """Return breakpoints t_i [s] and coefficients of (t − t_i)^k, shape (degree + 1, K, …), of a spline of SciPy.
+
+    Of a B-spline they are those between the knots where all B-splines are known: others lie outside of what it
+    interpolates. ValueError: breakpoints decrease, are no numbers, or are all the same.
+    """
+    if isinstance(given, BSpline):
+        inside = given.t[given.k : len(given.t) - given.k]
+        ends = inside[np.append(True, np.diff(inside) > 0)]  # knots may be equal
+        return ends, np.stack([given(ends[:-1], nu=k) / factorial(k) for k in range(given.k + 1)])
+    if isinstance(given, BPoly):
+        given = PPoly.from_bernstein_basis(given)
     if not (np.all(np.diff(given.x) >= 0) and given.x[0] < given.x[-1]):
         raise ValueError(f"trajectory: breakpoints must be numbers that increase, got {short(given.x.tolist())}")
-    kept = np.flatnonzero(np.diff(given.x) > 0)  # B-splines have knots that are equal
-    return PolynomialPieces(np.append(given.x[kept], given.x[kept[-1] + 1]), given.c[::-1].T[kept], beyond)
-
-
-def _from_b_spline(spline: Any) -> Any:
-    """Return the pieces between the knots on which a B-spline is fully defined; outside, it would be extrapolated."""
-    found, k = PPoly.from_spline(spline), int(spline.k)
-    inside = slice(k, len(spline.t) - k - 1)
-    return PPoly(found.c[:, inside], np.append(found.x[inside], found.x[inside.stop]))
+    kept = np.flatnonzero(np.diff(given.x) > 0)
+    return np.append(given.x[kept], given.x[kept[-1] + 1]), given.c[::-1, kept]
 
 
 def _samples(given: Any, step: float | None) -> tuple[Array, Array]:
@@ -167,9 +173,9 @@ def _interpolated(times: Array, values: Array, how: Interpolation, beyond: Beyon
         case "quintic":
             flat = [(1, 0.0), (2, 0.0)]
             conditions: Any = (flat, flat) if beyond == "rest" else "periodic" if beyond == "period" else None
-            return _from_b_spline(make_interp_spline(times, values, k=5, bc_type=conditions))
+            return make_interp_spline(times, values, k=5, bc_type=conditions)
         case "linear":
-            return _from_b_spline(make_interp_spline(times, values, k=1))
+            return make_interp_spline(times, values, k=1)
         case "pchip":
             return PchipInterpolator(times, values)
         case "akima":

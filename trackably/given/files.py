@@ -10,7 +10,7 @@ import numpy as np
 from trackably.arguments import is_number
 from trackably.arrays import Array
 from trackably.errors import InputError
-from trackably.files import from_json, from_yaml, read_bytes
+from trackably.files import from_json, read_bytes, read_yaml
 from trackably.given.table import Table
 from trackably.gp.samples import Samples
 from trackably.recordings.clocks import POINT, parse, scale_once
@@ -47,16 +47,12 @@ def read_plant(path: Path) -> ConstrainedSystem:
 
 
 def _content(path: Path) -> object:
-    data = read_bytes(path)
-    if path.suffix not in (".yaml", ".yml"):
-        try:
-            return from_json(data)
-        except ValueError as error:
-            raise ValueError(f"{error}; YAML is read from files named .yaml or .yml") from error
+    if path.suffix in (".yaml", ".yml"):
+        return read_yaml(path)
     try:
-        return from_yaml(data)
-    except ModuleNotFoundError:
-        raise InputError(f"{path}: YAML is read with ruamel.yaml: pip install ruamel.yaml, or write JSON") from None
+        return from_json(read_bytes(path))
+    except ValueError as error:
+        raise ValueError(f"{error}; YAML is read from files named .yaml or .yml") from error
 
 
 def _fields(value: object, what: str, known: set[str]) -> dict[str, Any]:

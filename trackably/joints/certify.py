@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.optimize import brentq
 
 from trackably.arguments import instance, real
 from trackably.arrays import Array
@@ -372,11 +373,7 @@ def _leaves(margin: Array, h: float) -> float:
     k = int(np.argmax(values < 0))
     if k == 0:
         return 0.0
-    a, b = float(times[k - 1]), float(times[k])
-    for _ in range(60):
-        middle = (a + b) / 2
-        a, b = (middle, b) if np.polynomial.polynomial.polyval(middle, margin) >= 0 else (a, middle)
-    return b
+    return float(brentq(np.polynomial.Polynomial(margin), times[k - 1], times[k]))
 
 
 def _below(by: Fraction) -> float:

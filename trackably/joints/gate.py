@@ -13,7 +13,7 @@ from trackably.arrays import Array, ArrayLike
 from trackably.joints.certify import TOLERANCE, CertifiedTrajectory, NotAcceptedError, fitted, room
 from trackably.joints.limits import Joints
 from trackably.joints.repair import repair_joints
-from trackably.joints.trajectory import JointTrajectory, derivative, hermite, shifted
+from trackably.joints.trajectory import JointTrajectory, at_ends, hermite, joined, shifted
 
 _CLOSEST = 1e-6  # s; pieces are no shorter
 _SHORTEST, _LONGEST, _STOPS = 0.01, 20.0, 40
@@ -92,7 +92,7 @@ class Gate:
                 reason = "no stop was found behind the chunk"
             else:
                 try:
-                    return GateAnswer("stitched", self._proved(*_joined(before, *found)), "the chunk is reached")
+                    return GateAnswer("stitched", self._proved(*_continued(before, *found)), "the chunk is reached")
                 except NotAcceptedError as refused:
                     reason = str(refused)
         left = self.budget - (perf_counter() - began)
@@ -110,7 +110,7 @@ class Gate:
         if end is not None and before.span[1] + end[0][0] < running.trajectory.span[1]:
             ends, c = end[0], end[1]
             try:
-                found = self._proved(*_joined(before, before.span[1] + np.append(0.0, ends), c))
+                found = self._proved(*_continued(before, before.span[1] + np.append(0.0, ends), c))
                 return GateAnswer("stopped", found, "asked for")
             except NotAcceptedError:
                 pass
@@ -178,12 +178,12 @@ class Gate:
             return None
         k = later[open_[0]]
         bridge, rest = bridges[:, open_[0], None], given.coefficients[:, k:]
-        return np.append(start, ends[k:]), _side_by_side(bridge, rest)
+        return np.append(start, ends[k:]), joined([bridge, rest], 1)
 
     def _stopping(self, ends: Array, c: Array) -> tuple[Array, Array] | None:
         """Return pieces that end at rest, by a stop after the last piece from which one is possible."""
         R = self._order
-        states = _states_at_ends(ends, c, R)
+        states = at_ends(ends, c, R)
         if np.all(np.abs(states[1:, -1]) <= self.tolerance / 2):
             return ends, c
         for some in (slice(-1, None), slice(None)):  # the end first, which nearly always does
@@ -191,7 +191,7 @@ class Gate:
             if stop is not None:
                 widths, pieces, at = stop
                 last = len(ends) - 1 if some.start == -1 else at + 1
-                return np.append(ends[: last + 1], ends[last] + widths), _side_by_side(c[:, :last], pieces)
+                return np.append(ends[: last + 1], ends[last] + widths), joined([c[:, :last], pieces], 1)
         return None
 
     def _braked(self, states: Array, ends: Array) -> tuple[Array, Array, int] | None:
@@ -234,23 +234,11 @@ class Gate:
         if not isinstance(found, CertifiedTrajectory):
             return None
         try:
-            return self._proved(*_joined(before, found.trajectory.breakpoints, found.trajectory.coefficients))
+            return self._proved(*_continued(before, found.trajectory.breakpoints, found.trajectory.coefficients))
         except NotAcceptedError:
             return None
 
 
-def _states_at_ends(ends: Array, c: Array, R: int) -> Array:
-    """Return the derivatives below R at the end of each piece: shape (R, K, J)."""
-    moved = shifted(c, np.diff(ends))
-    return np.stack([derivative(moved, r)[:, :, 0].T for r in range(R)])
-
-
-def _side_by_side(*parts: Array) -> Array:
-    """Return consecutive pieces, (J, K, n), of the largest degree of them."""
-    n = max(part.shape[2] for part in parts)
-    return np.concatenate([np.pad(part, ((0, 0), (0, 0), (0, n - part.shape[2]))) for part in parts], axis=1)
-
-
-def _joined(before: JointTrajectory, ends: Array, c: Array) -> tuple[Array, Array]:
+def _continued(before: JointTrajectory, ends: Array, c: Array) -> tuple[Array, Array]:
     """Return a motion followed by further pieces."""
-    return np.concatenate([before.breakpoints, ends[1:]]), _side_by_side(before.coefficients, c)
+    return np.concatenate([before.breakpoints, ends[1:]]), joined([before.coefficients, c], 1)

@@ -16,7 +16,7 @@ from trackably.arguments import is_number, names, numbers, real
 from trackably.arrays import Array
 from trackably.checker.joints import ORDERS
 from trackably.errors import InputError
-from trackably.files import from_yaml, path_of, read_bytes
+from trackably.files import path_of, read_bytes, read_yaml
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem, require_names
 from trackably.systems.polytopes import Polytope
@@ -253,11 +253,7 @@ def _number(said: Mapping[str, str], field: str, joint: str, default: float | No
 
 
 def _of_yaml(path: Path) -> dict[str, Any]:
-    try:
-        content = from_yaml(read_bytes(path, _LARGEST_FILE))
-    except ModuleNotFoundError:
-        raise InputError(f"{path}: YAML is read with ruamel.yaml: pip install ruamel.yaml") from None
-    by_joint = _joint_limits(content)
+    by_joint = _joint_limits(read_yaml(path, _LARGEST_FILE))
     if not by_joint:
         raise ValueError("expected joint_limits, with limits by joint")
     found: dict[str, dict[str, Limit]] = {order: {} for order in ORDERS[:4]}

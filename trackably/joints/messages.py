@@ -15,8 +15,8 @@ from trackably.arrays import Array
 from trackably.errors import InputError
 from trackably.exports import ros2
 from trackably.extras import optional
-from trackably.files import from_yaml, path_of, read_bytes
-from trackably.joints.trajectory import JointTrajectory
+from trackably.files import path_of, read_yaml
+from trackably.joints.trajectory import JointTrajectory, at_ends, joined
 
 FIELDS = ("positions", "velocities", "accelerations")
 _NANOSECONDS = 1_000_000_000
@@ -40,12 +40,7 @@ def read_joint_trajectory(
     """
     file, number = path_of("read_joint_trajectory", path), whole("read_joint_trajectory: message", message, least=0)
     if file.suffix in (".yaml", ".yml"):
-        try:
-            content = from_yaml(read_bytes(file, _LARGEST_FILE))
-        except ModuleNotFoundError:
-            raise InputError(f"{file}: YAML is read with ruamel.yaml: pip install ruamel.yaml") from None
-        except ValueError as error:
-            raise InputError(f"{file}: {error}") from error
+        content = read_yaml(file, _LARGEST_FILE)
     elif file.suffix == ".mcap":
         content = _received(file, topic, number)
     else:
@@ -102,9 +97,7 @@ def _trajectory(joints: tuple[str, ...], points: Sequence[Point], upsampled: boo
                    for both in zip(first.fields, before.fields, strict=True))  # fmt: skip
         assert q is not None, "deduced"
         parts.append(JointTrajectory.through(times[i : i + 2], q, v, a, joints).coefficients)
-    n = max(part.shape[2] for part in parts)
-    rows = [np.pad(part, ((0, 0), (0, 0), (0, n - part.shape[2]))) for part in parts]
-    return JointTrajectory(joints, times, np.concatenate(rows, axis=1))
+    return JointTrajectory(joints, times, joined(parts, 1))
 
 
 def _received(file: Path, topic: str | None, number: int) -> Any:
@@ -171,11 +164,10 @@ def write_joint_trajectory(trajectory: JointTrajectory, path: Path | str, topic:
     count = 1 + (trajectory.degree > 1) + (trajectory.degree > 3)
     ends = trajectory.breakpoints
     nanoseconds = [int(t) for t in np.rint((ends - ends[0]) * _NANOSECONDS).tolist()]
-    values = {}
+    values, before = {}, at_ends(ends, trajectory.coefficients, count)
     for order, name in enumerate(FIELDS[:count]):
         after = replace(trajectory, rests=False)(ends, order)
-        before = np.array([_at_end(trajectory, i, order) for i in range(len(ends) - 1)])
-        jump = float(np.max(np.abs(after[1:-1] - before[:-1]), initial=0.0))
+        jump = float(np.max(np.abs(after[1:-1] - before[order, :-1]), initial=0.0))
         if jump > _MOST_JUMPED:
             raise ValueError(f"write_joint_trajectory: {name} jump by {jump:.3g}, and a point has one value only")
         values[name] = after
@@ -186,13 +178,3 @@ def write_joint_trajectory(trajectory: JointTrajectory, path: Path | str, topic:
     if file.suffix == ".mcap":
         return ros2.put_mcap(message, file, text("write_joint_trajectory: topic", topic), 0, {})
     raise ValueError(f"write_joint_trajectory: expected the name of an .mcap or .yaml file, got {file}")
-
-
-def _at_end(trajectory: JointTrajectory, i: int, order: int) -> Array:
-    piece = replace(
-        trajectory,
-        breakpoints=trajectory.breakpoints[i : i + 2],
-        coefficients=trajectory.coefficients[:, i : i + 1],
-        rests=False,
-    )
-    return piece(trajectory.breakpoints[i + 1], order)

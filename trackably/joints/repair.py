@@ -33,7 +33,7 @@ from trackably.joints.certify import (
     unproved,
 )
 from trackably.joints.limits import Joints
-from trackably.joints.trajectory import JointTrajectory, on_pieces
+from trackably.joints.trajectory import JointTrajectory, joined, on_pieces
 
 _DEGREE, _FEWEST, _LOOKS = 5, 40, 4
 _BACKOFFS = (1e-7, 1e-5, 1e-3)
@@ -216,11 +216,9 @@ def _moved(given: JointTrajectory, found: JointTrajectory) -> dict[str, Moved]:
     """Return the distances by which joints were moved: the largest, over-estimated on each
     piece, and the root mean square.
     """
-    ends, n = found.breakpoints, max(found.degree, given.degree) + 1
-    before, after = (
-        np.pad(c, ((0, 0), (0, 0), (0, n - c.shape[2])))
-        for c in (on_pieces(ends, given.breakpoints, given.coefficients), found.coefficients)
-    )
+    ends = found.breakpoints
+    both = joined([on_pieces(ends, given.breakpoints, given.coefficients), found.coefficients])
+    before, after = np.split(both, 2)
     most = np.max(np.abs(bernstein(after - before, np.diff(ends))), axis=(1, 2))
     times = np.linspace(*given.span, 4001)
     rms = np.sqrt(np.mean((found(times) - given(times)) ** 2, axis=0))

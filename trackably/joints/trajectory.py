@@ -15,6 +15,7 @@ from scipy.interpolate import BPoly, BSpline, CubicSpline, PPoly
 
 from trackably.arguments import names, numbers, real
 from trackably.arrays import Array, ArrayLike
+from trackably.given.conversion import pieces_of_spline
 
 _ACCEPTED = (
     "a spline of SciPy with a column for each joint, splines by name of a joint, a trajectory of Ruckig or of TOPP-RA, "
@@ -86,7 +87,7 @@ class JointTrajectory:
                 raise ValueError("trajectory: no joint is given")
             ends = _shared([part.breakpoints for part in parts])
             return cls(
-                [*given], ends, _beside([on_pieces(ends, part.breakpoints, part.coefficients) for part in parts]), rests
+                [*given], ends, joined([on_pieces(ends, part.breakpoints, part.coefficients) for part in parts]), rests
             )
         return cls._of_one(given, names, rests)
 
@@ -168,14 +169,11 @@ class JointTrajectory:
         At a breakpoint they are those of the piece that begins there. Before the start they are those at the start, and
         after the end those at the end; but derivatives are zero after the end if the trajectory rests.
         """
-        times = np.clip(np.asarray(t, dtype=float), *self.span)
-        i = np.clip(np.searchsorted(self.breakpoints, times, side="right") - 1, 0, len(self.breakpoints) - 2)
-        since, found = times - self.breakpoints[i], np.zeros((len(self.names), *times.shape))
-        for c in np.moveaxis(derivative(self.coefficients, order), 2, 0)[::-1]:
-            found = found * since + c[:, i]
+        curve = PPoly(self.coefficients.transpose(2, 1, 0)[::-1], self.breakpoints)
+        found = curve(np.clip(np.asarray(t, dtype=float), *self.span), order)
         if order and self.rests:
-            found = np.where(np.asarray(t) >= self.span[1], 0.0, found)
-        return np.asarray(np.moveaxis(found, 0, -1))
+            found = np.where(np.asarray(t)[..., None] >= self.span[1], 0.0, found)
+        return np.asarray(found)
 
     def state(self, t: float, orders: int) -> Array:
         """Return positions and their derivatives below order `orders` at one time [s]: shape (orders, J)."""
@@ -262,28 +260,23 @@ def on_pieces(ends: Array, own: Array, c: Array) -> Array:
     return shifted(c[:, i], ends[:-1] - own[i])
 
 
-def _beside(parts: Sequence[Array]) -> Array:
-    """Return curves of different degrees as one array."""
+def joined(parts: Sequence[Array], axis: int = 0) -> Array:
+    """Return pieces (J, K, n) of several degrees as one array: of more joints, or along axis 1 of more times."""
     n = max(part.shape[2] for part in parts)
-    return np.concatenate([np.pad(part, ((0, 0), (0, 0), (0, n - part.shape[2]))) for part in parts])
+    return np.concatenate([np.pad(part, ((0, 0), (0, 0), (0, n - part.shape[2]))) for part in parts], axis)
+
+
+def at_ends(ends: Array, c: Array, orders: int) -> Array:
+    """Return the derivatives below an order at the end of each piece: shape (orders, K, J)."""
+    moved = shifted(c, np.diff(ends))
+    return np.stack([derivative(moved, r)[:, :, 0].T for r in range(orders)])
 
 
 def _of_spline(given: Any) -> tuple[Array, Array]:
-    if isinstance(given, BPoly):
-        given = PPoly.from_bernstein_basis(given)
-    if isinstance(given, BSpline):
-        inside = slice(int(given.k), len(given.t) - int(given.k))
-        columns = np.asarray(given.c).reshape(len(given.c), -1)
-        parts = [PPoly.from_spline((given.t, np.ascontiguousarray(c), int(given.k))) for c in columns.T]
-        c = np.stack([part.c[:, inside.start : inside.stop - 1] for part in parts], axis=2)
-        given = PPoly(c, given.t[inside])
-    if given.c.ndim > 3:
-        raise ValueError(f"trajectory: expected one value for each joint, got shape {given.c.shape[2:]}")
-    c = given.c.reshape(*given.c.shape[:2], -1)
-    kept = np.flatnonzero(np.diff(given.x) > 0)  # B-splines have knots that are equal
-    if not len(kept):
-        raise ValueError(f"trajectory: times must increase, got {short(given.x.tolist())}")
-    return np.append(given.x[kept], given.x[kept[-1] + 1]), np.transpose(c[::-1, kept], (2, 1, 0))
+    ends, c = pieces_of_spline(given)
+    if c.ndim > 3:
+        raise ValueError(f"trajectory: expected one value for each joint, got shape {c.shape[2:]}")
+    return ends, np.transpose(c.reshape(*c.shape[:2], -1), (2, 1, 0))
 
 
 def _of_ruckig(given: Any) -> tuple[Array, Array]:
@@ -303,7 +296,7 @@ def _of_ruckig(given: Any) -> tuple[Array, Array]:
             times, rows = ([*times, end], [*rows, last]) if end > times[-1] else ([0.0, 1e-3], [last])
         parts.append((np.array([*times[:-1], max(end, times[-1])]), np.array([rows])))
     ends = _shared([times for times, _ in parts])
-    c = _beside([on_pieces(ends, *part) for part in parts])
+    c = joined([on_pieces(ends, *part) for part in parts])
     return _verified(ends, c, lambda t: given.at_time(t)[0], "Ruckig")
 
 
@@ -348,11 +341,8 @@ def _verified(ends: Array, c: Array, values: Any, planner: str) -> tuple[Array, 
     ValueError: they differ.
     """
     middle = (ends[:-1] + ends[1:]) / 2
-    wanted = np.array([np.asarray(values(float(t))) for t in middle]).reshape(len(middle), -1).T
-    since, found = middle - ends[:-1], np.zeros(wanted.shape)
-    for k in range(c.shape[2] - 1, -1, -1):
-        found = found * since + c[:, :, k]
-    off = float(np.max(np.abs(found - wanted)))
+    wanted = np.array([np.asarray(values(float(t))) for t in middle]).reshape(len(middle), -1)
+    off = float(np.max(np.abs(PPoly(c.transpose(2, 1, 0)[::-1], ends)(middle) - wanted)))
     if not off <= _OFF * max(float(np.max(np.abs(wanted))), 1.0):
         raise ValueError(f"trajectory: the pieces read from {planner} differ from its own values by {off:.3g}")
     return ends, c
