@@ -7,8 +7,6 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
-from matplotlib.mathtext import MathTextParser
 
 from pipeline.drawings import algorithm1, predictions, references
 from pipeline.drawings.algorithm1 import evaluate_on_grid
@@ -17,7 +15,7 @@ from pipeline.experiments.load import read_fit_of
 from pipeline.margins import margin_profile
 from pipeline.storage.results import Results
 from tests.project import ROOT
-from trackably.exports.figures import axis_label, parsed_once, svg
+from trackably.exports.figures import axis_label, svg
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -124,17 +122,3 @@ LABELS = {
 @pytest.mark.parametrize("name", LABELS)
 def test_a_unit_is_written_where_all_terms_have_it(name: str) -> None:
     assert axis_label(name, UNITS) == LABELS[name]
-
-
-def test_a_formula_that_is_parsed_once_is_the_same_as_if_it_were_parsed_again() -> None:
-    fonts = FontProperties(size=7), FontProperties(size=8)
-    cases = [(text, dpi, font) for text in ("$k$", r"$\theta_1$") for dpi in (72, 144) for font in fonts]
-
-    def sizes() -> list[tuple[float, ...]]:
-        return [tuple(MathTextParser("path").parse(text, dpi, font)[:3]) for text, dpi, font in cases]
-
-    expected, original = sizes(), MathTextParser.parse
-    with parsed_once():
-        assert sizes() == sizes() == expected
-    assert len({*expected}) == len(cases)
-    assert MathTextParser.parse is original

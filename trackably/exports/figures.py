@@ -4,8 +4,7 @@ Equal figures give equal bytes of SVG.
 """
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import wraps
 from io import BytesIO
@@ -18,8 +17,6 @@ import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
-from matplotlib.mathtext import MathTextParser, VectorParse
 
 from trackably.arrays import Array
 from trackably.control.references import angles_of
@@ -52,8 +49,6 @@ Units = Mapping[str, str]
 UNKNOWN_UNITS: Final[Units] = MappingProxyType({})
 _TIMES_OF_BOUNDS: Final = 801
 _PADDING: Final = 0.12
-_MOST = 2048
-_parsed: dict[object, VectorParse] = {}
 
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
@@ -61,7 +56,7 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
-        with matplotlib.style.context(SHEETS), parsed_once():
+        with matplotlib.style.context(SHEETS):
             figure = draw(*args, **kwargs)
             for _ in range(_LAYOUTS):
                 figure.draw_without_rendering()
@@ -198,31 +193,6 @@ def legend_above(figure: Figure, columns: int | None = None) -> None:
 def svg(figure: Figure) -> bytes:
     """Return the figure as SVG, with letters as paths. Equal figures give equal bytes."""
     buffer = BytesIO()
-    with matplotlib.style.context(SHEETS), parsed_once():
+    with matplotlib.style.context(SHEETS):
         figure.savefig(buffer, format="svg", metadata={"Date": None})
     return buffer.getvalue()
-
-
-@contextmanager
-def parsed_once() -> Iterator[None]:
-    """Cache parsed formulas from one renderer to the next.
-
-    Use it only while matplotlib's parameters are those of the project's style, on which formulas depend.
-    """
-    parse: Any = MathTextParser.parse
-
-    def remembered(
-        parser: Any, s: str, dpi: float = 72, prop: FontProperties | None = None, **antialiased: bool | None
-    ) -> VectorParse:
-        key = type(parser), *vars(parser).values(), s, dpi, prop and prop.copy(), *antialiased.values()
-        if key not in _parsed:
-            if len(_parsed) >= _MOST:
-                _parsed.clear()
-            _parsed[key] = parse(parser, s, dpi, prop, **antialiased)
-        return _parsed[key]
-
-    setattr(MathTextParser, "parse", remembered)  # noqa: B010  there is no public way to share a cache
-    try:
-        yield
-    finally:
-        setattr(MathTextParser, "parse", parse)  # noqa: B010

@@ -37,13 +37,8 @@ def size_and_depth(formula: Formula) -> tuple[int, int]:
 
 # Text, for names and messages.
 
-_OUTER, _ALL, _LONGEST = 6, 10_000, 80
+_ALL, _LONGEST = 10_000, 80
 _BINDING = {"+": 1, "-": 1, "*": 2, "/": 2}
-
-
-def outline(formula: Formula) -> str:
-    """Format the outer parts of a formula, with "…" in place of deeper parts."""
-    return text(formula, 0, _OUTER)
 
 
 def text(formula: Formula, binding: int = 0, deepest: int = _ALL) -> str:
