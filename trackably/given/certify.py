@@ -31,7 +31,7 @@ from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import Beyond, PolynomialPieces
 from trackably.systems.polytopes import rounded
 from trackably.systems.reference import Reference
-from trackably.systems.sampling import default_sample, shows_level, stencils_by_name
+from trackably.systems.sampling import default_sample, sampled_names, stencils_by_name
 
 # Compute flat outputs of a sampled system from curves of states, and the distance of its states from the curves.
 
@@ -282,12 +282,8 @@ class Given:
 def _named(trajectory: Any, plant: ConstrainedSystem, span: tuple[float, float] | None) -> dict[str, Any]:
     if is_flat_trajectory(trajectory):
         states = dict(zip(plant.system.states, states_as_pieces(trajectory, "end", span), strict=True))
-        alone = [functional.stencil for functional in plant.flatness.states]
-        names: dict[int, str] = {}
-        for name, seen in zip(plant.system.states, alone, strict=True):
-            if seen is not None and shows_level(seen[1]):
-                names.setdefault(seen[0], name)
-        return {name: states[name] for name in names.values()}
+        first = [sampled_names(plant, signal)[0] for signal in range(plant.signal_count)]
+        return {name: states[name] for name in first if name in states}
     if isinstance(trajectory, Mapping):
         return dict(trajectory)
     return {default_sample(plant): trajectory}

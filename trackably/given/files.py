@@ -19,7 +19,7 @@ from trackably.systems.constrained import ConstrainedSystem, System
 from trackably.systems.library import model_of
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope, box_as_written
-from trackably.systems.sampling import shows_level
+from trackably.systems.sampling import sampled_names
 
 _PARTS = {"system", "state_set", "input_set"}
 _LINEAR = {"A", "B", "c", "continuous", "states", "inputs", "sampling_time"}
@@ -171,30 +171,18 @@ class Columns:
 
     def samples(self, plant: ConstrainedSystem) -> dict[str, Samples]:
         """Return samples of the flat outputs, by state, from the columns of the file. InputError: there are none."""
-        flat = [f"z{i + 1}" for i in range(plant.signal_count)]
-        named = [name for name in (*plant.system.states, *flat) if name in self.values]
-        seen: dict[int, str] = {}
-        for name in named:
-            at = flat.index(name) if name in flat else _shown(plant, name)
-            if at is not None:
-                seen.setdefault(at, name)
+        shown = [sampled_names(plant, signal) for signal in range(plant.signal_count)]
+        found = [name for names in shown if (name := next((name for name in names if name in self.values), None))]
         times = self.times(plant.sampling_time)
-        if not seen:
-            shown = [name for name in plant.system.states if _shown(plant, name) is not None]
+        if not found:
+            wanted = " or ".join(name for names in shown for name in names)
             raise InputError(
-                f"{self.path}: no column shows a flat output; expected {' or '.join([*shown, *flat])}, got "
-                f"{', '.join(self.values)}"
+                f"{self.path}: no column shows a flat output; expected {wanted}, got {', '.join(self.values)}"
             )
         try:
-            return {name: Samples(times, self.values[name]) for name in seen.values()}
+            return {name: Samples(times, self.values[name]) for name in found}
         except ValueError as error:
             raise InputError(f"{self.path}: {error}") from error
-
-
-def _shown(plant: ConstrainedSystem, name: str) -> int | None:
-    """Return the flat output whose level a state shows; None if it shows none, or several."""
-    seen = plant.flatness.states[plant.system.states.index(name)].stencil
-    return seen[0] if seen is not None and shows_level(seen[1]) else None
 
 
 def read_columns(path: Path) -> Columns:

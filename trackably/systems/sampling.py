@@ -54,10 +54,10 @@ def kinds_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> tuple[dict[
         if next(iter(ordered[signal])) in moving:
             raise ValueError(
                 f"samples: {name} says how its flat output moves, but not where it is; give samples of "
-                f"{', '.join(_sampled_names(plant, signal))} instead (learn_reference takes both)"
+                f"{', '.join(sampled_names(plant, signal))} instead (learn_reference takes both)"
             )
     if missing := [signal for signal, kinds in enumerate(ordered) if not kinds]:
-        wanted = "; ".join(f"one of {', '.join(_sampled_names(plant, signal))}" for signal in missing)
+        wanted = "; ".join(f"one of {', '.join(sampled_names(plant, signal))}" for signal in missing)
         given = ", ".join(name for kinds in ordered for name in kinds)
         if not given:
             raise ValueError(f"samples: none are given; expected {wanted}")
@@ -122,10 +122,10 @@ def default_sample(plant: ConstrainedSystem) -> str:
     if plant.signal_count != 1:
         raise ValueError(
             f"samples: must be given by name, one for each of {plant.signal_count} flat outputs: "
-            + "; ".join(f"one of {', '.join(_sampled_names(plant, signal))}" for signal in range(plant.signal_count))
+            + "; ".join(f"one of {', '.join(sampled_names(plant, signal))}" for signal in range(plant.signal_count))
             + _where(plant)
         )
-    return _sampled_names(plant, 0)[0]
+    return sampled_names(plant, 0)[0]
 
 
 def _seen(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil, bool]:
@@ -167,7 +167,7 @@ def _rate(stencil: Stencil, sampling_time: float) -> Stencil:
     return Stencil(tuple((change / sampling_time).tolist()), sampling_time)
 
 
-def _sampled_names(plant: ConstrainedSystem, signal: int) -> list[str]:
+def sampled_names(plant: ConstrainedSystem, signal: int) -> list[str]:
     """Return the names by which a flat output can be sampled: states that determine it, and its own name."""
     stencils = [coordinate.stencil for coordinate in plant.flatness.states]
     alone = [i for i, seen in enumerate(stencils) if seen and seen[0] == signal and shows_level(seen[1])]
@@ -180,7 +180,7 @@ def _where(plant: ConstrainedSystem) -> str:
         return ""
     said = []
     for signal, row in enumerate(outputs_in_states(plant.flatness)):
-        *shown, name = _sampled_names(plant, signal)
+        *shown, name = sampled_names(plant, signal)
         if not shown:
             said.append(f"{name} = {weighted_sum_text(row, plant.system.states, _DIGITS)}")
     return f", where {' and '.join(said)}" if said else ""
