@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal, Self, get_args
 
 import numpy as np
 import numpy.typing as npt
+import scipy
 
 from trackably.arguments import array, numbers
 from trackably.arrays import Array, ArrayLike
@@ -247,12 +249,12 @@ class PolynomialPieces:
 
         At a breakpoint, the piece that begins there is used.
         """
-        t = np.asarray(t, dtype=float)
-        inside, piece, local = self._place(t)
-        found = [_horner(self.coefficients, piece, local)]
-        for derived in self._derivatives(order):
-            found.append(np.where(inside, _horner(derived, piece, local), 0.0))
-        return np.stack(found)
+        inside, t = self._placed(np.asarray(t, dtype=float))
+        return np.stack([self._curve(t), *(np.where(inside, self._curve(t, r), 0.0) for r in range(1, order + 1))])
+
+    @cached_property
+    def _curve(self) -> Any:
+        return scipy.interpolate.PPoly(self.coefficients.T[::-1], self.breakpoints)
 
     def __call__(self, t: ArrayLike) -> Array:
         return np.asarray(self.jet(t, 0)[0])
@@ -302,24 +304,15 @@ class PolynomialPieces:
     def derivative(self, t: ArrayLike) -> Array:
         return np.asarray(self.jet(t, 1)[1])
 
-    def _place(self, t: Array) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.intp], Array]:
-        """Return whether t is inside the pieces, the index i of the piece, and t − t_i [s]."""
+    def _placed(self, t: Array) -> tuple[npt.NDArray[np.bool_], Array]:
+        """Return whether z may move at t, and the times [s] at which the pieces have its values."""
         first, last = self.breakpoints[0], self.breakpoints[-1]
-        inside = np.full(t.shape, True)
-        if self.beyond == "rest":
-            inside = (t >= first) & (t < last)
-            t = np.clip(t, first, last)
-        elif self.beyond == "period":
-            t = first + np.mod(t - first, self.period)
-        piece = np.clip(np.searchsorted(self.breakpoints, t, side="right") - 1, 0, len(self.coefficients) - 1)
-        return inside, piece, t - self.breakpoints[piece]
-
-    def _derivatives(self, order: int) -> Sequence[Array]:
-        found, c = [], self.coefficients
-        for _ in range(order):
-            c = c[:, 1:] * np.arange(1, c.shape[1]) if c.shape[1] > 1 else np.zeros_like(c)
-            found.append(c)
-        return found
+        match self.beyond:
+            case "rest":
+                return (t >= first) & (t < last), np.clip(t, first, last)
+            case "period":
+                t = first + np.mod(t - first, self.period)
+        return np.full(t.shape, True), t
 
 
 def _rising(values: Mapping[float, float]) -> list[float]:
@@ -328,14 +321,6 @@ def _rising(values: Mapping[float, float]) -> list[float]:
     if not times or any(a >= b for a, b in pairwise(times)):
         raise ValueError(f"pieces: values need rising times [s], got {times}")
     return times
-
-
-def _horner(coefficients: Array, piece: npt.NDArray[np.intp], local: Array) -> Array:
-    """Evaluate pieces with these indices at local times: the shape of `local`."""
-    value = coefficients[piece, -1]
-    for j in range(coefficients.shape[1] - 2, -1, -1):
-        value = value * local + coefficients[piece, j]
-    return np.asarray(value)
 
 
 # What a reference is made of: signals that can be evaluated here, and enclosed by a proof.
