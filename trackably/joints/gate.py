@@ -13,7 +13,7 @@ from trackably.arrays import Array, ArrayLike
 from trackably.joints.certify import TOLERANCE, CertifiedTrajectory, NotAcceptedError, fitted, room
 from trackably.joints.limits import Joints
 from trackably.joints.repair import repair_joints
-from trackably.joints.trajectory import JointTrajectory, at_ends, hermite, joined, shifted
+from trackably.joints.trajectory import JointTrajectory, at_ends, hermite, joined, on_pieces, shifted
 
 _CLOSEST = 1e-6  # s; pieces are no shorter
 _SHORTEST, _LONGEST, _STOPS = 0.01, 20.0, 40
@@ -224,9 +224,7 @@ class Gate:
         ends = np.unique([start, *given.breakpoints[given.breakpoints > start + _CLOSEST]])
         pause = max(0.5 * (ends[-1] - ends[0]), 0.1)
         ends = np.append(ends, ends[-1] + pause * np.array([0.5, 1.0]))
-        inner = np.clip((ends[:-1] + ends[1:]) / 2, *given.span)
-        i = np.clip(np.searchsorted(given.breakpoints, inner, side="right") - 1, 0, len(given.breakpoints) - 2)
-        c = shifted(given.coefficients[:, i], ends[:-1] - given.breakpoints[i])
+        c = on_pieces(ends, given.breakpoints, given.coefficients)
         for k in np.flatnonzero((ends[:-1] >= given.span[1] - _CLOSEST) | (ends[1:] <= given.span[0] + _CLOSEST)):
             c[:, k], c[:, k, 0] = 0.0, given(np.clip(ends[k], *given.span))
         wanted = JointTrajectory(self.joints.names, ends, c)

@@ -12,7 +12,7 @@ from decimal import Decimal
 from itertools import islice
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Generic, TypeVar
+from typing import ClassVar, Generic, Literal, TypeVar
 
 import numpy as np
 from google.protobuf.message import Message as Protobuf
@@ -47,7 +47,6 @@ from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair, Rows, chosen_repairs, recording_from_rows, rows_between
 from trackably.recordings.tables import LARGEST, check_mapping, checked_window, path_given, refuse_no_mcap
 
-_NAME = re.compile(r"[^.\[]+")
 _INDEX = re.compile(r"\[(\d+)\]\.?", re.ASCII)
 _NUMBERED = re.compile(r"\[\d+\]", re.ASCII)
 _NAMED = re.compile(r"\[(?P<field>[^=\[\]]+)=(?P<value>[^\]]*)\]\.?")
@@ -65,12 +64,11 @@ def find(node: object, path: str) -> object:
     """
     if not path or node is None:
         return node
-    if isinstance(node, Mapping):
+    if (fields := _fields(node)) is not None:
         # A key may contain dots, such as "left.rate" in this project's logs: the longest key is tried first.
         for name, rest in _splits(path):
-            if name in node:
-                return find(node[name], rest)
-        raise LookupError(path)
+            if name in fields:
+                return find(fields[name], rest)
     if isinstance(node, Sequence) and not isinstance(node, str):
         if named := _NAMED.match(path):
             return find(_entry(node, named["field"], named["value"]), path[named.end() :])
@@ -78,10 +76,7 @@ def find(node: object, path: str) -> object:
         if index is None:
             raise LookupError(path)
         return find(node[int(index[1])], path[index.end() :])
-    match = _NAME.match(path)
-    if match is None:
-        raise LookupError(path)
-    return find(_attribute(node, match[0]), path[match.end() :].removeprefix("."))
+    raise LookupError(path)
 
 
 def leaves(message: object) -> list[str]:
@@ -140,18 +135,22 @@ def _splits(path: str) -> Iterator[tuple[str, str]]:
             yield path[:end], path[end:].removeprefix(".")
 
 
-def _attribute(node: object, name: str) -> object:
-    """Return a field of a Protobuf or ROS 2 message; None if it is unset and its type distinguishes unset from zero."""
-    if isinstance(node, Protobuf):
-        field = node.DESCRIPTOR.fields_by_name[name]
-        return None if field.has_presence and not node.HasField(name) else getattr(node, name)
-    if isinstance(node, SimpleNamespace) and name in _slots(node):
-        return getattr(node, name)
-    raise LookupError(name)
+def _fields(node: object) -> Mapping[str, object] | None:
+    """Return what a message holds by name, None for fields that are unset; None for what is no message.
 
-
-def _slots(message: SimpleNamespace) -> Sequence[str]:
-    return getattr(type(message), "__slots__", ())
+    Fields of Protobuf may tell unset from zero.
+    """
+    match node:
+        case Mapping():
+            return node
+        case Protobuf():
+            return {
+                name: getattr(node, name) if not field.has_presence or node.HasField(name) else None
+                for name, field in node.DESCRIPTOR.fields_by_name.items()
+            }
+        case SimpleNamespace():
+            return {name: getattr(node, name) for name in getattr(type(node), "__slots__", ())}
+    return None
 
 
 def _leaves(node: object, path: str, depth: int) -> Iterator[str]:
@@ -165,15 +164,8 @@ def _leaves(node: object, path: str, depth: int) -> Iterator[str]:
 
 
 def _children(node: object) -> Iterator[tuple[str, object]]:
-    if isinstance(node, Mapping):
-        yield from ((str(key), child) for key, child in node.items())
-    elif isinstance(node, Protobuf):
-        for name, field in node.DESCRIPTOR.fields_by_name.items():
-            # An unset message would list the fields of its type, endlessly if the type contains itself.
-            if field.message_type is None or not field.has_presence or node.HasField(name):
-                yield name, getattr(node, name)
-    elif isinstance(node, SimpleNamespace):
-        yield from ((name, getattr(node, name)) for name in _slots(node))
+    if (fields := _fields(node)) is not None:
+        yield from ((str(name), child) for name, child in fields.items())
     elif isinstance(node, Sequence) and not isinstance(node, str) and node:
         yield "[0]", node[0]
 
@@ -331,27 +323,16 @@ _PAIRS = (("sec", "nanosec"), ("sec", "nsec"), ("secs", "nsecs"), ("seconds", "n
 
 
 @dataclass(frozen=True)
-class LogTime:
-    """The time at which the message was recorded."""
+class RecordTime:
+    """The time at which a message was recorded, its `log_time`, or at which it was published, its `publish_time`."""
 
-    field: None = None
-    absolute: bool = True
-
-    def seconds(self, message: Received, _content: object) -> Decimal | None:
-        """Return the time [s], exactly."""
-        return EXACT.multiply(Decimal(message.log_time), NANOSECOND)
-
-
-@dataclass(frozen=True)
-class PublishTime:
-    """The time at which the message was published."""
-
-    field: None = None
-    absolute: bool = True
+    attribute: Literal["log_time", "publish_time"]
+    field: ClassVar[None] = None
+    absolute: ClassVar[bool] = True
 
     def seconds(self, message: Received, _content: object) -> Decimal | None:
         """Return the time [s], exactly."""
-        return EXACT.multiply(Decimal(message.publish_time), NANOSECOND)
+        return EXACT.multiply(Decimal(getattr(message, self.attribute)), NANOSECOND)
 
 
 @dataclass(frozen=True)
@@ -395,9 +376,9 @@ class Stamp:
         return None if number is None else clock.seconds(number)
 
 
-MessageTime = LogTime | PublishTime | Stamp
-LOG_TIME = LogTime()
-PUBLISH_TIME = PublishTime()
+MessageTime = RecordTime | Stamp
+LOG_TIME = RecordTime("log_time")
+PUBLISH_TIME = RecordTime("publish_time")
 
 
 def _pair(stamp: object) -> Decimal:
