@@ -25,7 +25,7 @@ from trackably.systems.tightening import InvariantSet, Tightening
 # The invariant set of the error in float64.
 
 _ROUNDING = 1e-10
-"""A point counts as inside if it is a sum of generators that are longer by this part, up to a tenth of it."""
+"""Tolerance of membership: the generators may be longer by this part, and the point may be off by a tenth of it."""
 
 _TOLERANCES = (1e-11, 1e-10, 1e-9)
 
@@ -46,17 +46,30 @@ class ErrorSet:
 
     def contains(self, e: Array) -> bool:
         """Whether an error (n,) is in Z, up to rounding; False if the solver does not decide it."""
-        off, start = (e - self.centre) / self.extents, self.start_set(self.extents)
+        off, start = (e - self.centre) / self.extents, self._in_extents
+        shortest = self._shortest @ off
+        missed = np.abs(start.directions.T @ shortest - off)
+        if not len(self.hulls) and np.all(np.abs(shortest) <= 1) and np.all(missed <= _ROUNDING):
+            return True
         limits = [np.ones(len(start.sums)), off + _ROUNDING / 10, _ROUNDING / 10 - off]
         found = self._gauge.solve(np.concatenate([*limits, np.ones(len(start.lower)), -start.lower]), _TOLERANCES)
         return found is not None and bool(found[-1] <= _ROUNDING)
+
+    @cached_property
+    def _in_extents(self) -> StartSet:
+        return self.start_set(self.extents)
+
+    @cached_property
+    def _shortest(self) -> Array:
+        """The matrix that maps a point to its shortest sum of generators. Inside Z, most points need no program."""
+        return np.linalg.pinv(self._in_extents.directions.T)
 
     @cached_property
     def _gauge(self) -> Program:
         """The linear program for the least factor by which the parts of Z have to be enlarged so
         that a point is their sum.
         """
-        start, n = self.start_set(self.extents), self.dimension
+        start, n = self._in_extents, self.dimension
         (h, q), reach, each = start.sums.shape, start.directions.T, np.eye(len(start.lower))
         larger = np.repeat([0.0, -1.0], [h + 2 * n, 2 * q])[:, None]
         rows = np.hstack([np.vstack([start.sums, reach, -reach, each, -each]), larger])
@@ -166,7 +179,7 @@ _PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
 class TubeProblem(StepProblem):
     """A `StepProblem` whose plan starts from a nominal state in x ⊖ Z.
 
-    Most steps need no quadratic program: inside of the tube the reference is the plan.
+    Most steps need no quadratic program, as the reference is the plan inside of the tube.
     """
 
     formulation: TubeFormulation
