@@ -25,6 +25,8 @@ from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.tightening import Tightening
 
+_scipy: Any = scipy  # its annotations do not know all that it takes
+
 # Consecutive time steps of a system, with bounds and waypoints: necessary conditions of every reference.
 #
 # For a linear system, a linear program computes the least relaxation that makes them feasible; for a nonlinear one,
@@ -64,9 +66,7 @@ class Steps:
         X, U = self.plant.state_set.rows, self.plant.input_set.rows
         bounded = scipy.sparse.kron(scipy.sparse.eye_array(self.count), scipy.linalg.block_diag(X, U))
         at = [value.step * self.size + self.names.index(value.name) for value in self.values]
-        shape = len(at), self.count * self.size
-        given = scipy.sparse.csr_array((np.ones(len(at)), (range(len(at)), at)), shape=shape)
-        return scipy.sparse.csr_array(scipy.sparse.vstack([bounded, given]))
+        return scipy.sparse.csr_array(scipy.sparse.vstack([bounded, picked(at, self.count * self.size)]))
 
     @property
     def lower(self) -> Array:
@@ -152,6 +152,47 @@ def _whole(time: float, start: float, step: float, most: int) -> int:
 
 
 @dataclass(frozen=True, eq=False)
+class Courses:
+    """Trajectories x_(k+1) = A_k x_k + B_k u_k + c, as vectors v = (x_0, u_0, …, x_K, u_K), with a relaxation e ≥ 0.
+
+    `steps` are the [A_k, B_k], shape (K, n, n + m). For the `rows` of v, lower − e growth ≤ rows v ≤ upper + e growth,
+    and all entries of v have `bounds`.
+    """
+
+    steps: Array
+    c: Array
+    rows: Any
+    lower: Array
+    upper: Array
+    growth: Array
+    bounds: Sequence[tuple[float | None, float | None]]
+
+    def minimise(self, cost: Array, most: float | None = 0.0) -> Any:
+        """Minimise cost · (v, e) over 0 ≤ e ≤ most. Multipliers are those of the upper ends, then of the lower ones."""
+        sparse, (K, n, size) = _scipy.sparse, self.steps.shape
+        blocks = np.stack([-self.steps, np.broadcast_to(np.eye(n, size), self.steps.shape)], axis=1)
+        places = (np.arange(K)[:, None] + [0, 1]).ravel(), 2 * np.arange(K + 1)
+        equal = sparse.bsr_array((blocks.reshape(2 * K, n, size), *places), shape=(K * n, (K + 1) * size))
+        grown = -self.growth[:, None]
+        limited = [sparse.hstack([of, grown]) for of in (self.rows, -self.rows)]
+        return _scipy.optimize.linprog(
+            cost,
+            A_ub=sparse.vstack(limited, format="csc"),
+            b_ub=np.append(self.upper, -self.lower),
+            A_eq=sparse.hstack([equal, np.zeros((K * n, 1))], format="csc"),
+            b_eq=np.tile(self.c, K),
+            bounds=[*self.bounds, (0.0, most)],
+            method="highs-ds",
+        )
+
+
+def picked(columns: Sequence[int] | Array, count: int) -> Any:
+    """Return the rows of the identity matrix with these indices, of `count` columns."""
+    each = np.arange(len(columns))
+    return scipy.sparse.csr_array((np.ones(len(each)), (each, columns)), shape=(len(each), count))
+
+
+@dataclass(frozen=True, eq=False)
 class Least:
     """The least d ≥ 0 for which a sequence has every row between lower - d `elastic` and upper + d `elastic`.
 
@@ -171,38 +212,23 @@ def least(steps: Steps, elastic: Array) -> Least | None:
 
     Unknowns and rows are divided by their widths, as tolerances of solvers are absolute.
     """
-    widths, scales = steps.widths, np.tile(steps.scales, steps.count)
-    rows = scipy.sparse.diags_array(1 / widths) @ steps.rows @ scipy.sparse.diags_array(scales)
-    by = scipy.sparse.csr_array((elastic / widths)[:, None])
-    dynamics, constant = _dynamics(steps)
-    sides = [scipy.sparse.hstack([of, -by]) for of in (rows, -rows)]
-    found = scipy.optimize.linprog(
-        np.append(np.zeros(len(scales)), 1.0),
-        A_ub=scipy.sparse.vstack(sides, format="csc"),
-        b_ub=np.concatenate([steps.upper, -steps.lower]) / np.tile(widths, 2),
-        A_eq=scipy.sparse.hstack([dynamics, scipy.sparse.csr_array((len(constant), 1))], format="csc"),
-        b_eq=constant,
-        bounds=[(-np.inf, np.inf)] * len(scales) + [(0.0, np.inf)],
-        method="highs-ds",
+    widths, scales, system, K = steps.widths, steps.scales, steps.plant.linear, steps.count - 1
+    n, every = len(system.A), np.tile(scales, steps.count)
+    moves = np.hstack([system.A, system.B]) * scales / scales[:n, None]
+    courses = Courses(
+        np.broadcast_to(moves, (K, *moves.shape)),
+        system.c / scales[:n],
+        scipy.sparse.diags_array(1 / widths) @ steps.rows @ scipy.sparse.diags_array(every),
+        steps.lower / widths,
+        steps.upper / widths,
+        elastic / widths,
+        [(None, None)] * len(every),
     )
+    found = courses.minimise(np.append(np.zeros(len(every)), 1.0), most=None)
     if found.fun is None:
         return None
-    at_upper, at_lower = np.split(np.maximum(-found.ineqlin.marginals, 0), 2) / widths
+    at_upper, at_lower = np.maximum(-found.ineqlin.marginals, 0).reshape(2, -1) / widths
     return Least(steps, elastic, float(found.fun), at_lower, at_upper)
-
-
-def _dynamics(steps: Steps) -> tuple[scipy.sparse.csr_array, Array]:
-    """Return the equations x_{k+1} - A x_k - B u_k = c of all steps: their matrix and right
-    side, in widths of the states.
-    """
-    system, scales = steps.plant.linear, steps.scales
-    n, size, last = len(system.A), steps.size, steps.count - 1
-    of_states = 1 / scales[:n, None]
-    here = scipy.sparse.csr_array(-np.hstack([system.A, system.B]) * scales * of_states)
-    there = scipy.sparse.csr_array(np.eye(n, size))
-    every = scipy.sparse.eye_array
-    rows = scipy.sparse.kron(every(last, last + 1), here) + scipy.sparse.kron(every(last, last + 1, k=1), there)
-    return scipy.sparse.csr_array(rows), np.tile(system.c * of_states[:, 0], last)
 
 
 def first_gap(steps: Steps) -> tuple[Gap, float] | None:

@@ -14,7 +14,6 @@ from itertools import pairwise
 from typing import Any, Self
 
 import numpy as np
-import scipy
 
 from trackably.arguments import instance, real
 from trackably.arrays import Array
@@ -24,16 +23,16 @@ from trackably.certificates.judge import found_or_raise, judged_contradiction
 from trackably.certificates.outcome import NoSignal
 from trackably.certificates.robust import Robust
 from trackably.checker.certificate import Claim, Derived, Measured, SignalClass, TrueSignal, Window
+from trackably.checker.contradiction import Value
 from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.form import subject_of
 from trackably.checker.truth import CONTRADICTION, VERSION, ContradictedSamples, Place, contradiction_of, gaps, places
+from trackably.feasibility import Courses, Steps, least, picked
 from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.rationals import float_above
 from trackably.systems.reference import Reference
-
-_scipy: Any = scipy  # its modules are loaded when they are first used
 
 _NEAR = 30
 """Number of measurements on each side of a time whose pairs are all examined; more distant ones bound little."""
@@ -374,54 +373,7 @@ def _of_plant(proved: TrueSignal, robust: Robust, state: int) -> float:
     return float_above(Fraction(proved.error) + max(sides))
 
 
-# Linear programs over the courses of a chain, such as a plant, or signals with piecewise constant highest derivatives.
-
-
-@dataclass(frozen=True, eq=False)
-class Courses:
-    """Trajectories x_(k+1) = A_k x_k + B_k u_k + c, as vectors v = (x_0, …, x_K, u_0, …, u_(K−1)),
-    with a relaxation e ≥ 0.
-
-    Shapes of A and B are (K, n, n) and (K, n, m). For `rows` of v, lower − e growth ≤ rows v ≤ upper + e growth, and
-    all entries of v have `bounds`.
-    """
-
-    A: Array
-    B: Array
-    c: Array
-    rows: Any
-    lower: Array
-    upper: Array
-    growth: Array
-    bounds: Sequence[tuple[float | None, float | None]]
-
-    def minimise(self, cost: Array, most: float | None = 0.0) -> Any:
-        """Minimise cost · (v, e) over 0 ≤ e ≤ most.
-
-        Multipliers of the result: first of the upper ends, then of the lower ones.
-        """
-        sparse, (K, n, m) = _scipy.sparse, self.B.shape
-        blocks = np.arange(K), np.arange(K + 1)
-        now = sparse.bsr_array((self.A, *blocks), shape=(K * n, (K + 1) * n))
-        inputs = sparse.bsr_array((self.B, *blocks), shape=(K * n, K * m))
-        equal = sparse.hstack([sparse.eye_array(K * n, (K + 1) * n, k=n) - now, -inputs, np.zeros((K * n, 1))])
-        grown = -self.growth[:, None]
-        limited = sparse.vstack([sparse.hstack([self.rows, grown]), sparse.hstack([-self.rows, grown])])
-        return _scipy.optimize.linprog(
-            cost,
-            A_ub=limited,
-            b_ub=np.append(self.upper, -self.lower),
-            A_eq=equal,
-            b_eq=np.tile(self.c, K),
-            bounds=[*self.bounds, (0.0, most)],
-            method="highs",
-        )
-
-
-def _picked(columns: Any, count: int) -> Any:
-    """Return the rows of the identity matrix with these indices, of `count` columns."""
-    each = np.arange(len(columns))
-    return _scipy.sparse.csr_array((np.ones(len(each)), (each, columns)), shape=(len(each), count))
+# Linear programs over signals with piecewise constant highest derivatives: each of their signals is in the class.
 
 
 @dataclass(frozen=True, eq=False)
@@ -449,23 +401,21 @@ class Signals:
                          for bound in (of.slope, of.second_derivative))  # fmt: skip
         h, free = np.diff(knots), (None, None)
         one = np.ones(len(h))
-        if second is None:
-            A, B, bounds = one[:, None, None], h[:, None, None], [free] * len(knots) + [slope or free] * len(h)
-        else:
-            A = np.moveaxis(np.array([[one, h], [0 * h, one]]), 2, 0)
-            B = np.stack([h**2 / 2, h], axis=1)[:, :, None]
-            bounds = [free, slope or free] * len(knots) + [second] * len(h)
-        n = A.shape[1]
-        places = [*(n * np.searchsorted(knots, of.samples.times)), *(n * np.searchsorted(knots, rates.times) + 1)]
+        # values and slopes; without a bound of the second derivative, slopes are constant between two knots
+        moves = [[one, h]] if second is None else [[one, h, h**2 / 2], [0 * h, one, h]]
+        each = [free, slope or free] if second is None else [free, slope or free, second]
+        steps, bounds = np.moveaxis(np.array(moves), 2, 0), each * len(knots)
+        at, of_rates = (len(each) * np.searchsorted(knots, times) for times in (of.samples.times, rates.times))
         values = np.array([*of.samples.values, *rates.values]) / unit
         noise = np.array([of.samples.noise] * len(of.samples.times) + [rates.noise] * len(rates.times)) / unit
-        rows, growth = _picked(places, len(bounds)), np.where(noise > 0, noise, 1.0)
-        return cls(Courses(A, B, np.zeros(n), rows, values - noise, values + noise, growth, bounds), knots, unit)
+        rows, growth = picked([*at, *(of_rates + 1)], len(bounds)), np.where(noise > 0, noise, 1.0)
+        zero = np.zeros(len(moves))
+        return cls(Courses(steps, zero, rows, values - noise, values + noise, growth, bounds), knots, unit)
 
     def value_at(self, t: float) -> Array:
         """Return the cost vector of the signal's value at a knot."""
         cost = np.zeros(len(self.courses.bounds) + 1)
-        cost[self.courses.A.shape[1] * int(np.searchsorted(self.knots, t))] = 1.0
+        cost[self.courses.steps.shape[2] * int(np.searchsorted(self.knots, t))] = 1.0
         return cost
 
     def ends_at(self, t: float) -> tuple[float, float] | None:
@@ -593,27 +543,13 @@ def _least_error(plant: ConstrainedSystem, truth: TrueSignal) -> float:
 
     NaN if none is computed.
     """
-    system, T = plant.linear, plant.sampling_time
-    first, K = truth.ends[0], min(_STEPS - 1, int((truth.ends[-1] - truth.ends[0]) / T))
-    n, m = system.B.shape
-    upper, lower = sides_at(truth.of, first + T * np.arange(K + 1.0), truth.derived)
-    unit = max(float(np.max(upper - lower)), 1e-12)
-    kron, sets = _scipy.sparse.kron, ((K + 1, plant.state_set), (K, plant.input_set))
-    limited = _scipy.sparse.block_diag([kron(_scipy.sparse.eye_array(count), of.rows) for count, of in sets])
-    size = (K + 1) * n + K * m
-    state = _picked(n * np.arange(K + 1) + system.states.index(truth.state), size)
-    courses = Courses(
-        np.broadcast_to(system.A, (K, n, n)),
-        np.broadcast_to(system.B, (K, n, m)),
-        system.c,
-        _scipy.sparse.vstack([limited, state]),
-        np.concatenate([*(np.tile(of.lower, count) for count, of in sets), upper]),
-        np.concatenate([*(np.tile(of.upper, count) for count, of in sets), lower]),
-        np.append(np.zeros(limited.shape[0]), np.full(K + 1, unit)),
-        [(None, None)] * size,
-    )
-    found = courses.minimise(np.append(np.zeros(size), 1.0), most=None)
-    return float("nan") if found.x is None else float(found.fun * unit)
+    T, start = plant.sampling_time, truth.ends[0]
+    count = min(_STEPS, int((truth.ends[-1] - start) / T) + 1)
+    upper, lower = sides_at(truth.of, start + T * np.arange(float(count)), truth.derived)
+    sides = zip(upper.tolist(), lower.tolist(), strict=True)
+    steps = Steps(plant, start, count, tuple(Value(k, truth.state, *of) for k, of in enumerate(sides)))
+    found = least(steps, np.where(steps.is_given, 1.0, 0.0))
+    return float("nan") if found is None else found.missing
 
 
 def with_truth(certificate: Certificate, classes: Mapping[str, SignalClass]) -> Certificate:

@@ -62,7 +62,7 @@ class ErrorSet:
     @cached_property
     def _shortest(self) -> Array:
         """The matrix that maps a point to its shortest sum of generators. Inside Z, most points need no program."""
-        return np.linalg.pinv(self._in_extents.directions.T)
+        return np.asarray(np.linalg.pinv(self._in_extents.directions.T), dtype=float)
 
     @cached_property
     def _gauge(self) -> Program:
