@@ -12,6 +12,7 @@ from tests.attack.bases import bases
 from tests.attack.counts import Counts, table
 from tests.attack.fingerprints import attack_fingerprint, attack_table
 from tests.attack.fleets import attack_fleet
+from tests.attack.opponent import judge_twice
 from tests.attack.references import attack_by_liar, attack_reference
 from tests.attack.tampering import attack_certificate
 
@@ -23,7 +24,14 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--tamperings", type=int, default=20_000)
     parser.add_argument("--references", type=int, default=2_000)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--opponent", type=int, default=0, metavar="FILES", help="only this: judge files twice")
+    parser.add_argument("--minutes", type=float, default=15.0, help="that judging twice may take")
     given = parser.parse_args(arguments)
+    if given.opponent:
+        found = judge_twice(given.opponent, given.seed, 60 * given.minutes)
+        print(found.table)
+        print(*found.false, sep="\n", file=sys.stderr)
+        return 1 if found.false else 0
     counts: dict[str, Counts] = {}
     try:
         _attack(counts, given.tamperings, given.references, given.seed)

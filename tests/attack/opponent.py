@@ -1,0 +1,212 @@
+"""Certificates judged twice: by today's checker, and by the prover of an earlier commit, which was rigorous by itself.
+
+That prover, with ball arithmetic of its own (python-flint), is taken from the history of the repository into a
+temporary folder. It reads the reference and the claim of a file, and makes a proof or a counterexample of its own: what
+one of them proves, the other must not refute. All other differences are counted with the reason that is given.
+"""
+
+import copy
+import importlib
+import json
+import signal
+import subprocess
+import sys
+import tarfile
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from io import BytesIO
+from itertools import count
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import process_time
+from typing import Any
+
+import numpy as np
+
+from tests.attack.references import _FAMILIES, _ask
+from tests.attack.tampering import random_change
+from tests.splines.draws import drawn
+from tests.splines.trials import _bounded
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.form import encode_certificate, encode_counterexample
+from trackably.certificates.outcome import Counterexample
+from trackably.certificates.prove import Outcome, prove, prove_on_window
+from trackably.checker import NotACertificate, Proved, Refuted, Undecided, check
+
+COMMIT = "8d027f1"
+"""The last one whose prover was rigorous by itself; the library was called `trackable` then."""
+
+SECONDS = 5
+"""That either of them may take for one file."""
+
+_TAMPERED = 4  # of each file
+PROVED, REFUTED, NEITHER, UNREADABLE, LATE = "proved", "refuted", "neither", "unreadable", "not in time"
+
+
+class _LateError(Exception):
+    pass
+
+
+@dataclass
+class Differences:
+    """How often what is said of which kind of file, by the checker and by the opponent, and why where they differ."""
+
+    counts: Counter[tuple[str, str, str]] = field(default_factory=Counter)
+    reasons: Counter[tuple[str, str, str]] = field(default_factory=Counter)
+    false: list[str] = field(default_factory=list)
+
+    def add(self, kind: str, of_checker: tuple[str, str], of_opponent: tuple[str, str], what: str) -> None:
+        (one, why), (other, because) = of_checker, of_opponent
+        self.counts[kind, one, other] += 1
+        if {one, other} == {PROVED, REFUTED}:
+            self.false.append(f"{what}: the checker says {one}, the opponent {other}: {why} {because}")
+        elif one != other:
+            self.reasons[one, other, why if one in (NEITHER, UNREADABLE, LATE) else because] += 1
+
+    @property
+    def table(self) -> str:
+        lines = ["| file | checker | opponent | count |", "|---|---|---|--:|"]
+        lines += [f"| {' | '.join(key)} | {count} |" for key, count in sorted(self.counts.items())]
+        lines += ["", "| checker | opponent | why they differ | count |", "|---|---|---|--:|"]
+        lines += [f"| {' | '.join(key)} | {count} |" for key, count in self.reasons.most_common()]
+        return "\n".join(lines)
+
+
+def judge_twice(files: int, seed: int, seconds: float) -> Differences:
+    """Judge so many files, or as many as there is time for [s of the processor], or until an interrupt (Ctrl-C)."""
+    found, begin = Differences(), process_time()
+    with TemporaryDirectory() as folder, suppress(KeyboardInterrupt):
+        opponent = Opponent.of(Path(folder))
+        for number in count():
+            for what, kind, data in _files(seed, number):
+                if found.counts.total() >= files or process_time() - begin > seconds:
+                    return found
+                found.add(kind, _checked(data), opponent.says(data), what)
+    return found
+
+
+def _files(seed: int, number: int) -> Iterator[tuple[str, str, dict[str, Any]]]:
+    """Yield a certificate or counterexample of a random reference, and some that were changed."""
+    rng = np.random.default_rng((seed, number, 2))
+    outcome = _outcome(seed, number, rng)
+    if isinstance(outcome, Certificate):
+        kind, data = PROVED, encode_certificate(outcome)
+    elif isinstance(outcome, Counterexample):
+        kind, data = REFUTED, encode_counterexample(outcome)
+    else:
+        return
+    data = json.loads(json.dumps(data))
+    yield f"{seed} {number}", kind, data
+    for i in range(_TAMPERED):
+        done, changed = random_change(copy.deepcopy(data), rng)
+        yield f"{seed} {number} {i}: {done}", f"{kind}, then changed", changed
+
+
+def _outcome(seed: int, number: int, rng: np.random.Generator) -> Outcome:
+    names = list(_FAMILIES)
+    if number % 5 < len(names):
+        chosen, window = _FAMILIES[names[number % 5]](10**6 * (seed + 1) + number)
+        return _ask(number // 5, chosen, window)
+    given = drawn(seed, number)
+    quantity = given.reference.quantities[int(rng.integers(len(given.reference.quantities)))]
+    last = max(float(z.breakpoints[-1]) for z in given.reference.pieces)
+    values = quantity([z.summed for z in given.reference.pieces], np.linspace(*(given.window or (0.0, last)), 4001))
+    low, high = float(values.min()), float(values.max())
+    off = (high - low) * float(rng.choice([-1, 1])) * 10 ** rng.uniform(-9, -2)
+    bounded = _bounded(given, quantity.name, low - (high - low), high + off)
+    return prove_on_window(bounded, *given.window) if given.window else prove(bounded)
+
+
+def _checked(data: dict[str, Any]) -> tuple[str, str]:
+    match check(data, SECONDS):
+        case Proved():
+            return PROVED, ""
+        case Refuted():
+            return REFUTED, ""
+        case Undecided():
+            return LATE, "the checker takes too long"
+        case NotACertificate():
+            return UNREADABLE, "it is no file of the checker's form"
+        case failed:
+            return NEITHER, failed.reason.partition(":")[0]
+
+
+@dataclass
+class Opponent:
+    """The earlier prover, which lives beside today's library, as its package has another name."""
+
+    modules: dict[str, Any]
+    known: dict[str, tuple[str, str]] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, folder: Path) -> "Opponent":
+        """Take it from the repository's history. CalledProcessError: the history does not reach back so far."""
+        root = Path(__file__).parents[2]
+        packed = subprocess.run(["git", "archive", COMMIT, "trackable"], cwd=root, check=True, capture_output=True)
+        with tarfile.open(fileobj=BytesIO(packed.stdout)) as tar:
+            tar.extractall(folder, filter="data")
+        sys.path.append(str(folder))
+        names = ("codec", "certificates.prove", "certificates.certificate", "certificates.outcome", "systems.reference")
+        return cls({name.rpartition(".")[2]: importlib.import_module(f"trackable.{name}") for name in names})
+
+    def says(self, data: dict[str, Any]) -> tuple[str, str]:
+        """Return what it says of the claim about the reference, and why."""
+        try:
+            about = json.dumps([data["reference"], {k: v for k, v in data["claim"].items() if k not in _PROOF}])
+        except (KeyError, AttributeError, TypeError, ValueError):
+            return UNREADABLE, "it has no reference or no claim"
+        if about not in self.known:
+            self.known = {about: self._said(data)}  # of the last one only: files that follow are about the same
+        return self.known[about]
+
+    def _said(self, data: dict[str, Any]) -> tuple[str, str]:
+        m = self.modules
+        try:
+            reference = m["codec"].decode(m["reference"].Reference, data["reference"])
+            with _in_time():
+                found = self._proved(reference, data["claim"])
+        except _LateError:
+            return LATE, "the opponent takes too long"
+        except (m["codec"].CodecError, LookupError, ValueError, TypeError, ArithmeticError, AssertionError) as error:
+            return UNREADABLE, f"the opponent refuses it: {type(error).__name__}"
+        if isinstance(found, m["certificate"].Certificate):
+            return PROVED, ""
+        if isinstance(found, m["outcome"].Counterexample):
+            return REFUTED, ""
+        return NEITHER, found.reason.partition(",")[0]
+
+    def _proved(self, reference: Any, claim: dict[str, Any]) -> Any:
+        prove = self.modules["prove"]
+        match claim["kind"]:
+            case "window":
+                return prove.prove_on_window(reference, float(claim["start"]), float(claim["end"]))
+            case "instants":
+                return prove.prove_at_instants(reference)
+            case "all_phases" if "period" in claim and not reference.pieces:
+                return prove.prove_for_all_phases(reference, claim["period"])
+            case "all_times" if not reference.pieces:
+                return prove.prove_while_settling(reference)
+            case "all_times" | "all_phases":
+                return prove.prove(reference)
+        raise ValueError(f"claim: there is no {claim['kind']!r}")
+
+
+_PROOF = ("covers", "terms", "tail_start", "last_step")
+
+
+@contextmanager
+def _in_time() -> Iterator[None]:
+    """Raise _LateError where what is inside takes longer than it may."""
+
+    def late(*_: object) -> None:
+        raise _LateError
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.alarm(SECONDS)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
