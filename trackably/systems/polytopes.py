@@ -305,8 +305,8 @@ class Polytope:
             of.flags.writeable = False
             object.__setattr__(self, name, of)
         for i, (row, low, high) in enumerate(zip(self.rows, self.lower, self.upper, strict=True)):
-            if not (np.all(np.isfinite(row)) and np.any(row) and np.isfinite(low) and np.isfinite(high)):
-                raise ValueError(f"set: row {i} needs finite entries, not all zero, and finite bounds, "
+            if not (np.all(np.isfinite(row)) and np.any(row) and -np.inf < low <= high < np.inf):
+                raise ValueError(f"set: row {i} needs finite entries, not all zero, and finite bounds, lower ≤ upper, "
                                  f"got {row.tolist()} in [{low}, {high}]")  # fmt: skip
         if r and not self.depth > 0:
             raise ValueError(f"set: must have an interior, but no point lies strictly inside {self}")

@@ -11,7 +11,7 @@ from trackably.systems.polytopes import Interval, Polytope
 
 INF = np.inf
 NO_POINT = "must have an interior, but no point lies strictly inside"
-UNFIT_ROW = "needs finite entries, not all zero, and finite bounds, got"
+UNFIT_ROW = "needs finite entries, not all zero, and finite bounds, lower ≤ upper, got"
 NO_MATRIX = "rows must be a matrix with a column for each coordinate, got"
 
 
@@ -19,7 +19,7 @@ NO_MATRIX = "rows must be a matrix with a column for each coordinate, got"
     ("arguments", "message"),
     [
         ((np.ones((1, 2)), [0.0], [0.0]), f"{NO_POINT} {{x : 0 ≤ 1 x1 + 1 x2 ≤ 0}}"),
-        ((np.ones((1, 2)), [0.0], [-1.0]), f"{NO_POINT} {{x : 0 ≤ 1 x1 + 1 x2 ≤ -1}}"),
+        ((np.ones((1, 2)), [0.0], [-1.0]), f"row 0 {UNFIT_ROW} [1.0, 1.0] in [0.0, -1.0]"),
         ((np.ones((1, 2)), [0.0, 1.0], [1.0]), "1 rows need as many bounds, got (2,) and (1,)"),
         ((np.ones((1, 2)), [0.0], 1.0), "1 rows need as many bounds, got (1,) and ()"),
         ((np.ones((1, 2)), [-INF], [1.0]), f"row 0 {UNFIT_ROW} [1.0, 1.0] in [-inf, 1.0]"),
