@@ -33,6 +33,7 @@ from trackably import (
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Contradicted, Proved, check
 from trackably.checker.certificate import Measured, SignalClass
+from trackably.codec import decode
 from trackably.truth import Signals, no_signal
 
 WIDE = ConstrainedSystem(SYSTEM, Polytope.box([-5.0, -5.0], [5.0, 5.0]), Polytope.box([-40.0], [40.0]))
@@ -187,19 +188,55 @@ def attack_tamperings(count: int, seed: int) -> dict[str, object]:
     other = encode_certificate(robust.certificate)
     counts, false = Counter[str](), []
     for i in range(count):
-        draw = np.random.default_rng([seed, 3, i])
+        draw, kind = np.random.default_rng([seed, 3, i]), ("model", "truth")[i % 2]
         content = copy.deepcopy(whole if i % 2 else other)
-        place = content["truth"][0] if i % 2 else content["disturbance"]["model"]
-        if not i % 2 and i % 3 == 0:
-            content["truth"][0]["plant"] *= float(draw.uniform(0.5, 1.5))
-        _change(place, draw)
+        if i % 4 < 2:  # any number, which hardly ever leaves anything consistent
+            what = "anything"
+            _change(content["truth"][0] if i % 2 else content["disturbance"]["model"], draw)
+        else:
+            what = _moved(content, kind, draw)
         verdict = check(content)
-        counts[f"{'truth' if i % 2 else 'model'}: {type(verdict).__name__}"] += 1
+        counts[f"{kind}, {what}: {type(verdict).__name__}"] += 1
         if isinstance(verdict, Proved):
             is_false = _truth_is_false(content, found) if i % 2 else _model_is_false(content, robust)
             if is_false:
                 false.append(i)
-    return {"tamperings": count, **counts, "false": false}
+    return {"tamperings": count, **dict(sorted(counts.items())), "false": false}
+
+
+def _moved(content: dict, kind: str, draw: np.random.Generator) -> str:
+    """Say a little less than what is proved, or a little more; return which."""
+    side, by = int(draw.choice([-1, 1])), float(10.0 ** draw.uniform(-12, -0.3))
+    what = "less" if side > 0 else "more"
+    more, less = 1 + side * by, 1 - side * by
+    if kind == "truth":
+        (truth,) = content["truth"]
+        match int(draw.integers(4)):
+            case 0:
+                truth["errors"] = [error * more for error in truth["errors"]]
+            case 1:
+                k = int(draw.integers(len(truth["errors"])))
+                truth["errors"][k] *= more
+            case 2:
+                truth["of"]["samples"]["noise"] *= less
+            case _:
+                truth["of"]["second_derivative"] *= less
+        return what
+    disturbance = content["disturbance"]
+    match int(draw.integers(4)):
+        case 0:
+            middle = np.array(B)
+            for vertex in disturbance["model"]:
+                vertex["B"] = (middle + (np.array(vertex["B"]) - middle) * less).tolist()
+        case 1:
+            of = disturbance["set"]
+            of["generators"] = [[str(Fraction(g) * Fraction(less)) for g in row] for row in of["generators"]]
+        case 2:
+            bounds = disturbance[("state_set", "input_set")[int(draw.integers(2))]]
+            bounds["lower"], bounds["upper"] = ([end * more for end in bounds[end_of]] for end_of in ("lower", "upper"))
+        case _:
+            content["truth"][0]["plant"] *= more
+    return what
 
 
 def _change(value: object, draw: np.random.Generator) -> None:
@@ -238,10 +275,19 @@ def _truth_is_false(content: dict, found: TrackableReference) -> bool:
 
 
 def _model_is_false(content: dict, robust: TrackableReference) -> bool:
-    vertices = [(v["A"], v["B"], v["c"]) for v in content["disturbance"]["model"]]
-    hull = type(gain(0.1)).of(vertices)
-    K = content["disturbance"]["feedback"]
-    return worst_plant(robust, PLANT, hull, K, 94, disturbance=W).violation > 1e-12
+    said = content["disturbance"]
+    hull = type(gain(0.1)).of([(v["A"], v["B"], v["c"]) for v in said["model"]])
+    of, sets = said["set"], (decode(Polytope, said[name]) for name in ("state_set", "input_set"))
+    disturbance = Zonotope(*(_fractions(of["centre"]), [*map(_fractions, of["generators"])]))
+    worst = worst_plant(
+        robust, ConstrainedSystem(SYSTEM, *sets), hull, said["feedback"], 94, disturbance=disturbance
+    )  # fmt: skip
+    apart = np.abs(worst.states[:, 0] - robust.window(worst.first_step, len(worst.states) - 1).states[:, 0])
+    return worst.violation > 1e-12 or float(np.max(apart)) > content["truth"][0]["plant"]
+
+
+def _fractions(texts: list[str]) -> list[Fraction]:
+    return [Fraction(text) for text in texts]
 
 
 def main(arguments: list[str]) -> int:

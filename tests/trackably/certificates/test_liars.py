@@ -12,6 +12,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 import trackably
+from tests.attack.liars import KINDS, attack
 from tests.splines.trials import Counts, try_one
 from tests.trackably.certificates.instances import case, general_case
 from tests.trackably.certificates.liars import LIES, LIES_ABOUT_PIECES, plant
@@ -23,25 +24,31 @@ from trackably import (
     Counterexample,
     Impossible,
     InfeasibleTightening,
+    Joints,
     LinearSystem,
+    ModelError,
     NotTrackableError,
     Polytope,
     Relearner,
     Samples,
     SquaredExponential,
     Table,
+    Truth,
     Unproved,
     certify,
+    certify_joints,
     certify_table,
     checker,
     learn_many,
     learn_reference,
     learn_stream,
     repair,
+    repair_joints,
+    stretch_joints,
 )
 from trackably.certificates.judge import accepted_file
 from trackably.certificates.outcome import NotExcluded, OutOfReach
-from trackably.checker import Failed, Proved, check
+from trackably.checker import Contradicted, Failed, Proved, Refuted, check
 from trackably.given import table as table_module
 from trackably.given.certify import CertifiedReference
 from trackably.gp.signal import KernelSum
@@ -58,6 +65,10 @@ RESERVOIR = ConstrainedSystem(
     Polytope.box([-1.0], [1.0]),
     Polytope.box([-1.0], [1.0]),
 )
+MOTION = CubicSpline([0.0, 1.0, 2.0], [[0.0], [1.0], [0.0]], bc_type="clamped")
+JOINTS, SLOW_JOINTS = (Joints(names=("a",), velocity=most) for most in (9.0, 1.0))
+KNOWN = SquaredExponential(0.5, 0.5)
+MODELS = ModelError.of([(AXIS.linear.A, part * AXIS.linear.B) for part in (0.99, 1.01)])
 CLAIM_NOTHING = Unproved, NotExcluded, UnmetBounds, NothingFeasible, NoFunction, NothingFactored, OutOfTime
 QUIET: dict[str, Any] = {"noise_std": 0.02, "progress": False}
 
@@ -78,6 +89,21 @@ def test_no_spline_is_proved_or_refuted_falsely_whatever_lies(lie, monkeypatch):
     for number in range(14):
         try_one(counts, 3, number)
     assert not [what for found in counts.values() for what in found.false]
+
+
+@pytest.mark.parametrize("kind", sorted({*KINDS} - {"kernels", "pieces"}))
+def test_nothing_false_of_any_kind_is_handed_out_whatever_lies(kind, monkeypatch):
+    """Each lie is told once; and a checker that accepts everything would be found out."""
+    count = len(KINDS[kind][1])
+    assert not [why for seed in range(count) for why in attack(kind, seed)[1]]
+    accepted = {"contradiction": Contradicted(""), "counterexample": Refuted(""), "broken": Refuted("")}
+    accepted |= {"refuted": Refuted("")}
+    monkeypatch.setattr(
+        checker,
+        "check",
+        lambda data, *_: next((of for word, of in accepted.items() if word in data["format"]), Proved("")),
+    )
+    assert any(attack(kind, seed)[1] for seed in range(count))
 
 
 @pytest.mark.parametrize("factor", [0.0, 0.5, 0.999, 2.0])
@@ -124,6 +150,19 @@ CLAIMING: dict[str, Callable[[Any, TrackableReference], Any]] = {
     "certify_table, refuted": lambda folder, _: certify_table(BROKEN_TABLE, AXIS, 1e-9),
     "Relearner": lambda folder, reference: Relearner(reference)(SAMPLES),
     "TrackableReference": lambda folder, _: TrackableReference.load(folder / "reference.json"),
+    "certify_joints": lambda folder, _: certify_joints(MOTION, JOINTS),
+    "certify_joints, refuted": lambda folder, _: certify_joints(MOTION, SLOW_JOINTS),
+    "stretch_joints": lambda folder, _: stretch_joints(MOTION, SLOW_JOINTS),
+    "repair_joints": lambda folder, _: repair_joints(MOTION, Joints(names=("a",), velocity=1.4)),
+    "learn_reference, true signal": lambda folder, _: learn_reference(
+        SAMPLES, AXIS, KNOWN, "recorded", truth=Truth(0.2, slope=5.0), **QUIET
+    ),
+    "learn_reference, no signal": lambda folder, _: learn_reference(
+        SAMPLES, AXIS, KNOWN, "recorded", truth=Truth(1e-6, slope=1e-6), **QUIET
+    ),
+    "learn_reference, wrong model": lambda folder, _: learn_reference(
+        SAMPLES, AXIS, KNOWN, "recorded", model_error=MODELS, **QUIET
+    ),
     "StreamReference": lambda folder, _: StreamReference.load(folder / "stream.json"),
 }
 
@@ -140,7 +179,8 @@ def claims_something(found: Any) -> bool:
     """Whether an answer says that something is proved, or refuted."""
     if isinstance(found, trackably.Fleet):
         return any(row.outcome in ("proved", "refuted") for row in found.rows)
-    others = trackably.CertifiedTable, trackably.RefutedTable, Impossible, InfeasibleTightening
+    others = trackably.CertifiedTable, trackably.RefutedTable, Impossible, InfeasibleTightening, trackably.NoSignal
+    others += trackably.CertifiedTrajectory, trackably.BrokenLimits
     return isinstance(
         found, (*others, Counterexample, trackably.CertifiedReference, TrackableReference, StreamReference)
     )
@@ -185,9 +225,9 @@ def test_values_that_only_a_length_scale_excludes_claim_nothing(gain):
 
 def test_every_public_name_that_may_claim_something_is_asked():
     asked = {name.partition(",")[0] for name in CLAIMING} | {"check"}  # the checker itself
-    public = {name for name in trackably.__all__ if name.startswith(("learn", "certify", "repair", "check"))}
+    public = {name for name in trackably.__all__ if name.startswith(("learn", "certify", "repair", "stretch", "check"))}
     public |= {name for name in trackably.__all__ if hasattr(getattr(trackably, name), "load")} | {"Relearner"}
-    assert public - {"certify_joints", "repair_joints"} == asked  # these are asked in tests/trackably/joints
+    assert public == asked
 
 
 def test_the_certificate_of_another_reference_is_refused():

@@ -1,0 +1,458 @@
+"""The liar's law at length: `python -m tests.attack.liars --problems 2000`; exit code 1: something false came out.
+
+What proposes proofs, counterexamples and contradictions is replaced by what lies: by a fault in each of its functions,
+and at random. What is handed out all the same has to be true: extremes are sought in many digits, signals and plants
+are driven to their ends.
+"""
+
+import argparse
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from fractions import Fraction
+from functools import cache
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from tests.attack.signals import WIDE
+from tests.splines.trials import Counts, try_one
+from tests.trackably.certificates.instances import case, general_case
+from tests.trackably.certificates.liars import LIES, LIES_ABOUT_PIECES, Lie
+from tests.trackably.checker.test_soundness import assert_nothing_false_is_claimed
+from tests.trackably.feasibility.test_impossible import random_plant, trajectory
+from tests.trackably.joints.trajectories import ORDERS, extreme
+from tests.trackably.plants import AXIS
+from tests.trackably.test_model_error import PLANT, W, gain
+from tests.trackably.test_truth import NOISE, BangBang
+from trackably import (
+    BrokenLimits,
+    CertifiedTable,
+    CertifiedTrajectory,
+    Joints,
+    JointTrajectory,
+    ModelError,
+    RefutedTable,
+    Samples,
+    SquaredExponential,
+    Table,
+    certify_joints,
+    certify_table,
+    feasibility,
+    learn_reference,
+    repair_joints,
+    stretch_joints,
+    truth,
+    worst_plant,
+)
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.judge import judged, judged_contradiction
+from trackably.certificates.prove import prove_on_window
+from trackably.certificates.robust import robust_of
+from trackably.checker.certificate import Measured, SignalClass, Window
+from trackably.given import table as tables
+from trackably.gp.signal import KernelSum
+from trackably.joints import certify as joints
+from trackably.joints import repair as repairing
+from trackably.joints.certify import BrokenLimit
+from trackably.learning.problem import NoSolution
+from trackably.systems import tightening
+from trackably.systems.reference import Reference
+from trackably.systems.tightening import Tightening
+from trackably.truth import Signals, no_signal, with_truth
+from trackably.waypoints import waypoints
+
+_SIGNALS = 4
+
+Lies = dict[str, tuple[Any, str, Lie]]
+Found = Iterator[tuple[str, str | None]]
+"""What was handed out, and what is false in it."""
+
+
+def _scaled(low: float, high: float) -> Lie:
+    """Return the lie that a number, or an array of numbers, is 10^low to 10^high times what it is."""
+    return lambda rng, honest: lambda *a, **k: honest(*a, **k) * 10 ** rng.uniform(low, high)
+
+
+def _some(rng: np.random.Generator, honest: Any) -> Any:
+    """Say half of what is there to be said."""
+    return lambda *a, **k: [each for each in honest(*a, **k) if rng.random() < 0.5]
+
+
+# Kernel sums, pieces and tables.
+
+
+def of_kernels(rng: np.random.Generator) -> Found:
+    make, seed = (case, general_case)[rng.integers(2)], int(rng.integers(2**31))
+    try:
+        yield from ((kind.__name__, None) for kind in assert_nothing_false_is_claimed({seed: make(seed)}))
+    except AssertionError as error:
+        yield "false", f"seed {seed}: {error}"
+
+
+def of_pieces(rng: np.random.Generator) -> Found:
+    counts: dict[str, Counts] = {}
+    try_one(counts, int(rng.integers(2**31)), int(rng.integers(100)))
+    for found in counts.values():
+        yield from (("Certificate", None) for _ in range(found.certificates))
+        yield from (("Counterexample", None) for _ in range(found.counterexamples))
+        yield from (("false", what) for what in found.false)
+
+
+def of_tables(rng: np.random.Generator) -> Found:
+    """Of a step that is off by a known defect, say of a tolerance near it whether it is kept."""
+    defect = float(10 ** rng.uniform(-6, -1))
+    tolerance = defect * float(1 + rng.choice([-1, 1]) * 10 ** rng.uniform(-9, -0.1))
+    found = certify_table(Table([[0.0, 0.0], [0.0, defect]], [[0.0]]), AXIS, tolerance)
+    is_kept, why = defect <= tolerance, None
+    if isinstance(found, CertifiedTable) and not (is_kept and found.defect >= defect):
+        why = f"{defect} is said to be within {tolerance}"
+    if isinstance(found, RefutedTable) and (is_kept or found.violation > defect - tolerance):
+        why = f"{defect} is said to be beyond {tolerance} by {found.violation}"
+    yield type(found).__name__, why
+
+
+def _defects(rng: np.random.Generator, honest: Any) -> Any:
+    return lambda *of: [(factor * low, factor * high) for low, high in honest(*of)] if (
+        factor := Fraction(10 ** float(rng.uniform(-3, 3)) * (rng.random() < 0.8))
+    ) >= 0 else []  # fmt: skip
+
+
+# Joints.
+
+
+def _random_trajectory(rng: np.random.Generator) -> JointTrajectory:
+    t = np.cumsum(rng.uniform(0.05, 0.5, int(rng.integers(4, 8))))
+    return JointTrajectory.of(CubicSpline(t, 0.3 * rng.normal(size=(len(t), 1)), bc_type="clamped"), rests=False)
+
+
+def _content(given: JointTrajectory) -> dict[str, Any]:
+    return {"trajectory": {"breakpoints": given.breakpoints.tolist(), "coefficients": given.coefficients.tolist()}}
+
+
+def _mirrored(given: JointTrajectory) -> JointTrajectory:
+    return replace(given, coefficients=-given.coefficients)
+
+
+def of_joints(rng: np.random.Generator) -> Found:
+    """A limit is next to an extreme of a random spline, or cuts a part of it off."""
+    given, order = _random_trajectory(rng), int(rng.integers(0, 3))
+    most = max(float(extreme(_content(of), 0, order)) for of in (given, _mirrored(given)))
+    by = [10.0 ** rng.uniform(-12, -6) * rng.choice([-1, 1]), rng.uniform(-0.3, 0.1)][int(rng.integers(2))]
+    limits: dict[str, Any] = {ORDERS[0]: [(-1e6, 1e6)]}
+    limits[ORDERS[order]] = [(-most * (1 + by), most * (1 + by))]
+    bounded = Joints(names=given.names, **limits)
+    for ask in (certify_joints, repair_joints, stretch_joints):
+        try:
+            found = ask(given, bounded, tolerance=1e-6)
+        except (ValueError, ArithmeticError, IndexError, AssertionError):
+            yield "nothing", None
+            continue
+        yield f"{ask.__name__}: {type(found).__name__}", _false_of_joints(found, bounded)
+
+
+def _false_of_joints(found: Any, bounded: Joints) -> str | None:
+    if isinstance(found, CertifiedTrajectory):
+        for r in range(bounded.order + 1):
+            low, high = bounded.limits[r, 0].tolist()
+            for end, of in ((high, found.trajectory), (-low, _mirrored(found.trajectory))):
+                if np.isfinite(end) and extreme(_content(of), 0, r) > end:
+                    return f"the {ORDERS[r]} is beyond {end}"
+    if isinstance(found, BrokenLimits):
+        for broken in found.broken:
+            if broken.jumps or broken.limits is None:
+                continue
+            r = ORDERS.index(broken.order)
+            past = [
+                extreme(_content(of), 0, r) - end
+                for end, of in ((broken.limits[1], found.trajectory), (-broken.limits[0], _mirrored(found.trajectory)))
+            ]
+            if max(past) < broken.violation:
+                return f"the {broken.order} is not beyond {broken.limits} by {broken.violation}"
+    return None
+
+
+def _exaggerates(rng: np.random.Generator, honest: Any) -> Any:
+    def told(*a: Any) -> Any:
+        for broken, place in honest(*a):
+            violation = broken.violation * 10 ** rng.uniform(0, 3)
+            yield replace(broken, violation=violation), {**place, "violation": violation}
+
+    return told
+
+
+def _breaks_anywhere(rng: np.random.Generator, honest: Any) -> Any:
+    def told(subject: Any, j: int, r: int, i: int) -> Any:
+        limit, since = subject.joints[j].limits[r], float(subject.width(i)) * float(rng.random())
+        by, t = 10.0 ** rng.uniform(-9, 0), subject.breakpoints[i]
+        broken = BrokenLimit(subject.joints[j].name, ORDERS[r], limit, t, t + since, by, False)
+        yield broken, {"joint": j, "order": r, "piece": i, "since": since, "violation": by}
+
+    return told
+
+
+def _everything_open(rng: np.random.Generator, honest: Any) -> Any:
+    return lambda subject: (
+        [
+            (j, r, i)
+            for j, of in enumerate(subject.joints)
+            for r, limit in enumerate(of.limits)
+            for i in range(len(subject.breakpoints) - 1)
+            if limit is not None
+        ],
+        [],
+    )
+
+
+def _solves_another(rng: np.random.Generator, honest: Any) -> Any:
+    """Solve the problem of wider limits, or return any coefficients."""
+
+    def solved(splines: Any, given: Any, bounded: Joints, held: Any, backoff: float, until: float) -> Any:
+        for each in honest(splines, given, bounded, held, -float(rng.choice([1e-12, 1e-6, 1e-3, 0.1])), until):
+            yield each + rng.normal(size=each.shape) * float(rng.choice([0.0, 1e-9, 1e-2]))
+
+    return solved
+
+
+OF_JOINTS: Lies = {
+    "violations are larger": (joints, "_outside", _exaggerates),
+    "limits are broken anywhere": (joints, "_outside", _breaks_anywhere),
+    "nothing is decided": (joints, "undecided", _everything_open),
+    "extremes are elsewhere": (
+        joints, "extremes", lambda rng, honest: lambda p, width: np.sort(width * rng.random(4)),
+    ),
+    "limits are left at any time": (joints, "_leaves", _scaled(-3, 0)),
+    "exact values are larger": (joints, "_below", _scaled(0, 2)),
+    "any factor will do": (joints, "_least_factor", _scaled(-2, 0)),
+    "other splines are nearest": (repairing, "_solved", _solves_another),
+}  # fmt: skip
+
+
+# True signals.
+
+
+@cache
+def _learned_near(seed: int) -> tuple[Certificate, BangBang]:
+    """Return a reference near a signal, of which nothing is said yet."""
+    f, t = BangBang(seed, 0.48), np.arange(0.0, 2.0, 0.1)
+    kernel = SquaredExponential(0.2, 0.4)
+    found = learn_reference(Samples(t, f(t)), WIDE, kernel, "recorded", noise_std=NOISE, mean=0.0, progress=False)
+    return found.certificate, f
+
+
+def of_truth(rng: np.random.Generator) -> Found:
+    """Another set of samples of the same signal, at the ends of their noise."""
+    certificate, f = _learned_near(int(rng.integers(_SIGNALS)))
+    t = np.sort(rng.choice(np.arange(0.0, 2.0, 0.02), int(rng.integers(8, 25)), replace=False))
+    values = f(t) + NOISE * rng.choice([-1.0, 1.0], len(t))
+    of = SignalClass(Measured(tuple(t.tolist()), tuple(values.tolist()), NOISE * (1 + 1e-9)), None, None, 0.5)
+    try:
+        excluded = no_signal("position", of)
+        excluded = excluded if excluded is None else judged_contradiction(excluded)
+        if excluded is not None and type(excluded).__name__ == "NoSignal":
+            yield "NoSignal", f"samples of a signal are said to contradict each other: {excluded}"
+        found = judged(with_truth(certificate, {"position": of}))
+    except (ValueError, ArithmeticError, IndexError, AssertionError, TypeError):
+        yield "nothing", None
+        return
+    is_claimed = isinstance(found, Certificate) and bool(found.truth)
+    yield type(found).__name__, _false_of_truth(found, f) if is_claimed else None
+
+
+def _false_of_truth(found: Certificate, f: BangBang) -> str | None:
+    (claimed,) = found.truth
+    t = np.linspace(claimed.ends[0], claimed.ends[-1], 2001)
+    x, cell = found.reference.state_at(t)[:, 0], np.searchsorted(claimed.ends, t, side="right") - 1
+    errors = np.array([*claimed.errors, claimed.errors[-1]])
+    if np.any(np.abs(x - f(t)) > errors[cell] + 1e-12):
+        return "the signal is further away"
+    for k in np.argsort(np.abs(x - f(t)) - errors[cell])[-3:].tolist():
+        ends = Signals.of(claimed.of, (float(t[k]),)).ends_at(float(t[k]))
+        if ends and max(abs(end - x[k]) for end in ends) > errors[cell[k]] * (1 + 1e-6):
+            return f"a signal of the class is further away at {t[k]} s"
+    return None
+
+
+def _wrong_pairs(rng: np.random.Generator, honest: Any) -> Any:
+    def chosen(of: SignalClass, edges: Any, course: Any) -> Any:
+        upper, lower, derived = honest(of, edges, course)
+        n, most = len(upper), len(of.samples.times)
+        other = tuple(tuple(sorted(rng.choice(most, 2, replace=False).tolist())) for _ in range(n))
+        return (other, lower, derived) if rng.random() < 0.5 else (upper, other, derived)
+
+    return chosen
+
+
+def _wrong_multipliers(rng: np.random.Generator, honest: Any) -> Any:
+    def summed(*a: Any) -> Any:
+        found = honest(*a)
+        return found and [m * Fraction(float(rng.uniform(0.5, 1.5))) for m in found]
+
+    return summed
+
+
+def _contradicts(rng: np.random.Generator, honest: Any) -> Any:
+    def contradicting(of: SignalClass, cells: int) -> Any:
+        which = sorted(rng.choice(len(of.samples.times), 3, replace=False).tolist())
+        return which, rng.normal(size=3)
+
+    return contradicting
+
+
+OF_TRUTH: Lies = {
+    "errors are smaller": (truth, "_bound", _scaled(-2, 0)),
+    "errors are a little smaller": (truth, "_bound", _scaled(-1e-4, 0)),
+    "other samples bound": (truth, "_chosen", _wrong_pairs),
+    "multipliers are others": (truth, "_rationals", _wrong_multipliers),
+    "there are no cells between": (truth, "_edges", lambda rng, honest: lambda of, start, end: [start, end]),
+    "sides are elsewhere": (truth, "_around", lambda rng, honest: lambda times, at: np.arange(min(3, len(times)))),
+    "signals contradict each other": (truth, "_contradicting", _contradicts),
+}
+
+
+# Wrong models.
+
+
+def of_models(rng: np.random.Generator) -> Found:
+    """A gain that is wrong by a random part: a reference next to the bounds that are left, and plants against them."""
+    error, centres = gain(float(rng.uniform(0.05, 0.4))), np.sort(rng.uniform(0.0, 1.9, 6))
+    try:
+        left = tightening.tightening(PLANT, W, None, 0.0, None, error)
+        signal = KernelSum(SquaredExponential(1.0, float(rng.uniform(0.4, 0.8))), 0.0, centres, rng.normal(size=6))
+        t, limits = np.linspace(0.0, 1.9, 400), [(q, q.bounds) for q in left.plant.quantities]
+        most = max(float(np.max(np.abs(q([signal], t))) / min(-of.lower, of.upper)) for q, of in limits)
+        reference = Reference((replace(signal, weights=signal.weights * (0.999 / most)),), left.plant)
+        found = prove_on_window(reference, 0.0, 1.9)
+        found = judged(replace(found, robust=robust_of(left))) if isinstance(found, Certificate) else found
+    except (ValueError, ArithmeticError, IndexError, AssertionError):
+        yield "nothing", None
+        return
+    why = None
+    if isinstance(found, Certificate) and left.invariant is not None:
+        worst = worst_plant(reference, PLANT, error, left.invariant.feedback, 94, disturbance=W)
+        why = str(worst) if worst.violation > 1e-12 else None
+    yield type(found).__name__, why
+
+
+def _smaller_set(rng: np.random.Generator, honest: Any) -> Any:
+    def smaller(*a: Any) -> Any:
+        found = honest(*a)
+        return replace(found, box=found.box * 10 ** rng.uniform(-3, -0.01))
+
+    return smaller
+
+
+OF_MODELS: Lies = {
+    "the model adds nothing": (ModelError, "added_to", lambda rng, honest: lambda self, W, *a: W),
+    "the model adds a part": (ModelError, "generators", _some),
+    "nothing is taken": (Tightening, "_of_row", lambda rng, honest: lambda *a: (Fraction(0), Fraction(0))),
+    "less is taken": (
+        Tightening,
+        "_of_row",
+        lambda rng, honest: lambda *a: tuple(end * Fraction(float(rng.uniform(0.3, 1))) for end in honest(*a)),
+    ),
+    "the set is smaller": (tightening, "invariant_set", _smaller_set),
+    "errors decay faster": (
+        tightening,
+        "_contraction",
+        lambda rng, honest: lambda *a: (max(1, honest(*a)[0] // 2), honest(*a)[1] * rng.uniform(0.1, 0.9)),
+    ),
+    "one step is enough": (tightening, "_head", lambda rng, honest: lambda *a: 1),
+    "any feedback will do": (
+        tightening, "best_feedback", lambda rng, honest: lambda *a: honest(*a) * rng.uniform(0.5, 1.5),
+    ),
+}  # fmt: skip
+
+
+# Contradictions.
+
+
+def of_contradictions(rng: np.random.Generator) -> Found:
+    """Values on a trajectory that keeps all bounds."""
+    plant = random_plant(rng)
+    states = trajectory(plant, rng, 12)
+    at = {0.1 * k: dict(zip(plant.system.states, x.tolist(), strict=True)) for k, x in enumerate(states)}
+    claim = Window(0.0, 0.1 * max(1, len(states) - 1))
+    pinned = waypoints(at, 1e-9, plant, claim)
+    found: NoSolution | None = feasibility.impossible(plant, claim, pinned, [0.0] * plant.signal_count)
+    yield type(found).__name__, None if found is None else f"what a trajectory does is excluded: {found}"
+
+
+def _any_multipliers(rng: np.random.Generator, honest: Any) -> Any:
+    def least(steps: Any, elastic: Any) -> Any:
+        found = honest(steps, elastic)
+        sizes = [10.0 ** rng.uniform(-9, 3, len(elastic)) * (rng.random(len(elastic)) < 0.5) for _ in range(2)]
+        return found and replace(found, missing=10.0 ** rng.uniform(-5, 1), at_lower=sizes[0], at_upper=sizes[1])
+
+    return least
+
+
+def _more_is_missing(rng: np.random.Generator, honest: Any) -> Any:
+    return lambda *a: (found := honest(*a)) and replace(found, missing=found.missing + 10.0 ** rng.uniform(-9, 0))
+
+
+OF_CONTRADICTIONS: Lies = {
+    "multipliers are any numbers": (feasibility, "least", _any_multipliers),
+    "more is missing": (feasibility, "least", _more_is_missing),
+}
+
+KINDS: dict[str, tuple[Callable[[np.random.Generator], Found], Lies]] = {
+    "kernels": (of_kernels, LIES),
+    "pieces": (of_pieces, LIES_ABOUT_PIECES),
+    "tables": (of_tables, {"defects are others": (tables, "_defects", _defects)}),
+    "joints": (of_joints, OF_JOINTS),
+    "true signals": (of_truth, OF_TRUTH),
+    "wrong models": (of_models, OF_MODELS),
+    "contradictions": (of_contradictions, OF_CONTRADICTIONS),
+}
+
+
+@contextmanager
+def telling(lie: str, kind: str, rng: np.random.Generator) -> Iterator[None]:
+    """Put a lie in the place of what is honest."""
+    owner, name, lying = KINDS[kind][1][lie]
+    with patch.object(owner, name, lying(rng, getattr(owner, name))):
+        yield
+
+
+def attack(kind: str, seed: int) -> tuple[Counter[str], list[str]]:
+    """Ask about a problem of a kind, of a seed, while somebody lies; return what was handed out, and what was false."""
+    problem, lies = KINDS[kind]
+    rng, lie = np.random.default_rng([seed, 11]), list(lies)[seed % len(lies)]
+    counts, false = Counter[str](), list[str]()
+    if kind == "true signals":
+        for base in range(_SIGNALS):
+            _learned_near(base)  # honestly
+    with telling(lie, kind, rng):
+        for what, why in problem(rng):
+            counts[what] += 1
+            false += [f"{kind}, seed {seed}, {lie}: {what}: {why}"] if why else []
+    return counts, false
+
+
+def main(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(prog="python -m tests.attack.liars")
+    parser.add_argument("--problems", type=int, default=2000)
+    parser.add_argument("--kinds", nargs="*", default=list(KINDS), choices=KINDS)
+    parser.add_argument("--seed", type=int, default=0)
+    given = parser.parse_args(arguments)
+    counts: dict[str, Counter[str]] = {kind: Counter() for kind in given.kinds}
+    false: list[str] = []
+    for number in range(given.problems):
+        kind = given.kinds[number % len(given.kinds)]
+        found, wrong = attack(kind, given.seed + number // len(given.kinds))
+        counts[kind] += found + Counter(problems=1)
+        false += wrong
+    for kind, found in counts.items():
+        print(f"{kind}: {dict(sorted(found.items()))}")
+    print(f"false: {len(false)}")
+    print(*false, sep="\n", file=sys.stderr)
+    return 1 if false else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
