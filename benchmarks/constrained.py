@@ -25,7 +25,7 @@ from trackably.learning.constraint import ROUNDING_BACKOFF
 from trackably.learning.learner import HYPERPARAMETERS
 from trackably.learning.methods import all_phases
 from trackably.learning.problem import ConstrainedProblem, Solution
-from trackably.learning.screening import screened
+from trackably.learning.screening import screen
 from trackably.learning.search import best_solution
 from trackably.systems.polytopes import Interval
 
@@ -231,7 +231,7 @@ def _slsqp_algorithm1(of: Task, every_start: bool) -> tuple[float, str]:
 def _example2() -> Iterator[Row]:
     of, last = task("example2"), last_step("example2")
     everywhere = ConstrainedProblem(of.samples, of.prior, of.space, all_phases(of.plant))
-    starts = screened(everywhere, of.space.starts)
+    starts = screen(everywhere, of.space.starts)
     problem, plain = of.on_steps(last), OnGrid(of, last)
 
     def ours() -> Solution:

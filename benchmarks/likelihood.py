@@ -11,7 +11,7 @@ from scipy.linalg import lapack
 
 from benchmarks.harness import Row, agree, duel, in_new_process, kept, within
 from benchmarks.problems import NOISE, PRIOR, irregular, likelihood, regular
-from trackably.gp.factorise import unstructured
+from trackably.gp.factorise import dense_factorisation
 from trackably.gp.posterior import Posterior
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ConstrainedProblem, Solution
@@ -94,7 +94,7 @@ def _dense(samples: Samples) -> Callable[[], object]:
     def of_whole_matrix() -> object:
         posterior = Posterior(PRIOR.parts[0], samples)
         covariance = samples.stencil.covariance(posterior.prior.kernel)
-        vars(posterior)["_factored"] = unstructured(posterior.prior, samples, covariance)
+        vars(posterior)["_factored"] = dense_factorisation(posterior.prior, samples, covariance)
         return posterior.negative_log_marginal_likelihood()
 
     return of_whole_matrix

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from benchmarks.harness import Row
 from pipeline.drawings.style import save
-from trackably.exports.figures import BLUE, FAINT, INK, ORANGE, PAGE, PALE, styled
+from trackably.exports.figures import BLUE, FAINT, INK, ORANGE, PAGE, PALE, with_style
 
 FOLDER = Path(__file__).parent
 RESULTS, TABLE, FIGURE = FOLDER / "results.json", FOLDER / "README.md", FOLDER / "figures" / "ratios.svg"
@@ -108,7 +108,7 @@ def _time(seconds: float) -> str:
     return f"{seconds / 1e-6:.3g} µs"
 
 
-@styled
+@with_style
 def figure(rows: Sequence[Row]) -> Figure:
     """How many times longer others take, with the range over the rounds, and the targets."""
     figure = Figure(figsize=(PAGE, 0.5 + 0.155 * len(rows)))

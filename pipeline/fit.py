@@ -40,12 +40,12 @@ from pipeline.storage.archive import Conservatism, Draws, Fitted, Study, Tightne
 from pipeline.storage.results import Results, to_csv
 from trackably.arrays import Array
 from trackably.errors import DoubtfulInputWarning, NoReferenceError
-from trackably.explanation import IgnoresSamplesWarning, ignored, outlying
+from trackably.explanation import IgnoresSamplesWarning, ignores_samples, outlying
 from trackably.files import write_json, write_text
 from trackably.fit import Fit as TrackableFit
 from trackably.gp.joint import JointPosterior, period_of
 from trackably.gp.samples import Samples
-from trackably.learning.methods import all_phases, unconstrained
+from trackably.learning.methods import all_phases, learn_unconstrained
 from trackably.learning.problem import NoSolution, Solution
 from trackably.progress.bar import progress_bar
 from trackably.systems.constrained import ConstrainedSystem
@@ -95,7 +95,7 @@ def interval_row(experiment: Experiment, samples: tuple[Samples, ...], count: in
 def draw_row(experiment: Experiment, seed: int) -> list[float]:
     """Return the entries of `Draws` for one seed."""
     task = experiment.task((_drawn(experiment, seed),))
-    free = _solution(experiment, seed, unconstrained(task.samples, task.prior, task.plant, task.space))
+    free = _solution(experiment, seed, learn_unconstrained(task.samples, task.prior, task.plant, task.space))
     margins = _margins(task.plant, free.posterior)
     kept = _solution(experiment, seed, at_all_phases(task)) if min(margins) < 0 else free
     steps = np.arange(experiment.verified(task.samples).last_step + 1, dtype=float)
@@ -232,7 +232,7 @@ def _ask(experiment: Experiment, fits: Mapping[str, Fit]) -> None:
     """
     found, free = fits[JOINT.name].solution, fits[UNCONSTRAINED.name].solution.posterior
     of = TrackableFit.of(Reference(found.signals, experiment.plant), found, free, ())
-    if sentence := ignored(of):
+    if sentence := ignores_samples(of):
         warnings.warn(f"experiment {experiment.name}: {sentence}", IgnoresSamplesWarning, stacklevel=3)
     if question := outlying(misfit for misfit in of.misfits if not misfit.samples.scatter.count):
         warnings.warn(f"experiment {experiment.name}: {question}", DoubtfulInputWarning, stacklevel=3)

@@ -11,7 +11,7 @@ from pipeline.experiments.sources import STEPS, CsvColumn, Drawn, Excerpt, McapF
 from pipeline.published.ground_truth import GROUND_TRUTHS, draw
 from pipeline.storage.archive import Sampled, write_samples
 from pipeline.storage.results import Results
-from trackably.condensed import MANY, condensed_by_name
+from trackably.condensed import MANY, condense_by_name
 from trackably.errors import DoubtfulInputWarning, InputError
 from trackably.gp.samples import Samples
 from trackably.input_warnings import doubts
@@ -93,7 +93,7 @@ def _fewer(experiment: Experiment, samples: Mapping[str, Samples]) -> dict[str, 
     """Return the samples to learn from: fewer centres that stand for all of them, where the experiment says so."""
     noise = {name: fields.noise_std for name, fields in experiment.prior.items()}
     kinds = kinds_by_name(experiment.plant, samples)
-    return condensed_by_name(samples, kinds, experiment.centres, noise)
+    return condense_by_name(samples, kinds, experiment.centres, noise)
 
 
 def _read_csv(source: CsvColumn, sampling_time: float) -> Signal:

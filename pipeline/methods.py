@@ -181,7 +181,7 @@ class Method:
 
 def unconstrained(task: Task) -> Fit | Failed:
     """Maximise the likelihood, and constrain nothing."""
-    found = methods.unconstrained(task.samples, task.prior, task.plant, task.space)
+    found = methods.learn_unconstrained(task.samples, task.prior, task.plant, task.space)
     if not isinstance(found, Solution):
         return Failed(found.explanation)
     return Fit(found, found.fits)

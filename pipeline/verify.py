@@ -18,7 +18,7 @@ from pipeline.storage.archive import Sampled, write_margins
 from pipeline.storage.results import Results, to_csv
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.judge import accepted_file, judged
+from trackably.certificates.judge import accepted_file, judge
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import Outcome
 from trackably.certificates.robust import robust_of
@@ -213,7 +213,7 @@ def verify(experiment: Experiment, results: Results) -> None:
     proofs: dict[str, Outcome] = {}
     for method, learned in tqdm(fitted.learned.items(), desc=f"{experiment.name}: verify", disable=None):
         margins[method] = _profiles(experiment.verified(fitted.sampled.samples), learned.reference)
-        proof = judged(prove_for(experiment, method, fitted.sampled, learned.reference))
+        proof = judge(prove_for(experiment, method, fitted.sampled, learned.reference))
         proofs[method] = proof
         if METHODS[method].must_be_proved and not isinstance(proof, Certificate):
             raise NoReferenceError(f"experiment {experiment.name}: {method} has no proof: {proof.explanation}")

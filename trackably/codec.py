@@ -112,12 +112,12 @@ def encode(value: object) -> Any:
     """
     if isinstance(value, type) or not dataclasses.is_dataclass(value):
         raise CodecError(f"only a dataclass has a JSON here, got {short(value)}")
-    data = unverified(value)
+    data = encode_unverified(value)
     decode(type(value), data)
     return data
 
 
-def unverified(value: object) -> Any:
+def encode_unverified(value: object) -> Any:
     """Return the same as `encode`, but do not verify that `decode` reads it.
 
     For certificates, which the checker reads.

@@ -97,13 +97,13 @@ class Condensation:
         times = np.unique(np.concatenate([fewer.times, more.times]))
         between = np.concatenate([times, (times[1:] + times[:-1]) / 2])
 
-        def judged(samples: Samples) -> tuple[float, Array]:
+        def evaluate(samples: Samples) -> tuple[float, Array]:
             """Return l, and the posterior mean as the first kind of samples measures it; no large matrices are kept."""
             posterior = Posterior(prior, samples)
             return posterior.negative_log_likelihood, stencil.measured(posterior.signal, between)
 
         try:
-            (l_one, one), (l_other, other) = judged(fewer), judged(more)
+            (l_one, one), (l_other, other) = evaluate(fewer), evaluate(more)
         except IllConditioned:
             return cls(name, count, len(fewer), len(more), None, None)
         apart = float(np.max(np.abs(other - one))) / prior.noise_std
@@ -128,7 +128,7 @@ _LOST = 0.01  # allowed relative increase of the mean square residual of polynom
 _DEVIATIONS = 3.0  # allowed standard deviations; that of a mean square of n normal numbers is √(2/n) times itself
 
 
-def condensed(samples: Samples, centres: int) -> Samples:
+def condense(samples: Samples, centres: int) -> Samples:
     """Return at most `centres` samples that represent all of them; the same samples if they are no more.
 
     The time between the first sample and the last is divided into equal bins, and `condensed_bin` replaces the samples
@@ -164,17 +164,17 @@ def condensed_enough(samples: Samples, noise_std: float | None = None) -> Sample
     """
     quarter, half = len(samples) // _LEAST_GAIN, len(samples) // 2
     for finest in (quarter, half):
-        centres, allowed = finest, _allowed(samples, finest, noise_std)
-        while centres // 2 >= NODES and _mean_square(condensed(samples, centres // 2).scatter) <= allowed:
+        centres, allowed = finest, _allowance(samples, finest, noise_std)
+        while centres // 2 >= NODES and _mean_square(condense(samples, centres // 2).scatter) <= allowed:
             centres //= 2
         if centres < finest:
-            return condensed(samples, 2 * centres)
+            return condense(samples, 2 * centres)
     return samples
 
 
-def _allowed(samples: Samples, finest: int, noise_std: float | None) -> float:
+def _allowance(samples: Samples, finest: int, noise_std: float | None) -> float:
     """Return the largest allowed mean square residual of fewer centres than the `finest`."""
-    least = _mean_square(condensed(samples, finest).scatter)
+    least = _mean_square(condense(samples, finest).scatter)
     chance = _DEVIATIONS * np.sqrt(2 / len(samples) * finest / (len(samples) - finest))
     return float(least + (_LOST + chance) * max(least, (noise_std or 0.0) ** 2))
 
@@ -183,7 +183,7 @@ def finer(samples: Samples, fewer: Samples, most: int) -> Samples:
     """Return samples for comparison with `fewer`: all samples if there are at most `most`,
     otherwise twice as many as `fewer`.
     """
-    return samples if len(samples) <= most else condensed(samples, 2 * len(fewer))
+    return samples if len(samples) <= most else condense(samples, 2 * len(fewer))
 
 
 def _bin(samples: Samples, of: slice) -> Condensed:
@@ -212,7 +212,7 @@ def checked_centres(given: object) -> Centres:
     return whole("centres", given, least=NODES)
 
 
-def condensed_by_name(
+def condense_by_name(
     given: Mapping[str, Samples],
     kinds: Iterable[Iterable[str]],
     centres: Centres,
@@ -225,8 +225,8 @@ def condensed_by_name(
     `kinds` are the names that depend on each flat output, the first with σ_n. "auto" chooses as many centres as the
     samples need, multiplied by `times` if the kernel needs more; all samples if that is more than half of them.
     """
-    known = {name: _known(noise_std, first) for first, *others in map(tuple, kinds) for name in (first, *others)}
-    return {name: _condensed(samples, centres, known[name], many, times) for name, samples in given.items()}
+    known = {name: _known_noise(noise_std, first) for first, *others in map(tuple, kinds) for name in (first, *others)}
+    return {name: _condense(samples, centres, known[name], many, times) for name, samples in given.items()}
 
 
 def cost_of(
@@ -245,18 +245,18 @@ def cost_of(
     return tuple(Condensation.of(name, part, one, other) for name, part, one, other in parts if one.scatter.count)
 
 
-def _condensed(samples: Samples, centres: Centres, noise_std: float | None, many: int, times: int) -> Samples:
+def _condense(samples: Samples, centres: Centres, noise_std: float | None, many: int, times: int) -> Samples:
     if centres is None or (centres == "auto" and len(samples) <= many):
         return samples
     if centres != "auto":
-        return condensed(samples, centres)
+        return condense(samples, centres)
     few = condensed_enough(samples, noise_std)
     if times == 1 or len(few) == len(samples):
         return few
-    return condensed(samples, times * len(few)) if 2 * times * len(few) <= len(samples) else samples
+    return condense(samples, times * len(few)) if 2 * times * len(few) <= len(samples) else samples
 
 
-def _known(noise_std: object, name: str) -> float | None:
+def _known_noise(noise_std: object, name: str) -> float | None:
     """Return σ_n of a name if it is a number; None if it is learned."""
     of = noise_std.get(name) if isinstance(noise_std, Mapping) else noise_std
     return float(of) if is_number(of) and not isinstance(of, Learned) else None

@@ -128,7 +128,9 @@ def empirical_prior(
         questions += [f"{edge}, {edge.interval}: was it meant as a limit?" for edge in narrow]
         return EmpiricalPrior(_with_means(likeliest, means).as_known(), tuple(questions))
     with_noise = _with_means(prior, means)
-    least = [space.bounds[name].lower if (name := prior.called(of, NOISE)) in space.bounds else 0 for of in prior.names]
+    least = [
+        space.bounds[name].lower if (name := prior.name_of(of, NOISE)) in space.bounds else 0 for of in prior.names
+    ]
     parts = zip(with_noise.parts, likeliest.parts, left_out, least, strict=True)
     known = tuple(
         replace(own, noise_std=float(of.noise_std)) if may and of.noise_std > _SEEN * low else own

@@ -32,7 +32,7 @@ class IgnoresSamplesWarning(UserWarning):
     """A reference keeps its bounds, but does not follow the samples from which it was learned."""
 
 
-def ignored(fit: Fit) -> str | None:
+def ignores_samples(fit: Fit) -> str | None:
     """Return a sentence with advice if the reference ignores its samples; None if it follows them."""
     large = [misfit for misfit in fit.misfits if misfit.is_large]
     if not large:
@@ -57,7 +57,7 @@ def given_values(pinned: Sequence[Pinned]) -> list[str]:
     return said if left_out < 2 else [*said[: _SHOWN - 1], f"{left_out} more such times", said[-1]]
 
 
-def condensed(fit: Fit) -> str | None:
+def condensation_sentence(fit: Fit) -> str | None:
     """Return a sentence on how many samples are represented by fewer centres, and the effect; None if all are used."""
     return f"learned {'; '.join(map(str, fit.condensed))}" if fit.condensed else None
 
@@ -79,7 +79,7 @@ def at_edges(fit: Fit) -> str | None:
     return "; ".join([*map(str, fit.edges), *limited]) or None
 
 
-def unfinished(fit: Fit) -> str | None:
+def budget_sentence(fit: Fit) -> str | None:
     """Return a sentence on how far J may be from its least value, if a budget ended the search; otherwise None."""
     if fit.budget is None:
         return None
@@ -115,10 +115,10 @@ def means(prior: JointPrior, samples: tuple[Samples, ...], likeliest: JointPrior
     return "; ".join(map(_mean, prior.names, samples, prior.parts, likeliest.parts))
 
 
-def inflated(fit: Fit) -> str | None:
+def noise_question(fit: Fit) -> str | None:
     """Return a question if noise learned with the bounds differs by more than a half from that learned without them."""
     parts = zip(fit.prior.names, fit.prior.parts, fit.unconstrained_prior.parts, strict=True)
-    return "; ".join(_inflated(*part) for part in parts if _is_inflated(*part[1:])) or None
+    return "; ".join(_noise_question(*part) for part in parts if _is_inflated(*part[1:])) or None
 
 
 def outlying(misfits: Iterable[Misfit]) -> str | None:
@@ -155,7 +155,7 @@ def _is_inflated(own: Prior, free: Prior) -> bool:
     return NOISE in own.learned and abs(own.noise_std - free.noise_std) > _OF_NOISE * free.noise_std
 
 
-def _inflated(name: str, own: Prior, free: Prior) -> str:
+def _noise_question(name: str, own: Prior, free: Prior) -> str:
     is_given = isinstance(own.noise_std, Learned) and own.noise_std.interval is not None
     left_out = ", or nothing: it is then learned without them" if is_given else ""
     return (

@@ -13,7 +13,7 @@ import scipy
 
 from trackably.arrays import Array, Flags
 from trackably.certificates.form import as_written
-from trackably.certificates.judge import judged_contradiction
+from trackably.certificates.judge import judge_contradiction
 from trackably.certificates.outcome import Impossible, InfeasibleTightening
 from trackably.certificates.pinned import WINDOW, Pinned, extent
 from trackably.checker import subject
@@ -66,7 +66,7 @@ class Steps:
         X, U = self.plant.state_set.rows, self.plant.input_set.rows
         bounded = scipy.sparse.kron(scipy.sparse.eye_array(self.count), scipy.linalg.block_diag(X, U))
         at = [value.step * self.size + self.names.index(value.name) for value in self.values]
-        return scipy.sparse.csr_array(scipy.sparse.vstack([bounded, picked(at, self.count * self.size)]))
+        return scipy.sparse.csr_array(scipy.sparse.vstack([bounded, unit_rows(at, self.count * self.size)]))
 
     @property
     def lower(self) -> Array:
@@ -114,7 +114,7 @@ def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Pinned]) -
     """
     step, most = plant.sampling_time, _MOST_UNKNOWNS // (len(plant.system.states) + len(plant.system.inputs))
     first, last = claim.span
-    for linked in _linked(sorted(pinned, key=lambda of: of.time), step):
+    for linked in _link(sorted(pinned, key=lambda of: of.time), step):
         start = linked[0].time if linked else (first if math.isfinite(first) else 0.0)
         before, after = (_whole(time, start, step, most) for time in (start - first, last - start))
         at = [round((of.time - start) / step) for of in linked]
@@ -129,7 +129,7 @@ def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Pinned]) -
         yield Steps(plant, start - early * step, count, values)
 
 
-def _linked(pinned: list[Pinned], step: float) -> list[list[Pinned]]:
+def _link(pinned: list[Pinned], step: float) -> list[list[Pinned]]:
     found: list[list[Pinned]] = []
     for one in pinned:
         for others in found:
@@ -186,7 +186,7 @@ class Courses:
         )
 
 
-def picked(columns: Sequence[int] | Array, count: int) -> Any:
+def unit_rows(columns: Sequence[int] | Array, count: int) -> Any:
     """Return the rows of the identity matrix with these indices, of `count` columns."""
     each = np.arange(len(columns))
     return scipy.sparse.csr_array((np.ones(len(each)), (each, columns)), shape=(len(each), count))
@@ -296,10 +296,10 @@ def _of_bounds(
 
 def _of_linear(steps: Steps) -> Impossible | None:
     found = _contradiction(steps)
-    return None if found is None or found.missing <= 0 else _accepted(_told(found))
+    return None if found is None or found.missing <= 0 else _accept(_tell(found))
 
 
-def _accepted(found: Impossible) -> Impossible | None:
+def _accept(found: Impossible) -> Impossible | None:
     """Return a contradiction with the largest part of `found.missing` that the checker accepts.
 
     None if it accepts none.
@@ -307,7 +307,7 @@ def _accepted(found: Impossible) -> Impossible | None:
     for part in _PARTS:
         missing = part * found.missing
         nearly = replace(found, missing=missing, contradiction={**found.contradiction, "missing": missing})
-        if judged_contradiction(nearly) is nearly:
+        if judge_contradiction(nearly) is nearly:
             return nearly
     return None
 
@@ -346,7 +346,7 @@ def _of_nonlinear(steps: Steps) -> Impossible | None:
     wanted = next(given, f"{gap.name} in {bounds[gap.name]} at t = {steps.time(gap.step):.6g} s")
     among = [said for said in values if said != wanted] + [f"{name} in {of}" for name, of in bounds.items() if of]
     proof = {"kind": "boxes", **vars(gap)}
-    return _accepted(Impossible(wanted, missing, tuple(among), _file(steps, 0, gap.step + 1, missing, proof)))
+    return _accept(Impossible(wanted, missing, tuple(among), _file(steps, 0, gap.step + 1, missing, proof)))
 
 
 def _contradiction(steps: Steps) -> Least | None:
@@ -369,7 +369,7 @@ def _contradiction(steps: Steps) -> Least | None:
     return None
 
 
-def _told(found: Least) -> Impossible:
+def _tell(found: Least) -> Impossible:
     steps = found.steps
     if not steps.values:
         return Impossible("", found.missing, (*_bounds(found),), _multipliers(found, found.missing))

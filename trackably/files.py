@@ -69,7 +69,7 @@ def write_atomically(path: Path, data: bytes) -> None:
 
 def read_bytes(path: Path, most: int | None = None) -> bytes:
     """Return a file's content. InputError: the file cannot be read, or has more than `most` bytes."""
-    with opened(path) as file:
+    with open_input(path) as file:
         data = file.read(-1 if most is None else most + 1)
     if most is not None and len(data) > most:
         raise InputError(f"{path}: it has more than {most} bytes")
@@ -77,7 +77,7 @@ def read_bytes(path: Path, most: int | None = None) -> bytes:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[BinaryIO]:
+def open_input(path: Path) -> Iterator[BinaryIO]:
     """Open a file to read it. InputError: it cannot be read, or is a device or a pipe, which may have no end.
 
     Pipes are refused before they are opened, because opening one waits for a writer.

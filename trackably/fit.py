@@ -100,7 +100,7 @@ class Misfit:
     @property
     def in_noise(self) -> float:
         """The root mean square of `off`, in standard deviations of each sample's noise."""
-        return self._weighted(self.off) / self.noise_std
+        return self._weigh(self.off) / self.noise_std
 
     @property
     def is_large(self) -> bool:
@@ -113,16 +113,16 @@ class Misfit:
         """
         w = self.samples.relative_noise**-2
         about = self.samples.values - np.average(self.samples.values, weights=w)
-        return self._weighted(self.off) > max(
-            _TIMES_UNCONSTRAINED * self._weighted(self.unconstrained),
+        return self._weigh(self.off) > max(
+            _TIMES_UNCONSTRAINED * self._weigh(self.unconstrained),
             _TIMES_NOISE * self.noise_unconstrained,
-            _OF_SPREAD * self._weighted(about),
+            _OF_SPREAD * self._weigh(about),
         )
 
     def _size(self, values: Array) -> float:
         return math.sqrt(self.samples.mean_square(values))
 
-    def _weighted(self, values: Array) -> float:
+    def _weigh(self, values: Array) -> float:
         scatter = self.samples.scatter
         squares = float(np.sum((values / self.samples.relative_noise) ** 2)) + scatter.squares
         return float(np.sqrt(squares / (len(values) + scatter.count)))

@@ -24,7 +24,7 @@ from trackably.certificates.robust import robust_of
 from trackably.checker.certificate import AllPhases
 from trackably.condensed import Centres, Condensation
 from trackably.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, levels, split_means
-from trackably.explanation import IgnoresSamplesWarning, given_too_narrowly, ignored, inflated, outlying
+from trackably.explanation import IgnoresSamplesWarning, given_too_narrowly, ignores_samples, noise_question, outlying
 from trackably.feasibility import impossible
 from trackably.fit import Fit
 from trackably.gp.joint import JointPosterior, JointPrior
@@ -41,7 +41,7 @@ from trackably.learning.space import SearchSpace
 from trackably.progress.bar import progress_bar
 from trackably.progress.work import BudgetEnded, until
 from trackably.reference import TrackableReference
-from trackably.request.claim import kept_at_rest, refuse_mean
+from trackably.request.claim import quantities_at_rest, refuse_mean
 from trackably.request.prior import Noise
 from trackably.request.samples import Measurements, SamplesLike
 from trackably.systems.constrained import ConstrainedSystem
@@ -218,7 +218,7 @@ def learn_reference(
     pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     others = measured if learn_from is None else measured.others("learn_from", learn_from)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
-    at_rest, keep = kept_at_rest(claim, plant), learn_from is not None
+    at_rest, keep = quantities_at_rest(claim, plant), learn_from is not None
     pins = tuple(pin for values in pinned for pin in values.pins(plant))
 
     def beforehand(of: tuple[Samples, ...]) -> EmpiricalPrior:
@@ -259,10 +259,10 @@ def learn_reference(
         fit = Fit.of(certified.reference, solution, solution.unconstrained, pinned, cost, limited, ended)
     certificate = with_truth(replace(certified.certificate, robust=robust_of(tightening)), classes)
     learned = TrackableReference(fit, certificate, proofs, tightening)
-    if sentence := ignored(learned.fit):
+    if sentence := ignores_samples(learned.fit):
         sentence += ', or method="joint"' if method == "hyperparameters" else ""
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
-    noise = inflated(fit) if method == "joint" else None
+    noise = noise_question(fit) if method == "joint" else None
     questions = given_too_narrowly(fit), noise, outlying(fit.misfits_to(measured.all_signals))
     ask(filter(None, questions), _CALLER)
     return learned

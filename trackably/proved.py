@@ -13,7 +13,7 @@ from trackably.arguments import numbers, whole
 from trackably.arrays import Array, ArrayLike
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_subject
-from trackably.certificates.judge import accepted_file, found_or_raise, judged
+from trackably.certificates.judge import accepted_file, found_or_raise, judge
 from trackably.checker.form import subject_of
 from trackably.exports.proved import Proved, proved_times
 from trackably.files import new_file, path_of, write_atomically
@@ -214,7 +214,7 @@ class ProvedReference(ExportMixin, ABC):
         about another reference.
         """
         for certificate in (self.certificate, *self.pin_certificates):
-            found_or_raise(judged(certificate))
+            found_or_raise(judge(certificate))
             if certificate.reference is not self.reference and _fingerprint(certificate.reference) != self.fingerprint:
                 raise ValueError("certificate: expected one about this reference, got one about another reference")
 

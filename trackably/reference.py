@@ -13,15 +13,15 @@ from trackably.certificates.judge import found_or_raise
 from trackably.draws import Bands, Draws, band, bounded_steps, draws_within_bounds
 from trackably.explanation import (
     at_edges,
-    condensed,
+    budget_sentence,
+    condensation_sentence,
     costs,
     distances,
     given_values,
-    ignored,
+    ignores_samples,
     kept_free,
     longer_than_memory,
     means,
-    unfinished,
 )
 from trackably.files import new_file, path_of
 from trackably.fit import Fit
@@ -170,16 +170,16 @@ class TrackableReference(ProvedReference):
         """A text: what is proved, how far the reference is from its samples, and what its bounds cost."""
         fit = self.fit
         said = [
-            ignored(fit),
+            ignores_samples(fit),
             self.certificate.explanation,
             kept_free(self.tightening),
             *given_values(fit.pinned),
             means(fit.prior, fit.samples, fit.unconstrained_prior),
-            condensed(fit),
+            condensation_sentence(fit),
             distances(fit),
             costs(fit),
             at_edges(fit),
-            unfinished(fit),
+            budget_sentence(fit),
             longer_than_memory(fit),
         ]
         return "; ".join(filter(None, said))

@@ -156,10 +156,10 @@ def _theorem(about: Certificate | Counterexample, arithmetic: str) -> Theorem:
     robust = about.robust if isinstance(about, Certificate) else None
     if robust is None or not isinstance(robust.disturbance, Zonotope):
         return Theorem(subject.fingerprint, (nominal,))
-    return Theorem(subject.fingerprint, (nominal, _disturbed(robust, robust.disturbance, arithmetic)))
+    return Theorem(subject.fingerprint, (nominal, _disturbance(robust, robust.disturbance, arithmetic)))
 
 
-def _disturbed(robust: Robust, disturbance: Zonotope, arithmetic: str) -> Part:
+def _disturbance(robust: Robust, disturbance: Zonotope, arithmetic: str) -> Part:
     definition = _DISTURBED.format(
         feedback=_list(map(_numbers, robust.feedback)),
         pushes=_zonotope(disturbance),

@@ -19,7 +19,7 @@ from trackably.arguments import instance, real
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import as_written, encode_subject
-from trackably.certificates.judge import found_or_raise, judged_contradiction
+from trackably.certificates.judge import found_or_raise, judge_contradiction
 from trackably.certificates.outcome import NoSignal
 from trackably.certificates.robust import Robust
 from trackably.checker.certificate import Claim, Derived, Measured, SignalClass, TrueSignal, Window
@@ -27,7 +27,7 @@ from trackably.checker.contradiction import Value
 from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.form import subject_of
 from trackably.checker.truth import CONTRADICTION, VERSION, ContradictedSamples, Place, contradiction_of, gaps, places
-from trackably.feasibility import Courses, Steps, least, picked
+from trackably.feasibility import Courses, Steps, least, unit_rows
 from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
@@ -104,11 +104,11 @@ def _class_of(name: str, truth: object, samples: Mapping[str, Samples], plant: C
     for sampled in filter(None, (name, truth.rate)):
         if sampled not in samples:
             raise ValueError(f"truth: {sampled} is not sampled; there are samples of {', '.join(samples)}")
-    rates = _measured(samples[truth.rate], truth.rate_noise or 0.0) if truth.rate else None
-    return SignalClass(_measured(samples[name], truth.noise), rates, truth.slope, truth.second_derivative)
+    rates = _measure(samples[truth.rate], truth.rate_noise or 0.0) if truth.rate else None
+    return SignalClass(_measure(samples[name], truth.noise), rates, truth.slope, truth.second_derivative)
 
 
-def _measured(samples: Samples, noise: float) -> Measured:
+def _measure(samples: Samples, noise: float) -> Measured:
     return Measured(tuple(samples.times.tolist()), tuple(samples.values.tolist()), noise)
 
 
@@ -231,7 +231,7 @@ def true_signal(
         raise ValueError(f"truth: two samples of {name} at least must lie within what is proved")
     edges, state = _edges(of, start, end), reference.plant.system.states.index(name)
     course = [(times := np.linspace(a, b, 5), reference.state_at(times)[:, state]) for a, b in pairwise(edges)]
-    upper, lower, derived = _chosen(of, edges, course)
+    upper, lower, derived = _choose(of, edges, course)
     halves, count = np.diff(edges) / 2, len(edges) - 1
     best = TrueSignal(name, of, tuple(edges), (), _TERMS, upper, lower, (np.inf,) * count, None, derived)
     subject = subject_of(encode_subject(reference))
@@ -252,7 +252,7 @@ def true_signal(
 Chosen = tuple[tuple[tuple[int, int], ...], tuple[tuple[int, int], ...], tuple[Derived, ...]]
 
 
-def _chosen(of: SignalClass, edges: list[float], course: list[tuple[Array, Array]]) -> Chosen:
+def _choose(of: SignalClass, edges: list[float], course: list[tuple[Array, Array]]) -> Chosen:
     """Return the pair of measurements for each side of each cell, and derived points for the cells
     with the largest errors.
 
@@ -408,7 +408,7 @@ class Signals:
         at, of_rates = (len(each) * np.searchsorted(knots, times) for times in (of.samples.times, rates.times))
         values = np.array([*of.samples.values, *rates.values]) / unit
         noise = np.array([of.samples.noise] * len(of.samples.times) + [rates.noise] * len(rates.times)) / unit
-        rows, growth = picked([*at, *(of_rates + 1)], len(bounds)), np.where(noise > 0, noise, 1.0)
+        rows, growth = unit_rows([*at, *(of_rates + 1)], len(bounds)), np.where(noise > 0, noise, 1.0)
         zero = np.zeros(len(moves))
         return cls(Courses(steps, zero, rows, values - noise, values + noise, growth, bounds), knots, unit)
 
@@ -463,7 +463,7 @@ def _contradiction(name: str, of: SignalClass) -> NoSignal | None:
     written["of"] = {key: value for key, value in written["of"].items() if value is not None}
     content = {"format": CONTRADICTION, "version": VERSION} | {key: value for key, value in written.items() if value}
     answer = NoSignal(name, missing, tuple(among), content, bound, float(excess / size))
-    return answer if judged_contradiction(answer) is answer else None
+    return answer if judge_contradiction(answer) is answer else None
 
 
 def _contradicting(of: SignalClass, cells: int) -> tuple[list[int], Array]:

@@ -27,14 +27,14 @@ from benchmarks.rivals.study.summary import TIGHTNESS, Entry
 from benchmarks.rivals.table import Row
 from benchmarks.rivals.tables import markdown, read
 from pipeline.drawings.style import save
-from trackably.exports.figures import INK, styled
+from trackably.exports.figures import INK, with_style
 from trackably.exports.figures import PAGE as WIDTH
 
 _MARKERS = "osD^vP*X<>"
 _NOTHING = 1e-13  # where "none" is drawn, on a logarithmic axis
 
 
-@styled
+@with_style
 def violations(rows: Sequence[Row]) -> Figure:
     """Each marker is one fineness of the grid; below the line nothing is broken, and that is proved."""
     figure = Figure(figsize=(WIDTH, 2.6))
@@ -52,7 +52,7 @@ def violations(rows: Sequence[Row]) -> Figure:
     return figure
 
 
-@styled
+@with_style
 def tightness(rows: Sequence[Row]) -> Figure:
     """The error to the truth as the upper bound of the state is drawn in; an open marker breaks its bounds."""
     figure = Figure(figsize=(WIDTH, 2.8))
@@ -77,7 +77,7 @@ def tightness(rows: Sequence[Row]) -> Figure:
     return figure
 
 
-@styled
+@with_style
 def errors(entries: Sequence[Entry]) -> Figure:
     """For each system: median errors with their bands, and the shares of curves that break bounds or collapsed."""
     systems, rivals = (

@@ -41,7 +41,7 @@ from trackably.exports.figures import (
     PALE,
     SAMPLE,
     reference_styles,
-    styled,
+    with_style,
 )
 from trackably.gp.posterior import IllConditioned
 from trackably.gp.samples import Samples
@@ -87,7 +87,7 @@ _ZOOMED: Final = 11
 _EVERY: Final = 5  # so many iterations from one marker of a published curve to the next
 
 
-@styled
+@with_style
 def convergence(
     trace: Trace, state_set: Interval, prior_mean: float, published: Mapping[str, Array] | None = None
 ) -> Figure:
@@ -201,7 +201,7 @@ _OPTIMUM_MARKERS: Final[tuple[dict[str, Any], ...]] = (
 )
 
 
-@styled
+@with_style
 def landscape(panels: Sequence[Landscape], trace: Trace, references: Mapping[str, Reference]) -> Figure:
     """Draw objective and feasible set on each grid, the iterations of Algorithm 1, and the optimum of each reference.
 
@@ -278,7 +278,7 @@ def _name_ends(axes: Axes, path: Array, k_bar: Array) -> None:
         axes.annotate(name, (path[0, i], path[1, i]), offset, textcoords="offset points", ha=ha, va=va, **style)
 
 
-@styled
+@with_style
 def tube(reference: Reference, steps: Array) -> Figure:
     """Draw a scalar reference at consecutive `steps` k: the states, the tube in reach from each, and the inputs."""
     figure = Figure(figsize=(COLUMN, 3.5))
@@ -321,7 +321,7 @@ def _inputs(axes: Axes, reference: Reference, steps: Array) -> None:
     axes.set_yticks([bounds.lower, (bounds.lower + bounds.upper) / 2, bounds.upper])
 
 
-@styled
+@with_style
 def asymptotic(reference: Reference, samples: Samples, transient_step: int, final_step: int, last_step: int) -> Figure:
     """Draw an asymptotically constant scalar reference up to `last_step`, and the bound m ± m̄ where it is decreasing.
 
@@ -370,7 +370,7 @@ _HALF, _BELOW = 0.075, 0.12  # of the height: half a box of one line, and where 
 _ROOM = 0.25  # beyond the bound, of the height of what is drawn
 
 
-@styled
+@with_style
 def scheme(reference: Reference, samples: Samples, times: Array, truth: Array | None) -> Figure:
     """Draw samples (and the `truth`, if known) → reference generator → learned `reference` → controller → plant.
 

@@ -41,7 +41,7 @@ from trackably.exports.figures import (
     legend_above,
     pad_limits,
     shade_outside,
-    styled,
+    with_style,
 )
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.polytopes import Interval, Polytope
@@ -51,7 +51,7 @@ ByInitialState = Mapping[str, LoopTrajectory]
 _ROUNDING: Final = 1e-16
 
 
-@styled
+@with_style
 def closed_loop(
     loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_step: int, units: Units = UNKNOWN_UNITS
 ) -> Figure:
@@ -81,7 +81,7 @@ def closed_loop(
     return figure
 
 
-@styled
+@with_style
 def costs(loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_step: int) -> Figure:
     """Draw V_N(k) up to `last_step`, one panel for each reference by its label.
 
@@ -122,7 +122,7 @@ _UPDATES: Final[dict[float, dict[str, Any]]] = {
 }
 
 
-@styled
+@with_style
 def infeasibility(
     trajectory: LoopTrajectory, plant: ConstrainedSystem, horizon: int, units: Units = UNKNOWN_UNITS
 ) -> Figure:
@@ -155,7 +155,7 @@ def infeasibility(
     return figure
 
 
-@styled
+@with_style
 def relearned(
     trajectory: LoopTrajectory,
     updates: Mapping[str, Array],
@@ -195,7 +195,7 @@ _EDGE_STYLES: Final[tuple[dict[str, Any], ...]] = (
 _FILL: Final = 0.12
 
 
-@styled
+@with_style
 def feasible_intervals(
     feasible: Mapping[int, Columns], loops: ByInitialState, plant: ConstrainedSystem, units: Units = UNKNOWN_UNITS
 ) -> Figure:
@@ -218,7 +218,7 @@ def feasible_intervals(
     return figure
 
 
-@styled
+@with_style
 def feasible_polygons(
     feasible: Mapping[int, Columns], loops: ByInitialState, plant: ConstrainedSystem, units: Units = UNKNOWN_UNITS
 ) -> Figure:
@@ -262,7 +262,7 @@ _CLOSE: Final = 0.01
 """Lines to the reference are left out once they are shorter than this part of the picture."""
 
 
-@styled
+@with_style
 def loops_in_plane(
     loops: Mapping[str, LoopTrajectory],
     plant: ConstrainedSystem,
@@ -309,7 +309,7 @@ _SHOWN: Final = (-0.03, 0.12)
 """Margins between these parts of a width are shown, and larger ones where no loop comes so near."""
 
 
-@styled
+@with_style
 def tube_runs(
     runs: Runs,
     count: int,
@@ -353,7 +353,7 @@ def tube_runs(
     return figure
 
 
-@styled
+@with_style
 def disturbed_loops(
     loops: Mapping[str, Mapping[str, LoopTrajectory]], failures: Mapping[str, float | None], plant: ConstrainedSystem
 ) -> Figure:
@@ -388,7 +388,7 @@ def disturbed_loops(
     return figure
 
 
-@styled
+@with_style
 def price_of_room(
     sizes: Sequence[float],
     price: Sequence[float],

@@ -23,7 +23,7 @@ from pipeline.drawings.style import (
 )
 from pipeline.storage.archive import Conservatism
 from trackably.arrays import Array
-from trackably.exports.figures import COLUMN, FAINT, INK, PAGE, PALE, SAMPLE, legend_above, reference_styles, styled
+from trackably.exports.figures import COLUMN, FAINT, INK, PAGE, PALE, SAMPLE, legend_above, reference_styles, with_style
 from trackably.gp.samples import Samples
 from trackably.systems.reference import Reference
 
@@ -31,7 +31,7 @@ _MARKERS: Final = 16
 """Number of markers of a published curve in a panel, approximately."""
 
 
-@styled
+@with_style
 def prediction(
     samples: Samples,
     references: Mapping[str, Reference],
@@ -135,7 +135,7 @@ class GrowthIntervals:
     upper: Array
 
 
-@styled
+@with_style
 def periodic_prediction(
     samples: Samples,
     references: Mapping[str, Reference],
@@ -188,7 +188,7 @@ def _mark_inadmissible(axes: Axes, reference: Reference, steps: Array, color: st
         axes.plot(steps[inadmissible], x, ".", color=color, markersize=4, zorder=3.6, label=label)
 
 
-@styled
+@with_style
 def growth_intervals(panels: Mapping[str, GrowthIntervals]) -> Figure:
     """Draw derivatives and the growth rates that bound them, constant on intervals, in one panel for each title."""
     figure = Figure(figsize=(PAGE, 4.0))
@@ -214,7 +214,7 @@ def growth_intervals(panels: Mapping[str, GrowthIntervals]) -> Figure:
     return figure
 
 
-@styled
+@with_style
 def conservatism(found: Conservatism, levels: Mapping[str, float]) -> Figure:
     """Draw the optimum of the paper's program (8) over its number of intervals, and the optima of other methods.
 

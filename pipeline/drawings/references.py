@@ -29,7 +29,7 @@ from trackably.exports.figures import (
     axis_label,
     legend_above,
     reference_styles,
-    styled,
+    with_style,
 )
 from trackably.gp.samples import Samples
 from trackably.systems.reference import Reference
@@ -39,7 +39,7 @@ _NARROW: Final = 0.05
 _LINEAR_BELOW: Final = 1e-4
 
 
-@styled
+@with_style
 def margins(profiles: Mapping[str, Sequence[MarginProfile]], units: Units = UNKNOWN_UNITS) -> Figure:
     """Draw the margins of each reference by its label, one panel for each bounded quantity, and mark the worst ones."""
     styles = reference_styles(profiles)
@@ -92,7 +92,7 @@ _BROKEN: Final[tuple[dict[str, Any], ...]] = (
 """Styles of what is broken, in the order of the quantities."""
 
 
-@styled
+@with_style
 def path(
     references: Mapping[str, Reference],
     plane: tuple[str, str],
@@ -166,7 +166,7 @@ def _point(course: Array, lengths: Array, at: float) -> tuple[float, float]:
 _MARKS: Final = "so^"
 
 
-@styled
+@with_style
 def tightness(found: Mapping[str, Tightness], baseline: str, least: float, noise_std: float) -> Figure:
     """Draw price, misfit and error of references by their labels over the upper bound of the state, tightest last.
 

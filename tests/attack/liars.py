@@ -50,7 +50,7 @@ from trackably import (
     worst_plant,
 )
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.judge import judged, judged_contradiction
+from trackably.certificates.judge import judge, judge_contradiction
 from trackably.certificates.prove import prove_on_window
 from trackably.certificates.robust import robust_of
 from trackably.checker.certificate import Measured, SignalClass, Window
@@ -228,7 +228,7 @@ OF_JOINTS: Lies = {
     "limits are left at any time": (joints, "_leaves", _scaled(-3, 0)),
     "exact values are larger": (joints, "_below", _scaled(0, 2)),
     "any factor will do": (joints, "_least_factor", _scaled(-2, 0)),
-    "other splines are nearest": (repairing, "_solved", _solves_another),
+    "other splines are nearest": (repairing, "_solve", _solves_another),
 }  # fmt: skip
 
 
@@ -252,10 +252,10 @@ def of_truth(rng: np.random.Generator) -> Found:
     of = SignalClass(Measured(tuple(t.tolist()), tuple(values.tolist()), NOISE * (1 + 1e-9)), None, None, 0.5)
     try:
         excluded = no_signal("position", of)
-        excluded = excluded if excluded is None else judged_contradiction(excluded)
+        excluded = excluded if excluded is None else judge_contradiction(excluded)
         if excluded is not None and type(excluded).__name__ == "NoSignal":
             yield "NoSignal", f"samples of a signal are said to contradict each other: {excluded}"
-        found = judged(with_truth(certificate, {"position": of}))
+        found = judge(with_truth(certificate, {"position": of}))
     except (ValueError, ArithmeticError, IndexError, AssertionError, TypeError):
         yield "nothing", None
         return
@@ -306,7 +306,7 @@ def _contradicts(rng: np.random.Generator, honest: Any) -> Any:
 OF_TRUTH: Lies = {
     "errors are smaller": (truth, "_bound", _scaled(-2, 0)),
     "errors are a little smaller": (truth, "_bound", _scaled(-1e-4, 0)),
-    "other samples bound": (truth, "_chosen", _wrong_pairs),
+    "other samples bound": (truth, "_choose", _wrong_pairs),
     "multipliers are others": (truth, "_rationals", _wrong_multipliers),
     "there are no cells between": (truth, "_edges", lambda rng, honest: lambda of, start, end: [start, end]),
     "sides are elsewhere": (truth, "_around", lambda rng, honest: lambda times, at: np.arange(min(3, len(times)))),
@@ -327,7 +327,7 @@ def of_models(rng: np.random.Generator) -> Found:
         most = max(float(np.max(np.abs(q([signal], t))) / min(-of.lower, of.upper)) for q, of in limits)
         reference = Reference((replace(signal, weights=signal.weights * (0.999 / most)),), left.plant)
         found = prove_on_window(reference, 0.0, 1.9)
-        found = judged(replace(found, robust=robust_of(left))) if isinstance(found, Certificate) else found
+        found = judge(replace(found, robust=robust_of(left))) if isinstance(found, Certificate) else found
     except (ValueError, ArithmeticError, IndexError, AssertionError):
         yield "nothing", None
         return

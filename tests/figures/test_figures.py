@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from tests.figures.texts import collisions, texts
 from tests.project import ROOT
-from trackably.exports.figures import styled, svg
+from trackably.exports.figures import svg, with_style
 
 FIGURES = sorted(
     path
@@ -26,7 +26,7 @@ def test_no_text_is_hidden(path: Path) -> None:
     assert collisions(drawn, _GAP) == []
 
 
-@styled
+@with_style
 def labelled(*labels: tuple[float, float, str], line: tuple[float, float] = (0.1, 0.1), title: str = "") -> Figure:
     """Draw labels at places of a panel from 0 to 1, and a line over it."""
     figure = Figure(figsize=(3, 2))

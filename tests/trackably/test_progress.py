@@ -26,7 +26,7 @@ from trackably.learning.prior import prior_for
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.space import SearchSpace
 from trackably.progress import bar, work
-from trackably.progress.work import BudgetEnded, Work, done, until, watched
+from trackably.progress.work import BudgetEnded, Work, done, until, watch
 from trackably.streams.windows import constraints_at
 from trackably.systems.library import tank
 from trackably.systems.sampling import sampled_signals
@@ -51,7 +51,7 @@ def learned(*, progress: bool = True) -> TrackableReference:
 
 def test_fits_evaluations_and_boxes_are_told_as_they_are_done() -> None:
     heard: list[Work] = []
-    with watched(heard.append):
+    with watch(heard.append):
         learned()
     assert heard.count("evaluation") > heard.count("fit") > 0
     assert heard.index("evaluation") < heard.index("box") < heard.index("fit")
@@ -65,7 +65,7 @@ def test_a_function_sought_for_known_hyperparameters_is_not_silent() -> None:
     prior = prior_for(plant, {"level": Prior(SquaredExponential(1.0, 1.0), 0.02, 1.0)})
     constraints = constraints_at(Window(0.0, 8.0), plant)
     heard: list[Work] = []
-    with watched(heard.append):
+    with watch(heard.append):
         found = learn_function(ConstrainedProblem(samples, prior, SearchSpace({}), constraints))
     assert isinstance(found, Solution)
     assert heard.count("evaluation") > 10 * len(samples)
@@ -82,7 +82,7 @@ def test_work_ends_with_its_budget(monkeypatch: pytest.MonkeyPatch) -> None:
             while True:
                 done("box")
 
-    with watched(heard.append), pytest.raises(BudgetEnded):
+    with watch(heard.append), pytest.raises(BudgetEnded):
         work_on()
     assert heard == ["box"] * 4
     done("box")
@@ -111,7 +111,7 @@ def test_an_interrupt_ends_it_at_once() -> None:
         if len(heard) == 5:
             raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt), watched(interrupt):
+    with pytest.raises(KeyboardInterrupt), watch(interrupt):
         learned()
     assert len(heard) == 5
     done("fit")

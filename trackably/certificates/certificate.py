@@ -9,7 +9,7 @@ from trackably.certificates.claim import times_of
 from trackably.certificates.robust import Robust
 from trackably.checker.certificate import AllPhases, Claim, Cover, Steps, TrueSignal
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.polytopes import rounded
+from trackably.systems.polytopes import rounded_text
 from trackably.systems.reference import Reference
 
 _TIME_TOLERANCE, TIME_TOLERANCE_OF_PIECES = 1e-12, 2.0**-50
@@ -113,10 +113,10 @@ class Certificate:
 
 
 def _truth(of: TrueSignal) -> str:
-    plant = "" if of.plant is None else f", and so is the plant at steps, within {rounded(of.plant, 'up')}"
+    plant = "" if of.plant is None else f", and so is the plant at steps, within {rounded_text(of.plant, 'up')}"
     return (
-        f"; from {of.ends[0]:g} s to {of.ends[-1]:g} s {of.state} is within {rounded(of.error, 'up')} of every true "
-        f"signal that explains its samples{plant}"
+        f"; from {of.ends[0]:g} s to {of.ends[-1]:g} s {of.state} is within {rounded_text(of.error, 'up')} of every "
+        f"true signal that explains its samples{plant}"
     )
 
 

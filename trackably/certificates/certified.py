@@ -136,8 +136,8 @@ def _may_cost_more(solution: Solution) -> bool:
 def _learn(goal: Goal, learning: "_Learning") -> Certified | NoSolution | Failure:
     """Learn towards the goal; if the proof fails at a time after all constraints, extend the window and repeat."""
     outcome = learning.towards(goal)
-    while isinstance(outcome, Failure) and goal.extends_to(_failed_at(outcome)) and learning.may_go_on:
-        longer = goal.longer(_failed_at(outcome))
+    while isinstance(outcome, Failure) and goal.extends_to(_failure_time(outcome)) and learning.may_go_on:
+        longer = goal.longer(_failure_time(outcome))
         if longer is None:
             break
         goal = longer
@@ -191,7 +191,7 @@ class _Learning:
                 cost = found.objective - first.objective
                 solution = replace(found, fits=self.fits)
                 return Certified(solution, reference, outcome, backoff, cost, self.attempts, self.space)
-            if goal.extends_to(_failed_at(outcome)) or not self.may_go_on:
+            if goal.extends_to(_failure_time(outcome)) or not self.may_go_on:
                 return outcome
             error = _relative_error(reference)
             if error >= _LARGEST_BACKOFF and self._shortened(found, error):
@@ -241,7 +241,7 @@ class _Learning:
         the optimiser's tolerance.
         """
         constraints = [
-            Constraint(_drawn_in(q, backoff / 2), RealTimes(goal.times), backoff / 2) for q in self.plant.quantities
+            Constraint(_tighten(q, backoff / 2), RealTimes(goal.times), backoff / 2) for q in self.plant.quantities
         ]
         return ConstrainedProblem(self.samples, self.prior, self.space, tuple(constraints), self.pins)
 
@@ -262,11 +262,11 @@ def _of_given_bounds(found: NothingFeasible, plant: ConstrainedSystem) -> Nothin
     return replace(found, quantity=own, violation=violation, broken_at_rest=broken)
 
 
-def _drawn_in(quantity: Quantity, by: float) -> Quantity:
+def _tighten(quantity: Quantity, by: float) -> Quantity:
     return replace(quantity, bounds=quantity.bounds.shrunk(by * quantity.bounds.width))
 
 
-def _failed_at(outcome: Failure) -> float:
+def _failure_time(outcome: Failure) -> float:
     """Return the time [s] at which a bound is violated, or the start of the box that is not proved."""
     return outcome.time if isinstance(outcome, Counterexample) else outcome.box[0]
 

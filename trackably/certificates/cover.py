@@ -48,24 +48,24 @@ def cover(
     edges = _first_edges(draft, reference, start, end, asks)
     boxes, wanted = np.stack([edges[:-1], edges[1:]]), np.ones((len(draft.quantities), len(edges) - 1), dtype=bool)
     if not asks:
-        one = _joined(start, [np.vstack([boxes, _radii(draft, reference, *boxes)])])
+        one = _join(start, [np.vstack([boxes, _radii(draft, reference, *boxes)])])
         return {q.name: one for q in draft.quantities}
     kinks, accepted = _Kinks.of(draft), [dict[float, Box]() for _ in draft.quantities]
     exact = set[Box]()
     for halvings in range(_MOST_HALVINGS):
         tried = np.vstack([boxes, _radii(draft, reference, *boxes)])
-        missing, reasons = _refused(draft, tried, wanted, exactly=False)
+        missing, reasons = _refusals(draft, tried, wanted, exactly=False)
         refused = np.any(missing, axis=0)
         if halvings >= _EXACT_FROM and 0 < refused.sum() <= _MOST_EXACT and not kinks.are_in(boxes[:, refused]):
             before = missing
-            missing, reasons = _refused(draft, tried, missing, exactly=True)
+            missing, reasons = _refusals(draft, tried, missing, exactly=True)
             exact.update(Box(*box) for box in tried[:, np.any(before & ~missing, axis=0)].T.tolist())
         for found, kept in zip(accepted, wanted & ~missing, strict=True):
             for box in tried[:, kept].T.tolist():
                 found[box[0]] = Box(*box)
                 done("box")
         if np.any(missing):
-            given_up = _given_up(draft, reference, boxes, missing, 0 if kinks.are_in(boxes[:, refused]) else halvings)
+            given_up = _hopeless(draft, reference, boxes, missing, 0 if kinks.are_in(boxes[:, refused]) else halvings)
             if given_up is not None:
                 q, b = given_up
                 name, first = draft.quantities[q].name, float(boxes[0, b])
@@ -75,12 +75,12 @@ def cover(
             boxes, missing = _left(draft, accepted, exact)
             if not boxes.size:
                 named = zip(draft.quantities, accepted, strict=True)
-                return {q.name: _joined(start, [np.array([*found.values()]).T]) for q, found in named}
+                return {q.name: _join(start, [np.array([*found.values()]).T]) for q, found in named}
         boxes, wanted = _split(boxes, missing, kinks)
     raise AssertionError("a box that is not proved after the last halving is given up")
 
 
-def _given_up(
+def _hopeless(
     draft: Draft, reference: Reference, boxes: Array, missing: Flags, halvings: int
 ) -> tuple[int, int] | None:
     """Return a quantity and a box for which halving does not help, or would give too many boxes.
@@ -119,7 +119,7 @@ class _Kinks:
     @classmethod
     def of(cls, draft: Draft) -> Self:
         found = list[tuple[float, float, float]]()
-        for s, shift in _shifted(draft):
+        for s, shift in _shifts(draft):
             signal = draft.subject.signals[s]
             if not signal.kernel.has_kink:
                 continue
@@ -180,7 +180,7 @@ def _left(draft: Draft, accepted: list[dict[float, Box]], exact: set[Box]) -> tu
             held.setdefault(boxes[start], []).append(q)
     names = [q.name for q in draft.quantities]
     missing = dict[tuple[float, float], Flags]()
-    for box, q, _ in draft.refused(held, exactly=False):
+    for box, q, _ in draft.refusals(held, exactly=False):
         if box not in exact:
             del accepted[names.index(q.name)][box.start]
             missing.setdefault(box[:2], np.zeros(len(names), dtype=bool))[names.index(q.name)] = True
@@ -191,7 +191,7 @@ def _middles(boxes: Array) -> Array:
     return np.asarray(boxes[0] + (boxes[1] - boxes[0]) / 2)
 
 
-def _refused(draft: Draft, boxes: Array, wanted: Flags, exactly: bool) -> tuple[Flags, dict[tuple[str, float], str]]:
+def _refusals(draft: Draft, boxes: Array, wanted: Flags, exactly: bool) -> tuple[Flags, dict[tuple[str, float], str]]:
     """Return which `wanted` quantities are refused in which boxes (3, B), shape (Q, B), and the reasons."""
     index = {q.name: i for i, q in enumerate(draft.quantities)}
     every = [Box(*of) for of in boxes.T.tolist()]
@@ -202,7 +202,7 @@ def _refused(draft: Draft, boxes: Array, wanted: Flags, exactly: bool) -> tuple[
     }
     at = {box: b for b, box in enumerate(every)}
     missing, reasons = np.zeros_like(wanted), dict[tuple[str, float], str]()
-    for box, q, why in draft.refused(held, exactly):
+    for box, q, why in draft.refusals(held, exactly):
         missing[index[q.name], at[box]] = True
         reasons[q.name, box.start] = why
     return missing, reasons
@@ -216,7 +216,7 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float, a
     is_linear = all(q.combination is not None and not q.needs for q in draft.quantities)
     shortest = min(signal.kernel.correlation_time for signal in reference.kernel_sums)
     widest = (_WIDTH if is_linear and asks else _NARROW) * shortest
-    shifts = sorted({float(shift) for _, shift in _shifted(draft)})
+    shifts = sorted({float(shift) for _, shift in _shifts(draft)})
     centres = np.sort(
         np.concatenate([np.subtract.outer(signal.centres, shifts).ravel() for signal in draft.subject.signals])
     )
@@ -230,7 +230,7 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float, a
         edges = np.sort(np.concatenate([edges, edges[:-1][split] + widths[split] / 2]))
 
 
-def _shifted(draft: Draft) -> list[tuple[int, Fraction]]:
+def _shifts(draft: Draft) -> list[tuple[int, Fraction]]:
     """Return the pairs of a signal's index s and a shift j T [s] that occur in the quantities."""
     arguments = [argument for q in draft.quantities for argument in q.arguments.values()]
     found = {
@@ -248,7 +248,7 @@ def _radii(draft: Draft, reference: Reference, starts: Array, ends: Array) -> Ar
     halves, middles = (ends - starts) / 2, starts + (ends - starts) / 2
     radii, bounds = halves * _RATIOS[:, None], np.zeros((len(_RATIOS), len(starts)))
     with np.errstate(all="ignore"):
-        for s, shift in _shifted(draft):
+        for s, shift in _shifts(draft):
             signal, kernel = draft.subject.signals[s], reference.kernel_sums[s].kernel
             on_disc: Any = signal.kernel.largest_on_disc  # of intervals of either arithmetic
             centres, times = np.sort(signal.centres), middles + float(shift)
@@ -262,7 +262,7 @@ def _radii(draft: Draft, reference: Reference, starts: Array, ends: Array) -> Ar
     return np.asarray(radii[best, np.arange(len(starts))])
 
 
-def _joined(start: float, found: Sequence[Array]) -> Boxes:
+def _join(start: float, found: Sequence[Array]) -> Boxes:
     starts, ends, radii = np.concatenate(found, axis=1)
     order = np.argsort(starts)
     return Boxes((start, *ends[order].tolist()), tuple(radii[order].tolist()))

@@ -102,14 +102,14 @@ class Draft:
         for q in free:
             if not q.is_flat:
                 try:
-                    errors[q.name] = _SLACK * _rounded_up(error_of(subject, q, of_signals))
+                    errors[q.name] = _SLACK * _round_up(error_of(subject, q, of_signals))
                 except UndefinedError:
                     errors[q.name] = np.inf
         if flat := [q for q in free if q.is_flat]:
             unstated = dict.fromkeys((q.name for q in free), np.inf)
             needs = FlatNeeds.of(checked.Certificate(subject, *_NOTHING, until, unstated, None), free)
             errors |= _errors_of_formulas(reference, needs, flat, times)
-        drawn = tuple(_drawn_in(q, errors[q.name]) for q in free)
+        drawn = tuple(_tighten(q, errors[q.name]) for q in free)
         return cls(checked.Certificate(subject, *_NOTHING, until, errors, None), drawn)
 
     @property
@@ -135,7 +135,7 @@ class Draft:
         proof = checked.Cover(0.0, start, {}, TERMS)
         return check_tail(replace(self.certificate, proof=proof), list(self.quantities), FIRST_PASS) is None
 
-    def refused(self, held: Mapping[Box, list[Quantity]], exactly: bool) -> Iterator[tuple[Box, Quantity, str]]:
+    def refusals(self, held: Mapping[Box, list[Quantity]], exactly: bool) -> Iterator[tuple[Box, Quantity, str]]:
         """Yield each box with a quantity that is not shown to keep its bounds there, and the reason.
 
         If float64 intervals do not decide, the quantity is enclosed `exactly`, which takes long, or refused.
@@ -160,7 +160,7 @@ class Draft:
         return value_at(self.subject, next(q for q in self.quantities if q.name == name), t)
 
 
-def _drawn_in(q: Quantity, by: float) -> Quantity:
+def _tighten(q: Quantity, by: float) -> Quantity:
     return replace(q, lower=q.lower.moved(exactly(by)), upper=q.upper.moved(-exactly(by))) if np.isfinite(by) else q
 
 
@@ -178,11 +178,11 @@ def _errors_of_formulas(reference: Reference, needs: FlatNeeds, flat: list[Quant
         at = constants({name: exactly(value[i]) for name, value in every.items()}, 1)
         for q in flat:
             try:
-                largest[q.name] = max(largest[q.name], _rounded_up(values.error(q, at)))
+                largest[q.name] = max(largest[q.name], _round_up(values.error(q, at)))
             except UndefinedError:  # it may be defined at other times
                 continue
     return {name: _FLAT_ERROR * error or np.inf for name, error in largest.items()}
 
 
-def _rounded_up(number: Real) -> float:
+def _round_up(number: Real) -> float:
     return float(np.nextafter(float(number.b), np.inf))

@@ -145,6 +145,6 @@ def _without_none(written: Any) -> Any:
 
 def as_written(value: object) -> Any:
     """Return a dataclass of the library in the form that files have."""
-    from trackably.codec import unverified  # noqa: PLC0415  loaded with the first proof
+    from trackably.codec import encode_unverified  # noqa: PLC0415  loaded with the first proof
 
-    return unverified(value)
+    return encode_unverified(value)

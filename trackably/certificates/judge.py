@@ -24,7 +24,7 @@ Judged = Certificate | Counterexample | OutOfReach
 _ACCEPTED = "accepted file"  # the key of the bytes in `vars` of a certificate or a counterexample
 
 
-def judged(outcome: T) -> T | Unproved:
+def judge(outcome: T) -> T | Unproved:
     """Return a certificate or a counterexample if the checker accepts it, and Unproved if the checker refuses it.
 
     Outcomes of other kinds claim nothing about a reference, and are returned unchanged.
@@ -43,7 +43,7 @@ def judged(outcome: T) -> T | Unproved:
     return Unproved(first.name, first.bounds, times, 0.0, reason)
 
 
-def judged_contradiction(found: OutOfReach) -> OutOfReach | NotExcluded:
+def judge_contradiction(found: OutOfReach) -> OutOfReach | NotExcluded:
     """Return a contradiction if the checker accepts it, otherwise the reason for its refusal."""
     reason = _why_refused(found, lambda: found.contradiction, checker.Contradicted)
     return NotExcluded(reason) if reason else found
@@ -92,7 +92,7 @@ class NotTrackableError(NoReferenceError):
     """No certified reference was found; `outcome` tells the reason: by how much, where and why."""
 
     def __init__(self, outcome: NoSolution | Counterexample | Unproved) -> None:
-        self.outcome = judged_contradiction(outcome) if isinstance(outcome, OutOfReach) else judged(outcome)
+        self.outcome = judge_contradiction(outcome) if isinstance(outcome, OutOfReach) else judge(outcome)
         super().__init__(self.outcome.explanation)
 
     def save_counterexample(self, path: Path | str) -> None:

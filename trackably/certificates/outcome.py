@@ -7,7 +7,7 @@ from typing import Any
 
 from trackably.checker.certificate import Claim
 from trackably.learning.problem import NoSolution
-from trackably.systems.polytopes import Interval, rounded
+from trackably.systems.polytopes import Interval, rounded_text
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
 
@@ -30,7 +30,7 @@ class Counterexample:
     @property
     def explanation(self) -> str:
         when = f"t = {self.time!r} s" if self.step is None else f"step {self.step} (t = {self.time:.6g} s)"
-        by = rounded(self.violation, "down")
+        by = rounded_text(self.violation, "down")
         return f"at {when} the {self.quantity} certainly breaks {self.bounds.exactly}, by at least {by}"
 
     def __repr__(self) -> str:
@@ -82,7 +82,7 @@ class OutOfReach(NoSolution):
 
     @property
     def _contradiction(self) -> str:
-        because, missing = "; ".join(self.among), rounded(self.missing, "down")
+        because, missing = "; ".join(self.among), rounded_text(self.missing, "down")
         if self.given:
             return f"{self.given} is out of reach by at least {missing}, because of {because}"
         return (
@@ -116,10 +116,10 @@ class NoSignal(OutOfReach):
 
     @property
     def explanation(self) -> str:
-        noise = f"noise that is larger by {rounded(self.missing, 'down')}, or a " if self.missing else "a "
+        noise = f"noise that is larger by {rounded_text(self.missing, 'down')}, or a " if self.missing else "a "
         return (
             f"no true signal explains the samples of {self.given}: {'; '.join(self.among)} contradict each other. "
-            f"It takes {noise}{self.limited} that is larger by {rounded(self.growth, 'down')} at least"
+            f"It takes {noise}{self.limited} that is larger by {rounded_text(self.growth, 'down')} at least"
         )
 
 

@@ -16,14 +16,14 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.certificates.certificate import TIME_TOLERANCE_OF_PIECES, Certificate
 from trackably.certificates.form import encode_subject
-from trackably.certificates.judge import judged
+from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.certificates.sketch import refined
+from trackably.certificates.sketch import refine
 from trackably.checker import certificate as checked
 from trackably.checker.certificate import AllPhases, AllTimes, Claim, Cover, Window
 from trackably.checker.form import subject_of
 from trackably.checker.moving import ends_at
-from trackably.checker.piecewise import check_sizes, drawn_in, evaluation_errors, value_of_pieces, whole_sum
+from trackably.checker.piecewise import check_sizes, evaluation_errors, tightened_rows, value_of_pieces, whole_sum
 from trackably.checker.polynomials import stays_between
 from trackably.checker.subject import Functional, Subject
 from trackably.gp.signal import KernelSum
@@ -87,13 +87,13 @@ def _prove(reference: Reference, claim: Claim, window: tuple[float, float]) -> O
     problem = _ProofProblem(reference, claim, window)
     if not problem.has_sane_sizes:
         return problem.unproved(reference.quantities[0], "a stored number is too large or too small to bound rounding")
-    found = judged(problem.certificate)
+    found = judge(problem.certificate)
     if isinstance(found, Certificate) and (beside := problem.broken_beside) is None:
         return found
     failures = [failure for quantity in reference.quantities if (failure := problem.failure(quantity))]
     broken = [failure for failure in failures if isinstance(failure, Counterexample)]
     if broken:
-        return judged(max(broken, key=lambda failure: failure.violation / (failure.bounds.width or 1.0)))
+        return judge(max(broken, key=lambda failure: failure.violation / (failure.bounds.width or 1.0)))
     if failures:
         return failures[0]
     return problem.unproved(beside, _AT_ENDS) if isinstance(found, Certificate) and beside else found
@@ -159,7 +159,7 @@ class _ProofProblem:
         by = 2 * TIME_TOLERANCE_OF_PIECES
         beside = (start - by * abs(start), start), (end, end + by * abs(end))
         for bound in self.subject.bounds:
-            sides = list(drawn_in(self.subject, bound, Fraction(self.errors[bound.name])))
+            sides = list(tightened_rows(self.subject, bound, Fraction(self.errors[bound.name])))
             if not all(
                 keeps(subject, (Fraction(1),), (row,), of, ends) for subject, row, ends in sides for of in beside
             ):
@@ -174,7 +174,7 @@ class _ProofProblem:
         every = Quantities(self.reference.quantities, [signal.summed for signal in signals])
         times = times_to_look_at(signals, shifts, *self.window)
         margins = every.margins(times)
-        times = np.unique(np.append(times, np.clip(refined(every, times, margins), *self.window)))
+        times = np.unique(np.append(times, np.clip(refine(every, times, margins), *self.window)))
         return times, every.margins(times)
 
     def failure(self, quantity: Quantity) -> Counterexample | Unproved | None:

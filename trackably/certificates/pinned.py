@@ -15,7 +15,7 @@ from trackably.certificates.prove import Failure, Outcome, prove_on_window
 from trackably.learning.problem import Pin
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Interval, Polytope, rounded
+from trackably.systems.polytopes import Interval, Polytope, rounded_text
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Functional, Trajectory
 
@@ -107,7 +107,7 @@ class Pinned:
         said = []
         for name, value in self.values.items():
             by = self.tolerances[name] + abs(float(f"{value:.6g}") - value)
-            said.append(f"{name} = {value:.6g} ± {rounded(by * (1 - _NOTHING), 'up')}")
+            said.append(f"{name} = {value:.6g} ± {rounded_text(by * (1 - _NOTHING), 'up')}")
         return f"{', '.join(said)} at {self.time:.6g} s"
 
 

@@ -15,7 +15,7 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import as_claim
 from trackably.certificates.cover import UncoveredBox, cover
 from trackably.certificates.draft import TERMS, Draft, evaluated_until, times_in
-from trackably.certificates.judge import judged
+from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.pieces import prove_pieces, refuse_empty
 from trackably.certificates.sketch import jump_of, sketches
@@ -53,7 +53,7 @@ def prove_for_all_phases(reference: Reference, period: float, is_likely: bool = 
     if period != reference.period:
         raise ValueError(f"claim: {period!r} s is not the period of every part of the kernel")
     problem = _ProofProblem(reference, period, AllPhases())
-    return _judged(lambda asks: problem.cover_window(0.0, period, asks), is_likely)
+    return _judge(lambda asks: problem.cover_window(0.0, period, asks), is_likely)
 
 
 def prove_on_window(reference: Reference, start: float, end: float) -> Outcome:
@@ -61,18 +61,18 @@ def prove_on_window(reference: Reference, start: float, end: float) -> Outcome:
     claim = as_claim((start, end))
     if reference.pieces:
         return prove_pieces(reference, claim)
-    return judged(_ProofProblem(reference, max(map(abs, claim.span)), claim).cover_window(*claim.span))
+    return judge(_ProofProblem(reference, max(map(abs, claim.span)), claim).cover_window(*claim.span))
 
 
 def prove_while_settling(reference: Reference, is_likely: bool = False) -> Outcome:
     """Prove the bounds for all real t ≥ 0: by boxes, then by a decaying envelope that stays inside the bounds."""
     problem = _ProofProblem(reference, latest_time(reference), AllTimes())
 
-    def proposed(asks: bool) -> Outcome:
+    def propose_outcome(asks: bool) -> Outcome:
         start = problem.tail_start(asks)
         return problem.unsettled if start is None else problem.cover_window(0.0, start, asks)
 
-    return _judged(proposed, is_likely)
+    return _judge(propose_outcome, is_likely)
 
 
 def prove_at_instants(reference: Reference) -> Outcome:
@@ -80,8 +80,8 @@ def prove_at_instants(reference: Reference) -> Outcome:
     problem = _ProofProblem(reference, latest_time(reference), Instants())
     start, step = problem.tail_start(), reference.plant.sampling_time
     if start is None or start / step > _LATEST_STEP:
-        return judged(problem.unsettled)
-    return judged(problem.prove_instants(math.ceil(start / step)))
+        return judge(problem.unsettled)
+    return judge(problem.prove_instants(math.ceil(start / step)))
 
 
 def latest_time(reference: Reference) -> float:
@@ -90,14 +90,14 @@ def latest_time(reference: Reference) -> float:
     return latest + max(reference.plant.flatness.orders) * reference.plant.sampling_time
 
 
-def _judged(propose: Callable[[bool], Outcome], is_likely: bool) -> Outcome:
+def _judge(propose: Callable[[bool], Outcome], is_likely: bool) -> Outcome:
     """Return what the checker accepts.
 
     If a proof `is_likely`, a proposal made without asking the checker is tried first.
     """
-    if is_likely and isinstance(found := judged(propose(False)), Certificate):
+    if is_likely and isinstance(found := judge(propose(False)), Certificate):
         return found
-    return judged(propose(True))
+    return judge(propose(True))
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ class _ProofProblem:
             return failure
         found = cover(self.draft, self.reference, start, end, asks)
         if isinstance(found, UncoveredBox):
-            return self._explained(found)
+            return self._explain(found)
         return self._certificate(Cover(start, end, found, TERMS))
 
     def prove_instants(self, last_step: int) -> Outcome:
@@ -218,7 +218,7 @@ class _ProofProblem:
         try:
             value = self.draft.value(quantity.name, at)
         except UndefinedError as undefined:
-            return Unproved(quantity.name, bounds, (time, time), np.inf, self._advised(str(undefined)))
+            return Unproved(quantity.name, bounds, (time, time), np.inf, self._advice(str(undefined)))
         beyond = max(float((bounds.lower - value).a), float((value - bounds.upper).a))
         beside = math.nextafter(time, -math.inf), math.nextafter(time, math.inf)
         if beyond > 0 and step is None and len(quantity.bounds.breakpoints_in(*beside)):  # one side may be kept
@@ -240,13 +240,13 @@ class _ProofProblem:
         reason = f"float64 evaluation may go wrong: with states anywhere in their set, {why}"
         return Unproved(quantity.name, quantity.bounds, (-np.inf, np.inf), np.inf, reason)
 
-    def _advised(self, reason: str) -> str:
+    def _advice(self, reason: str) -> str:
         """Return the reason with advice, if the undefined quantity is a heading."""
         form = self.reference.plant.flat_form
         return f"{reason}{_MOVES}" if form is not None and form.angles and "angle" in reason else reason
 
-    def _explained(self, found: UncoveredBox) -> Failure:
+    def _explain(self, found: UncoveredBox) -> Failure:
         quantity = self.reference.quantity(found.name)
-        box, reason = (found.start, found.end), self._advised(found.reason)
+        box, reason = (found.start, found.end), self._advice(found.reason)
         unproved = Unproved(found.name, quantity.bounds.at(found.start), box, 0.0, reason)
         return self._failure_at(quantity, found.start + (found.end - found.start) / 2) or unproved

@@ -28,7 +28,9 @@ class Robust:
     def explanation(self) -> str:
         """The claim in a sentence."""
         states, inputs = (
-            ", ".join(_kept(constraint) for constraint in self.given.given_constraints if constraint.side == side)
+            ", ".join(
+                _bounds_text(constraint) for constraint in self.given.given_constraints if constraint.side == side
+            )
             for side in ("state", "input")
         )
         kept = ", ".join(filter(None, (states, inputs)))
@@ -55,5 +57,5 @@ def robust_of(tightening: Tightening | None) -> Robust | None:
     return Robust(tightening.given, tightening.invariant, tightening.measured, tightening.model)
 
 
-def _kept(constraint: LinearConstraint) -> str:
+def _bounds_text(constraint: LinearConstraint) -> str:
     return f"{constraint.name} in {constraint.bounds}"

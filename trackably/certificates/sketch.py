@@ -78,7 +78,7 @@ def sketches(reference: Reference, start: float, end: float) -> list[Sketch]:
     grid = np.linspace(start, end, _points(length / shortest, every.is_linear))
     times = _with_centres(reference, np.union1d(grid, every.breakpoints_in(start, end)), every.is_linear)
     margins = every.margins(times)
-    lowest = refined(every, times, margins)
+    lowest = refine(every, times, margins)
     times, once = np.unique(np.concatenate([times, lowest]), return_index=True)
     margins = np.concatenate([margins, every.margins(lowest)], axis=1)[:, once]
     pairs = zip(quantities, margins, strict=True)
@@ -91,7 +91,7 @@ def _points(correlation_times: float, is_linear: bool) -> int:
     return int(np.clip(_POINTS_PER_CORRELATION_TIME * correlation_times, fewest, _MOST_POINTS))
 
 
-def refined(every: Quantities, times: Array, margins: Array) -> Array:
+def refine(every: Quantities, times: Array, margins: Array) -> Array:
     """Return local minima by parabolas: first through the three grid points around each, then through closer points."""
     inner = margins[:, 1:-1]
     which, at = np.nonzero((inner < margins[:, :-2]) & (inner <= margins[:, 2:]))

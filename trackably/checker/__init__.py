@@ -76,10 +76,10 @@ from trackably.checker.answers import (
     Refuted,
     Undecided,
     Verdict,
-    contradicted,
+    judge_certificate,
+    judge_contradiction,
+    judge_counterexample,
     of_file,
-    proved,
-    refuted,
 )
 from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
 from trackably.checker.certificate import FORMAT
@@ -112,7 +112,7 @@ from trackably.checker.tables import REFUTED as REFUTED_TABLE
 from trackably.checker.tables import check_refuted_table, check_table
 from trackably.checker.truth import CONTRADICTION as CONTRADICTED
 from trackably.checker.truth import read_contradicted
-from trackably.checker.watch import Report, UndecidedError, watched
+from trackably.checker.watch import Report, UndecidedError, watch
 
 try:
     from trackably.checker.floats.boxes import FIRST_PASS
@@ -130,7 +130,7 @@ def check(data: object, seconds: float | None = None, report: Report | None = No
     not use float64 intervals.
     """
     try:
-        with watched(seconds, report):
+        with watch(seconds, report):
             return _check(data, FIRST_PASS if not exact and FIRST_PASS.is_sound() else NO_FIRST_PASS)
     except UndecidedError as error:
         return Undecided(str(error))
@@ -140,9 +140,9 @@ def check(data: object, seconds: float | None = None, report: Report | None = No
 
 def _check(data: object, first_pass: FirstPass) -> Verdict:
     answers: dict[str, Callable[[dict[object, object]], Verdict]] = {
-        FORMAT: lambda content: proved(read_certificate(content), first_pass),
-        COUNTEREXAMPLE: lambda content: refuted(read_counterexample(content), first_pass),
-        CONTRADICTED: lambda content: contradicted(read_contradicted(content)),
+        FORMAT: lambda content: judge_certificate(read_certificate(content), first_pass),
+        COUNTEREXAMPLE: lambda content: judge_counterexample(read_counterexample(content), first_pass),
+        CONTRADICTED: lambda content: judge_contradiction(read_contradicted(content)),
         CONTRADICTION: of_file(Contradicted, "contradiction", read_contradiction, check_contradiction, impossibility),
         TABLE: of_file(Proved, "certificate", read_table, check_table, table_statement),
         REFUTED_TABLE: of_file(Refuted, "counterexample", read_refuted_table, check_refuted_table, table_refutation),

@@ -106,7 +106,7 @@ def of_file(
     return answer
 
 
-def contradicted(samples: ContradictedSamples) -> Contradicted | Failed:
+def judge_contradiction(samples: ContradictedSamples) -> Contradicted | Failed:
     """Return the answer for samples that no signal of a class explains."""
     found = contradiction_of(samples)
     if isinstance(found, str):
@@ -114,7 +114,7 @@ def contradicted(samples: ContradictedSamples) -> Contradicted | Failed:
     return Contradicted(f"{no_signal(samples, *found)} {NO_FIRST_PASS.trusted}")
 
 
-def proved(certificate: Certificate, first_pass: FirstPass) -> Proved | Failed:
+def judge_certificate(certificate: Certificate, first_pass: FirstPass) -> Proved | Failed:
     """Return the answer for a certificate; `first_pass` decides as much as float64 intervals can."""
     subject, robust, truth = certificate.subject, certificate.robust, certificate.truth
     reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
@@ -127,14 +127,14 @@ def proved(certificate: Certificate, first_pass: FirstPass) -> Proved | Failed:
 
 def _check_kernels(certificate: Certificate, first_pass: FirstPass) -> str | None:
     """Return the first step of the base that fails; None where everything is shown."""
-    bounded = _bounded(certificate.subject, certificate.errors)
+    bounded = _bounded_quantities(certificate.subject, certificate.errors)
     if isinstance(bounded, str):
         return bounded
     reason = check_sizes(certificate, bounded) or check_rounding(certificate, bounded)
     return reason or check_boxes(certificate, bounded, first_pass) or check_tail(certificate, bounded, first_pass)
 
 
-def refuted(counterexample: Counterexample, first_pass: FirstPass) -> Refuted | Failed:
+def judge_counterexample(counterexample: Counterexample, first_pass: FirstPass) -> Refuted | Failed:
     """Return the answer for a counterexample."""
     subject = counterexample.subject
     reason: str | None = _misfit(subject)
@@ -142,7 +142,7 @@ def refuted(counterexample: Counterexample, first_pass: FirstPass) -> Refuted | 
         first_pass = NO_FIRST_PASS
         reason = check_violation(counterexample, lambda bound, t: value_of_pieces(subject, bound, t))
     elif not reason:
-        bounded = _bounded(subject, {bound.name: 0.0 for bound in subject.bounds})
+        bounded = _bounded_quantities(subject, {bound.name: 0.0 for bound in subject.bounds})
         reason = bounded if isinstance(bounded, str) else check_violation(counterexample, _value_of(subject, bounded))
     if reason:
         return Failed(reason, "counterexample")
@@ -158,7 +158,7 @@ def _misfit(subject: Subject) -> str | None:
     return (check_signals(subject) if subject.pieces else None) or check_shapes(subject) or check_trajectories(subject)
 
 
-def _bounded(subject: Subject, errors: Mapping[str, float]) -> list[Quantity] | str:
+def _bounded_quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity] | str:
     """Return the bounded quantities, or why f determines no inputs."""
     try:
         return quantities(subject, errors)

@@ -14,7 +14,7 @@ from trackably.checker.intervals import ZERO, Real, UndefinedError, exactly, in_
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model, Models
 from trackably.checker.moving import repeats
-from trackably.checker.polynomials import is_nowhere_negative, moved
+from trackably.checker.polynomials import is_nowhere_negative, shift
 from trackably.checker.quantities import LinearCombination, Quantity
 from trackably.checker.rounding import FlatNeeds, FlatValues
 from trackably.checker.subject import Functional, Signal, Subject, is_far
@@ -194,7 +194,7 @@ def is_below(model: Model, bound: list[Real]) -> bool:
     (_, missed), *rest = found
     above, below = rest[: len(bound)], rest[len(bound) :]
     both = zip_longest(above, below, fillvalue=(0, 0))
-    doubled = moved([a + b - low - high for (a, b), (low, high) in both], -1)
+    doubled = shift([a + b - low - high for (a, b), (low, high) in both], -1)
     p = [c << k for k, c in enumerate(doubled)]  # with x = 2 y − 1
     p[0] -= 2 * missed + sum(high - low for low, high in rest)  # |x^k| ≤ 1: middles stand for all
     return is_nowhere_negative(p)

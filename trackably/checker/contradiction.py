@@ -34,12 +34,12 @@ from trackably.checker.form import (
     Plant,
     a_plant,
     an_identifier,
+    by_tag,
     file_of,
     many,
     positive_number,
     real_number,
     record,
-    tagged,
     whole_number,
 )
 from trackably.checker.formulas import Intervals, evaluate, names
@@ -131,7 +131,7 @@ read_contradiction = file_of(
             record(Value, step=_step, name=an_identifier, lower=real_number, upper=real_number), ROWS, empty=True
         ),
         missing=positive_number,
-        proof=tagged(
+        proof=by_tag(
             "kind",
             {
                 "multipliers": record(Multipliers, states=_by_step, inputs=_by_step, values=_row),
@@ -180,7 +180,7 @@ class _Weighted:
         return self.multiplier * (self.upper if self.multiplier > 0 else self.lower)
 
 
-def _weighted(of: Contradiction, proof: Multipliers) -> Iterator[_Weighted]:
+def _weighted_rows(of: Contradiction, proof: Multipliers) -> Iterator[_Weighted]:
     """Yield all rows and values."""
     d, system = Fraction(of.missing), of.system
     for stored, bounded in ((proof.states, of.state_set), (proof.inputs, of.input_set)):
@@ -200,7 +200,7 @@ def _weighted(of: Contradiction, proof: Multipliers) -> Iterator[_Weighted]:
 
 
 def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipliers) -> str | None:
-    rows, n, m = list(_weighted(of, proof)), len(system.states), len(system.inputs)
+    rows, n, m = list(_weighted_rows(of, proof)), len(system.states), len(system.inputs)
     A, B, c = ([[Fraction(v) for v in row] for row in matrix] for matrix in (system.A, system.B, (system.c,)))
     dynamics = _Dynamics.of(A, B, c[0], of.steps)
     if dynamics is None:
@@ -335,7 +335,7 @@ def wanted_boxes(of: Contradiction, system: NonlinearSystem) -> Iterator[dict[st
         yield box
         if any(low > high for low, high in box.values()):
             return
-        reached = list(_reached(system, {name: between(low, high) for name, (low, high) in box.items()}))
+        reached = list(_successor_states(system, {name: between(low, high) for name, (low, high) in box.items()}))
 
 
 def _interval(lower: Fraction, upper: Fraction) -> Iterator[Real]:
@@ -344,7 +344,7 @@ def _interval(lower: Fraction, upper: Fraction) -> Iterator[Real]:
     yield from (between(*ends),) if lower <= upper else ends
 
 
-def _reached(system: NonlinearSystem, box: Mapping[str, Real]) -> Iterator[tuple[str, Real]]:
+def _successor_states(system: NonlinearSystem, box: Mapping[str, Real]) -> Iterator[tuple[str, Real]]:
     """Yield the intervals of states at the next step, for those that can be bounded."""
     for name, formula in zip(system.states, system.f, strict=True):
         if names(formula) <= box.keys():

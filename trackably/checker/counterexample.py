@@ -16,7 +16,7 @@ from fractions import Fraction
 from trackably.checker.certificate import Claim, Instants
 from trackably.checker.intervals import Real, UndefinedError, at_most, ratio
 from trackably.checker.moving import ends_at
-from trackably.checker.redundancy import demanded, has_redundant_inputs
+from trackably.checker.redundancy import demand_of, has_redundant_inputs
 from trackably.checker.subject import Bound, LinearSystem, Subject
 
 FORMAT, VERSION = "trackably counterexample", 1
@@ -78,4 +78,4 @@ def _necessary(subject: Subject, bound: Bound, t: Fraction) -> tuple[Fraction, F
         return ends_at(bound, t)
     if bound.moves:
         return None if has_redundant_inputs(subject.system) else ends_at(bound, t)
-    return demanded(subject.system, tuple(row for row in subject.input_set.rows if not row.moves), bound)
+    return demand_of(subject.system, tuple(row for row in subject.input_set.rows if not row.moves), bound)

@@ -93,7 +93,7 @@ class Robust:
     box: tuple[float, ...]
     model: tuple[Vertex, ...] = ()
 
-    def added(self, system: LinearSystem) -> list[Vector] | str:
+    def model_generators(self, system: LinearSystem) -> list[Vector] | str:
         """Return the generators of D, by which a wrong model enlarges W, or what is wrong with them."""
         if self.model and not isinstance(self.disturbance, Zonotope):
             return "W must be a zonotope where the model may be wrong"
@@ -132,7 +132,7 @@ def check_robust(subject: Subject, robust: Robust | None) -> str | None:
     assert isinstance(system, LinearSystem), "no other certificate is read that speaks of disturbances"
     if reason := _misfit(robust, len(system.states), len(system.inputs)):
         return f"disturbance: {reason}"
-    if isinstance(added := robust.added(system), str):
+    if isinstance(added := robust.model_generators(system), str):
         return f"model: {added}"
     errors = _Errors.of(system, robust)
     if (robust.head + robust.terms) * errors.q.bit_length() > _MOST_BITS:
@@ -179,7 +179,7 @@ class _Errors:
         q, whole_closed = in_whole_numbers(closed)
         W, V = robust.disturbance, robust.noise
         disturbance = of_measured_state(W, V, system.A) if V and isinstance(W, Zonotope) else W
-        added = robust.added(system)
+        added = robust.model_generators(system)
         if isinstance(disturbance, Zonotope) and not isinstance(added, str):
             disturbance = Zonotope(disturbance.centre, (*disturbance.generators, *added))
         d, vectors = in_whole_numbers(disturbance.vectors)
@@ -255,7 +255,7 @@ def _short(name: str, left: Polytope, given: Polytope, errors: _Errors, K: list[
     if [row.row for row in left.rows] != [row.row for row in given.rows]:
         return f"disturbance: {name} must have the same rows as that of the reference"
     for i, (inner, outer) in enumerate(zip(left.rows, given.rows, strict=True)):
-        row = inner.row if K is None else _combined(K, inner.row)
+        row = inner.row if K is None else _combine(K, inner.row)
         back = [-r for r in row]
         above, below = room(outer.high, inner.high), room(inner.low, outer.low)
         if above is None or below is None:
@@ -267,7 +267,7 @@ def _short(name: str, left: Polytope, given: Polytope, errors: _Errors, K: list[
     return None
 
 
-def _combined(columns: list[list[Fraction]], row: Sequence[Fraction]) -> list[Fraction]:
+def _combine(columns: list[list[Fraction]], row: Sequence[Fraction]) -> list[Fraction]:
     """Return row · K, given the columns of K."""
     return [exact_sum(r * k for r, k in zip(row, column, strict=True)) for column in columns]
 

@@ -178,7 +178,7 @@ def record(
     return read
 
 
-def tagged(tag: str, readers: Mapping[str, Reader[T]]) -> Reader[T]:
+def by_tag(tag: str, readers: Mapping[str, Reader[T]]) -> Reader[T]:
     """Read an object with the reader that belongs to the text in its field `tag`."""
 
     def read(value: object, where: str) -> T:
@@ -356,7 +356,7 @@ def _nested_kernel(deepest: int) -> Reader[Kernel]:
         name: record(family, **{field.name: positive_number for field in fields(family)})
         for name, family in ELEMENTARY.items()
     }
-    return tagged("type", known | {name: record(both, left=part, right=part) for name, both in COMBINATIONS.items()})
+    return by_tag("type", known | {name: record(both, left=part, right=part) for name, both in COMBINATIONS.items()})
 
 
 def a_formula(value: object, where: str) -> Formula:
@@ -579,8 +579,8 @@ def _robust(**found: Any) -> Robust:
 
 _disturbance = record(
     _robust,
-    {"noise": tagged("kind", _sets), "model": many(record(Vertex, A=_matrix, B=_matrix, c=_vector), COORDINATES)},
-    set=tagged("kind", _sets),
+    {"noise": by_tag("kind", _sets), "model": many(record(Vertex, A=_matrix, B=_matrix, c=_vector), COORDINATES)},
+    set=by_tag("kind", _sets),
     state_set=_moving_set,
     input_set=_moving_set,
     feedback=_matrix,
@@ -620,8 +620,8 @@ def _claims(cover: dict[str, Reader[Any]]) -> dict[str, Reader[Stated]]:
 
 
 _instants: Reader[Stated] = record(lambda last_step: (Instants(), Steps(last_step)), last_step=whole_number(INSTANTS))
-_claim = tagged("kind", {**_claims(_cover), "instants": _instants})
-_claim_of_pieces = tagged("kind", _claims({}))
+_claim = by_tag("kind", {**_claims(_cover), "instants": _instants})
+_claim_of_pieces = by_tag("kind", _claims({}))
 
 
 _numbers_in_time = many(real_number, CENTRES)
@@ -709,7 +709,7 @@ def _counterexample(claim: Claim, at: object, quantity: str, violation: float, *
 
 
 _ends = {"window": {"start": real_number, "end": real_number}}
-_claimed_times = tagged("kind", {kind: record(of, **_ends.get(kind, {})) for kind, of in KINDS.items()})
+_claimed_times = by_tag("kind", {kind: record(of, **_ends.get(kind, {})) for kind, of in KINDS.items()})
 read_counterexample = file_of(
     "counterexample",
     refutations.VERSION,

@@ -34,7 +34,7 @@ class TooLongError(ArithmeticError):
     """A polynomial has more than 5000 terms, or there are too many values of functions."""
 
 
-def added(p: Polynomial, q: Polynomial, factor: int = 1) -> Polynomial:
+def add(p: Polynomial, q: Polynomial, factor: int = 1) -> Polynomial:
     """Return p + factor q."""
     found = dict(p)
     for m, c in q.items():
@@ -42,7 +42,7 @@ def added(p: Polynomial, q: Polynomial, factor: int = 1) -> Polynomial:
     return {m: c for m, c in found.items() if c}
 
 
-def multiplied(p: Polynomial, q: Polynomial) -> Polynomial:
+def multiply(p: Polynomial, q: Polynomial) -> Polynomial:
     """Return p q. Raise TooLongError if it has too many terms."""
     found: dict[Monomial, Fraction] = {}
     for m, c in p.items():
@@ -66,9 +66,9 @@ def quotient(p: Polynomial, q: Polynomial) -> Polynomial | None:
             return None
         if len(found) == _MOST_TERMS:
             raise TooLongError(_TOO_LONG)
-        term = _sorted(left)
+        term = _sort(left)
         found[term] = rest[m] / q[highest]
-        rest = added(rest, multiplied({term: found[term]}, q), -1)
+        rest = add(rest, multiply({term: found[term]}, q), -1)
     return found
 
 
@@ -86,10 +86,10 @@ def _together(m: Monomial, n: Monomial) -> Monomial:
     both = dict(m)
     for i, power in n:
         both[i] = both.get(i, 0) + power
-    return _sorted(both)
+    return _sort(both)
 
 
-def _sorted(powers: Mapping[int, int]) -> Monomial:
+def _sort(powers: Mapping[int, int]) -> Monomial:
     return tuple(sorted(((i, power) for i, power in powers.items() if power), reverse=True))
 
 
@@ -127,9 +127,9 @@ class Quotient:
 
     def __add__(self, other: "Quotient") -> "Quotient":
         if self.below == other.below:
-            return Quotient.of(added(self.above, other.above), self.below)
-        crossed = added(multiplied(self.above, other.below), multiplied(other.above, self.below))
-        return Quotient.of(crossed, multiplied(self.below, other.below))
+            return Quotient.of(add(self.above, other.above), self.below)
+        crossed = add(multiply(self.above, other.below), multiply(other.above, self.below))
+        return Quotient.of(crossed, multiply(self.below, other.below))
 
     def __neg__(self) -> "Quotient":
         return Quotient({m: -c for m, c in self.above.items()}, self.below)
@@ -138,10 +138,10 @@ class Quotient:
         return self + -other
 
     def __mul__(self, other: "Quotient") -> "Quotient":
-        return Quotient.of(multiplied(self.above, other.above), multiplied(self.below, other.below))
+        return Quotient.of(multiply(self.above, other.above), multiply(self.below, other.below))
 
     def __truediv__(self, other: "Quotient") -> "Quotient":
-        return Quotient.of(multiplied(self.above, other.below), multiplied(self.below, other.above))
+        return Quotient.of(multiply(self.above, other.below), multiply(self.below, other.above))
 
     @property
     def constant(self) -> Fraction | None:
@@ -163,7 +163,7 @@ def _common(monomials: Iterable[Monomial]) -> Monomial:
 def _without(p: Polynomial, factor: Monomial) -> Polynomial:
     by = dict(factor)
     tick()
-    return {_sorted({i: power - by.get(i, 0) for i, power in m}): c for m, c in p.items()}
+    return {_sort({i: power - by.get(i, 0) for i, power in m}): c for m, c in p.items()}
 
 
 _MOST_ATOMS = 80
@@ -203,7 +203,7 @@ class Values:
 
     def is_zero(self, value: Quotient) -> bool:
         """Return whether a quotient is certainly zero."""
-        return not self.reduced(value).above
+        return not self.reduce(value).above
 
     def direction(self, angle: Quotient) -> tuple[Quotient, Quotient]:
         """Return cosine and sine of an angle."""
@@ -215,12 +215,12 @@ class Values:
             for _ in range(abs(int(c)) if whole else 1):
                 turned = y if c > 0 else -y
                 cosine, sine = (
-                    self.reduced(cosine * x - sine * turned),
-                    self.reduced(cosine * turned + sine * x),
+                    self.reduce(cosine * x - sine * turned),
+                    self.reduce(cosine * turned + sine * x),
                 )
         return cosine, sine
 
-    def reduced(self, value: Quotient) -> Quotient:
+    def reduce(self, value: Quotient) -> Quotient:
         """Replace squares of atoms by the rules, the last atom first, because atoms depend on earlier ones."""
         for atom in reversed(self.atoms):
             if atom.square is not None:
@@ -238,7 +238,7 @@ class Values:
                     self.numbers[name] = self._new()
                 found = Quotient.variable(self.numbers[name])
             case Operation(symbol, left, right):
-                found = self.reduced(_operated(symbol, self.known[left], self.known[right]))
+                found = self.reduce(_operate(symbol, self.known[left], self.known[right]))
             case Power(base, exponent):
                 found = self._power(self.known[base], exponent)
             case Function("sqrt", argument):
@@ -261,7 +261,7 @@ class Values:
             return self._atom(f"power {exponent!r}", (base,))
         found = _ONE
         for _ in range(abs(int(exponent))):
-            found = self.reduced(found * base)
+            found = self.reduce(found * base)
         return found if exponent >= 0 else _ONE / found
 
     def _root(self, a: Quotient) -> Quotient:
@@ -277,8 +277,8 @@ class Values:
                 return Quotient.number(q) * Quotient.variable(root.number)
         for i, first in enumerate(roots):
             for second in roots[i:]:
-                product = self.reduced(first.arguments[0] * second.arguments[0])
-                both = self.reduced(Quotient.variable(first.number) * Quotient.variable(second.number))
+                product = self.reduce(first.arguments[0] * second.arguments[0])
+                both = self.reduce(Quotient.variable(first.number) * Quotient.variable(second.number))
                 if self.is_zero(a - product):
                     return both
                 if product.above and (q := _rational_root((a / product).constant)):
@@ -286,7 +286,7 @@ class Values:
         return self._atom("sqrt", (a,), a)
 
     def _length(self, x: Quotient, y: Quotient) -> Quotient:
-        return self._root(self.reduced(x * x + y * y))
+        return self._root(self.reduce(x * x + y * y))
 
     def _direction_of_term(self, term: Quotient) -> tuple[Quotient, Quotient]:
         for atom in self.atoms:
@@ -313,7 +313,7 @@ class Values:
         return Quotient.variable(self.count)
 
 
-def _operated(symbol: str, a: Quotient, b: Quotient) -> Quotient:
+def _operate(symbol: str, a: Quotient, b: Quotient) -> Quotient:
     if symbol in "+-":
         return a + b if symbol == "+" else a - b
     return a * b if symbol == "*" else a / b

@@ -187,7 +187,7 @@ def max_of(x: Real, y: Real) -> Real:
     return between(x.a if x.a >= y.a else y.a, x.b if x.b >= y.b else y.b)
 
 
-def chosen(condition: Any, one: Real, other: Real) -> Real:
+def select(condition: Any, one: Real, other: Real) -> Real:
     """Return `one` if a condition is certain, otherwise `other`, for intervals or elementwise for arrays of them."""
     for many in (one, other):
         if isinstance(many, Many):
@@ -271,7 +271,7 @@ class UndefinedError(ArithmeticError):
         self.where = where
 
 
-def required(condition: Any, what: str) -> None:
+def require(condition: Any, what: str) -> None:
     """Raise UndefinedError unless the condition is certain, for all values of an array."""
     is_many = hasattr(condition, "all")
     if not (condition.all() if is_many else condition):
@@ -280,19 +280,19 @@ def required(condition: Any, what: str) -> None:
 
 def require_nonzero(x: Real) -> None:
     """Raise UndefinedError if an interval contains zero."""
-    required(either(x.a > 0, x.b < 0), "what it divides by may be zero")
+    require(either(x.a > 0, x.b < 0), "what it divides by may be zero")
 
 
 def require_positive(function: str, x: Real) -> None:
     """Raise UndefinedError if the argument of a logarithm, square root or fractional power may not be positive."""
     if function in ("log", "sqrt", "power"):
         what = {"log": "logarithm", "sqrt": "square root", "power": "fractional power"}[function]
-        required(x.a > 0, f"the argument of a {what} may not be positive")
+        require(x.a > 0, f"the argument of a {what} may not be positive")
 
 
-def bounded(x: Real) -> Real:
+def require_bounds(x: Real) -> Real:
     """Return the interval unchanged. Raise UndefinedError if it is unbounded."""
-    required(abs(x).b < INFINITE.b, "nothing bounds it")
+    require(abs(x).b < INFINITE.b, "nothing bounds it")
     return x
 
 
@@ -319,14 +319,14 @@ def power(a: Real, exponent: float) -> Real:
     if is_multiplied(exponent):
         return whole_power(a, int(exponent))
     require_positive("power", a)
-    return bounded(exp(exactly(exponent) * log(a)))
+    return require_bounds(exp(exactly(exponent) * log(a)))
 
 
 def function(name: str, a: Real) -> Real:
     """Return exp, log, sqrt, sin, cos or atan of an interval. Raise UndefinedError if it may be undefined."""
     require_positive(name, a)
-    required(abs(a).b < 1e100, "an argument of a function has no bound")
-    return bounded({"exp": exp, "log": log, "sqrt": sqrt, "sin": sin, "cos": cos, "atan": atan}[name](a))
+    require(abs(a).b < 1e100, "an argument of a function has no bound")
+    return require_bounds({"exp": exp, "log": log, "sqrt": sqrt, "sin": sin, "cos": cos, "atan": atan}[name](a))
 
 
 def side(y: Real, x: Real) -> int:
@@ -335,7 +335,7 @@ def side(y: Real, x: Real) -> int:
     For arrays of vectors it is 0, because the half-plane differs among them. Raise UndefinedError if none is certain.
     """
     certain = [x.a > 0, y.a > 0, y.b < 0]
-    required(either(*certain), "it takes the angle of a vector that may be zero, or may cross the direction of ±π")
+    require(either(*certain), "it takes the angle of a vector that may be zero, or may cross the direction of ±π")
     if isinstance(x, Many) or isinstance(y, Many):
         return 0
     steep = abs(y).mid > abs(x).mid or not certain[0]

@@ -68,9 +68,9 @@ def _split(formula: Formula, inputs: set[str]) -> _Parts:
         return formula, {}
     match formula:
         case Operation("+"):
-            return _merged(split[0], split[1], plus)
+            return _merge(split[0], split[1], plus)
         case Operation("-"):
-            return _merged(split[0], split[1], minus)
+            return _merge(split[0], split[1], minus)
         case Operation("*", left, right) if not all(contain):
             factor, of = (left, split[1]) if contain[1] else (right, split[0])
             return _each(of, lambda part: times(factor, part) if contain[1] else times(part, factor))
@@ -79,7 +79,7 @@ def _split(formula: Formula, inputs: set[str]) -> _Parts:
     raise UnsolvableError(f"f is not affine in {', '.join(sorted(inputs))}")
 
 
-def _merged(a: _Parts, b: _Parts, combine: Callable[[Term, Term], Term]) -> _Parts:
+def _merge(a: _Parts, b: _Parts, combine: Callable[[Term, Term], Term]) -> _Parts:
     return combine(a[0], b[0]), {name: combine(a[1].get(name), b[1].get(name)) for name in {**a[1], **b[1]}}
 
 

@@ -37,7 +37,6 @@ from trackably.checker.intervals import (
     Real,
     at_most,
     between,
-    chosen,
     cos,
     exactly,
     exp,
@@ -46,6 +45,7 @@ from trackably.checker.intervals import (
     max_of,
     pi,
     root,
+    select,
     sin,
     sqrt,
     total,
@@ -156,7 +156,7 @@ def _exponential_series(a: Real, g: list[Real], n: int) -> list[Real]:
 
 def geometric_rest(ratio: Real, n: int) -> Real:
     """Over-estimate Σ_(k ≥ n) ratio^k."""
-    return chosen(ratio.b < 1, ratio**n / (1 - ratio), INFINITE)
+    return select(ratio.b < 1, ratio**n / (1 - ratio), INFINITE)
 
 
 @dataclass(frozen=True)
@@ -334,7 +334,7 @@ class RationalQuadratic(Elementary):
         square = (r**2 / 2 - radius**2) / self.length**2
         q = 1 + square / (2 * self.alpha)
         is_regular = q.a > 0
-        return chosen(is_regular, self.variance * exp(-self.alpha * log(chosen(is_regular, q, ONE))), INFINITE)
+        return select(is_regular, self.variance * exp(-self.alpha * log(select(is_regular, q, ONE))), INFINITE)
 
     @cached_property
     def steepest(self) -> Real:  # type: ignore[override]
@@ -373,7 +373,7 @@ class Periodic(Elementary):
     def largest_on_disc(self, r: Real, radius: Real) -> Real:
         # Re cos(x + iy) = cos x cosh y
         cosine, reach = cos(self.omega * (r + radius * SIGN)).b, self.omega * radius
-        largest = chosen(cosine <= 0, cosine, cosine * (exp(reach) + exp(-reach)) / 2)
+        largest = select(cosine <= 0, cosine, cosine * (exp(reach) + exp(-reach)) / 2)
         return self.variance * exp((largest - 1) / self.length**2)
 
     def beyond(self, distance: Real) -> Decay:
@@ -403,7 +403,7 @@ class PiecewisePolynomial(Elementary):
             found = times(found, y, min(len(found) + 1, n))
             found[0] += coefficient
         is_over = self._is_over(r)
-        return [*(chosen(is_over, ZERO, c) for c in self.scaled(found)), *[ZERO] * (n - len(found))]
+        return [*(select(is_over, ZERO, c) for c in self.scaled(found)), *[ZERO] * (n - len(found))]
 
     def largest_on_disc(self, r: Real, radius: Real) -> Real:
         # no larger than the sum of the sizes of its Taylor terms, of which there are no more
@@ -412,10 +412,10 @@ class PiecewisePolynomial(Elementary):
     def jump(self, r: Real, h: Real) -> Real:
         beyond, farthest = abs(r) - h, abs(r) + h
         nearest = (beyond + abs(beyond)) / 2  # no less than 0
-        from_zero = chosen(self.length <= nearest.a, ZERO, abs(self.taylor(nearest, ZERO, 1)[0]))
+        from_zero = select(self.length <= nearest.a, ZERO, abs(self.taylor(nearest, ZERO, 1)[0]))
         y = 1 - farthest / self.length
         from_polynomial = self.variance * abs(total(c * y**j for j, c in enumerate(self.p) if c))
-        return chosen(self._is_over(r), from_zero, chosen(farthest.b <= self.length, ZERO, from_polynomial))
+        return select(self._is_over(r), from_zero, select(farthest.b <= self.length, ZERO, from_polynomial))
 
     @property
     def roundings(self) -> int:
@@ -509,8 +509,8 @@ class Product(Combination):
     def jump(self, r: Real, h: Real) -> Real:
         # κ₁ κ₂ − b₁ b₂ = (κ₁ − b₁) κ₂ + b₁ (κ₂ − b₂) with the branches b at r
         f, g = self.left.jump(r, h), self.right.jump(r, h)
-        of_left = chosen(f.b <= 0, ZERO, f * self.right.peak.size)
-        return of_left + chosen(g.b <= 0, ZERO, self.left.largest_on_disc(r, h) * g)
+        of_left = select(f.b <= 0, ZERO, f * self.right.peak.size)
+        return of_left + select(g.b <= 0, ZERO, self.left.largest_on_disc(r, h) * g)
 
     def beyond(self, distance: Real) -> Decay:
         f, g = self.left.beyond(distance), self.right.beyond(distance)

@@ -18,7 +18,6 @@ from trackably.checker.intervals import (
     angle,
     around,
     atan,
-    bounded,
     cos,
     dot,
     exactly,
@@ -28,9 +27,10 @@ from trackably.checker.intervals import (
     log,
     pi,
     power,
+    require,
+    require_bounds,
     require_nonzero,
     require_positive,
-    required,
     side,
     sin,
     sqrt,
@@ -141,7 +141,7 @@ class Models:
         if self.terms == 1:
             return self.number(power(a.span, exponent))
         if not is_multiplied(exponent):
-            return self._composed("power", a, exponent)
+            return self._compose("power", a, exponent)
         if exponent < 0:
             return self.over(self.number(ONE), self.power(a, -exponent))
         found, square, left = self.number(ONE), a, int(exponent)
@@ -155,13 +155,13 @@ class Models:
     def function(self, name: str, a: Model) -> Model:
         if self.terms == 1:
             return self.number(function(name, a.span))
-        return self._root(a) if name == "sqrt" else self._composed(name, a)
+        return self._root(a) if name == "sqrt" else self._compose(name, a)
 
     def _root(self, a: Model) -> Model:
         require_positive("sqrt", a.span)
         found = _near_root(a)
         both = sqrt(a.span) + found.span
-        required(both.a > 0, "a square root is not enclosed")
+        require(both.a > 0, "a square root is not enclosed")
         return _within(found, a - found * found, both)
 
     def angle(self, y: Model, x: Model) -> Model:
@@ -172,8 +172,8 @@ class Models:
         if self.terms == 1:
             return self.number(angle(y.span, x.span))
         if not s:
-            return self._composed("atan", self.over(y, x))
-        return self.number(s * pi() / 2) - self._composed("atan", self.over(x, y))
+            return self._compose("atan", self.over(y, x))
+        return self.number(s * pi() / 2) - self._compose("atan", self.over(x, y))
 
     def _angles(self, many: type[Many], y: Model, x: Model) -> Model:
         """Return the angles of many vectors, each relative to a vector (c, s) in a half-plane in
@@ -184,14 +184,14 @@ class Models:
         """
         s, c = y.coefficients[0].mid, x.coefficients[0].mid
         along = x.times(c) + y.times(s)
-        required(along.span.a > 0, "it takes the angle of a vector that turns too far")
-        turned = self._composed("atan", self.over(y.times(c) - x.times(s), along))
+        require(along.span.a > 0, "it takes the angle of a vector that turns too far")
+        turned = self._compose("atan", self.over(y.times(c) - x.times(s), along))
         return self.number(many.direction(s, c)) + turned
 
-    def _composed(self, name: str, a: Model, exponent: float = 0.0) -> Model:
+    def _compose(self, name: str, a: Model, exponent: float = 0.0) -> Model:
         """Return φ of a model, where φ is a function of formulas, or `power`."""
         centre, d = a.coefficients[0], Model([ZERO, *a.coefficients[1:]], a.missed)
-        reach = bounded(d.size + d.missed)
+        reach = require_bounds(d.size + d.missed)
         span = around(centre, reach)
         require_positive(name, span)
         found = Model([_derivative(name, centre, self.terms - 1, exponent)], ZERO)
@@ -199,12 +199,12 @@ class Models:
             found = _times_powers(found, d)
             found = Model([_derivative(name, centre, k, exponent), *found.coefficients[1:]], found.missed)
         rest = abs(_derivative(name, span, self.terms, exponent)) * reach**self.terms
-        return Model(found.coefficients, bounded(found.missed + rest))
+        return Model(found.coefficients, require_bounds(found.missed + rest))
 
 
 def _within(found: Model, rest: Model, divisor: Real) -> Model:
     """Return a polynomial with its remainder bound, `rest` divided by a positive divisor."""
-    return Model(found.coefficients, bounded((rest.size + rest.missed) / divisor.a))
+    return Model(found.coefficients, require_bounds((rest.size + rest.missed) / divisor.a))
 
 
 def _near_quotient(a: Model, b: Model) -> Model:

@@ -69,7 +69,7 @@ def place(z: Pieces, ends: Sequence[Number], t: Number, width: Number) -> tuple[
     return i, t - ends[i], width
 
 
-def composed(polynomial: Sequence[Number], start: Number, width: Number) -> list[Number]:
+def compose(polynomial: Sequence[Number], start: Number, width: Number) -> list[Number]:
     """Return the coefficients in x of p(start + width x), by Horner's rule."""
     found = [polynomial[-1]]
     for coefficient in reversed(polynomial[:-1]):
@@ -87,7 +87,7 @@ def polynomials(z: Pieces, start: Fraction, end: Fraction) -> list[list[Fraction
     for a, b in cells_of([(z, z.ends, Fraction(0))], start, end)[:-1]:
         i, local, width = place(z, z.ends, a, b - a)
         moved = (local + middle - a, half) if width else (local, width)
-        found.append(composed([Fraction(c) for c in z.coefficients[i]], *moved))
+        found.append(compose([Fraction(c) for c in z.coefficients[i]], *moved))
     return found
 
 

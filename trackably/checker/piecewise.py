@@ -26,7 +26,7 @@ from math import ceil
 from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
 from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Steps
 from trackably.checker.intervals import UndefinedError, common_denominator, exact_sum
-from trackably.checker.moving import Cells, cells_of, composed, hull, place
+from trackably.checker.moving import Cells, cells_of, compose, hull, place
 from trackably.checker.polynomials import stays_between
 from trackably.checker.quantities import absolute_sum, functionals, weighted_sum
 from trackably.checker.subject import Bound, Functional, LinearSystem, Pieces, Subject, why_no_signal
@@ -74,7 +74,7 @@ class Sum:
         for term in self.terms:
             tick()
             i, local, of_piece = place(term.signal, term.ends, start + term.shift, width)
-            part = composed(term.polynomials[i], local, of_piece)
+            part = compose(term.polynomials[i], local, of_piece)
             found += [0] * (len(part) - len(found))
             for k, coefficient in enumerate(part):
                 found[k] += term.weight * coefficient
@@ -110,13 +110,13 @@ def whole_sum(
 def values_at(subject: Subject, rows: Sequence[Functional], t: Fraction) -> list[Fraction]:
     """Return the values of rows of shifted signals at a time [s]."""
     step, known = Fraction(subject.system.sampling_time), dict[tuple[int, int], Fraction]()
-    for s, j in {term for row in rows for term in shifted(row)}:
+    for s, j in {term for row in rows for term in shifts_of(row)}:
         z = subject.pieces[s]
         i, local, _ = place(z, z.ends, t + j * step, Fraction(0))
         known[s, j] = Fraction(0)
         for c in reversed(z.coefficients[i]):  # Horner's rule
             known[s, j] = short(known[s, j] * local + Fraction(c))
-    return [exact_sum([row.offset, *(row.weights[s][j] * known[s, j] for s, j in shifted(row))]) for row in rows]
+    return [exact_sum([row.offset, *(row.weights[s][j] * known[s, j] for s, j in shifts_of(row))]) for row in rows]
 
 
 def bits_of(numbers: Sequence[Fraction]) -> int:
@@ -131,10 +131,10 @@ def bits_of_floats(numbers: Iterable[float]) -> int:
 
 def _whole_polynomial(piece: Sequence[float], digits: int, bits: int) -> list[int]:
     tick()
-    return [_scaled(c, digits - bits * k) for k, c in enumerate(piece)]
+    return [_scale(c, digits - bits * k) for k, c in enumerate(piece)]
 
 
-def _scaled(number: float, digits: int) -> int:
+def _scale(number: float, digits: int) -> int:
     numerator, denominator = number.as_integer_ratio()
     return numerator << (digits + 1 - denominator.bit_length())  # units are chosen so that this is exact
 
@@ -227,7 +227,7 @@ def _largest_terms(z: Pieces) -> Fraction:
         tick()
         found = 0
         for k in reversed(range(len(piece))):  # Horner's rule
-            found = found * length + _scaled(abs(piece[k]), digits - bits * k)
+            found = found * length + _scale(abs(piece[k]), digits - bits * k)
         largest = max(largest, found)
     return Fraction(largest, 1 << digits)
 
@@ -263,14 +263,14 @@ def check_signals(subject: Subject) -> str | None:
 def check_pieces(certificate: Certificate, first_pass: FirstPass = NO_FIRST_PASS) -> str | None:
     """Return the first step that fails; None if everything is shown."""
     return (
-        _claimed(certificate)
+        _claim_gap(certificate)
         or check_sizes(certificate)
         or check_rounding(certificate)
         or _positive(certificate, first_pass)
     )
 
 
-def _claimed(certificate: Certificate) -> str | None:
+def _claim_gap(certificate: Certificate) -> str | None:
     """Return why the claim does not follow from the cells; None if it does."""
     proof, pieces = certificate.proof, certificate.subject.pieces
     if isinstance(proof, Steps):
@@ -313,7 +313,7 @@ def _positive(certificate: Certificate, first_pass: FirstPass) -> str | None:
     """Return the first bound that is not shown to be kept in each cell."""
     subject, (start, end) = certificate.subject, _span(certificate)
     bounds = [bound for bound in subject.bounds if not bound.moves]
-    kept = [next(drawn_in(subject, bound, Fraction(certificate.errors[bound.name])))[1:] for bound in bounds]
+    kept = [next(tightened_rows(subject, bound, Fraction(certificate.errors[bound.name])))[1:] for bound in bounds]
     rows, inside = [row for row, _ in kept], [ends for _, ends in kept]
     alike, left = _alike(subject, rows), dict[int, Cells[int]]()
     for i, bound in enumerate(bounds):
@@ -327,7 +327,7 @@ def _positive(certificate: Certificate, first_pass: FirstPass) -> str | None:
             return f"cell: the {bound.name} is not shown to stay inside its bounds"
     for bound in subject.bounds:
         for side, row, ends in (
-            drawn_in(subject, bound, Fraction(certificate.errors[bound.name])) if bound.moves else ()
+            tightened_rows(subject, bound, Fraction(certificate.errors[bound.name])) if bound.moves else ()
         ):
             cells, bits = _cells(side, row, start, end)
             (some,) = first_pass.cells_left(side, [(row, *ends)], cells, bits)
@@ -336,7 +336,7 @@ def _positive(certificate: Certificate, first_pass: FirstPass) -> str | None:
     return None
 
 
-def drawn_in(
+def tightened_rows(
     subject: Subject, bound: Bound, error: Fraction
 ) -> Iterator[tuple[Subject, Functional, tuple[Fraction, Fraction]]]:
     """Yield the row of a bound, and the two numbers between which it has to stay: the ends, drawn in by an error.
@@ -362,14 +362,14 @@ def _alike(subject: Subject, rows: Sequence[Functional]) -> Sequence[list[int]]:
     """Return the numbers of rows in groups with equal breakpoints, and so with equal cells."""
     found: dict[object, list[int]] = {}
     for i, row in enumerate(rows):
-        changes = frozenset((subject.pieces[s].breakpoints, subject.pieces[s].beyond, j) for s, j in shifted(row))
+        changes = frozenset((subject.pieces[s].breakpoints, subject.pieces[s].beyond, j) for s, j in shifts_of(row))
         found.setdefault(changes, []).append(i)
     return [*found.values()]
 
 
 def _cells(subject: Subject, row: Functional, start: Fraction, end: Fraction) -> tuple[Cells[int], int]:
     """Return the cells of a row of signals from start to end, in units of 2^−bits s, and bits."""
-    step, used = Fraction(subject.system.sampling_time), shifted(row)
+    step, used = Fraction(subject.system.sampling_time), shifts_of(row)
     signals = {s: subject.pieces[s] for s, _ in used}
     bits = max(bits_of([step, start, end]), bits_of_floats(t for z in signals.values() for t in z.breakpoints))
     unit, ends = 1 << bits, {s: exact_times(z, bits) for s, z in signals.items()}
@@ -379,10 +379,10 @@ def _cells(subject: Subject, row: Functional, start: Fraction, end: Fraction) ->
 
 def exact_times(z: Pieces, bits: int) -> list[int]:
     """Return the breakpoints in units of 2^−`bits` s."""
-    return [_scaled(t, bits) for t in z.breakpoints]
+    return [_scale(t, bits) for t in z.breakpoints]
 
 
-def shifted(row: Functional) -> list[tuple[int, int]]:
+def shifts_of(row: Functional) -> list[tuple[int, int]]:
     """Return all (s, j) for which the row depends on z_s(t + j T)."""
     return [(s, j) for s, weights in enumerate(row.weights) for j, w in enumerate(weights) if w]
 

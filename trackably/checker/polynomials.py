@@ -33,15 +33,15 @@ def is_nowhere_negative(a: list[int]) -> bool:
         p = waiting.pop()
         if p[0] < 0 or sum(p) < 0:
             return False
-        if all(c >= 0 for c in moved(p[::-1], 1)):
+        if all(c >= 0 for c in shift(p[::-1], 1)):
             continue
         n = len(p) - 1
         half = [c << (n - k) for k, c in enumerate(p)]  # 2ⁿ p(x/2)
-        waiting += [half, moved(half, 1)]
+        waiting += [half, shift(half, 1)]
     return False
 
 
-def moved(p: Sequence[int], by: int) -> list[int]:
+def shift(p: Sequence[int], by: int) -> list[int]:
     """Return the coefficients of p(x + by)."""
     found = list(p)
     for i in range(len(found) - 1):

@@ -85,7 +85,7 @@ def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
         formulas |= inputs_of(system.f, system.successors, system.inputs)
         for j, names_of in enumerate((system.states, system.successors)):
             shifted |= {name: _signal(subject, i, j, 2) for i, name in enumerate(names_of)}
-    known = {name: _combined(subject, (Fraction(1),), (part,)) for name, part in shifted.items()}
+    known = {name: _combine(subject, (Fraction(1),), (part,)) for name, part in shifted.items()}
     found: list[Quantity] = []
     for bound in subject.bounds:
         named = zip(bound.row, system.states if bound.of == "state" else system.inputs, strict=True)
@@ -107,7 +107,7 @@ def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
 def _of_signals(
     subject: Subject, bound: Bound, row: tuple[Fraction, ...], parts: tuple[Functional, ...], error: float
 ) -> Quantity:
-    return Quantity(bound.name, Name(ITSELF), {ITSELF: _combined(subject, row, parts)}, [], *limits(bound, error))
+    return Quantity(bound.name, Name(ITSELF), {ITSELF: _combine(subject, row, parts)}, [], *limits(bound, error))
 
 
 def _of_formulas(
@@ -124,7 +124,7 @@ def _of_formulas(
 
 def states_of(subject: Subject) -> list[LinearCombination]:
     """Return the states of a linear system, or else the signals, as linear combinations of the signals."""
-    return [_combined(subject, (Fraction(1),), (part,)) for part in functionals(subject, "state")]
+    return [_combine(subject, (Fraction(1),), (part,)) for part in functionals(subject, "state")]
 
 
 def functionals(subject: Subject, of: Side) -> tuple[Functional, ...]:
@@ -141,7 +141,7 @@ def _signal(subject: Subject, i: int, j: int, count: int) -> Functional:
     return Functional(Fraction(0), tuple(tuple(Fraction((s, k) == (i, j)) for k in range(count)) for s in every))
 
 
-def _combined(subject: Subject, row: tuple[Fraction, ...], parts: tuple[Functional, ...]) -> LinearCombination:
+def _combine(subject: Subject, row: tuple[Fraction, ...], parts: tuple[Functional, ...]) -> LinearCombination:
     """Return Σ_i row_i part_i."""
     found, gross = weighted_sum(row, parts), absolute_sum(row, parts)
     of_means = (

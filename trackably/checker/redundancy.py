@@ -43,14 +43,14 @@ def why_not_attainable(system: LinearSystem, rows: tuple[Row, ...], attainable: 
     return None
 
 
-def demanded(system: LinearSystem, rows: tuple[Row, ...], bound: Bound) -> tuple[Fraction, Fraction] | None:
+def demand_of(system: LinearSystem, rows: tuple[Row, ...], bound: Bound) -> tuple[Fraction, Fraction] | None:
     """Return low and high such that no u + v with B v = 0 is in U unless low ≤ row · u ≤ high.
 
     None if the rows of U imply no bound of this row, or are too many to tell.
     """
     if _why_not_enumerable(system, rows):
         return None
-    ends = [_scaled(demand, bound.row) for demand in _demands(system, rows)]
+    ends = [_scale(demand, bound.row) for demand in _demands(system, rows)]
     found = [end for end in ends if end is not None]
     if not found:
         return None
@@ -112,11 +112,11 @@ def _circuits(moved: list[list[Fraction]], dimension: int) -> Iterator[list[tupl
 
 def _implies(bound: Row, demand: _Demand) -> bool:
     """Return whether a bound, whose row is a multiple of the demand's row, implies the demand."""
-    ends = _scaled(demand, bound.row)
+    ends = _scale(demand, bound.row)
     return ends is not None and ends[0] <= Fraction(bound.lower) and Fraction(bound.upper) <= ends[1]
 
 
-def _scaled(demand: _Demand, row: tuple[Fraction, ...]) -> tuple[Fraction, Fraction] | None:
+def _scale(demand: _Demand, row: tuple[Fraction, ...]) -> tuple[Fraction, Fraction] | None:
     """Return the demand as bounds of row · u.
 
     None if the row is no multiple of the demand's, or one of them is zero.

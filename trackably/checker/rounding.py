@@ -26,9 +26,9 @@ from trackably.checker.intervals import (
     exact_sum,
     exactly,
     ratio,
+    require,
     require_nonzero,
     require_positive,
-    required,
     side,
     slope_of_function,
     slope_of_power,
@@ -55,14 +55,14 @@ class Tracked:
         return self.model.span + SIGN * self.error
 
     def __add__(self, other: "Tracked") -> "Tracked":
-        return _tracked(self.model + other.model, self.error + other.error)
+        return _track(self.model + other.model, self.error + other.error)
 
     def __sub__(self, other: "Tracked") -> "Tracked":
-        return _tracked(self.model - other.model, self.error + other.error)
+        return _track(self.model - other.model, self.error + other.error)
 
     def __mul__(self, other: "Tracked") -> "Tracked":
         propagated = self.error * abs(other.computed) + abs(self.model.span) * other.error
-        return _tracked(self.model * other.model, propagated)
+        return _track(self.model * other.model, propagated)
 
 
 @dataclass(frozen=True)
@@ -81,27 +81,27 @@ class TrackedFormulas:
     def over(self, a: Tracked, b: Tracked) -> Tracked:
         require_nonzero(b.computed)
         found = self._models.over(a.model, b.model)
-        return _tracked(found, (a.error + abs(found.span) * b.error) / abs(b.computed))
+        return _track(found, (a.error + abs(found.span) * b.error) / abs(b.computed))
 
     def power(self, a: Tracked, exponent: float) -> Tracked:
         slope = slope_of_power(a.computed, exponent)
-        return _tracked(self._models.power(a.model, exponent), abs(slope) * a.error, 8)
+        return _track(self._models.power(a.model, exponent), abs(slope) * a.error, 8)
 
     def function(self, name: str, a: Tracked) -> Tracked:
         require_positive(name, a.computed)
         slope = slope_of_function(name, a.computed)
-        return _tracked(self._models.function(name, a.model), abs(slope) * a.error, 8)
+        return _track(self._models.function(name, a.model), abs(slope) * a.error, 8)
 
     def angle(self, y: Tracked, x: Tracked) -> Tracked:
         side(y.computed, x.computed)
         changed = change_of_angle(y.computed, x.computed, y.error, x.error)
-        return _tracked(self._models.angle(y.model, x.model), changed, 8)
+        return _track(self._models.angle(y.model, x.model), changed, 8)
 
 
-def _tracked(model: Model, propagated: Real, roundings: int = 1) -> Tracked:
+def _track(model: Model, propagated: Real, roundings: int = 1) -> Tracked:
     """Round a value whose operands have errors. Raise UndefinedError if it may overflow."""
     computed = abs(model.span + SIGN * propagated)
-    required(computed.b < _OVERFLOW, "it may overflow")
+    require(computed.b < _OVERFLOW, "it may overflow")
     return Tracked(model, (propagated + roundings * UNIT * computed + _UNDERFLOW).b)
 
 
@@ -281,17 +281,17 @@ class FlatValues:
 
         UndefinedError: a formula in q may be undefined, or the rounding error of q may exceed the stated one.
         """
-        tracked = self._tracked(arguments)
+        tracked = self._track(arguments)
         for need in q.needs:
             span = self._of(need.formula, tracked).model.span
             what = "may be zero" if need.may_be_negative else "may not be positive"
             holds = either(span.a > 0, need.may_be_negative and span.b < 0)
-            required(holds, f"{text(need.formula, _OUTER)} {what}")
+            require(holds, f"{text(need.formula, _OUTER)} {what}")
         if not q.is_flat:
             return evaluate(q.formula, arguments, Models(self.terms))
         parts = self._parts(q, tracked)
         stated = self.needs.stated[q.name]
-        required(_of_row(parts, self.needs.roundings).b <= stated, f"it can be off by more than {stated!r} in float64")
+        require(_of_row(parts, self.needs.roundings).b <= stated, f"it can be off by more than {stated!r} in float64")
         found = Models(self.terms).number(ZERO)
         for r, part in parts:
             found += part.model.times(r)
@@ -299,9 +299,9 @@ class FlatValues:
 
     def error(self, q: Quantity, arguments: Mapping[str, Model]) -> Real:
         """Over-estimate the rounding error of a formula. Raise UndefinedError where it may not be defined."""
-        return _of_row(self._parts(q, self._tracked(arguments)), self.needs.roundings)
+        return _of_row(self._parts(q, self._track(arguments)), self.needs.roundings)
 
-    def _tracked(self, arguments: Mapping[str, Model]) -> dict[str, Tracked]:
+    def _track(self, arguments: Mapping[str, Model]) -> dict[str, Tracked]:
         errors = self.needs.of_arguments
         return {name: Tracked(model, errors[name]) for name, model in arguments.items() if name in errors}
 

@@ -31,7 +31,7 @@ def statement(certificate: Certificate, first_pass: FirstPass) -> str:
     is_moved = isinstance(certificate.claim, AllPhases) and not subject.pieces
     moved = ", to which later ones are moved by whole periods" if is_moved else ""
     return (
-        f"For {certificate.claim} the reference keeps {kept}, and the system {_followed(subject.system)} "
+        f"For {certificate.claim} the reference keeps {kept}, and the system {_dynamics_text(subject.system)} "
         f"follows it with {inputs} (T = {subject.system.sampling_time!r} s). The bounds hold with room for the error "
         f"of {how}, at times up to {certificate.until!r} s{moved}. {identity(subject, first_pass)}"
     )
@@ -46,7 +46,7 @@ def refutation(counterexample: Counterexample, first_pass: FirstPass) -> str:
     return (
         f"NOT TRACKABLE: at {at} the reference breaks {bound_text(bound, _names(subject.system, bound))} by at least "
         f"{counterexample.violation!r}, so it does not keep its bounds for {counterexample.claim}; the system "
-        f"{_followed(subject.system)}. {identity(subject, first_pass)}"
+        f"{_dynamics_text(subject.system)}. {identity(subject, first_pass)}"
     )
 
 
@@ -125,7 +125,7 @@ def _number(r: Fraction) -> str:
     return repr(nearest) if abs(nearest) < float("inf") and Fraction(nearest) == r else str(r)
 
 
-def _followed(system: System) -> str:
+def _dynamics_text(system: System) -> str:
     """Return the dynamics, and the formulas of states and inputs of a flat form in the signals z1[0], z1[1], …"""
     if not isinstance(system, NonlinearSystem) or system.flat is None:
         return dynamics(system)
@@ -166,7 +166,7 @@ def robust_statement(subject: Subject, robust: Robust | None) -> str:
     if robust.noise:
         sets += f", V is {_set(robust.noise)}, S = W ⊕ (-A V) ⊕ V"
     if robust.model:
-        added = robust.added(system) if isinstance(system, LinearSystem) else ""
+        added = robust.model_generators(system) if isinstance(system, LinearSystem) else ""
         parts = "W ⊕ (-A V) ⊕ V ⊕ D" if robust.noise else "W ⊕ D"
         generators = _vectors(added) if not isinstance(added, str) else added
         sets = sets.removesuffix(", S = W ⊕ (-A V) ⊕ V")

@@ -285,14 +285,14 @@ class Subject:
         counted: dict[str, int] = {}
         for of, names, rows in sides:
             for row in rows:
-                name = _written(row.row, names)
+                name = _sum_name(row.row, names)
                 counted[name] = counted.get(name, 0) + 1
                 called = name if counted[name] == 1 else f"{name} ({counted[name]})"
                 found.append(Bound(row.row, row.low, row.high, called, of))
         return tuple(found)
 
 
-def _written(row: tuple[Fraction, ...], names: tuple[str, ...]) -> str:
+def _sum_name(row: tuple[Fraction, ...], names: tuple[str, ...]) -> str:
     """The name of a weighted sum, such as x, x+y or x-0.5y; 80 characters at most."""
     signed = []
     for weight, name in zip(row, names, strict=True):

@@ -60,7 +60,7 @@ def check_table(table: Table) -> str | None:
         progress(k, 3)
         for step, row in enumerate(values):
             for i, bound in enumerate(rows):
-                if not _kept(bound, row):
+                if not _keeps(bound, row):
                     return f"table: bound {i} of the {side} is broken at step {table.first_step + step}"
     for step in range(len(table.states) - 1):
         tick()
@@ -104,7 +104,7 @@ def check_refuted_table(refuted: RefutedTable) -> str | None:
     return None if broken else f"value: nothing is shown to be broken by {refuted.violation!r} there"
 
 
-def _kept(bound: Row, values: tuple[float, ...]) -> bool:
+def _keeps(bound: Row, values: tuple[float, ...]) -> bool:
     return Fraction(bound.lower) <= value_of_row(bound, values) <= Fraction(bound.upper)
 
 

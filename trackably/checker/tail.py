@@ -68,10 +68,10 @@ class SlopedFormulas:
         return Sloped(value, [(x - value * y) / b.value for x, y in zip(a.slopes, b.slopes, strict=True)])
 
     def power(self, a: Sloped, exponent: float) -> Sloped:
-        return _chained(power(a.value, exponent), slope_of_power(a.value, exponent), a)
+        return _chain(power(a.value, exponent), slope_of_power(a.value, exponent), a)
 
     def function(self, name: str, a: Sloped) -> Sloped:
-        return _chained(function(name, a.value), slope_of_function(name, a.value), a)
+        return _chain(function(name, a.value), slope_of_function(name, a.value), a)
 
     def angle(self, y: Sloped, x: Sloped) -> Sloped:
         value, length = (
@@ -83,7 +83,7 @@ class SlopedFormulas:
         return Sloped(value, [(x.value * a - y.value * b) / length for a, b in slopes])
 
 
-def _chained(value: Real, slope: Real, a: Sloped) -> Sloped:
+def _chain(value: Real, slope: Real, a: Sloped) -> Sloped:
     return Sloped(value, [slope * x for x in a.slopes])
 
 

@@ -44,7 +44,7 @@ _WATCH = ContextVar("watch", default=_UNWATCHED)
 
 
 @contextmanager
-def watched(seconds: float | None, report: Report | None) -> Iterator[None]:
+def watch(seconds: float | None, report: Report | None) -> Iterator[None]:
     """Limit the time and the memory of the code in this context, and report its progress.
 
     Raise UndecidedError if a limit is exceeded.

@@ -134,7 +134,7 @@ def simulate(
     without_plan, widened = list[Infeasible | Unsolved](), 0
     for k in range(first_step, first_step + steps):
         x = states[-1]
-        seen = x if noise is None else x + _drawn("measurement_noise", noise, k, x)
+        seen = x if noise is None else x + _draw("measurement_noise", noise, k, x)
         result = controller.step(k, seen, table, guess)
         if isinstance(result, Plan):
             guess, plan, applied = shifted_inputs(result, table), result, result.input
@@ -148,7 +148,7 @@ def simulate(
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             successor = plant.system.successor(x, applied)
             if disturbances is not None:
-                successor = successor + _drawn("disturbances", disturbances, k, successor)
+                successor = successor + _draw("disturbances", disturbances, k, successor)
         if not np.all(np.isfinite(successor)):
             without_plan.append(Unsolved(k, "the system is not defined under the input applied", applied))
             break
@@ -174,7 +174,7 @@ def simulate(
     )
 
 
-def _drawn(what: str, of: Disturbances, k: int, state: Array) -> Array:
+def _draw(what: str, of: Disturbances, k: int, state: Array) -> Array:
     """Return the vector that is added to a state. Other shapes are refused, as NumPy would
     broadcast a number to all states.
     """

@@ -38,7 +38,7 @@ def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None,
     first = _nearby(real("to_do_mpc: start", start) / step)
 
     def tvp_fun(t_now: ArrayLike) -> Any:
-        elapsed = _elapsed(t_now, step)
+        elapsed = _elapsed_steps(t_now, step)
         steps = first + elapsed + np.arange(1.0 if horizon is None else horizon + 1.0)
         proved_times(proved, proved.reference.instants(steps))
         values = np.concatenate([_states(proved, steps, elapsed), proved.reference.input(steps)], axis=-1)
@@ -60,7 +60,7 @@ def _states(proved: Proved, steps: Array, elapsed: float) -> Array:
     return continuous(proved, proved.reference.state(np.concatenate([before, steps])))[len(before) :]
 
 
-def _elapsed(t_now: ArrayLike, step: float) -> float:
+def _elapsed_steps(t_now: ArrayLike, step: float) -> float:
     """Return the steps on the controller's clock, which adds up rounded T_s.
 
     ValueError: it is no whole number of steps.

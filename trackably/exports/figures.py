@@ -51,7 +51,7 @@ _TIMES_OF_BOUNDS: Final = 801
 _PADDING: Final = 0.12
 
 
-def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
+def with_style(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     """Draw with the project's style, independently of the session's style, and fix the layout."""
 
     @wraps(draw)
@@ -79,7 +79,7 @@ class Observed:
     band: tuple[Array, Array] | None = None
 
 
-@styled
+@with_style
 def tracking(
     references: Mapping[str, Reference],
     observed: Mapping[str, Observed],

@@ -177,14 +177,14 @@ def curve(reached: Reached) -> str:
     """
     bounds = reached.quantity.bounds
     low, high = _vertical_ends(reached)
-    x = _scaled(reached.times, reached.times[0], reached.times[-1], 0.0, _WIDTH)
-    y = _scaled(reached.values, low, high, _HEIGHT - _EDGE, _EDGE)
+    x = _scale(reached.times, reached.times[0], reached.times[-1], 0.0, _WIDTH)
+    y = _scale(reached.values, low, high, _HEIGHT - _EDGE, _EDGE)
     chosen = np.unique(np.linspace(0, x.size - 1, _POINTS).round().astype(int))
     points = " ".join(f"{x[i]:.1f},{y[i]:.1f}" for i in chosen)
     ends = (end for end in bounds.ends(reached.times) if np.any((low <= end) & (end <= high)))
-    scaled = (_scaled(np.clip(end, low, high), low, high, _HEIGHT - _EDGE, _EDGE) for end in ends)
+    scaled = (_scale(np.clip(end, low, high), low, high, _HEIGHT - _EDGE, _EDGE) for end in ends)
     levels = [np.broadcast_to(level, x.shape) for level in scaled]
-    lines = "".join(map(_dashed, [x[chosen]] * len(levels), [level[chosen] for level in levels]))
+    lines = "".join(map(_dashed_line, [x[chosen]] * len(levels), [level[chosen] for level in levels]))
     nearest = int(np.argmin(bounds.margin(reached.values, reached.times)))
     return (
         f'<svg width="{_WIDTH:g}" height="{_HEIGHT:g}" viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" '
@@ -194,7 +194,7 @@ def curve(reached: Reached) -> str:
     )
 
 
-def _dashed(x: np.ndarray, y: np.ndarray) -> str:
+def _dashed_line(x: np.ndarray, y: np.ndarray) -> str:
     """Return a bound: a line, of its two ends where it is level."""
     style = 'stroke="currentColor" stroke-opacity="0.45" stroke-dasharray="3 2"'
     if np.all(y == y[0]):
@@ -213,7 +213,7 @@ def _vertical_ends(reached: Reached) -> tuple[float, float]:
     return (low, high) if low < high else (low - reach, high + reach)
 
 
-def _scaled(values: np.ndarray, low: float, high: float, first: float, last: float) -> np.ndarray:
+def _scale(values: np.ndarray, low: float, high: float, first: float, last: float) -> np.ndarray:
     return np.asarray(first + (values - low) / (high - low) * (last - first))
 
 

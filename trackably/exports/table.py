@@ -22,7 +22,7 @@ def columns(proved: Proved, first: int | None, count: int | None, units: Units |
 
     ValueError: a unit is given for a name that is neither a state nor an input, or a step is not proved.
     """
-    given = _checked(units or {}, proved)
+    given = _check_units(units or {}, proved)
     steps = chosen_steps(proved, first, count)
     values = values_at(proved, steps)
     found = {f"{_TIME} [s]": proved.reference.instants(steps)}
@@ -69,7 +69,7 @@ def _head(name: str, units: Units) -> str:
     return f"{name} [{units[name]}]" if name in units else name
 
 
-def _checked(units: Units, proved: Proved) -> Units:
+def _check_units(units: Units, proved: Proved) -> Units:
     """Return units. TypeError: one is no text. ValueError: one is empty or has brackets, or its name is unknown."""
     require_known("units", units, proved)
     for name, unit in units.items():

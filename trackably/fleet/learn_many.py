@@ -296,13 +296,13 @@ class Fleet:
 
         InputError: it has none, or the file has changed.
         """
-        return self._loaded(name, TrackableReference.load, is_stream=False)
+        return self._load(name, TrackableReference.load, is_stream=False)
 
     def stream(self, name: str) -> StreamReference:
         """Return the reference of a recording that was learned by `learn_stream`. InputError as for `reference`."""
-        return self._loaded(name, StreamReference.load, is_stream=True)
+        return self._load(name, StreamReference.load, is_stream=True)
 
-    def _loaded(self, name: str, load: Callable[[Path], L], *, is_stream: bool) -> L:
+    def _load(self, name: str, load: Callable[[Path], L], *, is_stream: bool) -> L:
         row = next((row for row in self.rows if row.name == name), None)
         if row is None:
             raise InputError(f"there is no recording {name!r} in {self.folder}")

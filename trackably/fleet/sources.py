@@ -70,7 +70,7 @@ def _is_hidden(path: Path) -> bool:
     return any(part.startswith(".") for part in path.parts)
 
 
-def _given(measured: Measured) -> Measured:
+def _measured_values(measured: Measured) -> Measured:
     return measured
 
 
@@ -81,7 +81,7 @@ def sources_of(recordings: Mapping[str, Measured] | Iterable[Source]) -> tuple[S
     """
     if isinstance(recordings, Mapping):
         found = tuple(
-            Source(text("recordings", name), partial(_given, of_name)) for name, of_name in recordings.items()
+            Source(text("recordings", name), partial(_measured_values, of_name)) for name, of_name in recordings.items()
         )
     else:
         instance(
@@ -162,7 +162,7 @@ def topics_of(
         wanted = " and ".join(field.topic for field in signals.values())
         raise InputError(f"{path}: there are no topics {wanted}; there are {', '.join(topics)}")
     return tuple(
-        Source(name, partial(read_mcap, path, _named(signals, name), tuple(repairs), origin)) for name in names
+        Source(name, partial(read_mcap, path, _fields_by_name(signals, name), tuple(repairs), origin)) for name in names
     )
 
 
@@ -172,7 +172,7 @@ def _names(pattern: str, topics: Sequence[str]) -> list[str]:
     return [match[1] for match in matches if match]
 
 
-def _named(signals: Mapping[str, Field], name: str) -> dict[str, Field]:
+def _fields_by_name(signals: Mapping[str, Field], name: str) -> dict[str, Field]:
     return {signal: replace(field, topic=field.topic.replace(_NAME, name)) for signal, field in signals.items()}
 
 

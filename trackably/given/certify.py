@@ -16,7 +16,7 @@ from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import Written, as_claim
 from trackably.certificates.form import encode_subject
-from trackably.certificates.judge import judged
+from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.pieces import keeps, least_near, times_to_look_at
 from trackably.certificates.prove import Outcome, prove, prove_on_window
@@ -29,7 +29,7 @@ from trackably.proved import ProvedReference
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import Beyond, PolynomialPieces
-from trackably.systems.polytopes import rounded
+from trackably.systems.polytopes import rounded_text
 from trackably.systems.reference import Reference
 from trackably.systems.sampling import default_sample, sampled_names, stencils_by_name
 
@@ -53,7 +53,7 @@ def flat_output(curve: PolynomialPieces, stencil: Stencil, order: int, step: flo
     if curve.beyond == "period":
         ends = _repeating(curve, delay)
     elif curve.beyond == "end":
-        coefficients[0] = _moved(coefficients[0], float(curve.breakpoints[0] - ends[0]))
+        coefficients[0] = _shift(coefficients[0], float(curve.breakpoints[0] - ends[0]))
         ends[0] = curve.breakpoints[0]
         ends[-1] = max(ends[-1], nextafter(nextafter(curve.breakpoints[-1] + order * step, inf), inf))
     coefficients[:, 0] -= stencil.offset / gain
@@ -70,7 +70,7 @@ def _repeating(curve: PolynomialPieces, delay: float) -> Array:
     return ends if exact and np.all(np.diff(ends) > 0) else curve.breakpoints
 
 
-def _moved(coefficients: Array, by: float) -> Array:
+def _shift(coefficients: Array, by: float) -> Array:
     """Return the coefficients of p(t + by)."""
     moved = Polynomial(coefficients)(Polynomial([by, 1.0])).coef if by else coefficients
     return np.asarray(np.pad(moved, (0, len(coefficients) - len(moved))))
@@ -141,7 +141,9 @@ class CertifiedReference(ProvedReference):
         if self.moved is not None:
             said += [f"{name} was moved by {moved}" for name, moved in self.moved.items()]
         said += [
-            f"{name} is off the given curve by {rounded(by, 'up')} at most" for name, by in self.off.items() if by > 0
+            f"{name} is off the given curve by {rounded_text(by, 'up')} at most"
+            for name, by in self.off.items()
+            if by > 0
         ]
         return "; ".join(said)
 
@@ -157,7 +159,7 @@ class Moved:
     rms: float
 
     def __str__(self) -> str:
-        return f"{rounded(self.most, 'up')} at most, {self.rms:.3g} in the root mean square"
+        return f"{rounded_text(self.most, 'up')} at most, {self.rms:.3g} in the root mean square"
 
 
 def certify(
@@ -207,7 +209,7 @@ def certify(
 
     """
     given = Given.of(trajectory, plant, claim, interpolation)
-    outcome = judged(given.prove())
+    outcome = judge(given.prove())
     if not isinstance(outcome, Certificate):
         return outcome
     return CertifiedReference(given.reference, outcome, given.off(outcome))
@@ -236,7 +238,7 @@ class Given:
                 "proves its states and inputs at the steps, and learn_reference learns one that is proved at all times"
             )
         wanted = None if claim is None else as_claim(claim)
-        named = _named(trajectory, plant, wanted.span if isinstance(wanted, Window) else None)
+        named = _by_name(trajectory, plant, wanted.span if isinstance(wanted, Window) else None)
         if wanted is None and all(map(repeats, named.values())):
             wanted = AllPhases()
         beyond = _beyond(wanted, named)
@@ -279,7 +281,7 @@ class Given:
         }
 
 
-def _named(trajectory: Any, plant: ConstrainedSystem, span: tuple[float, float] | None) -> dict[str, Any]:
+def _by_name(trajectory: Any, plant: ConstrainedSystem, span: tuple[float, float] | None) -> dict[str, Any]:
     if is_flat_trajectory(trajectory):
         states = dict(zip(plant.system.states, states_as_pieces(trajectory, "end", span), strict=True))
         first = [sampled_names(plant, signal)[0] for signal in range(plant.signal_count)]

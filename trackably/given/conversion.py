@@ -44,7 +44,7 @@ def states_as_pieces(given: Any, beyond: Beyond, span: tuple[float, float] | Non
     """
     ends = np.unique(np.asarray(_ends(given.basis, span), dtype=float))
     nodes = np.cos(np.pi * np.arange(2 * given.basis.N + 1) / (2 * given.basis.N))[::-1] / 2 + 0.5
-    rows = [_fitted(given, start, end, nodes) for start, end in pairwise(ends.tolist())]
+    rows = [_fit_pieces(given, start, end, nodes) for start, end in pairwise(ends.tolist())]
     return [PolynomialPieces(ends, [row[i] for row in rows], beyond) for i in range(given.nstates)]
 
 
@@ -63,7 +63,7 @@ def _ends(basis: Any, span: tuple[float, float] | None) -> Sequence[float]:
     return span
 
 
-def _fitted(given: Any, start: float, end: float, nodes: Array) -> Array:
+def _fit_pieces(given: Any, start: float, end: float, nodes: Array) -> Array:
     """Return the coefficients of each state between two times: shape (n, degree + 1)."""
     width, inside = end - start, 1e-9  # the last point of a piece belongs to the next one
     x = nodes * (1 - inside)
@@ -111,7 +111,7 @@ def as_pieces(
         given = BSpline(*vars(given)["_eval_args"])
     if not isinstance(given, PPoly | BPoly | BSpline):
         times, values = _samples(given, step)
-        given = interpolated(times, values, interpolation, beyond)
+        given = interpolate(times, values, interpolation, beyond)
     ends, c = pieces_of_spline(given)
     if c.ndim != 2:
         raise ValueError(f"trajectory: expected one value at a time, got {c.shape[2:]}; name each by itself")
@@ -148,7 +148,7 @@ def _samples(given: Any, step: float | None) -> tuple[Array, Array]:
     return np.asarray(samples.times), samples.values
 
 
-def interpolated(times: Array, values: Array, how: Interpolation | None, beyond: Beyond) -> Any:
+def interpolate(times: Array, values: Array, how: Interpolation | None, beyond: Beyond) -> Any:
     """Return the interpolation of samples.
 
     Depending on `beyond`, splines are clamped, periodic, or not-a-knot at their ends.
@@ -160,12 +160,12 @@ def interpolated(times: Array, values: Array, how: Interpolation | None, beyond:
     if len(values) < (fewest := _FREE_QUINTIC if (how, beyond) == ("quintic", "end") else 2):
         raise ValueError(f"interpolation: {how} needs {fewest} samples at least, got {len(values)}")
     try:
-        return _interpolated(times, values, how, beyond)
+        return _interpolate(times, values, how, beyond)
     except ValueError as error:  # of SciPy: a period that is not closed, for example
         raise ValueError(f"interpolation: {how} of {len(values)} samples: {error}") from error
 
 
-def _interpolated(times: Array, values: Array, how: Interpolation, beyond: Beyond) -> Any:
+def _interpolate(times: Array, values: Array, how: Interpolation, beyond: Beyond) -> Any:
     ends: Any = {"rest": "clamped", "period": "periodic", "end": "not-a-knot"}[beyond]
     match how:
         case "cubic":

@@ -16,7 +16,7 @@ from scipy.interpolate import BSpline
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import Written
-from trackably.certificates.judge import judged
+from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import prove, prove_on_window
 from trackably.given.certify import CertifiedReference, Given, Moved, distance
@@ -108,7 +108,7 @@ class Splines:
         unknown, plant = cp.Variable(len(self.given.curves) * self.count), self.given.plant
         constraints = self._begun(unknown)
         for q in plant.quantities:
-            functional = _required(q.functional)
+            functional = _requirement(q.functional)
             row, width = self.rows(functional, times) / q.bounds.width, q.bounds.width
             low, high = ((end - float(functional.offset)) / width for end in (q.bounds.lower, q.bounds.upper))
             constraints += [row @ unknown >= low + backoff, row @ unknown <= high - backoff]
@@ -127,7 +127,7 @@ class Splines:
         """Return the constraint that the states at the start equal `held`; empty if they are free."""
         if self.held is None:
             return []
-        states, found = [_required(trajectory) for trajectory in self.given.plant.flatness.states], []
+        states, found = [_requirement(trajectory) for trajectory in self.given.plant.flatness.states], []
         for functional, value in zip(states, self.held.tolist(), strict=True):
             row = self.rows(functional, self.knots[:1])
             scale = float(np.max(np.abs(row.data)))
@@ -154,7 +154,7 @@ class Splines:
         fine = np.interp(np.arange((len(times) - 1) * finer + 1) / finer, np.arange(len(times)), times)
         found = []
         for q in self.given.plant.quantities:
-            functional = _required(q.functional)
+            functional = _requirement(q.functional)
             values = self.rows(functional, fine) @ coefficients.ravel() + float(functional.offset)
             margin = np.pad(q.bounds.margin(values) / q.bounds.width, 1, constant_values=np.inf)
             lowest = (margin[1:-1] <= margin[:-2]) & (margin[1:-1] <= margin[2:]) & (margin[1:-1] < room)
@@ -162,7 +162,7 @@ class Splines:
         return np.unique(np.concatenate(found))
 
 
-def _required(functional: Coordinate | None) -> Functional:
+def _requirement(functional: Coordinate | None) -> Functional:
     assert isinstance(functional, Functional), "plants are linear here"
     return functional
 
@@ -200,25 +200,25 @@ def repair(
     if start not in get_args(Start):
         raise ValueError(f"repair: start must be one of {', '.join(get_args(Start))}, got {start!r}")
     given = Given.of(trajectory, plant, claim, interpolation)
-    outcome = judged(given.prove())
+    outcome = judge(given.prove())
     if isinstance(outcome, Certificate):
         nowhere = {name: Moved(0.0, 0.0) for name in given.curves}
         return CertifiedReference(given.reference, outcome, given.off(outcome), nowhere)
-    splines = Splines.of(given, _held(given) if start == "given" else None)
+    splines = Splines.of(given, _start_states(given) if start == "given" else None)
     times = splines.instants
     for backoff in _BACKOFFS:
-        coefficients, times = _solved(splines, times, backoff)
+        coefficients, times = _solve(splines, times, backoff)
         if coefficients is None:
             return outcome if isinstance(outcome, Unproved) else _not_found(outcome, backoff, splines)
         reference = Reference(splines.signals(coefficients), plant)
-        found = judged(prove_on_window(reference, *given.window.span) if given.window else prove(reference))
+        found = judge(prove_on_window(reference, *given.window.span) if given.window else prove(reference))
         if isinstance(found, Certificate):
-            return CertifiedReference(reference, found, {}, _moved(given, reference, found))
+            return CertifiedReference(reference, found, {}, _distances(given, reference, found))
         outcome = found
     return outcome
 
 
-def _solved(splines: Splines, times: Array, backoff: float) -> tuple[Array | None, Array]:
+def _solve(splines: Splines, times: Array, backoff: float) -> tuple[Array | None, Array]:
     """Return coefficients that keep the bounds at many times [s], and nearly between them, with these times.
 
     The times are the given ones and local minima of margins between them. None as coefficients if there are none.
@@ -232,7 +232,7 @@ def _solved(splines: Splines, times: Array, backoff: float) -> tuple[Array | Non
     return found, times
 
 
-def _held(given: Given) -> Array | None:
+def _start_states(given: Given) -> Array | None:
     """Return the states at the start, shape (n,), which a repair has to keep.
 
     None if the curves are periodic, or if the states at the start violate a bound.
@@ -254,7 +254,7 @@ def _not_found(broken: Counterexample, backoff: float, splines: Splines) -> Unpr
     return Unproved(broken.quantity, broken.bounds, (broken.time, broken.time), broken.violation, reason)
 
 
-def _moved(given: Given, reference: Reference, certificate: Certificate) -> dict[str, Moved]:
+def _distances(given: Given, reference: Reference, certificate: Certificate) -> dict[str, Moved]:
     """Return the distances of the given states from those of a reference."""
     times, found = np.linspace(*given.span, 20_001), {}
     for (name, curve), signal in zip(given.curves.items(), reference.pieces, strict=True):

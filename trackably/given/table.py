@@ -22,7 +22,7 @@ from trackably.checker.subject import Polytope
 from trackably.checker.tables import FORMAT, REFUTED, VERSION, Part, differences, value_of_row
 from trackably.files import new_file, write_json
 from trackably.systems.constrained import ConstrainedSystem, Side
-from trackably.systems.polytopes import Interval, rounded
+from trackably.systems.polytopes import Interval, rounded_text
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +75,8 @@ class CertifiedTable:
         kept = ", ".join(f"{limit.name} in {limit.bounds}" for limit in self.plant.given_constraints)
         return (
             f"proved for the steps {self.table.first_step} to {self.table.last_step}, and for no time between them: "
-            f"{kept}; each state is within {rounded(self.tolerance, 'up', 6)} of what the system makes of the step "
-            f"before ({rounded(self.defect, 'up')} at most)"
+            f"{kept}; each state is within {rounded_text(self.tolerance, 'up', 6)} of what the system makes of the "
+            f"step before ({rounded_text(self.defect, 'up')} at most)"
         )
 
     def save_certificate(self, path: Path | str) -> Path:
@@ -87,7 +87,7 @@ class CertifiedTable:
     @property
     def content(self) -> dict[str, Any]:
         """The content of its file."""
-        return {"format": FORMAT, "version": VERSION, **_written(self.table, self.plant, self.tolerance)}
+        return {"format": FORMAT, "version": VERSION, **_encode(self.table, self.plant, self.tolerance)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +109,8 @@ class RefutedTable:
 
     @property
     def explanation(self) -> str:
-        return f"at step {self.step} (t = {self.time:.6g} s) {self.what}, by at least {rounded(self.violation, 'down')}"
+        least = rounded_text(self.violation, "down")
+        return f"at step {self.step} (t = {self.time:.6g} s) {self.what}, by at least {least}"
 
     def save_counterexample(self, path: Path | str) -> Path:
         """Write the table and its violation for `python -m trackably check`; return the path. Raises OSError."""
@@ -120,10 +121,10 @@ class RefutedTable:
     def content(self) -> dict[str, Any]:
         """The content of its file."""
         at = {"step": self.step, "part": self.part, "index": self.index, "violation": self.violation}
-        return {"format": REFUTED, "version": VERSION, **_written(self.table, self.plant, self.tolerance), "at": at}
+        return {"format": REFUTED, "version": VERSION, **_encode(self.table, self.plant, self.tolerance), "at": at}
 
 
-def _written(table: Table, plant: ConstrainedSystem, tolerance: float) -> dict[str, Any]:
+def _encode(table: Table, plant: ConstrainedSystem, tolerance: float) -> dict[str, Any]:
     from trackably.codec import encode  # noqa: PLC0415  loaded for files only
 
     rows = {"first_step": table.first_step, "states": table.states.tolist(), "inputs": table.inputs.tolist()}
@@ -141,7 +142,7 @@ def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> C
 
     ValueError: the table does not fit the plant, or the tolerance is not positive.
     """
-    tolerance = _checked(table, plant, tolerance)
+    tolerance = _check(table, plant, tolerance)
     refuted = partial(_refuted, table, plant, tolerance)
     try:
         read = read_table(CertifiedTable(table, plant, tolerance, tolerance).content)
@@ -161,14 +162,14 @@ def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> C
                 )
                 broken.append((float(by) / tolerance, refuted(k, what, by, "dynamics", i)))
     if broken:
-        return _judged(max(broken, key=lambda found: found[0])[1])
+        return _judge(max(broken, key=lambda found: found[0])[1])
     if defect > Fraction(tolerance):
         short = float(defect - Fraction(tolerance))
         return _unproved(plant, table.first_step, tolerance, short, "the tolerance is next to what f leads to")
-    return _judged(CertifiedTable(table, plant, tolerance, nextafter(float(defect), inf) if defect else 0.0))
+    return _judge(CertifiedTable(table, plant, tolerance, nextafter(float(defect), inf) if defect else 0.0))
 
 
-def _judged(found: CertifiedTable | RefutedTable) -> CertifiedTable | RefutedTable | Unproved:
+def _judge(found: CertifiedTable | RefutedTable) -> CertifiedTable | RefutedTable | Unproved:
     """Return the result if the checker accepts it, and Unproved if it refuses it.
 
     The defect is reported only if the checker also accepts it as a tolerance; otherwise the tolerance is reported.
@@ -183,7 +184,7 @@ def _judged(found: CertifiedTable | RefutedTable) -> CertifiedTable | RefutedTab
     return _unproved(found.plant, found.table.first_step, found.tolerance, 0.0, why)
 
 
-def _checked(table: Table, plant: ConstrainedSystem, tolerance: float) -> float:
+def _check(table: Table, plant: ConstrainedSystem, tolerance: float) -> float:
     instance("certify_table: table", table, Table, "a Table")
     instance("certify_table: plant", plant, ConstrainedSystem, "a ConstrainedSystem")
     if not (tolerance := real("certify_table: tolerance", tolerance)) > 0:

@@ -134,12 +134,12 @@ class BoundedNormal:
         w = np.tile(self.start, (_CHAINS, 1))
         kept = [np.empty((0, w.shape[1]))]
         for move in range(_BURN_IN + -(-count // _CHAINS)):
-            w = self._moved(w, rng.standard_normal(w.shape), rng.uniform(np.pi / 4, 3 * np.pi / 4, len(w)))
+            w = self._move(w, rng.standard_normal(w.shape), rng.uniform(np.pi / 4, 3 * np.pi / 4, len(w)))
             if move >= _BURN_IN:
                 kept.append(w)
         return np.concatenate(kept)[:count]
 
-    def _moved(self, w: Array, v: Array, left: Array) -> Array:
+    def _move(self, w: Array, v: Array, left: Array) -> Array:
         """Return the positions of particles that start at w with velocities v, both (P, r),
         after the times `left` (P,).
         """
@@ -152,7 +152,7 @@ class BoundedNormal:
             if arrives.all():
                 return arrived_at
             which, left, w, normal = which[~arrives], (left - free)[~arrives], w[~arrives], self.normals[wall[~arrives]]
-            v = reflected(v[~arrives], normal)
+            v = reflect(v[~arrives], normal)
         raise NoRoom(
             f"a draw takes over {_MOST_REFLECTIONS} reflections: the bounds are too close together, or too unlikely"
         )
@@ -177,6 +177,6 @@ class BoundedNormal:
         return times[np.arange(len(first)), first], first
 
 
-def reflected(v: Array, normal: Array) -> Array:
+def reflect(v: Array, normal: Array) -> Array:
     """Return velocities (P, r) after reflections at walls with these normals (P, r)."""
     return np.asarray(v - 2 * np.sum(v * normal, axis=1)[:, None] * normal)

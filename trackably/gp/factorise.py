@@ -72,14 +72,14 @@ def factorise(prior: Prior, samples: Samples, covariance: Covariance) -> Factori
     """Factorise K + V, K being the `covariance` of the samples; None if it is not positive definite in float64."""
     fast = waves(prior, samples, covariance) if len(samples) >= _FEWEST_OF_WAVES else None
     if len(samples) < _FEWEST:
-        return (fast and fast.compute()) or unstructured(prior, samples, covariance)
+        return (fast and fast.compute()) or dense_factorisation(prior, samples, covariance)
     if fast and fast.cost < _COST_OF_LOOKING and (factor := fast.compute()):
         return factor
     found = (each.compute() for each in sorted(candidates(prior, samples, covariance), key=lambda each: each.cost))
     return next((factor for factor in found if factor is not None), None)
 
 
-def unstructured(prior: Prior, samples: Samples, covariance: Covariance) -> Dense | None:
+def dense_factorisation(prior: Prior, samples: Samples, covariance: Covariance) -> Dense | None:
     """Factorise K + V as a dense matrix; None as in `factorise`."""
     return Dense.of(lambda part: covariance(samples.apart[part]), noise_variance(prior, samples))
 
@@ -89,9 +89,9 @@ def candidates(prior: Prior, samples: Samples, covariance: Covariance) -> list[C
 
     Their costs were measured on one machine; only their order matters.
     """
-    n, found = len(samples), list(_structured(prior, samples, covariance))
+    n, found = len(samples), list(_structured_factorisations(prior, samples, covariance))
     if n <= LARGEST_DENSE or not found:
-        found.append(Candidate(0.025 * n**3 + 8 * n**2, partial(unstructured, prior, samples, covariance)))
+        found.append(Candidate(0.025 * n**3 + 8 * n**2, partial(dense_factorisation, prior, samples, covariance)))
     return found
 
 
@@ -167,7 +167,7 @@ def _basis(prior: Prior, samples: Samples, covariance: Covariance) -> Basis | No
     return samples.bases.of(count) if count else None
 
 
-def _structured(prior: Prior, samples: Samples, covariance: Covariance) -> Iterator[Candidate]:
+def _structured_factorisations(prior: Prior, samples: Samples, covariance: Covariance) -> Iterator[Candidate]:
     """Yield the factorisations that use structure of K, if their rounding errors are allowed."""
     variances, rounding = noise_variance(prior, samples), _Rounding.of(prior, samples)
     assert isinstance(samples.stencil, Stencil), "covariances of several kinds of samples have no such structure"

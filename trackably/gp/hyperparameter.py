@@ -98,12 +98,12 @@ def hyperparameter(given: Any) -> float:
     raise ValueError("a positive number (known) or [lower, upper] with 0 < lower < upper (learned)")
 
 
-def learned(value: float) -> Learned:
+def as_learned(value: float) -> Learned:
     """Return a learned hyperparameter with this current value; one that is learned already keeps its interval."""
     return value if isinstance(value, Learned) else Learned(value)
 
 
-def shown(value: float) -> str:
+def as_text(value: float) -> str:
     """Return a hyperparameter as text: its value, and whether it is learned and in which interval."""
     if not isinstance(value, Learned):
         return repr(value)

@@ -47,7 +47,7 @@ class JointPrior:
     def hyperparameters(self) -> dict[str, float]:
         """All hyperparameters by name, in natural units, process by process."""
         return {
-            self.called(process, name): value
+            self.name_of(process, name): value
             for process, part in zip(self.names, self.parts, strict=True)
             for name, value in part.hyperparameters.items()
         }
@@ -55,7 +55,7 @@ class JointPrior:
     @cached
     def learned(self) -> tuple[str, ...]:
         """Names of the hyperparameters that are learned, in the order of every gradient."""
-        named = [self.called(process, name) for process, part in self._named for name in part.learned]
+        named = [self.name_of(process, name) for process, part in self._named for name in part.learned]
         return tuple(dict.fromkeys(named))
 
     @property
@@ -103,14 +103,14 @@ class JointPrior:
     def places(self) -> tuple[list[int], ...]:
         """For each process, the indices of its learned hyperparameters among all learned ones."""
         return tuple(
-            [self.learned.index(self.called(process, name)) for name in part.learned] for process, part in self._named
+            [self.learned.index(self.name_of(process, name)) for name in part.learned] for process, part in self._named
         )
 
     @property
     def _named(self) -> list[tuple[str, Prior]]:
         return list(zip(self.names, self.parts, strict=True))
 
-    def called(self, process: str, name: str) -> str:
+    def name_of(self, process: str, name: str) -> str:
         """Return the full name of a process's hyperparameter."""
         plain = len(self.parts) == 1 or name in self.shared
         return name if plain else f"{process}.{name}"

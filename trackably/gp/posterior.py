@@ -209,7 +209,7 @@ class Posterior:
 
     def _by_sample(self, covariances: Array) -> Array:
         """Combine covariances (…, centres) with the sample centres to those with the samples: shape (…, n)."""
-        return self.samples.stencil.combined(covariances)
+        return self.samples.stencil.combine(covariances)
 
     def _jets(self, order: int, t: Array) -> tuple[Array]:
         kernel, r, weights = self.prior.kernel, t[..., None] - self._kernel_centres, self._weights_and_gradient

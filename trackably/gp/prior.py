@@ -11,7 +11,16 @@ import numpy.typing as npt
 
 from trackably.arguments import real
 from trackably.arrays import Array
-from trackably.gp.hyperparameter import Hyperparameter, Learned, Scales, Search, learned, noise, with_next, with_value
+from trackably.gp.hyperparameter import (
+    Hyperparameter,
+    Learned,
+    Scales,
+    Search,
+    as_learned,
+    noise,
+    with_next,
+    with_value,
+)
 from trackably.gp.kernels.base import Kernel
 
 NOISE = "noise_std"
@@ -68,7 +77,7 @@ class Prior:
 
     def as_learned(self, names: Collection[str] | None = None) -> Self:
         """Return the prior with all hyperparameters learned, or only those in `names`; values do not change."""
-        noise_std = learned(self.noise_std) if names is None or NOISE in names else self.noise_std
+        noise_std = as_learned(self.noise_std) if names is None or NOISE in names else self.noise_std
         return type(self)(self.kernel.as_learned(names), noise_std, self.mean)
 
     def as_known(self) -> Self:

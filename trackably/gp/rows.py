@@ -14,7 +14,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from trackably.arrays import Array
 from trackably.cached import cached
 from trackably.gp.factors.factorisation import in_blocks
-from trackably.gp.kernels.base import Kernel, summed_by_moments
+from trackably.gp.kernels.base import Kernel, sum_by_moments
 from trackably.gp.kernels.matern import Matern
 
 
@@ -43,7 +43,7 @@ class Terms:
             np.concatenate([np.empty(0, dtype=np.intp), *rows]),
         )
 
-    def renumbered(self, places: npt.NDArray[np.intp]) -> Self:
+    def renumber(self, places: npt.NDArray[np.intp]) -> Self:
         """Return the terms with row a renumbered as `places`[a]; rows with a negative place are dropped."""
         kept = places[self.of_row] >= 0
         return type(self)(self.times[kept], self.weights[kept], places[self.of_row[kept]])
@@ -108,7 +108,7 @@ class Rows:
         """Return the rows with the increasing indices `chosen` (m,), renumbered from zero."""
         places = np.full(len(self), -1)
         places[chosen] = np.arange(len(chosen))
-        return type(self)(self.offsets[chosen], tuple(terms.renumbered(places) for terms in self.terms))
+        return type(self)(self.offsets[chosen], tuple(terms.renumber(places) for terms in self.terms))
 
     def values(self, signals: Sequence[Callable[[Array], Array]]) -> Array:
         """Return q (n,) for given signals, one for each process."""
@@ -145,7 +145,7 @@ def nearby(first: Array, second: Array, reach: float) -> list[Nearby] | None:
     return list(_groups(first, second, reach))
 
 
-def assembled(groups: list[Nearby], shape: tuple[int, int], entries: Callable[[Places, Places], Array]) -> Array:
+def assemble(groups: list[Nearby], shape: tuple[int, int], entries: Callable[[Places, Places], Array]) -> Array:
     """Return the matrix with these `entries` in all groups and zeros elsewhere."""
     found = np.zeros(shape)
     for of_first, of_second in groups:
@@ -262,14 +262,14 @@ class Direct(RowKernel):
 
     def among(self) -> Array:
         if groups := nearby(self._first, self._first, self._reach):
-            return assembled(groups, (self.count, self.count), self._among)
+            return assemble(groups, (self.count, self.count), self._among)
         times = self.terms.times
         (across,) = in_blocks(lambda t: (self._across(t),), times, len(times))
         return self.terms.summed(across.T, self.count)
 
     def across(self, t: Array) -> Array:
         if groups := nearby(self._first, t, self._reach):
-            return assembled(groups, (self.count, len(t)), lambda rows, at: self._those(rows)._across(t[at]))
+            return assemble(groups, (self.count, len(t)), lambda rows, at: self._those(rows)._across(t[at]))
         return self._across(t)
 
     def _among(self, rows: Places, others: Places) -> Array:
@@ -283,14 +283,14 @@ class Direct(RowKernel):
         """Return the rows with these indices, in this order."""
         places = np.full(self.count, -1)
         places[rows] = np.arange(len(rows))
-        return Direct(self.kernel, self.terms.renumbered(places), len(rows))
+        return Direct(self.kernel, self.terms.renumber(places), len(rows))
 
     def among_gradient(self, multipliers: Array) -> Array:
-        t, u = self._weighted(multipliers)
+        t, u = self._weigh(multipliers)
         return self._form_gradient(t, u, t, u)
 
     def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
-        times, u = self._weighted(multipliers)
+        times, u = self._weigh(multipliers)
         if isinstance(self.kernel, Matern):
             return self._form_gradient(times, u, t, weights)
         if groups := nearby(times, t, self.kernel.negligible_distance):
@@ -300,12 +300,12 @@ class Direct(RowKernel):
     def _form_gradient(self, times: Array, u: Array, t: Array, weights: Array) -> Array:
         """Return ∂/∂ln θ of uᵀ κ(times − t) w; for Matérn kernels, long sums are evaluated from moments."""
         if len(times) * len(t) > _MANY and isinstance(self.kernel, Matern):
-            sums = [summed_by_moments(decays, t, weights, times, 0)[0] for decays in self.kernel.gradient_decays]
+            sums = [sum_by_moments(decays, t, weights, times, 0)[0] for decays in self.kernel.gradient_decays]
             return np.asarray(sums) @ u
         _, by_theta = self.kernel.value_and_gradient(times[:, None] - t)
         return np.asarray(by_theta @ weights @ u)
 
-    def _weighted(self, multipliers: Array) -> tuple[Array, Array]:
+    def _weigh(self, multipliers: Array) -> tuple[Array, Array]:
         """Return the times [s] with a nonzero weight, and these weights."""
         u = self.terms.spread(multipliers)
         return self.terms.times[u != 0], u[u != 0]
@@ -345,12 +345,12 @@ class Taylor(RowKernel):
 
     def among(self) -> Array:
         if groups := nearby(self.first, self.first, self.kernel.negligible_distance):
-            return assembled(groups, (len(self.first), len(self.first)), self._among)
+            return assemble(groups, (len(self.first), len(self.first)), self._among)
         return self._among(slice(None), slice(None))
 
     def across(self, t: Array) -> Array:
         if groups := nearby(self.first, t, self.kernel.negligible_distance):
-            return assembled(groups, (len(self.first), len(t)), lambda rows, at: self._across(rows, t[at]))
+            return assemble(groups, (len(self.first), len(t)), lambda rows, at: self._across(rows, t[at]))
         return self._across(slice(None), t)
 
     def _among(self, rows: Places | slice, others: Places | slice) -> Array:
@@ -364,14 +364,14 @@ class Taylor(RowKernel):
         return np.asarray(np.einsum("an,nai->ai", self.moments[rows], jet))
 
     def among_gradient(self, multipliers: Array) -> Array:
-        first, moments = self._weighted(multipliers)
+        first, moments = self._weigh(multipliers)
         _, gradient = self.kernel.jet_and_gradient(first[:, None] - first, 2 * self._order)
         count = self._order + 1
         by_first = sum(sign * (gradient[:, m : m + count] @ moments[:, m]) for m, sign in enumerate(_SIGNS[:count]))
         return np.asarray(np.einsum("pna,an->p", by_first, moments))
 
     def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
-        first, moments = self._weighted(multipliers)
+        first, moments = self._weigh(multipliers)
 
         def gradient(of: Array, moments: Array, t: Array, weights: Array) -> Array:
             _, by_theta = self.kernel.jet_and_gradient(of[:, None] - t, self._order)
@@ -381,7 +381,7 @@ class Taylor(RowKernel):
             return np.asarray(sum(gradient(first[p], moments[p], t[at], weights[at]) for p, at in groups))
         return gradient(first, moments, t, weights)
 
-    def _weighted(self, multipliers: Array) -> tuple[Array, Array]:
+    def _weigh(self, multipliers: Array) -> tuple[Array, Array]:
         """Return the first times [s] of the rows with a nonzero multiplier, and their moments times the multiplier."""
         active = multipliers != 0
         return self.first[active], multipliers[active, None] * self.moments[active]

@@ -10,7 +10,7 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.gp.factors.factorisation import in_blocks
 from trackably.gp.hyperparameter import Learned
-from trackably.gp.kernels.base import Kernel, summed_by_moments
+from trackably.gp.kernels.base import Kernel, sum_by_moments
 
 _ROUNDING = 2  # spacings of float64: centres that differ by no more count as equal
 _LONG = 200  # centres
@@ -90,7 +90,7 @@ class KernelSum:
 
     def _sums(self, t: Array, order: int) -> Array:
         if len(self.centres) >= _LONG and t.size * len(self.centres) > _MANY_OF_MOMENTS and self.kernel.decays:
-            return summed_by_moments(self.kernel.decays, self.centres, self.weights, t, order)
+            return sum_by_moments(self.kernel.decays, self.centres, self.weights, t, order)
         terms = t.shape[-1] * self._most_relevant if t.ndim else 0
         if terms > _MANY and t.ndim > 1:
             return np.stack([self._sums(row, order) for row in t], axis=1)

@@ -50,7 +50,7 @@ class Stencil:
             return values
         return np.concatenate([w * values for w in self.weights], axis=-1)
 
-    def combined(self, values: Array) -> Array:
+    def combine(self, values: Array) -> Array:
         """Return Σ_j w_j of values (…, n · len(weights)) at the centres: shape (…, n)."""
         if self.weights == POINT.weights:
             return values
@@ -162,7 +162,7 @@ class Stencils:
         """Return values (…, n) at the samples as weighted values at the centres: shape (…, n · J)."""
         return np.concatenate([w * values for w in self.weights], axis=-1)
 
-    def combined(self, values: Array) -> Array:
+    def combine(self, values: Array) -> Array:
         """Return Σ_j w_j of values (…, n · J) at the centres: shape (…, n)."""
         parts = np.split(values, len(self.weights), axis=-1)
         return np.asarray(sum(w * part for w, part in zip(self.weights, parts, strict=True)))

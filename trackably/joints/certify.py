@@ -25,7 +25,7 @@ from trackably.files import new_file, write_atomically
 from trackably.given.certify import Moved
 from trackably.joints.limits import Joints
 from trackably.joints.trajectory import JointTrajectory, derivative
-from trackably.systems.polytopes import Interval, rounded
+from trackably.systems.polytopes import Interval, rounded_text
 
 TOLERANCE = 1e-9
 """Largest jump between pieces that counts as rounding, in the unit of the derivative."""
@@ -53,7 +53,7 @@ class CertifiedTrajectory:
 
     def __post_init__(self) -> None:
         content = {"format": FORMAT, "version": VERSION, **_content(self.trajectory, self.joints, self.tolerance)}
-        _accepted(self, content, Proved)
+        _accept(self, content, Proved)
 
     @property
     def explanation(self) -> str:
@@ -92,7 +92,7 @@ class BrokenLimit:
     jumps: bool
 
     def __str__(self) -> str:
-        by = rounded(self.violation, "down")
+        by = rounded_text(self.violation, "down")
         if self.jumps:
             return f"at t = {self.time:.9g} s the {self.order} of {self.joint} jumps by {by} at least"
         return (
@@ -118,7 +118,7 @@ class BrokenLimits:
     def __post_init__(self) -> None:
         about = _content(self.trajectory, self.joints, self.tolerance)
         content = {"format": BROKEN, "version": VERSION, **about, "broken": [*map(dict, self.places)]}
-        _accepted(self, content, Refuted)
+        _accept(self, content, Refuted)
 
     @property
     def first(self) -> BrokenLimit:
@@ -173,7 +173,7 @@ def certify_joints(
         Where the trajectory is none.
 
     """
-    given, tolerance = fitted(trajectory, joints), _positive(tolerance)
+    given, tolerance = fit_joints(trajectory, joints), _positive(tolerance)
     try:
         return CertifiedTrajectory(given, joints, tolerance)
     except NotAcceptedError as refused:
@@ -201,7 +201,7 @@ def stretch_joints(
     ValueError: zero is not inside the limits of some derivative, so that a joint may not rest; else as
     `certify_joints`.
     """
-    given, outcome = fitted(trajectory, joints), certify_joints(trajectory, joints, tolerance)
+    given, outcome = fit_joints(trajectory, joints), certify_joints(trajectory, joints, tolerance)
     if isinstance(outcome, CertifiedTrajectory):
         return outcome
     s = _least_factor(given, joints)
@@ -221,7 +221,7 @@ def unproved(given: JointTrajectory, joints: Joints, reason: str) -> Unproved:
     return Unproved(f"{ORDERS[r]} of {joints.names[j]}", bounds, given.span, 0.0, reason)
 
 
-def fitted(trajectory: Any, joints: Joints) -> JointTrajectory:
+def fit_joints(trajectory: Any, joints: Joints) -> JointTrajectory:
     """Return a trajectory of exactly these joints, in their order. Raises as `certify_joints`."""
     instance("certify_joints: joints", joints, Joints, "Joints")
     if not isinstance(trajectory, JointTrajectory):
@@ -243,7 +243,7 @@ def _positive(tolerance: float) -> float:
     return number
 
 
-def _accepted(found: CertifiedTrajectory | BrokenLimits, content: Mapping[str, object], wanted: type[Verdict]) -> None:
+def _accept(found: CertifiedTrajectory | BrokenLimits, content: Mapping[str, object], wanted: type[Verdict]) -> None:
     """Ask the checker, and store the bytes that it accepts. NotAcceptedError: it refuses them."""
     data, verdict = judged_file(content)
     if not isinstance(verdict, wanted):

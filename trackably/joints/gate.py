@@ -10,10 +10,10 @@ import numpy as np
 
 from trackably.arguments import instance, numbers, real
 from trackably.arrays import Array, ArrayLike
-from trackably.joints.certify import TOLERANCE, CertifiedTrajectory, NotAcceptedError, fitted, room
+from trackably.joints.certify import TOLERANCE, CertifiedTrajectory, NotAcceptedError, fit_joints, room
 from trackably.joints.limits import Joints
 from trackably.joints.repair import repair_joints
-from trackably.joints.trajectory import JointTrajectory, at_ends, hermite, joined, on_pieces, shifted
+from trackably.joints.trajectory import JointTrajectory, at_ends, hermite, join, on_pieces, shift
 
 _CLOSEST = 1e-6  # s; pieces are no shorter
 _SHORTEST, _LONGEST, _STOPS = 0.01, 20.0, 40
@@ -71,7 +71,7 @@ class Gate:
         q, t = numbers("gate: positions", positions), real("gate: now", now)
         if q.shape != (len(self.joints.names),):
             raise ValueError(f"gate: expected {len(self.joints.names)} positions, got shape {q.shape}")
-        return self._proved(t + np.array([0.0, 1.0]), q[:, None, None])
+        return self._prove(t + np.array([0.0, 1.0]), q[:, None, None])
 
     def __call__(self, chunk: Any, running: CertifiedTrajectory, now: float) -> GateAnswer:
         """Return the motion that runs from `now` [s] on, given a chunk in times of the same clock.
@@ -79,12 +79,12 @@ class Gate:
         The chunk is an argument of `certify_joints`. ValueError: the chunk has other joints, or `running` does not rest
         at its end or begins after `now`. TypeError: the chunk is no trajectory, or `running` is not proved.
         """
-        began, given = perf_counter(), fitted(chunk, self.joints)
+        began, given = perf_counter(), fit_joints(chunk, self.joints)
         before = self._until(running, now)
         start = before.span[1]
         if given.span[1] <= start + _CLOSEST:
             return GateAnswer("kept", running, f"the chunk ends at {given.span[1]:.6g} s, and {start:.6g} s is over")
-        given = self._turned(given, before)
+        given = self._turn(given, before)
         reason = "no point of the chunk can be reached"
         if (entry := self._entry(given, before)) is not None:
             found = self._stopping(*entry)
@@ -92,11 +92,11 @@ class Gate:
                 reason = "no stop was found behind the chunk"
             else:
                 try:
-                    return GateAnswer("stitched", self._proved(*_continued(before, *found)), "the chunk is reached")
+                    return GateAnswer("stitched", self._prove(*_continue(before, *found)), "the chunk is reached")
                 except NotAcceptedError as refused:
                     reason = str(refused)
         left = self.budget - (perf_counter() - began)
-        if left > 0 and (repaired := self._repaired(given, before, left)) is not None:
+        if left > 0 and (repaired := self._repair(given, before, left)) is not None:
             return GateAnswer("repaired", repaired, reason)
         return GateAnswer("kept", running, reason)
 
@@ -106,11 +106,11 @@ class Gate:
         Raises as a call.
         """
         before = self._until(running, now)
-        end = self._braked(before.state(before.span[1], self._order)[:, None], before.breakpoints[-1:])
+        end = self._brake(before.state(before.span[1], self._order)[:, None], before.breakpoints[-1:])
         if end is not None and before.span[1] + end[0][0] < running.trajectory.span[1]:
             ends, c = end[0], end[1]
             try:
-                found = self._proved(*_continued(before, before.span[1] + np.append(0.0, ends), c))
+                found = self._prove(*_continue(before, before.span[1] + np.append(0.0, ends), c))
                 return GateAnswer("stopped", found, "asked for")
             except NotAcceptedError:
                 pass
@@ -120,7 +120,7 @@ class Gate:
     def _order(self) -> int:
         return max(self.joints.order, 1)
 
-    def _proved(self, ends: Array, c: Array) -> CertifiedTrajectory:
+    def _prove(self, ends: Array, c: Array) -> CertifiedTrajectory:
         return CertifiedTrajectory(JointTrajectory(self.joints.names, ends, c), self.joints, self.tolerance)
 
     def _until(self, running: CertifiedTrajectory, now: float) -> JointTrajectory:
@@ -147,7 +147,7 @@ class Gate:
         start = max(start, float(ends[k - 1]) + _CLOSEST)
         return JointTrajectory(motion.names, np.append(ends[i:k], start), c[:, i:k], rests=False)
 
-    def _turned(self, given: JointTrajectory, before: JointTrajectory) -> JointTrajectory:
+    def _turn(self, given: JointTrajectory, before: JointTrajectory) -> JointTrajectory:
         """Return a chunk with continuous joints moved by whole turns to near their current positions."""
         if not np.any(self.joints.is_turning):
             return given
@@ -167,7 +167,7 @@ class Gate:
         ends = given.breakpoints
         if ends[0] <= start and np.all(np.abs(given.state(start, R) - state) <= self.tolerance / 2):
             k = int(np.searchsorted(ends, start + _CLOSEST, side="left"))
-            first = shifted(given.coefficients[:, k - 1], start - ends[k - 1])[:, None]
+            first = shift(given.coefficients[:, k - 1], start - ends[k - 1])[:, None]
             return np.append(start, ends[k:]), np.concatenate([first, given.coefficients[:, k:]], axis=1)
         (later,) = np.nonzero(ends > start + _CLOSEST)
         widths = ends[later] - start
@@ -178,7 +178,7 @@ class Gate:
             return None
         k = later[open_[0]]
         bridge, rest = bridges[:, open_[0], None], given.coefficients[:, k:]
-        return np.append(start, ends[k:]), joined([bridge, rest], 1)
+        return np.append(start, ends[k:]), join([bridge, rest], 1)
 
     def _stopping(self, ends: Array, c: Array) -> tuple[Array, Array] | None:
         """Return pieces that end at rest, by a stop after the last piece from which one is possible."""
@@ -187,14 +187,14 @@ class Gate:
         if np.all(np.abs(states[1:, -1]) <= self.tolerance / 2):
             return ends, c
         for some in (slice(-1, None), slice(None)):  # the end first, which nearly always does
-            stop = self._braked(states[:, some], ends[1:][some])
+            stop = self._brake(states[:, some], ends[1:][some])
             if stop is not None:
                 widths, pieces, at = stop
                 last = len(ends) - 1 if some.start == -1 else at + 1
-                return np.append(ends[: last + 1], ends[last] + widths), joined([c[:, :last], pieces], 1)
+                return np.append(ends[: last + 1], ends[last] + widths), join([c[:, :last], pieces], 1)
         return None
 
-    def _braked(self, states: Array, ends: Array) -> tuple[Array, Array, int] | None:
+    def _brake(self, states: Array, ends: Array) -> tuple[Array, Array, int] | None:
         """Return the duration [s] and the pieces of a stop, and the index of its start: the last
         possible of states (R, M, J).
 
@@ -217,7 +217,7 @@ class Gate:
         best = open_[of[open_] == of[open_[-1]]][0]
         return widths[[best]], c[:, [best]], int(of[best])
 
-    def _repaired(self, given: JointTrajectory, before: JointTrajectory, left: float) -> CertifiedTrajectory | None:
+    def _repair(self, given: JointTrajectory, before: JointTrajectory, left: float) -> CertifiedTrajectory | None:
         """Return the motion nearest to a chunk from the end of the running one, with time for a stop after it."""
         start, R = before.span[1], self._order
         state = before.state(start, R)
@@ -232,11 +232,11 @@ class Gate:
         if not isinstance(found, CertifiedTrajectory):
             return None
         try:
-            return self._proved(*_continued(before, found.trajectory.breakpoints, found.trajectory.coefficients))
+            return self._prove(*_continue(before, found.trajectory.breakpoints, found.trajectory.coefficients))
         except NotAcceptedError:
             return None
 
 
-def _continued(before: JointTrajectory, ends: Array, c: Array) -> tuple[Array, Array]:
+def _continue(before: JointTrajectory, ends: Array, c: Array) -> tuple[Array, Array]:
     """Return a motion followed by further pieces."""
-    return np.concatenate([before.breakpoints, ends[1:]]), joined([before.coefficients, c], 1)
+    return np.concatenate([before.breakpoints, ends[1:]]), join([before.coefficients, c], 1)

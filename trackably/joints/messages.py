@@ -16,7 +16,7 @@ from trackably.errors import InputError
 from trackably.exports import ros2
 from trackably.extras import optional
 from trackably.files import path_of, read_yaml
-from trackably.joints.trajectory import JointTrajectory, at_ends, joined
+from trackably.joints.trajectory import JointTrajectory, at_ends, join
 
 FIELDS = ("positions", "velocities", "accelerations")
 _NANOSECONDS = 1_000_000_000
@@ -42,7 +42,7 @@ def read_joint_trajectory(
     if file.suffix in (".yaml", ".yml"):
         content = read_yaml(file, _LARGEST_FILE)
     elif file.suffix == ".mcap":
-        content = _received(file, topic, number)
+        content = _receive(file, topic, number)
     else:
         raise ValueError(f"read_joint_trajectory: expected the name of an .mcap or .yaml file, got {file}")
     try:
@@ -62,7 +62,7 @@ class Point:
     time: int
     fields: tuple[Array, Array, Array]
 
-    def deduced(self, before: Point) -> tuple[Point, Point]:
+    def deduce(self, before: Point) -> tuple[Point, Point]:
         """Return the point before and this one, with integrated positions if they have none.
 
         Fields of the point before that are needed and unknown are set to zero.
@@ -92,15 +92,15 @@ def _trajectory(joints: tuple[str, ...], points: Sequence[Point], upsampled: boo
         return JointTrajectory.through(times, [p.fields[0] for p in points], names=joints, upsampled=True)
     parts, before = [], points[0]
     for i, point in enumerate(points[1:]):
-        first, before = point.deduced(before)
+        first, before = point.deduce(before)
         q, v, a = (np.stack(both) if all(one.size for one in both) else None
                    for both in zip(first.fields, before.fields, strict=True))  # fmt: skip
         assert q is not None, "deduced"
         parts.append(JointTrajectory.through(times[i : i + 2], q, v, a, joints).coefficients)
-    return JointTrajectory(joints, times, joined(parts, 1))
+    return JointTrajectory(joints, times, join(parts, 1))
 
 
-def _received(file: Path, topic: str | None, number: int) -> Any:
+def _receive(file: Path, topic: str | None, number: int) -> Any:
     with optional("read_joint_trajectory"):
         from trackably.recordings.mcap_file import read_messages, topics_in  # noqa: PLC0415
     if topic is None:

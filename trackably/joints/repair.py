@@ -29,11 +29,11 @@ from trackably.joints.certify import (
     CertifiedTrajectory,
     NotAcceptedError,
     bernstein,
-    fitted,
+    fit_joints,
     unproved,
 )
 from trackably.joints.limits import Joints
-from trackably.joints.trajectory import JointTrajectory, joined, on_pieces
+from trackably.joints.trajectory import JointTrajectory, join, on_pieces
 
 _DEGREE, _FEWEST, _LOOKS = 5, 40, 4
 _BACKOFFS = (1e-7, 1e-5, 1e-3)
@@ -74,27 +74,27 @@ def repair_joints(
     TypeError
         As `certify_joints`.
     """
-    given, until = fitted(trajectory, joints), perf_counter() + seconds
-    held = _held(given, joints, start)
+    given, until = fit_joints(trajectory, joints), perf_counter() + seconds
+    held = _start_values(given, joints, start)
     if start is None or np.all(np.abs(given.state(given.span[0], len(held)) - held) <= tolerance):
         with suppress(NotAcceptedError):
             return CertifiedTrajectory(given, joints, tolerance)
     splines, reason = Splines.of(given, joints.order), "no spline was found within the limits in the same time"
     for backoff in _BACKOFFS:
-        columns = list(_solved(splines, given, joints, held, backoff, until))
+        columns = list(_solve(splines, given, joints, held, backoff, until))
         if len(columns) < len(joints.names):
             if perf_counter() > until:
                 reason = f"no spline was found in {seconds:g} s"
             break
         found = splines.trajectory(np.array(columns), given)
         try:
-            return CertifiedTrajectory(found, joints, tolerance, _moved(given, found))
+            return CertifiedTrajectory(found, joints, tolerance, _distances(given, found))
         except NotAcceptedError as refused:
             reason = str(refused)
     return unproved(given, joints, reason)
 
 
-def _held(given: JointTrajectory, joints: Joints, start: Any) -> Array:
+def _start_values(given: JointTrajectory, joints: Joints, start: Any) -> Array:
     """Return the state that is fixed at the start: shape (R, J)."""
     R = max(joints.order, 1)
     if start is None:
@@ -175,7 +175,7 @@ class Splines:
         return JointTrajectory(given.names, self.knots, np.stack(parts), given.rests)
 
 
-def _solved(
+def _solve(
     splines: Splines, given: JointTrajectory, joints: Joints, held: Array, backoff: float, until: float
 ) -> Iterator[Array]:
     """Yield the coefficients of each joint in turn, until one has no solution or the time is over."""
@@ -212,12 +212,12 @@ def _solved(
         yield fixed + E @ np.array(found.x)
 
 
-def _moved(given: JointTrajectory, found: JointTrajectory) -> dict[str, Moved]:
+def _distances(given: JointTrajectory, found: JointTrajectory) -> dict[str, Moved]:
     """Return the distances by which joints were moved: the largest, over-estimated on each
     piece, and the root mean square.
     """
     ends = found.breakpoints
-    both = joined([on_pieces(ends, given.breakpoints, given.coefficients), found.coefficients])
+    both = join([on_pieces(ends, given.breakpoints, given.coefficients), found.coefficients])
     before, after = np.split(both, 2)
     most = np.max(np.abs(bernstein(after - before, np.diff(ends))), axis=(1, 2))
     times = np.linspace(*given.span, 4001)

@@ -85,9 +85,9 @@ class JointTrajectory:
             parts = [cls._of_one(curve, [name], rests) for name, curve in given.items()]
             if not parts:
                 raise ValueError("trajectory: no joint is given")
-            ends = _shared([part.breakpoints for part in parts])
+            ends = _shared_breakpoints([part.breakpoints for part in parts])
             return cls(
-                [*given], ends, joined([on_pieces(ends, part.breakpoints, part.coefficients) for part in parts]), rests
+                [*given], ends, join([on_pieces(ends, part.breakpoints, part.coefficients) for part in parts]), rests
             )
         return cls._of_one(given, names, rests)
 
@@ -229,7 +229,7 @@ def _at_end(R: int) -> tuple[Array, Array]:
     return lower, np.rint(np.linalg.inv(upper))
 
 
-def shifted(c: Array, by: Array) -> Array:
+def shift(c: Array, by: Array) -> Array:
     """Return the coefficients of p(t + by), along the last axis; `by` broadcasts with the other axes."""
     found = c.copy()
     for i in range(c.shape[-1] - 1):
@@ -238,7 +238,7 @@ def shifted(c: Array, by: Array) -> Array:
     return found
 
 
-def _shared(ends: Sequence[Array]) -> Array:
+def _shared_breakpoints(ends: Sequence[Array]) -> Array:
     """Return all breakpoints from the latest first to the earliest last one [s]."""
     first, last = max(of[0] for of in ends), min(of[-1] for of in ends)
     if not first < last:
@@ -257,10 +257,10 @@ def on_pieces(ends: Array, own: Array, c: Array) -> Array:
     """
     middle = (ends[:-1] + ends[1:]) / 2
     i = np.clip(np.searchsorted(own, middle, side="right") - 1, 0, len(own) - 2)
-    return shifted(c[:, i], ends[:-1] - own[i])
+    return shift(c[:, i], ends[:-1] - own[i])
 
 
-def joined(parts: Sequence[Array], axis: int = 0) -> Array:
+def join(parts: Sequence[Array], axis: int = 0) -> Array:
     """Return pieces (J, K, n) of several degrees as one array: of more joints, or along axis 1 of more times."""
     n = max(part.shape[2] for part in parts)
     return np.concatenate([np.pad(part, ((0, 0), (0, 0), (0, n - part.shape[2]))) for part in parts], axis)
@@ -268,7 +268,7 @@ def joined(parts: Sequence[Array], axis: int = 0) -> Array:
 
 def at_ends(ends: Array, c: Array, orders: int) -> Array:
     """Return the derivatives below an order at the end of each piece: shape (orders, K, J)."""
-    moved = shifted(c, np.diff(ends))
+    moved = shift(c, np.diff(ends))
     return np.stack([derivative(moved, r)[:, :, 0].T for r in range(orders)])
 
 
@@ -295,9 +295,9 @@ def _of_ruckig(given: Any) -> tuple[Array, Array]:
             last = [float(profile.pf), float(profile.vf), float(profile.af) / 2, 0.0]
             times, rows = ([*times, end], [*rows, last]) if end > times[-1] else ([0.0, 1e-3], [last])
         parts.append((np.array([*times[:-1], max(end, times[-1])]), np.array([rows])))
-    ends = _shared([times for times, _ in parts])
-    c = joined([on_pieces(ends, *part) for part in parts])
-    return _verified(ends, c, lambda t: given.at_time(t)[0], "Ruckig")
+    ends = _shared_breakpoints([times for times, _ in parts])
+    c = join([on_pieces(ends, *part) for part in parts])
+    return _verify(ends, c, lambda t: given.at_time(t)[0], "Ruckig")
 
 
 def _of_toppra(given: Any) -> tuple[Array, Array]:
@@ -321,12 +321,12 @@ def _of_toppra(given: Any) -> tuple[Array, Array]:
             middle = s0 + (a + b) / 2 * v + u * (a + b) ** 2 / 8
             i = min(max(int(np.searchsorted(knots, middle, side="right")) - 1, 0), len(knots) - 2)
             times.append(t0 + a)
-            rows.append(_composed(cubic[:, i], np.array([s - knots[i], rate, u / 2])))
+            rows.append(_compose(cubic[:, i], np.array([s - knots[i], rate, u / 2])))
     ends = np.append(times, given._ts[-1])
-    return _verified(ends, np.stack(rows, axis=1), given, "TOPP-RA")
+    return _verify(ends, np.stack(rows, axis=1), given, "TOPP-RA")
 
 
-def _composed(p: Array, inner: Array) -> Array:
+def _compose(p: Array, inner: Array) -> Array:
     """Return the coefficients of p(inner(t)) of some polynomials p, (J, n), by Horner's rule."""
     found = p[:, -1:]
     for k in range(p.shape[1] - 2, -1, -1):
@@ -335,7 +335,7 @@ def _composed(p: Array, inner: Array) -> Array:
     return found
 
 
-def _verified(ends: Array, c: Array, values: Any, planner: str) -> tuple[Array, Array]:
+def _verify(ends: Array, c: Array, values: Any, planner: str) -> tuple[Array, Array]:
     """Return pieces after comparing them with a planner's values halfway between breakpoints.
 
     ValueError: they differ.

@@ -101,7 +101,7 @@ class Bounded(ABC):
         A relative margin is a part of the bounds' width: negative where they are violated, 1/2 at the centre.
         """
 
-    def overlooked(self, posterior: Signalled) -> tuple[Array, Array]:
+    def missed_minima(self, posterior: Signalled) -> tuple[Array, Array]:
         """Return places of violations that the coarse grid of `closest` missed, and the relative margins there."""
         return self.none, np.empty(0)
 
@@ -147,18 +147,18 @@ class Constraint(Bounded):
         every = Quantities((self.quantity,), posterior.signals)
         return local_minima([self], [signal.kernel for signal in posterior.signals], lambda _: every)[0]
 
-    def overlooked(self, posterior: Signalled) -> tuple[Array, Array]:
+    def missed_minima(self, posterior: Signalled) -> tuple[Array, Array]:
         times, margins = self.unseen(posterior)
-        rough, broken = self.between(posterior, self.examined(posterior))
+        rough, broken = self.between(posterior, self.suspect_centres(posterior))
         return np.concatenate([times, rough]), np.concatenate([margins, broken])
 
     def unseen(self, posterior: Signalled) -> tuple[Array, Array]:
         """Return the times and relative margins of violations between the grid times of `closest`."""
         margin, curvature = partial(self.relative_margin, posterior), partial(self._curvature, posterior)
-        times = self.index_set.overlooked(margin, [signal.kernel for signal in posterior.signals], curvature)
+        times = self.index_set.missed_minima(margin, [signal.kernel for signal in posterior.signals], curvature)
         return times, margin(times) if len(times) else np.empty(0)
 
-    def examined(self, posterior: Signalled) -> Array:
+    def suspect_centres(self, posterior: Signalled) -> Array:
         """Return the times [s] of centres between which `closest` may miss a violation, because a
         kernel has kinks there.
 
@@ -166,7 +166,7 @@ class Constraint(Bounded):
         """
         if all(signal.kernel.is_analytic for signal in posterior.signals):
             return self.none
-        return self.index_set.examined(self._turns(posterior))
+        return self.index_set.suspect_centres(self._turns(posterior))
 
     def between(self, posterior: Signalled, places: Array) -> tuple[Array, Array]:
         if len(places) < 2:

@@ -50,7 +50,7 @@ class Candidate:
 
     def with_overlooked(self, problem: ConstrainedProblem) -> "Candidate":
         """Add the places where a bound is violated that the coarse grid of `closest` missed."""
-        added = [constraint.overlooked(self.posterior) for constraint in problem.constraints]
+        added = [constraint.missed_minima(self.posterior) for constraint in problem.constraints]
         minima = [
             (np.concatenate([places, more]), np.concatenate([margins, below]))
             for (places, margins), (more, below) in zip(self.minima, added, strict=True)
@@ -83,7 +83,7 @@ class Candidate:
         to lead the search back to its domain.
         """
         found = tuple(places[(margins < 0) & np.isfinite(margins)] for places, margins in self.minima)
-        return found if any(len(m) > len(k) for m, k in zip(merged(known, found), known, strict=True)) else None
+        return found if any(len(m) > len(k) for m, k in zip(merge(known, found), known, strict=True)) else None
 
     def infeasible(self, problem: ConstrainedProblem) -> NothingFeasible:
         """Explain which bound is violated most; call it on the candidate with the smallest violation."""
@@ -92,12 +92,12 @@ class Candidate:
         return NothingFeasible(self.posterior, quantity, time, -margin * quantity.bounds.width, problem.broken_at_rest)
 
 
-def merged(known: Places, new: Places) -> Places:
+def merge(known: Places, new: Places) -> Places:
     """Return, for each constraint, the union of known and new places, sorted."""
-    return tuple(_united(*pair) for pair in zip(known, new, strict=True))
+    return tuple(_unite(*pair) for pair in zip(known, new, strict=True))
 
 
-def _united(places: Array, new: Array) -> Array:
+def _unite(places: Array, new: Array) -> Array:
     """Return the union of places, sorted by the first number of each; places that are nearly known are not added."""
     fresh = [place for place in new if not len(places) or np.min(_distances(places, place)) > _SAME_TIME]
     joined = np.concatenate([places, np.array(fresh).reshape(-1, *places.shape[1:])])
@@ -196,7 +196,7 @@ class Exchange:
                 candidate = Candidate.at(self.problem, start)
             except IllConditioned:
                 continue
-            places = merged(self._no_places, candidate.closest_places)
+            places = merge(self._no_places, candidate.closest_places)
             queue.append((candidate.objective, next(order), _LocalSearch(start, _Descent(start), places)))
         heapq.heapify(queue)
         while queue:
@@ -210,7 +210,7 @@ class Exchange:
         for _ in range(_MAX_ROUNDS):
             if not paths:
                 break
-            paths, places = self._advanced(paths, places, step)
+            paths, places = self._advance(paths, places, step)
         self.active = places
 
     def restore(self, points: Iterable[Array]) -> None:
@@ -226,14 +226,14 @@ class Exchange:
         """Halve the signals' amplitudes at each point until all bounds hold; keep the best result."""
         for point in points:
             for halvings in range(_MAX_HALVINGS):
-                candidate = self._evaluated(self.problem.space.scaled_down(point, 2.0**halvings))
+                candidate = self._evaluate(self.problem.space.scaled_down(point, 2.0**halvings))
                 if candidate and candidate.is_feasible:
                     self._keep(candidate)
                     break
 
     def try_all(self, points: Iterable[Array]) -> None:
         """Evaluate some points without improving them; keep the best, or the one with the smallest violation."""
-        for candidate in map(self._evaluated, points):
+        for candidate in map(self._evaluate, points):
             if candidate and candidate.is_feasible:
                 self._keep(candidate)
 
@@ -257,7 +257,7 @@ class Exchange:
         if search.is_going_on and value >= self._least:
             yield from search.again()
             return
-        paths, met = self._advanced([search.path], search.places, _minimise_nearby)
+        paths, met = self._advance([search.path], search.places, _minimise_nearby)
         if self.best is not best:
             self.active = met
         elif not paths or len(paths[0].rounds) > _MAX_ROUNDS:
@@ -265,7 +265,7 @@ class Exchange:
         elif search.is_going_on or not _is_near(paths[0].end, self._visited):
             yield paths[0].rounds[-1].objective, replace(search, path=paths[0], places=met)
 
-    def _advanced(self, paths: Sequence[_Descent], places: Places, step: Step) -> tuple[list[_Descent], Places]:
+    def _advance(self, paths: Sequence[_Descent], places: Places, step: Step) -> tuple[list[_Descent], Places]:
         """Solve the program with these places from the end of each path.
 
         Return the paths that violate bounds but may still become the best, and the union of all places.
@@ -287,10 +287,10 @@ class Exchange:
             found = step(program, path.end, None, _ROUGH, give_up)
             if found is None or any(np.max(np.abs(found.x - end), initial=0.0) <= _SAME_POINT for end in ends):
                 continue
-            candidate = self._evaluated(found.x)
+            candidate = self._evaluate(found.x)
             if candidate is not None and self._may_be_best(candidate) and candidate.violated(places) is None:
                 found = step(program, found.x, found.curvature, sqp.PRECISION, sqp.never) or found
-                candidate = self._evaluated(found.x)
+                candidate = self._evaluate(found.x)
             ends.append(found.x)
             if candidate is not None and candidate.is_feasible:
                 self._ends.append((candidate.objective, found.x))
@@ -302,11 +302,11 @@ class Exchange:
                 self._keep(candidate, longer.rounds)
             # Compare with the places of this program: another search of this round may have found the same ones.
             elif (violated := candidate.violated(places)) is not None:
-                met = merged(met, violated)
+                met = merge(met, violated)
                 promising.append(longer)
         return promising, met
 
-    def _evaluated(self, point: Array) -> Candidate | None:
+    def _evaluate(self, point: Array) -> Candidate | None:
         """Evaluate a point; None if K + σ_n² I cannot be factored.
 
         If it may be the best, check the whole index sets.

@@ -79,14 +79,14 @@ class IndexSet(ABC):
         """The first and the last time of the set [s]; infinite by default."""
         return -np.inf, np.inf
 
-    def overlooked(self, margin: Margin, kernels: Sequence[Kernel], curvature: Callable[[], float]) -> Array:
+    def missed_minima(self, margin: Margin, kernels: Sequence[Kernel], curvature: Callable[[], float]) -> Array:
         """Return local minima below zero that `local_minima` may have missed; none for intervals.
 
         The margin is the minimum of functions whose second derivatives are at most `curvature` [1/s²].
         """
         return np.empty(0)
 
-    def examined(self, centres: Array) -> Array:
+    def suspect_centres(self, centres: Array) -> Array:
         """Return the sorted `centres` [s] between which `local_minima` may miss a minimum; none by default.
 
         A sum of kernels with kinks can change from centre to centre, however long its correlation time is.
@@ -120,7 +120,7 @@ class Steps(IndexSet):
             before, after = closer[np.maximum(lowest - 1, 0), pick], closer[np.minimum(lowest + 1, _PARTS), pick]
         return np.asarray(np.unique(at) * self.sampling_time)
 
-    def overlooked(self, margin: Margin, kernels: Sequence[Kernel], curvature: Callable[[], float]) -> Array:
+    def missed_minima(self, margin: Margin, kernels: Sequence[Kernel], curvature: Callable[[], float]) -> Array:
         grid = self._grid(kernels)
         if self._are_few(grid):
             return np.empty(0)
@@ -187,7 +187,7 @@ class RealTimes(IndexSet):
     def ends(self) -> tuple[float, float]:
         return self.of.span
 
-    def examined(self, centres: Array) -> Array:
+    def suspect_centres(self, centres: Array) -> Array:
         if isinstance(self.of, AllPhases):
             return np.empty(0)
         return centres[(self.of.start <= centres) & (centres <= self.of.end)]

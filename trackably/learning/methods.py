@@ -11,7 +11,7 @@ from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 
 
-def unconstrained(
+def learn_unconstrained(
     samples: tuple[Samples, ...],
     prior: JointPrior,
     plant: ConstrainedSystem,

@@ -32,7 +32,7 @@ def can_screen(prior: JointPrior) -> bool:
     return all(isinstance(part.kernel, Periodic) for part in prior.parts)
 
 
-def screened(problem: ConstrainedProblem, keep: int) -> list[Array]:
+def screen(problem: ConstrainedProblem, keep: int) -> list[Array]:
     """Return ln θ of up to `keep` starts, the most promising first. Raises TypeError for other kernels than `Periodic`.
 
     First come points that keep all bounds at a few phases, sorted by objective; then the others, sorted by violation.
@@ -80,7 +80,7 @@ def _rays(
     stencil, times, relative = samples.stencil, samples.times, samples.relative_noise
     kernel = partial(correlation, lengthscale=lengthscale[:, None, None], period=period[:, None, None])
     centres = stencil.centres(times)
-    whole = stencil.combined(stencil.combined(kernel((centres[:, None] - centres)[None])).mT)
+    whole = stencil.combine(stencil.combine(kernel((centres[:, None] - centres)[None])).mT)
     power, vectors = np.linalg.eigh(whole / np.outer(relative, relative))
     along = ((samples.values - stencil.at_rest(prior.mean)) / relative) @ vectors
     powers = amplitudes[:, None] ** 2 * np.maximum(power, 0)[:, None] + noise[:, None, None] ** 2

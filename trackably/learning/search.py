@@ -5,7 +5,7 @@ from dataclasses import replace
 from trackably.arrays import Array
 from trackably.learning.exchange import Candidate, Exchange
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
-from trackably.learning.screening import can_screen, screened
+from trackably.learning.screening import can_screen, screen
 
 _FEWEST_BASINS = 16
 _SPREAD_THINLY = 256
@@ -26,7 +26,7 @@ def best_solution(
         raise ValueError("pins: hyperparameters alone cannot meet given values; learn the function too")
     exchange = Exchange(problem)
     if can_screen(problem.prior):
-        exchange.follow([*_point(near), *screened(problem, max(_FEWEST_BASINS, problem.space.starts))])
+        exchange.follow([*_point(near), *screen(problem, max(_FEWEST_BASINS, problem.space.starts))])
     if exchange.best is None:
         _from_spread_starts(exchange, near, free)
     return exchange.outcome

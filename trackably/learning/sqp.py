@@ -90,7 +90,7 @@ class QuadraticProgram(NamedTuple):
             chosen = chosen | broken
         multipliers[rows] = u[: len(rows)]
         if u[len(rows)] > 0:  # s = 0: all can be kept
-            d = self._mended(d, slack, rows, ends, normals, u > 0)
+            d = self._correct(d, slack, rows, ends, normals, u > 0)
         return np.minimum(np.maximum(d, self.lower), self.upper), multipliers
 
     def _room(self, slack: Array, d: Array) -> Array:
@@ -109,7 +109,7 @@ class QuadraticProgram(NamedTuple):
         offsets += self.shift.dot(normals)
         return found
 
-    def _mended(
+    def _correct(
         self, d: Array, slack: Array, rows: Indices, ends: Indices, normals: Array, held: npt.NDArray[np.bool_]
     ) -> Array:
         """Correct a step that violates a constraint by rounding errors in flat directions.
@@ -185,7 +185,7 @@ class Evaluation:
         """Return the violation of the linearised constraints at x + d."""
         return _violation(self.slack + self.jacobian.dot(d))
 
-    def predicted(self, d: Array, curvature: Array) -> float:
+    def predict(self, d: Array, curvature: Array) -> float:
         """Return f at x + d by the quadratic model."""
         return self.value + float((self.gradient + curvature.dot(d) / 2).dot(d))
 
@@ -233,7 +233,7 @@ def minimise(
         d, multipliers, steered, broken = _steered_step(program, here, penalty)
         may_end, penalty = may_end and steered == penalty, steered
         merit, size = here.merit(penalty), _size(d)
-        gain = merit - (here.predicted(d, curvature) + penalty * _price(broken))
+        gain = merit - (here.predict(d, curvature) + penalty * _price(broken))
         if size < _STEP_TOLERANCE or gain <= precision * (1 + abs(here.value)):
             if here.violation <= FEASIBLE or penalty >= _LARGEST_PENALTY:
                 return Minimum(x, here, True, curvature)
@@ -257,7 +257,7 @@ def minimise(
                 return Minimum(x, here, False, curvature)
             continue
         gained, may_end = merit - reached, size < radius
-        agreement, curvature = gained / gain, _updated(curvature, d, here, there, multipliers, broken)
+        agreement, curvature = gained / gain, _update(curvature, d, here, there, multipliers, broken)
         radius = min(2 * radius, _LARGEST_RADIUS) if agreement > 0.5 else radius / 2 if agreement < 0.1 else radius
         x, here = x + d, there
         enough = max(_FIRST_PENALTY, _ENOUGH * float(multipliers.sum()))
@@ -300,7 +300,7 @@ def _price(violation: float) -> float:
     return violation + violation**2 / 2
 
 
-def _updated(
+def _update(
     curvature: Array, d: Array, here: Evaluation, there: Evaluation, multipliers: Array, broken: float
 ) -> Array:
     """Return Powell's damped BFGS update of the Lagrangian's Hessian, which stays positive definite.

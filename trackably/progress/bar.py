@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import monotonic
 
-from trackably.progress.work import Work, watched
+from trackably.progress.work import Work, watch
 
 LOG = logging.getLogger("trackably")
 
@@ -49,7 +49,7 @@ def progress_bar(title: str, *, shown: bool = True) -> Iterator[None]:
 
     counts, messages = Counter[Work](), Messages()
 
-    def told() -> str:
+    def tell() -> str:
         return f"{title}, {', '.join(f'{name}: {counts[each]}' for each, name in _NAMES.items())}"
 
     with tqdm(desc=title, bar_format="{desc} [{elapsed}]", miniters=1, disable=None) as bar:
@@ -57,13 +57,13 @@ def progress_bar(title: str, *, shown: bool = True) -> Iterator[None]:
         def count(work: Work) -> None:
             counts[work] += 1
             if bar.disable:
-                messages(told)
+                messages(tell)
             else:
-                bar.set_description_str(told(), refresh=False)
+                bar.set_description_str(tell(), refresh=False)
                 bar.update()
 
         if messages.are_heard or not bar.disable:
-            with watched(count):
+            with watch(count):
                 yield
         else:
             yield

@@ -36,7 +36,7 @@ def until(end: float) -> Iterator[None]:
 
 
 @contextmanager
-def watched(by: Callable[[Work], object]) -> Iterator[None]:
+def watch(by: Callable[[Work], object]) -> Iterator[None]:
     """Within this context, call `by` after each finished piece of work."""
     before = _WATCHER.set(by)
     try:

@@ -168,7 +168,7 @@ def read_cells(path: Path, layout: CsvLayout, names: Collection[str] | None = No
         for line, row in islice(_records(text, layout, separator), 0 if layout.columns else 1, None):
             if len(row) < len(header) or any(row[len(header) :]):
                 raise InputError(
-                    f"{path}, line {line}: expected {len(header)} cells, as {_named_in(layout)}, got {len(row)}: "
+                    f"{path}, line {line}: expected {len(header)} cells, as {_name_in(layout)}, got {len(row)}: "
                     "is it whole?"
                 )
             lines.append(line)
@@ -257,7 +257,7 @@ def _header_below(text: str, layout: CsvLayout, names: Collection[str]) -> str:
     return ""
 
 
-def _named_in(layout: CsvLayout) -> str:
+def _name_in(layout: CsvLayout) -> str:
     return "the layout names" if layout.columns else "in the header"
 
 

@@ -27,7 +27,7 @@ from zstandard import ZstdDecompressor
 
 from trackably.arrays import Array
 from trackably.errors import DoubtfulInputWarning, InputError
-from trackably.files import opened
+from trackably.files import open_input
 from trackably.recordings.clocks import (
     EXACT,
     NANOSECOND,
@@ -225,7 +225,7 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
                         raise InputError(
                             f"{path}: the messages on {', '.join(messages)} take more than {LARGEST} bytes"
                         )
-    listed = ", ".join(sorted(_described(c, schemas.get(c.schema_id), counts.get(i, 0)) for i, c in channels.items()))
+    listed = ", ".join(sorted(_describe(c, schemas.get(c.schema_id), counts.get(i, 0)) for i, c in channels.items()))
     for topic, received in messages.items():
         if not received:
             known = any(channel.topic == topic for channel in channels.values())
@@ -250,7 +250,7 @@ def topics_in(path: Path) -> list[str]:
 def _records(path: Path) -> Iterator[McapRecord]:
     """Yield all records in the order of the file, and verify its checksums."""
     try:
-        with opened(path) as file:
+        with open_input(path) as file:
             refuse_no_mcap(path, file.read(_START))
             file.seek(0)
             size = path.stat().st_size  # no record is longer: a damaged length must not allocate memory
@@ -292,7 +292,7 @@ def _reason(error: Exception) -> str:
     return str(error) or type(error).__name__
 
 
-def _described(channel: Channel, schema: Schema | None, count: int) -> str:
+def _describe(channel: Channel, schema: Schema | None, count: int) -> str:
     return f"{channel.topic} ({channel.message_encoding}{f' {schema.name}' if schema else ''}, {count} messages)"
 
 

@@ -64,7 +64,7 @@ def parquet_reading(
     """Return the arguments of `read_parquet`, checked. InputError: one of them is wrong."""
     if not isinstance(time, str):
         raise InputError(f"time: expected the name of a column, got {time!r}")
-    form = Form(lambda cell: cell is None or cell != cell, _counted, _date, lambda _: "")  # noqa: PLR0124  NaN
+    form = Form(lambda cell: cell is None or cell != cell, _count, _date, lambda _: "")  # noqa: PLR0124  NaN
     return TableReading.of(path_given(path), form, time, time_unit, signals, repairs, origin)
 
 
@@ -120,7 +120,7 @@ def _date(clock: DateTimes, cell: object) -> Decimal:
     raise ValueError(f"expected a date, got {cell!r}")
 
 
-def _counted(cell: object) -> Decimal:
+def _count(cell: object) -> Decimal:
     if isinstance(cell, _Instant):
         raise ValueError('the column holds dates: "ISO 8601" is their time unit')
     number = exact(cell)

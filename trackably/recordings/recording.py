@@ -151,7 +151,7 @@ class Recording:
 
     def select(self, start: float, end: float) -> "Recording":
         """Return the samples with start ≤ time ≤ end [s]; the origin stays. InputError: a signal has none there."""
-        return replace(self, signals={name: _named(name, s, start, end) for name, s in self.signals.items()})
+        return replace(self, signals={name: _by_name(name, s, start, end) for name, s in self.signals.items()})
 
     def every(self, seconds: float) -> "Recording":
         """Thin out each signal to samples about `seconds` apart: see `Signal.every`."""
@@ -196,7 +196,7 @@ def _gaps(signal: Signal) -> str:
     return f", none for {end - start:.4g} s after {start:.6g} s{others}"
 
 
-def _named(name: str, signal: Signal, start: float, end: float) -> Signal:
+def _by_name(name: str, signal: Signal, start: float, end: float) -> Signal:
     try:
         return signal.select(start, end)
     except InputError as error:

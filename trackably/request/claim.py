@@ -13,12 +13,12 @@ def refuse_mean(claim: Claim, prior: JointPrior, plant: ConstrainedSystem, drawn
 
     If the bounds of the plant were tightened, `drawn_in` is the tightening.
     """
-    if kept_at_rest(claim, plant):
+    if quantities_at_rest(claim, plant):
         why = "what fades to it" if isinstance(claim, AllTimes) else "what swings about it"
         check_rest(prior, plant, drawn_in, f"{why} could not be followed for ever", ", or claim a window (start, end)")
 
 
-def kept_at_rest(claim: Claim, plant: ConstrainedSystem) -> tuple[Quantity, ...]:
+def quantities_at_rest(claim: Claim, plant: ConstrainedSystem) -> tuple[Quantity, ...]:
     """Return the quantities that have to keep their bounds while the prior mean is held for ever, for this claim."""
     # A vehicle may move for ever: it has to come to rest only where the kernel decays.
     is_free = isinstance(claim, Window) or (plant.flat_form and isinstance(claim, AllPhases))
@@ -36,12 +36,12 @@ def check_rest(
     for quantity in plant.quantities:
         level = quantity.bounds.rest.snapped(quantity.at_rest(means))
         if not quantity.bounds.rest.strictly_contains(level):
-            left = _left(quantity, drawn_in) if drawn_in else ""
-            said = f"{_placed(quantity, level, why, or_else)}{_instead(quantity, level, prior)}{left}"
+            left = _remaining_text(quantity, drawn_in) if drawn_in else ""
+            said = f"{_place_text(quantity, level, why, or_else)}{_instead(quantity, level, prior)}{left}"
             raise ValueError(f"mean: must be an admissible equilibrium, but at rest there {said}")
 
 
-def _left(quantity: Quantity, drawn_in: Tightening) -> str:
+def _remaining_text(quantity: Quantity, drawn_in: Tightening) -> str:
     """Return the given bounds as text, if disturbances, noise or a margin have tightened them."""
     given = {whole.name: whole.bounds for whole in drawn_in.given.quantities}.get(quantity.name, quantity.bounds)
     return "" if given == quantity.bounds else f"; disturbance, noise and margin leave no more of {given}"
@@ -56,7 +56,7 @@ def _instead(quantity: Quantity, level: float, prior: JointPrior) -> str:
     return f"; give a mean inside, or a pair between which it is learned, as mean=({ends})"
 
 
-def _placed(quantity: Quantity, level: float, why: str, or_else: str) -> str:
+def _place_text(quantity: Quantity, level: float, why: str, or_else: str) -> str:
     """Describe where a quantity lies at rest: on one of its bounds, or outside them."""
     bounds = quantity.bounds.rest
     at = f"the {quantity.name} is {bounds.shown(level)}"

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from trackably.arguments import is_number, numbers
 from trackably.arrays import Array
-from trackably.condensed import MANY, Centres, Condensation, checked_centres, condensed_by_name, cost_of
+from trackably.condensed import MANY, Centres, Condensation, checked_centres, condense_by_name, cost_of
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
@@ -92,7 +92,7 @@ class Measurements:
     """Samples of a `plant` by name, with the noise `noise_std` of each.
 
     `kinds` are the names that depend on each flat output; noise is relative to that of the first of them. If a name has
-    more than `many` samples, they are condensed according to `centres`; see `condensed_by_name` for `times`.
+    more than `many` samples, they are condensed according to `centres`; see `condense_by_name` for `times`.
     """
 
     plant: ConstrainedSystem
@@ -124,7 +124,7 @@ class Measurements:
     @cached_property
     def fewer(self) -> dict[str, Samples]:
         """The samples to learn from, by name."""
-        return condensed_by_name(self.all, self.kinds, self.centres, self.noise_std, self.many, self.times)
+        return condense_by_name(self.all, self.kinds, self.centres, self.noise_std, self.many, self.times)
 
     @cached_property
     def names(self) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from trackably.certificates.robust import robust_of
 from trackably.checker.certificate import AllTimes, Window
 from trackably.condensed import NODES, Centres
 from trackably.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, levels, split_means
-from trackably.explanation import IgnoresSamplesWarning, ignored
+from trackably.explanation import IgnoresSamplesWarning, ignores_samples
 from trackably.feasibility import impossible
 from trackably.fit import Fit, edges_of
 from trackably.gp.joint import JointPrior
@@ -137,7 +137,7 @@ def learn_stream(
         first, _ = begun.learned(beforehand, lambda found: found.likely)
         ask(first.questions, _CALLER)
         check_rest(first.prior, plant, tightening, "each window of a stream ends at rest there")
-        known = _known(begun, first, plant, starts)
+        known = _as_known(begun, first, plant, starts)
         measured, cost = measured.enough_for(known)
         stream = Stream(measured.signals, known, plant, length, claim, pinned)
         reference, certificate = found_or_raise(learn_proved(stream))
@@ -174,7 +174,7 @@ def _part_of(centres: Centres, share: float) -> Centres:
     return max(NODES, round(centres * share)) if isinstance(centres, int) else centres
 
 
-def _known(begun: Measurements, first: EmpiricalPrior, plant: ConstrainedSystem, starts: int) -> JointPrior:
+def _as_known(begun: Measurements, first: EmpiricalPrior, plant: ConstrainedSystem, starts: int) -> JointPrior:
     """Return the prior with the hyperparameters of least J, all known.
 
     NotTrackableError: no function keeps the bounds.
@@ -182,17 +182,17 @@ def _known(begun: Measurements, first: EmpiricalPrior, plant: ConstrainedSystem,
     if not first.prior.learned:
         return first.prior.as_known()
 
-    def learned_with(samples: tuple[Samples, ...], prior: JointPrior) -> Solution | NoSolution:
+    def learn_with(samples: tuple[Samples, ...], prior: JointPrior) -> Solution | NoSolution:
         times = Window(min(float(of.times[0]) for of in samples), max(float(of.times[-1]) for of in samples))
         space = SearchSpace.around(samples, prior, starts)
         return learn_jointly(ConstrainedProblem(samples, prior, space, constraints_at(times, plant)))
 
     solution, _ = begun.learned(
-        lambda of: found_or_raise(first.best(partial(learned_with, of))),
+        lambda of: found_or_raise(first.best(partial(learn_with, of))),
         lambda found: found.posterior.prior.as_known(),
     )
     if solution.unconstrained and (
-        sentence := ignored(Fit.of(Reference(solution.signals, plant), solution, solution.unconstrained, ()))
+        sentence := ignores_samples(Fit.of(Reference(solution.signals, plant), solution, solution.unconstrained, ()))
     ):
         warnings.warn(
             f"in the first window, from which hyperparameters are learned, {sentence}",

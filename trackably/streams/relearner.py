@@ -13,7 +13,7 @@ from trackably.arrays import ArrayLike
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.claim import times_of
 from trackably.certificates.goal import for_all_times_again
-from trackably.certificates.judge import judged
+from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.robust import robust_of
 from trackably.checker.certificate import AllPhases, AllTimes
@@ -151,7 +151,7 @@ class Relearner:
 
     def __post_init__(self) -> None:
         instance("reference", self.reference, TrackableReference, "one that learn_reference returns")
-        first = _certified(self.reference)
+        first = _certify(self.reference)
         if not holds_for_all_times(first):
             raise ValueError(
                 "reference: a loop may need it for ever, so that it has to be proved for all times, but it is "
@@ -183,7 +183,7 @@ class Relearner:
         _, seen = sampled_signals(plant, same_states("samples", samples, plant, kinds, self.noise_std))
         found = self._windows(seen)
         if not isinstance(found, Certified):
-            return judged(found)
+            return judge(found)
         self._learned = _with_proof(found, self.reference)
         return self._learned
 
@@ -207,7 +207,7 @@ class Relearner:
         return controller.step(k, state, self.reference, initial_guess)
 
 
-def _certified(reference: TrackableReference) -> Certified:
+def _certify(reference: TrackableReference) -> Certified:
     """Return a reference in the form from which a search can continue."""
     fit = reference.fit
     space = SearchSpace.around(fit.samples, fit.prior)

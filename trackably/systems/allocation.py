@@ -23,7 +23,7 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Interval, Polytope
-from trackably.systems.rationals import Rationals, exact, float_above, float_below, inverse, null_space, rank, rounded
+from trackably.systems.rationals import Rationals, exact, float_above, float_below, inverse, null_space, rank, to_floats
 
 _MAX_LAWS = 10_000
 _AT_ONCE = 2**22  # numbers in memory
@@ -143,11 +143,11 @@ class Allocation:
                 P = R[hit] @ Z
                 if rank(P) == size:
                     back = Z @ metric @ P.T @ inverse(P @ metric @ P.T)
-                    gain = np.eye(m) - rounded(back @ R[hit])
+                    gain = np.eye(m) - to_floats(back @ R[hit])
                     for sides in product(ends, repeat=size):
                         bounds = np.array([side[i] for side, i in zip(sides, hit, strict=True)], dtype=object)
                         gains.append(gain)
-                        shifts.append(rounded(back @ bounds))
+                        shifts.append(to_floats(back @ bounds))
         return Laws(np.array(gains), np.array(shifts))
 
     def _circuits(self) -> Iterator[tuple[list[int], Rationals]]:

@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 
 from trackably.checker import flatness, subject
-from trackably.checker.flatness import Shapes, replaced
+from trackably.checker.flatness import Shapes, substitute
 from trackably.checker.formulas import (
     Angle,
     Formula,
@@ -103,7 +103,7 @@ def alike(one: Sequence[Formula], other: Sequence[Formula]) -> bool:
 def one_step_later(formula: Formula) -> Formula:
     """Return the formula with every flat output one step later."""
     later = {name: Name(shifted_name(c, j + 1)) for name in names(formula) for c, j in [subject.indices(name)]}
-    return replaced([formula], later)[0]
+    return substitute([formula], later)[0]
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ def why_not_flat(f: Sequence[Formula], form: FlatForm, states: Sequence[str], in
     why = flatness.why_not_flat(subject.NonlinearSystem(tuple(f), tuple(states), tuple(inputs), 1.0, form), form)
     if why is None:
         return None
-    reached = replaced(f, dict(zip((*states, *inputs), (*form.states, *form.inputs), strict=True)))
+    reached = substitute(f, dict(zip((*states, *inputs), (*form.states, *form.inputs), strict=True)))
     for state, a, b in zip(states, reached, map(one_step_later, form.states), strict=True):
         off: Formula = Operation("-", a, b)
         if state in form.angles:  # zero for whole turns
@@ -251,7 +251,7 @@ def _solve_alone(
         found = inputs_of([formula], [_SUCCESSOR], [wanted := _ROOT if under_root else name])[wanted]
     except UnsolvableError:
         return None
-    (found,) = replaced([found], {**known, _SUCCESSOR: one_step_later(known[state])})
+    (found,) = substitute([found], {**known, _SUCCESSOR: one_step_later(known[state])})
     if size_and_depth(found)[0] > MOST_PARTS:
         return None
     return (Power(found, 2.0), found) if under_root else (found, None)
@@ -268,10 +268,10 @@ def _solve_together(
                 continue
             successors = {f"{_SUCCESSOR}{i}": one_step_later(known[states[i]]) for i in rows}
             try:
-                solved = inputs_of(replaced([f[i] for i in rows], known), list(successors), wanted)
+                solved = inputs_of(substitute([f[i] for i in rows], known), list(successors), wanted)
             except UnsolvableError:
                 continue
-            found = dict(zip(solved, replaced(list(solved.values()), successors), strict=True))
+            found = dict(zip(solved, substitute(list(solved.values()), successors), strict=True))
             if all(size_and_depth(formula)[0] <= MOST_PARTS for formula in found.values()):
                 return rows, found
     return None

@@ -15,7 +15,7 @@ import scipy
 from trackably.arguments import array, is_number, names, numbers, positive
 from trackably.arrays import Array, ArrayLike
 from trackably.systems.formulas import weighted_sum_text
-from trackably.systems.rationals import Rationals, exact, inverse, null_space, power, rank, reduced, rounded
+from trackably.systems.rationals import Rationals, exact, inverse, null_space, power, rank, row_echelon, to_floats
 from trackably.systems.trajectories import Coordinate, Functional
 
 # Names of states and inputs: identifiers, so that no name can be taken for a part of a sentence or of a formula.
@@ -79,8 +79,8 @@ def flatness(A: Rationals, B: Rationals, offset: Rationals, sampling_time: float
     orders = _chains(A, independent, states)
     q = _outputs(A, independent, orders)
     # With ζ the z_c(k + j) for j < κ_c, ω the z_c(k + κ_c), and B u = B_r w:  ζ = Q x + d,  ω = P x + G w + e.
-    Q, d = _shifted(q, A, offset, [(i, j) for i, order in enumerate(orders) for j in range(order)])
-    P, e = _shifted(q, A, offset, list(enumerate(orders)))
+    Q, d = _shift(q, A, offset, [(i, j) for i, order in enumerate(orders) for j in range(order)])
+    P, e = _shift(q, A, offset, list(enumerate(orders)))
     G = np.vstack([q[i] @ power(A, order - 1) @ independent for i, order in enumerate(orders)])
     # So x = Q⁻¹ (ζ − d) and w = G⁻¹ (ω − P x − e).
     by_lower, by_highest = inverse(Q), _least_norm(independent, B) @ inverse(G)
@@ -106,9 +106,7 @@ def outputs_in_states(flat: Flatness) -> list[list[Fraction]]:
     return [rows[place].tolist() for place, (_, j) in enumerate(places) if j == 0]
 
 
-def _shifted(
-    q: Rationals, A: Rationals, offset: Rationals, which: list[tuple[int, int]]
-) -> tuple[Rationals, Rationals]:
+def _shift(q: Rationals, A: Rationals, offset: Rationals, which: list[tuple[int, int]]) -> tuple[Rationals, Rationals]:
     """Return Q and d such that z_i(k + j) = Q x(k) + d with u = 0, one row for each pair (i, j)."""
     rows, offsets = [], []
     for i, j in which:
@@ -164,7 +162,7 @@ def _independent_columns(B: Rationals) -> list[int]:
 
     ValueError: they are nearly dependent.
     """
-    kept = reduced(B)[1]
+    kept = row_echelon(B)[1]
     if kept and not _condition(B[:, kept]) < _WORST_CONDITION:
         raise ValueError(
             "system: the columns of B must be clearly independent or exactly dependent, but are neither; for "
@@ -182,7 +180,7 @@ def _least_norm(independent: Rationals, B: Rationals) -> Rationals:
 
 def _condition(matrix: Rationals) -> float:
     """Return the condition number of the matrix with columns scaled to unit length, so that units do not matter."""
-    columns = rounded(matrix)
+    columns = to_floats(matrix)
     return float(np.linalg.cond(columns / np.linalg.norm(columns, axis=0)))
 
 

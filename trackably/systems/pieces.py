@@ -145,7 +145,7 @@ class ExactSum:
         whole, rest = two_product(count, period)
         return self + -whole + -rest
 
-    def replaced(self, where: npt.NDArray[np.bool_], value: float) -> Self:
+    def replace(self, where: npt.NDArray[np.bool_], value: float) -> Self:
         """Return the sum with `value` in its place where the mask `where` is true."""
         *others, last = (np.where(where, 0.0, part) for part in self.parts)
         return type(self)((*others, np.where(where, value, last)))
@@ -249,7 +249,7 @@ class PolynomialPieces:
 
         At a breakpoint, the piece that begins there is used.
         """
-        inside, t = self._placed(np.asarray(t, dtype=float))
+        inside, t = self._place(np.asarray(t, dtype=float))
         return np.stack([self._curve(t), *(np.where(inside, self._curve(t, r), 0.0) for r in range(1, order + 1))])
 
     @cached_property
@@ -280,8 +280,8 @@ class PolynomialPieces:
         """Return the index i of the piece at t, and t − t_i [s]. Times at which z rests are moved to the nearer end."""
         ends = self.breakpoints
         if self.beyond == "rest":
-            t = t.replaced((t + -ends[0]).rounded < 0, ends[0])
-            t = t.replaced((t + -ends[-1]).rounded > 0, ends[-1])
+            t = t.replace((t + -ends[0]).rounded < 0, ends[0])
+            t = t.replace((t + -ends[-1]).rounded > 0, ends[-1])
         elif self.beyond == "period":
             t = self._in_first_period(t)
         last = len(self.coefficients) - 1
@@ -304,7 +304,7 @@ class PolynomialPieces:
     def derivative(self, t: ArrayLike) -> Array:
         return np.asarray(self.jet(t, 1)[1])
 
-    def _placed(self, t: Array) -> tuple[npt.NDArray[np.bool_], Array]:
+    def _place(self, t: Array) -> tuple[npt.NDArray[np.bool_], Array]:
         """Return whether z may move at t, and the times [s] at which the pieces have its values."""
         first, last = self.breakpoints[0], self.breakpoints[-1]
         match self.beyond:

@@ -20,7 +20,7 @@ from trackably.systems.pieces import PolynomialPieces
 _ROUNDING = 1e-12  # of the width
 
 
-def rounded(value: float, towards: Literal["up", "down"], digits: int = 3) -> str:
+def rounded_text(value: float, towards: Literal["up", "down"], digits: int = 3) -> str:
     """Format a number, rounded up or down where so many digits do not tell it: what is said then says no more."""
     nearest = f"{value + 0.0:.{digits}g}"  # zero has no sign for people
     if float(nearest) == value or not math.isfinite(value):
@@ -32,7 +32,7 @@ def rounded(value: float, towards: Literal["up", "down"], digits: int = 3) -> st
 def ends_shown(lower: float, upper: float) -> tuple[str, str]:
     """Format two bounds, rounded outwards, with digits that show a thousandth of their distance; with 6 at least."""
     digits = _digits(lower, upper)
-    return rounded(lower, "down", digits), rounded(upper, "up", digits)
+    return rounded_text(lower, "down", digits), rounded_text(upper, "up", digits)
 
 
 def _digits(lower: float, upper: float) -> int:
@@ -143,7 +143,7 @@ Ends = ArrayLike | Sequence[Any] | PolynomialPieces
 _BETWEEN = np.linspace(0.0, 1.0, 65)[:-1, None]
 
 
-def moved(end: End, by: float) -> End:
+def shift_end(end: End, by: float) -> End:
     """Return an end plus a number."""
     if not isinstance(end, PolynomialPieces):
         return end + by
@@ -245,7 +245,7 @@ class Corridor(Interval):
         return float(np.min(upper - lower))
 
     def shrunk(self, by: float) -> Self:
-        return type(self)(moved(self.low, by), moved(self.high, -by))
+        return type(self)(shift_end(self.low, by), shift_end(self.high, -by))
 
     def __str__(self) -> str:
         return f"{self.hull} (which moves in time)"

@@ -19,12 +19,12 @@ def exact(numbers: npt.ArrayLike | Sequence[Fraction] | Sequence[Sequence[Fracti
     return np.array([Fraction(v) for v in array.ravel().tolist()], dtype=object).reshape(array.shape)
 
 
-def rounded(matrix: Rationals) -> Array:
+def to_floats(matrix: Rationals) -> Array:
     """Return each entry as the nearest float64."""
     return np.asarray(matrix.astype(float))
 
 
-def reduced(matrix: Rationals) -> tuple[Rationals, list[int]]:
+def row_echelon(matrix: Rationals) -> tuple[Rationals, list[int]]:
     """Return the reduced row echelon form, and the columns of its pivots."""
     rows, pivots = matrix.copy(), list[int]()
     for j in range(matrix.shape[1]):
@@ -43,13 +43,13 @@ def reduced(matrix: Rationals) -> tuple[Rationals, list[int]]:
 
 def rank(matrix: Rationals) -> int:
     """Return the rank."""
-    return len(reduced(matrix)[1])
+    return len(row_echelon(matrix)[1])
 
 
 def inverse(matrix: Rationals) -> Rationals:
     """Return the inverse. ZeroDivisionError: there is none."""
     n = len(matrix)
-    rows, pivots = reduced(np.hstack([matrix, exact(np.eye(n))]))
+    rows, pivots = row_echelon(np.hstack([matrix, exact(np.eye(n))]))
     if pivots != list(range(n)):
         raise ZeroDivisionError("the matrix is singular")
     return rows[:, n:]
@@ -57,7 +57,7 @@ def inverse(matrix: Rationals) -> Rationals:
 
 def null_space(matrix: Rationals) -> Rationals:
     """Return a basis of {v : M v = 0}, one vector in each column."""
-    rows, pivots = reduced(matrix)
+    rows, pivots = row_echelon(matrix)
     free = sorted({*range(matrix.shape[1])} - {*pivots})
     basis = exact(np.eye(matrix.shape[1]))[:, free]
     basis[pivots] = -rows[: len(pivots), free]

@@ -324,8 +324,8 @@ class Tightening:
         states = len(self.given.state_set.rows)
         return replace(
             self.given,
-            state_set=self._drawn_in(self.given.state_set, self.taken[:states]),
-            input_set=self._drawn_in(self.given.input_set, self.taken[states:]),
+            state_set=self._tighten(self.given.state_set, self.taken[:states]),
+            input_set=self._tighten(self.given.input_set, self.taken[states:]),
         )
 
     def __repr__(self) -> str:
@@ -369,7 +369,7 @@ class Tightening:
         low, high = self.invariant.support(down), self.invariant.support(up)
         return (low + self.measured.support(up), high + self.measured.support(down)) if self.measured else (low, high)
 
-    def _drawn_in(self, bounded: Polytope, by: list[tuple[Fraction, Fraction]]) -> Polytope:
+    def _tighten(self, bounded: Polytope, by: list[tuple[Fraction, Fraction]]) -> Polytope:
         lower, upper = [], []
         for (low, high), a, b, (_, bounds) in zip(by, *bounded.ends, bounded.intervals, strict=True):
             if isinstance(a, PolynomialPieces) or isinstance(b, PolynomialPieces):

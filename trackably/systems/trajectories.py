@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from trackably.arrays import Array
 from trackably.cached import cached
-from trackably.checker.flatness import replaced
+from trackably.checker.flatness import substitute
 from trackably.checker.formulas import Formula, Name, Number, Operation, names
 from trackably.checker.inverse import Term, plus, times
 from trackably.checker.subject import shifted_name
@@ -163,7 +163,7 @@ class Trajectory:
             pairs = [zip(w, (*w[1:], Fraction(0)), strict=True) for w in q.later.weights]
             return self.of(Functional(tuple(tuple((b - a) / T for b, a in of) for of in pairs), Fraction(0), float(T)))
         later = {name: f"{name}⁺" for name, _ in self.arguments}
-        (there,) = replaced([self.formula], {name: Name(new) for name, new in later.items()})
+        (there,) = substitute([self.formula], {name: Name(new) for name, new in later.items()})
         arguments = (*self.arguments, *((later[name], functional.later) for name, functional in self.arguments))
         return type(self)(Operation("/", Operation("-", there, self.formula), Number(float(T))), arguments)
 
@@ -308,7 +308,7 @@ class Quantities:
         if not self.is_linear:
             return np.stack([quantity(self.signals, t) for quantity in self.quantities])
         found = np.repeat(self._offsets, t.size).reshape(len(self), t.size)
-        for weights, shifted in self._shifted(t):
+        for weights, shifted in self._shifts(t):
             found += weights @ shifted.reshape(len(shifted), t.size)
         return found.reshape(len(self), *t.shape)
 
@@ -321,7 +321,7 @@ class Quantities:
             return found
         found = np.empty(t.shape)
         found[...] = self._offsets[which]
-        for weights, shifted in self._shifted(t):
+        for weights, shifted in self._shifts(t):
             found += np.einsum("mj,j...m->...m", weights[which], shifted)
         return found
 
@@ -396,7 +396,7 @@ class Quantities:
                 found.append((c, shifts, weights[:, shifts]))
         return found
 
-    def _shifted(self, t: Array) -> Iterator[tuple[Array, Array]]:
+    def _shifts(self, t: Array) -> Iterator[tuple[Array, Array]]:
         """Yield the weights (Q, J) of each signal, and the signal at t + j T_s: shape (J, *t.shape)."""
         for c, shifts, weights in self._weights:
             step = self.quantities[0].trajectory.sampling_time

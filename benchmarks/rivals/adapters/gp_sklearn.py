@@ -40,7 +40,7 @@ def solve(problem: Problem) -> Answer:
     learned: dict[str, float] = {}
     means = []
     for process, prior, samples in zip(task.prior.names, task.prior.parts, task.samples, strict=True):
-        called = {name: task.prior.called(process, name) for name in prior.learned}
+        called = {name: task.prior.name_of(process, name) for name in prior.learned}
         bounds = {name: _sought(task.space, full) for name, full in called.items()}
         mean, values = _fitted(prior, bounds, samples)
         learned.update({called[name]: value for name, value in values.items()})

@@ -14,7 +14,7 @@ from pipeline.storage.results import Results
 from pipeline.verify import metrics_of
 from tests.pipeline.params import changed, written_to
 from trackably import Samples
-from trackably.condensed import condensed, condensed_enough
+from trackably.condensed import condense, condensed_enough
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
 
@@ -49,7 +49,7 @@ def with_line(tmp_path: Path) -> Written:
     [
         ("centres: auto", condensed_enough(Samples(TIMES, LEVELS))),
         ("", condensed_enough(Samples(TIMES, LEVELS))),
-        ("centres: 60", condensed(Samples(TIMES, LEVELS), 60)),
+        ("centres: 60", condense(Samples(TIMES, LEVELS), 60)),
     ],
 )
 def test_centres_stand_for_all_samples(line: str, wanted: Samples, with_line: Written, tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from pipeline.published.scalar import reachable_tube, successor_set
 from tests.pipeline.published import example1
 from tests.pipeline.published.example1 import INPUT_SET, PUBLISHED, STATE_SET, STEPS, SYSTEM
 from trackably.learning.problem import Solution
-from trackably.progress.work import Work, watched
+from trackably.progress.work import Work, watch
 from trackably.systems.reference import Reference
 
 IDENTIFIED = 5e-7 + 1e-6
@@ -140,7 +140,7 @@ def test_sound_bounds_hold_ever_after(sound):
 
 def test_giving_up_says_which_test_failed():
     heard: list[Work] = []
-    with watched(heard.append):
+    with watch(heard.append):
         run = algorithm1((example1.SAMPLES,), example1.PRIOR, SYSTEM, example1.SPACE, SOUND, 70, 72)
     assert [iteration.k_bar for iteration in run.iterations] == [70, 71, 72]
     assert heard.count("fit") == 3

@@ -18,7 +18,7 @@ from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning import search
-from trackably.learning.methods import exact, unconstrained
+from trackably.learning.methods import exact, learn_unconstrained
 from trackably.learning.problem import NothingFeasible, Solution
 from trackably.learning.space import SearchSpace
 from trackably.systems.polytopes import Interval
@@ -34,7 +34,7 @@ COUNTS = (8, 32)
 
 
 METHODS = {
-    "unconstrained": unconstrained,
+    "unconstrained": learn_unconstrained,
     "grid": partial(grid, last_step=400),
     "exact": partial(exact, backoff=1e-7),
     **{f"intervals {n}": partial(intervals, last_step=400, count=n) for n in COUNTS},

@@ -9,9 +9,9 @@ import pytest
 from tests.pipeline.published.naive_periodic import Brute
 from tests.pipeline.published.periodic_instances import SEEDS, Instance, instance
 from trackably.learning.exchange import Exchange
-from trackably.learning.methods import all_phases, unconstrained
+from trackably.learning.methods import all_phases, learn_unconstrained
 from trackably.learning.problem import ConstrainedProblem, Solution
-from trackably.learning.screening import screened
+from trackably.learning.screening import screen
 
 with Path(__file__).with_name("periodic_references.csv").open(newline="", encoding="utf-8") as _file:
     REFERENCES = {int(row["seed"]): float(row["objective"]) for row in csv.DictReader(_file)}
@@ -21,7 +21,7 @@ def learned(case: Instance, best: float) -> Solution:
     """Follow the most promising starts, until one ends at something as good as `best`: more never find less."""
     problem = ConstrainedProblem(case.samples, case.prior, case.space, all_phases(case.plant))
     exchange = Exchange(problem)
-    for start in screened(problem, case.space.starts):
+    for start in screen(problem, case.space.starts):
         exchange.follow([start])
         if exchange.best and exchange.best.objective <= best:
             break
@@ -47,6 +47,6 @@ def test_the_table_means_something():
     costs = []
     for seed in SEEDS[:16:2]:
         case = instance(seed)
-        free = unconstrained(case.samples, case.prior, case.plant, case.space)
+        free = learn_unconstrained(case.samples, case.prior, case.plant, case.space)
         costs.append(REFERENCES[seed] - free.objective)
     assert sum(cost > 1e-3 for cost in costs) >= 5

@@ -7,12 +7,12 @@ from tests.pipeline.published.test_periodic import PRIOR, SAMPLES, SPACE, SYSTEM
 from tests.trackably.learning.searches import followed
 from trackably.learning.methods import all_phases
 from trackably.learning.problem import ConstrainedProblem
-from trackably.learning.screening import screened
+from trackably.learning.screening import screen
 
 
 def test_screened_starts_are_apart_inside_and_promising():
     problem = ConstrainedProblem((SAMPLES,), PRIOR, SPACE, all_phases(SYSTEM))
-    points = np.array(screened(problem, 20))
+    points = np.array(screen(problem, 20))
     assert points.shape == (20, 3)
     assert np.all((points >= SPACE.log_lower - 1e-12) & (points <= SPACE.log_upper + 1e-12))
     for i, one in enumerate(points):

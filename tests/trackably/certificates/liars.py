@@ -70,12 +70,12 @@ def _breaks_any_bound(rng: np.random.Generator, honest: Any) -> Any:
 
 
 LIES: dict[str, tuple[Any, str, Lie]] = {
-    "every box holds": (cover, "_refused", _refuses_nothing),
+    "every box holds": (cover, "_refusals", _refuses_nothing),
     "any radius will do": (cover, "_radii", _after(lambda rng, r: r * 10 ** rng.uniform(-3, 3, r.shape))),
-    "a box is lost": (cover, "_joined", _after(_loses_a_box)),
-    "an end is moved": (cover, "_joined", _after(_moves_an_end)),
+    "a box is lost": (cover, "_join", _after(_loses_a_box)),
+    "an end is moved": (cover, "_join", _after(_moves_an_end)),
     "boxes are as wide as the window": (cover, "_first_edges", _after(lambda rng, e: e[[0, -1]])),
-    "the cover ends too early": (cover, "_joined", _after(lambda _, c: Boxes(c.ends[:-1], c.radii[:-1]))),
+    "the cover ends too early": (cover, "_join", _after(lambda _, c: Boxes(c.ends[:-1], c.radii[:-1]))),
     "the tail starts at any time": (tail, "_earliest", _after(lambda rng, t: t * rng.uniform(0.05, 1))),
     "every tail is settled": (Draft, "is_settled", _always(True)),
     "errors are smaller": (prove.Draft, "of", _with_smaller_errors),

@@ -11,7 +11,7 @@ import pytest
 
 from tests.trackably.condensed.instances import INSTANCES, seen
 from trackably import Matern52, Samples, SquaredExponential
-from trackably.condensed import condensed, condensed_enough
+from trackably.condensed import condense, condensed_enough
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
 
@@ -47,7 +47,7 @@ def naive_likelihood(prior, samples, few):
 @over
 def test_a_cubic_in_each_bin_is_kept_exactly(samples):
     """Σ w (y − g)² is Σ λ (Y − g)² and what is left, for every such g."""
-    few = condensed(samples, CENTRES)
+    few = condense(samples, CENTRES)
     cubic = np.polynomial.Polynomial([0.3, -1.0, 0.5, 0.2], domain=[samples.times[0], samples.times[-1]])
     whole = np.sum(((samples.values - cubic(samples.times)) / samples.relative_noise) ** 2)
     part = np.sum(((few.values - cubic(few.times)) / few.relative_noise) ** 2)
@@ -56,7 +56,7 @@ def test_a_cubic_in_each_bin_is_kept_exactly(samples):
 
 @over
 def test_numbers_weights_and_times(samples):
-    few = condensed(samples, CENTRES)
+    few = condense(samples, CENTRES)
     assert len(few) <= CENTRES
     assert len(few) + few.scatter.count == len(samples)
     assert np.sum(few.relative_noise**-2) == pytest.approx(np.sum(samples.relative_noise**-2), rel=1e-12)
@@ -67,14 +67,14 @@ def test_numbers_weights_and_times(samples):
 
 @over
 def test_likelihood_against_the_naive_one(samples):
-    few = condensed(samples, CENTRES)
+    few = condense(samples, CENTRES)
     value, _ = Posterior(PRIOR, few).negative_log_marginal_likelihood()
     assert value == pytest.approx(naive_likelihood(PRIOR, samples, few), rel=1e-8)
 
 
 @over
 def test_gradient_of_the_likelihood_against_differences(samples):
-    few, step = condensed(samples, CENTRES), 1e-4
+    few, step = condense(samples, CENTRES), 1e-4
     _, gradient = Posterior(PRIOR, few).negative_log_marginal_likelihood()
     theta = {name: PRIOR.hyperparameters[name] for name in PRIOR.learned}
     for i, (name, value) in enumerate(theta.items()):
@@ -84,7 +84,7 @@ def test_gradient_of_the_likelihood_against_differences(samples):
 
 
 def test_a_bin_with_no_more_samples_than_centres_keeps_them():
-    few = condensed(samples := seen(np.linspace(0, 3, 9)), 8)
+    few = condense(samples := seen(np.linspace(0, 3, 9)), 8)
     np.testing.assert_array_equal(few.times[:4], samples.times[:4])
     np.testing.assert_array_equal(few.values[:4], samples.values[:4])
     assert few.scatter.count == 1
@@ -95,7 +95,7 @@ def test_more_centres_come_closer_to_all_samples(kernel):
     prior, samples = replace(PRIOR, kernel=kernel), INSTANCES["jitter"]
     whole = Posterior(prior, samples)
     nlml = whole.negative_log_marginal_likelihood()[0]
-    found = [Posterior(prior, condensed(samples, m)) for m in (16, 32, 64, 128)]
+    found = [Posterior(prior, condense(samples, m)) for m in (16, 32, 64, 128)]
     in_l = [abs(each.negative_log_marginal_likelihood()[0] - nlml) for each in found]
     apart = [float(np.max(np.abs(each.mean(samples.times) - whole.mean(samples.times)))) for each in found]
     assert apart == sorted(apart, reverse=True)

@@ -42,7 +42,7 @@ def test_what_is_learned_stays_so_wherever_it_moves(kernel):
     assert learned(kernel) == {}
     assert some.hyperparameters == kernel.hyperparameters
     name = next(iter(kernel.hyperparameters))
-    given = some.changed(lambda n, value: Learned(value, (0.1, 9.0)) if n == name else value)
+    given = some.map_values(lambda n, value: Learned(value, (0.1, 9.0)) if n == name else value)
     moved = given.with_hyperparameters({n: 1.1 * v for n, v in kernel.hyperparameters.items()})
     assert learned(moved) == learned(given) == {**learned(some), name: (0.1, 9.0)}
     for again in (copy.deepcopy(moved), pickle.loads(pickle.dumps(moved)), moved.as_learned(learned(moved))):

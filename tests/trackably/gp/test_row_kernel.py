@@ -181,7 +181,7 @@ def test_gradients_of_many_rows_come_from_moments(kernel, monkeypatch):
     found, multipliers = Direct(kernel.as_learned(), terms, 700), rng.normal(size=700)
     by_moments = found.among_gradient(multipliers), found.across_gradient(multipliers, times, weights)
     monkeypatch.setattr("trackably.gp.rows._MANY", np.inf)
-    monkeypatch.setattr("trackably.gp.rows.summed_by_moments", lambda *_: pytest.fail("moments were taken"))
+    monkeypatch.setattr("trackably.gp.rows.sum_by_moments", lambda *_: pytest.fail("moments were taken"))
     direct = found.among_gradient(multipliers), found.across_gradient(multipliers, times, weights)
     for one, other in zip(by_moments, direct, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-8, atol=1e-9 * np.max(np.abs(other)))

@@ -30,7 +30,7 @@ from trackably.empirical_bayes import EmpiricalPrior, empirical_prior, levels, s
 from trackably.gp.posterior import Posterior
 from trackably.learning.prior import prior_for
 from trackably.learning.problem import NothingFactored, Solution
-from trackably.request.claim import kept_at_rest
+from trackably.request.claim import quantities_at_rest
 from trackably.request.samples import Measurements
 from trackably.systems.library import tank
 
@@ -127,7 +127,9 @@ def beforehand(
     level, between = split_means(None, measured.names, measured.given)
     prior = prior_for(plant, measured.priors(KNOWN, level))
     ends = levels(between, measured.names, measured.signals)
-    found = empirical_prior(measured.signals, prior, ends, 1, False, hold_noise, kept_at_rest(as_claim(claim), plant))
+    found = empirical_prior(
+        measured.signals, prior, ends, 1, False, hold_noise, quantities_at_rest(as_claim(claim), plant)
+    )
     assert isinstance(found, EmpiricalPrior)
     return measured, found
 

@@ -93,9 +93,9 @@ def test_what_looks_miss_is_found_wherever_it_breaks_a_bound(seed, curvature):
 
     bound = signal.curvature + 2 * depth / width**2 if curvature == "bounded" else np.inf
     assert not np.any(margin(steps.local_minima(margin, [signal.kernel])) < 0)
-    (found,) = steps.overlooked(margin, [signal.kernel], lambda: bound)
+    (found,) = steps.missed_minima(margin, [signal.kernel], lambda: bound)
     assert found == times[np.argmin(margin(times))]
-    assert not len(steps.overlooked(lambda t: signal(t) - lowest + 1e-12, [signal.kernel], lambda: signal.curvature))
+    assert not len(steps.missed_minima(lambda t: signal(t) - lowest + 1e-12, [signal.kernel], lambda: signal.curvature))
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -176,13 +176,13 @@ def test_between_the_centres_of_a_rough_sum_nothing_is_overlooked():
     plant = scalar(1.0, 1.0, state_set=Interval(-0.8, 2.0), input_set=Interval(-9.0, 9.0), sampling_time=0.1)
     for start, end in ((10.0, 50.0), (10.2, 49.9)):
         state = Constraint(plant.quantities[0], RealTimes(Window(start, end)), 0.0)
-        times, margins = state.overlooked(_Signals((waves,)))
+        times, margins = state.missed_minima(_Signals((waves,)))
         assert np.all(margins < 0)
         assert {round(t) for t in times.tolist()} == set(range(11, 50, 2))
-        assert not len(state.overlooked(_Signals((still,)))[0])
+        assert not len(state.missed_minima(_Signals((still,)))[0])
         smooth = KernelSum(SquaredExponential(1.0, 17.0), 0.0, centres, signs)
-        assert len(state.examined(_Signals((waves, smooth)))) > 0
-        assert not len(state.examined(_Signals((smooth,)))), "the grid shows all that it does"
+        assert len(state.suspect_centres(_Signals((waves, smooth)))) > 0
+        assert not len(state.suspect_centres(_Signals((smooth,)))), "the grid shows all that it does"
 
 
 class _Signals(NamedTuple):

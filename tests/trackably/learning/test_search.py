@@ -10,7 +10,7 @@ from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ConstrainedProblem, Solution
-from trackably.learning.screening import screened
+from trackably.learning.screening import screen
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
 
@@ -48,7 +48,7 @@ def test_the_period_is_found_though_a_single_start_misses_it(signals):
 
 def test_of_several_signals_the_most_promising_start_has_the_period_of_both():
     asked = problem(Periodic(1.0, 1.0, 1.0), Periodic(1.0, 1.0, 1.0))
-    first = np.exp(screened(asked, 4)[0])
+    first = np.exp(screen(asked, 4)[0])
     assert first[asked.prior.learned.index("period")] == pytest.approx(PERIOD, abs=0.05)
 
 
@@ -82,4 +82,4 @@ def test_of_many_samples_some_show_the_period():
     samples = Samples(times, np.sin(2 * np.pi * times / PERIOD) + 0.1 * np.random.default_rng(0).standard_normal(2000))
     prior = JointPrior((Prior(Periodic(1.0, 1.0, 1.0).as_learned(), 0.1),))
     asked = ConstrainedProblem((samples,), prior, SearchSpace.around((samples,), prior, starts=1))
-    assert np.exp(screened(asked, 4)[0])[2] == pytest.approx(PERIOD, abs=0.05)
+    assert np.exp(screen(asked, 4)[0])[2] == pytest.approx(PERIOD, abs=0.05)

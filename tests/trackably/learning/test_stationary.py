@@ -18,7 +18,7 @@ from trackably.arrays import Array
 from trackably.learning import exchange, sqp
 from trackably.learning.methods import all_phases
 from trackably.learning.problem import ConstrainedProblem, Solution
-from trackably.learning.screening import screened
+from trackably.learning.screening import screen
 from trackably.learning.sqp import QuadraticProgram
 
 _ACTIVE = 1e-6
@@ -59,7 +59,7 @@ def test_multipliers_exist(ends: Ends) -> None:
     assert experiment.periodic
     system, space = experiment.plant, experiment.search_space((samples,))
     problem = ConstrainedProblem((samples,), prior, space, all_phases(system, experiment.periodic.backoff))
-    outcome = followed(problem, screened(problem, 16))
+    outcome = followed(problem, screen(problem, 16))
     assert isinstance(outcome, Solution)
     assert outcome.objective == pytest.approx(71.2587, abs=1e-4)
     assert len(ends) > 10

@@ -55,7 +55,7 @@ def test_together_they_are_what_each_is_alone(reference):
 
 def test_a_shift_that_is_overlooked_is_seen(monkeypatch):
     right = Quantities._shifted
-    monkeypatch.setattr(Quantities, "_shifted", lambda self, t: ((w, x[::-1]) for w, x in right(self, t)))
+    monkeypatch.setattr(Quantities, "_shifts", lambda self, t: ((w, x[::-1]) for w, x in right(self, t)))
     assert differs(general_case(8200).reference)
 
 
@@ -77,7 +77,7 @@ def test_local_minima_are_those_of_each_constraint_alone(reference, steps):
         np.column_stack([np.sort(np.linspace(0.1, 0.9, 3 + i) * end), np.ones(3 + i)]) for i in range(len(constraints))
     )
     alone = [
-        (c.closest(seen), c.between(seen, at[:, 0]), c.overlooked(seen))
+        (c.closest(seen), c.between(seen, at[:, 0]), c.missed_minima(seen))
         for c, at in zip(constraints, places, strict=True)
     ]
     found = seen.closest(places)

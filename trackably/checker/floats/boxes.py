@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from trackably.checker.boxes import Box, Enclosures, FirstPass
-from trackably.checker.floats.intervals import Floats, Mask, are_positive, joined, sums
+from trackably.checker.floats.intervals import Floats, Mask, are_positive, join, sums
 from trackably.checker.floats.pieces import cells_left
 from trackably.checker.floats.signals import Boxes, Indices, ManyCentres, Models
 from trackably.checker.formulas import parts
@@ -45,7 +45,7 @@ def boxes_left(
     """Yield each box with the quantities that are not proved here, and models of the signals if they have formulas."""
     unshifted = {s: many_centres(subject, (s, 0)) for s in range(len(subject.signals))}
     every = {q.name: q for h in held.values() for q in h}.values()
-    needed = _needed(list(every))
+    needed = _needs(list(every))
     signals = {(s, j): replace(unshifted[s], shift=_shift(subject, j)) for s, j in needed}
     formulas = {formula for q in every for formula in (q.formula, *(need.formula for need in q.needs))}
     count = len(needed) + sum(len(parts(formula)) for formula in formulas)
@@ -53,32 +53,32 @@ def boxes_left(
     for begin in range(0, len(boxes), at_once):
         some = boxes[begin : begin + at_once]
         with np.errstate(all="ignore"):  # results that are not finite prove nothing
-            found = _enclosed(signals, terms, some, [_needed(held[box]) for box in some])
+            found = _enclose(signals, terms, some, [_needs(held[box]) for box in some])
             quantities = {q.name: q for box in some for q in held[box]}
             proved: dict[str, Mask] = {}
             for name, q in quantities.items():
                 where = np.flatnonzero([any(q is each for each in held[box]) for box in some])
-                models = {shifted: found[shifted].at(where) for shifted in _needed([q])}
+                models = {shifted: found[shifted].at(where) for shifted in _needs([q])}
                 proved[name] = np.zeros(len(some), dtype=bool)
                 if models:  # else it is a number
                     proved[name][where] = _stays_inside(needs, subject, q, models, [some[b] for b in where])
         for b, box in enumerate(some):
             rest = [q for q in held[box] if not proved[q.name][b]]
-            known = {shifted: _model(found[shifted], b) for shifted in _needed(list(filter(_is_formula, rest)))}
+            known = {shifted: _model(found[shifted], b) for shifted in _needs(list(filter(_is_formula, rest)))}
             yield box, rest, {shifted: model for shifted, model in known.items() if model}
 
 
-def _needed(quantities: Sequence[Quantity]) -> set[Shifted]:
-    return {shifted for q in quantities for argument in q.arguments.values() for shifted in _shifted(argument)}
+def _needs(quantities: Sequence[Quantity]) -> set[Shifted]:
+    return {shifted for q in quantities for argument in q.arguments.values() for shifted in _shifts(argument)}
 
 
-def _shifted(argument: LinearCombination) -> list[Shifted]:
+def _shifts(argument: LinearCombination) -> list[Shifted]:
     return [(s, j) for s, weights in enumerate(argument.weights) for j, w in enumerate(weights) if w]
 
 
 def terms_of(argument: LinearCombination) -> Iterator[tuple[Shifted, Real]]:
     """Yield the shifted signals of a linear combination, with their weights."""
-    for s, j in _shifted(argument):
+    for s, j in _shifts(argument):
         tick()
         yield (s, j), ratio(argument.weights[s][j])
 
@@ -93,7 +93,7 @@ def _shift(subject: Subject, j: int) -> Fraction:
     return j * Fraction(subject.system.sampling_time)
 
 
-def _enclosed(
+def _enclose(
     signals: Mapping[Shifted, ManyCentres], terms: int, boxes: Sequence[Box], needed: Sequence[set[Shifted]]
 ) -> dict[Shifted, Models]:
     """Return the models of the shifted signals in the boxes that need them; NaN in the others.
@@ -131,14 +131,14 @@ def _stays_inside(
     while len(where):
         known = {shifted: of.at(where) for shifted, of in models.items()}
         try:
-            found = _combined(q, known) if not _is_formula(q) else _evaluated(needs, subject, q, known, n)
+            found = _combine(q, known) if not _is_formula(q) else _evaluate(needs, subject, q, known, n)
         except UndefinedError as undefined:
             where = where[np.broadcast_to(undefined.where, where.shape)]
             continue
         low, high = (_limits(limit, [boxes[b] for b in where.tolist()], n) for limit in (q.lower, q.upper))
         missed = _constant(n) * found.missed.b
         sides = found.coefficients - low - missed, high - found.coefficients - missed
-        proved[where] = np.all(are_positive(joined(sides)).reshape(2, -1), axis=0)
+        proved[where] = np.all(are_positive(join(sides)).reshape(2, -1), axis=0)
         break
     return proved
 
@@ -159,7 +159,7 @@ def _limits(limit: Limit, boxes: Sequence[Box], n: int) -> Floats:
     return Floats(low, high)
 
 
-def _combined(q: Quantity, models: Mapping[Shifted, Models]) -> Models:
+def _combine(q: Quantity, models: Mapping[Shifted, Models]) -> Models:
     """Return models of a linear combination of signals."""
     assert q.combination is not None, "it is no formula"
     first, *others = (models[shifted].times(weight) for shifted, weight in terms_of(q.combination))
@@ -167,7 +167,7 @@ def _combined(q: Quantity, models: Mapping[Shifted, Models]) -> Models:
     return Models(found.coefficients + _constant(len(found.coefficients.low)) * q.combination.offset, found.missed)
 
 
-def _evaluated(needs: FlatNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], n: int) -> Models:
+def _evaluate(needs: FlatNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], n: int) -> Models:
     """Return models of a formula with n terms. Raise UndefinedError if it may be undefined."""
     many: Any = models  # stand for numbers
     known = {key: Model([of.coefficients.at(k) for k in range(n)], of.missed) for key, of in many.items()}

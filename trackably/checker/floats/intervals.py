@@ -263,7 +263,7 @@ def _float(number: Real, towards: float) -> float:
     return nearest if exactly(nearest) == number else float(np.nextafter(nearest, towards))
 
 
-def joined(parts: Sequence[Floats], axis: int = -1) -> Floats:
+def join(parts: Sequence[Floats], axis: int = -1) -> Floats:
     """Join arrays of intervals along an axis."""
     return Floats(*(np.concatenate(ends, axis=axis) for ends in ([p.low for p in parts], [p.high for p in parts])))
 
@@ -317,7 +317,7 @@ def _bernstein(polynomials: Floats) -> Floats:
 def _halves(b: Floats) -> Floats:
     """Return the coefficients of both halves of each polynomial (de Casteljau): of the left one, Σ_j C(i, j) b_j/2ⁱ."""
     matrix, turned = _matrix(_of_left_half, len(b.low)), slice(None, None, -1)
-    return joined([matrix @ b, (matrix @ b.at(turned)).at(turned)])
+    return join([matrix @ b, (matrix @ b.at(turned)).at(turned)])
 
 
 @cache
@@ -343,12 +343,12 @@ def _of_left_half(_: int, i: int, k: int) -> Fraction:
     return Fraction(comb(i, k), 2**i)
 
 
-def substituted(c: Floats, a: Floats, b: Floats) -> Floats:
+def substitute(c: Floats, a: Floats, b: Floats) -> Floats:
     """Return the coefficients of p(a + b x), by Horner's rule, for polynomials p with coefficients c: (n, B)."""
     found, none = c.at(slice(-1, None)), Floats.exact(np.zeros((1, c.low.shape[1])))
     for k in reversed(range(len(c.low) - 1)):
         tick()
-        found = joined([c.at(slice(k, k + 1)), b * found], axis=0) + joined([a * found, none], axis=0)
+        found = join([c.at(slice(k, k + 1)), b * found], axis=0) + join([a * found, none], axis=0)
     return found
 
 
@@ -364,5 +364,5 @@ def stay_between(near: Floats, least: Array, most: Array) -> Mask:
     left = np.flatnonzero(~kept)
     if len(left):
         b, sides = near.at((slice(None), left)), (Floats.exact(least[left]), Floats.exact(most[left]))
-        kept[left] = np.all(_are_positive(joined([b - sides[0], sides[1] - b])).reshape(2, -1), axis=0)
+        kept[left] = np.all(_are_positive(join([b - sides[0], sides[1] - b])).reshape(2, -1), axis=0)
     return kept

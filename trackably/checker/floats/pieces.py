@@ -25,7 +25,7 @@ import numpy as np
 from trackably.checker.floats.intervals import Array, Floats, bernstein, stay_between
 from trackably.checker.joints import JointTrajectory, Open, everything
 from trackably.checker.moving import place
-from trackably.checker.piecewise import exact_times, shifted, whole
+from trackably.checker.piecewise import exact_times, shifts_of, whole
 from trackably.checker.subject import Functional, Pieces, Subject, as_float
 from trackably.checker.watch import tick
 
@@ -45,7 +45,7 @@ def cells_left(
     The times of the cells are in units of 2^−`bits` s. No signal on which a row depends changes its polynomial in a
     cell.
     """
-    terms = sorted({term for row, _, _ in rows for term in shifted(row)})
+    terms = sorted({term for row, _, _ in rows for term in shifts_of(row)})
     if not terms:
         return [list(cells) for _ in rows]
     n = 1 + max(subject.pieces[s].degree for s, _ in terms)

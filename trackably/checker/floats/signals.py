@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from trackably.checker.floats.intervals import Array, Floats, Mask, joined, substituted, sums
+from trackably.checker.floats.intervals import Array, Floats, Mask, join, substitute, sums
 from trackably.checker.intervals import ONE, SIGN, ZERO, Real, exactly, total
 from trackably.checker.kernels import Matern, geometric_rest, reach
 from trackably.checker.subject import Signal
@@ -57,7 +57,7 @@ class CentresBefore:
         terms = self.kernel.along([m.at(0) for m in moments], x, self.kernel.rate * self.along, n)
         ratio: Any = half / radii
         largest = self.kernel.largest_around([m.at(1) for m in moments], x, self.kernel.rate * radii)
-        return joined([c.at(None) for c in terms], axis=0), largest * geometric_rest(ratio, n)
+        return join([c.at(None) for c in terms], axis=0), largest * geometric_rest(ratio, n)
 
     def moments(self, at: Indices) -> list[Floats]:
         """Return m_0, m_1, … of the weights, and of their absolute values, at the centres with
@@ -73,9 +73,9 @@ class CentresBefore:
         step = 1  # each moment is that of the centres since so many anchors
         while step < len(at):
             earlier = [m.at((slice(None), slice(-step))) for m in found]
-            moved = _moved(earlier, self._distances(anchors[step:], anchors[:-step]))
+            moved = _move(earlier, self._distances(anchors[step:], anchors[:-step]))
             parts = [(m.at((slice(None), slice(step))), m.at((slice(None), slice(step, None)))) for m in found]
-            found = [joined([first, others + more]) for (first, others), more in zip(parts, moved, strict=True)]
+            found = [join([first, others + more]) for (first, others), more in zip(parts, moved, strict=True)]
             step *= 2
         return found
 
@@ -84,7 +84,7 @@ class CentresBefore:
         return found
 
 
-def _moved(moments: list[Floats], d: Floats) -> list[Floats]:
+def _move(moments: list[Floats], d: Floats) -> list[Floats]:
     """Return the moments of the same centres at anchors that are d/λ later."""
     powers: list[Any] = [ONE]
     for k in range(1, len(moments)):
@@ -147,10 +147,10 @@ class Models:
 
         The variable of the wide box is then a + b x, with x that of the box.
         """
-        a = joined([(boxes.middles + shift - wide.middles) / wide.halves for shift in shifts])
+        a = join([(boxes.middles + shift - wide.middles) / wide.halves for shift in shifts])
         every = np.tile(np.arange(len(wide.starts)), len(shifts))
         b, c = (boxes.halves / wide.halves).at(every), self.coefficients.at((slice(None), every))
-        found = substituted(c, a, b)
+        found = substitute(c, a, b)
         parts = np.split(np.arange(len(every)), len(shifts))
         return [Models(found.at((slice(None), part)), self.missed) for part in parts]
 
@@ -163,7 +163,7 @@ class Models:
         """Return models with n coefficients in `count` boxes, of which these are some; NaN in the others."""
         ends = np.full((2, n + 1, count), np.nan)
         for where, of in parts:
-            every = joined([of.coefficients, of.missed.at(None)], axis=0)
+            every = join([of.coefficients, of.missed.at(None)], axis=0)
             ends[:, :, where] = every.low, every.high
         every = Floats(*ends)
         return cls(every.at(slice(n)), every.at(n))
@@ -219,7 +219,7 @@ class ManyCentres:
             self._in_blocks(boxes.at(some), first[some], stop[some], oddness.at(some), n)
             for some in _blocks(stop - first)
         ]
-        found = Models(*(joined([part[i] for part in parts]) for i in range(2)))
+        found = Models(*(join([part[i] for part in parts]) for i in range(2)))
         if not isinstance(self.kernel, Matern):
             return Models(found.coefficients, found.missed + self.reach[1])
         return found + self._outside(boxes, first, stop, n)
@@ -287,7 +287,7 @@ class ManyCentres:
         size = self.kernel.largest_on_disc(r, radius) * geometric_rest(ratio, n)
         missed = sums(abs(weights) * (size + self.kernel.jump(r, abs(h))), firsts, most)
         terms = [sums(weights * c, firsts, most) for c in self.kernel.taylor(r, h, n)]
-        return joined([c.at(None) for c in terms], axis=0), missed + extra
+        return join([c.at(None) for c in terms], axis=0), missed + extra
 
     def _sides(self, boxes: Boxes, of_box: Indices, centres: Array) -> tuple[Mask, Mask]:
         """Return masks of whether all times of a box are before the centre, or all after it, decided exactly."""

@@ -58,7 +58,7 @@ def diagonal(n: int) -> Places:
 
 
 @lru_cache(maxsize=64)
-def _stored(n: int) -> Places:
+def _storage_index(n: int) -> Places:
     """Return the storage index of each entry of a symmetric (n, n) matrix, above the diagonal too: shape (n, n)."""
     rows, columns = places(n)
     found = np.empty((n, n), dtype=np.intp)
@@ -72,7 +72,7 @@ def differences(times: Array) -> Array:
     return np.asarray(times[rows] - times[columns])
 
 
-def packed(matrix: Array) -> Array:
+def pack(matrix: Array) -> Array:
     """Return the stored entries of a symmetric matrix (n, n): shape (n (n + 1)/2,)."""
     return np.asarray(scipy.linalg.lapack.dtrttf(matrix.T, uplo=LOWER)[0])
 
@@ -92,7 +92,7 @@ class Symmetric:
     def times(self, c: Array) -> Array:
         """Return D_j c for c of shape (n,): shape (p, n)."""
         if len(c) <= _FEW:
-            return np.asarray(self.entries.take(_stored(len(c)), axis=1) @ c)
+            return np.asarray(self.entries.take(_storage_index(len(c)), axis=1) @ c)
         products = np.zeros((len(self.entries), len(c)))
         for product, entries in zip(products, self.entries, strict=True):
             scipy.linalg.blas.dsymv(1.0, _lower(len(c), entries), c, y=product, overwrite_y=True, lower=True)
@@ -116,7 +116,7 @@ Covariance = Callable[[Array], tuple[Array, Array]]
 """k(r) of two samples r [s] apart, and ∂k/∂ln θ_j: shapes (*r.shape) and (p, *r.shape). Even in r."""
 
 Entries = Callable[[slice], tuple[Array, Array]]
-"""Some of the stored entries of K (see `factors.packed`), and of ∂K/∂ln θ_j: shapes (N,) and (p, N)."""
+"""Some of the stored entries of K (see `factors.pack`), and of ∂K/∂ln θ_j: shapes (N,) and (p, N)."""
 
 
 class Factorisation(ABC):

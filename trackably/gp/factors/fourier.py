@@ -24,7 +24,7 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import LOWER, Factorisation, diagonal, packed
+from trackably.gp.factors.factorisation import LOWER, Factorisation, diagonal, pack
 from trackably.gp.factors.low_rank import Basis
 from trackably.gp.kernels.base import SpectralDensity
 
@@ -99,7 +99,7 @@ class Ladder:
         key = rung.place, math.floor(math.exp2(math.ceil(_STEPS * math.log2(rung.waves)) / _STEPS)) | 1
         found = self._cache.pop(key, None)
         if found is None:
-            found = self._computed(self._period(rung.place), key[1])
+            found = self._compute(self._period(rung.place), key[1])
             while self._cache and found.scaled.size + sum(each.scaled.size for each in self._cache.values()) > _CACHED:
                 del self._cache[next(iter(self._cache))]
         self._cache[key] = found  # a dictionary keeps its order: the last entry is the one used last
@@ -108,7 +108,7 @@ class Ladder:
     def _period(self, place: int) -> float:
         return self.span * (1 + math.exp2(place / _STEPS))
 
-    def _computed(self, period: float, count: int) -> Waves:
+    def _compute(self, period: float, count: int) -> Waves:
         frequencies = (np.arange(count) + 1) // 2 * (math.tau / period)
         middle = self.times[0] + self.span / 2  # the shorter the times, the less of an angle is rounded
         angles = frequencies[::2, None] * (self.times - middle)
@@ -153,7 +153,7 @@ class Fourier(Factorisation):
         b = waves.products * root
         b *= root[:, None]
         b.reshape(-1)[:: len(b) + 1] += 1
-        factor, info = scipy.linalg.lapack.dpftrf(len(b), packed(b), uplo=LOWER, overwrite_a=True)
+        factor, info = scipy.linalg.lapack.dpftrf(len(b), pack(b), uplo=LOWER, overwrite_a=True)
         return None if info else cls(ladder, waves, noise_variance, root, slope, factor, basis)
 
     @property
@@ -163,10 +163,10 @@ class Fourier(Factorisation):
 
     def solve(self, right: Array) -> Array:
         y = right.T / self.ladder.relative_noise
-        x = self._solved(self._along(y))
+        x = self._solve(self._along(y))
         rest = y - self._spread(x)
         # Mᵀ (I + M Mᵀ)⁻¹ = B⁻¹ Mᵀ: the component of the rest along M should be x. Correct its rounding error.
-        rest -= self._spread(self._solved(self._along(rest) - x))
+        rest -= self._spread(self._solve(self._along(rest) - x))
         return np.asarray((rest / self.ladder.relative_noise).T / self.noise_variance)
 
     def gradient_times(self, c: Array) -> Array:
@@ -199,7 +199,7 @@ class Fourier(Factorisation):
         """Return M times each of the rows, shape (…, m)."""
         return np.asarray((rows * self.root) @ self.waves.scaled.T)
 
-    def _solved(self, rows: Array) -> Array:
+    def _solve(self, rows: Array) -> Array:
         """Return B⁻¹ times each of the rows, shape (…, m)."""
         solved, _ = scipy.linalg.lapack.dpftrs(len(self.root), self.factor, rows.T, uplo=LOWER)
         return np.asarray(solved.T.reshape(rows.shape))

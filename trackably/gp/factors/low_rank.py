@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import Covariance, Factorisation, Symmetric, differences, gram, packed, whole
+from trackably.gp.factors.factorisation import Covariance, Factorisation, Symmetric, differences, gram, pack, whole
 
 # Polynomial interpolation in Chebyshev points, and how many points resolve a covariance.
 #
@@ -84,7 +84,7 @@ class Bases:
 
     def of(self, count: int) -> Basis:
         """Return the basis of `count` points, from the cache of the most recently used ones if it is there."""
-        found = self._cache.pop(count, None) or self._computed(count)
+        found = self._cache.pop(count, None) or self._compute(count)
         self._cache[count] = found  # a dictionary keeps its order: the last entry is the one used last
         if len(self._cache) > _CACHE_SIZE:
             del self._cache[next(iter(self._cache))]
@@ -103,17 +103,17 @@ class Bases:
         sizes = np.abs(coefficients(rows)) > ROUNDING * np.max(np.abs(rows), axis=(1, 2), keepdims=True)
         degree = max(np.flatnonzero(sizes.any(axis=(0, 1))).tolist(), default=most)
         # Frequencies beyond the last coefficient are aliased onto the last ones, so these do not count as resolved.
-        count = _rounded_up(degree + 2)
+        count = _round_up(degree + 2)
         return count if count <= most and degree < _CHECKED * most else None
 
-    def _computed(self, count: int) -> Basis:
+    def _compute(self, count: int) -> Basis:
         matrix = interpolation(self.times, 0.0, self.span, count)
         q, r = np.linalg.qr(matrix / self.relative_noise[:, None])
         points = nodes(0.0, self.span, count)
         return Basis(points, differences(points), q, r)
 
 
-def _rounded_up(count: int) -> int:
+def _round_up(count: int) -> int:
     """Round up to one of two values for each doubling, so that one basis serves many iterates of an optimiser."""
     step = 1 << max(0, count.bit_length() - 2)
     return -(-count // step) * step
@@ -173,7 +173,7 @@ class LowRank(Factorisation):
         n, m = self.basis.q.shape
         root, _ = scipy.linalg.lapack.dtrtrs(self.factor, self.basis.r, lower=True)
         u = self.weights_at_centres(c)
-        by_kernel = self.gradient.traces(m, packed(root.T @ root / self.noise_variance)) - self.gradient.times(u) @ u
+        by_kernel = self.gradient.traces(m, pack(root.T @ root / self.noise_variance)) - self.gradient.times(u) @ u
         # ϱ σ_n² A⁻¹ ϱ is the identity on the complement of span Q, and B⁻¹ on span Q: tr(A⁻¹ V) = n − m + tr(B⁻¹).
         inverse, _ = scipy.linalg.lapack.dtrtri(self.factor, lower=True)
         by_noise = n - m + np.sum(inverse**2) - self.noise_variance * np.sum((self.relative_noise * c) ** 2)

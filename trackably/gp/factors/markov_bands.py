@@ -65,7 +65,7 @@ def width(times: Array, p: int, lags: Lags) -> int:
     return int(np.max(np.arange(p, len(times)) - reached))
 
 
-def differenced(times: Array, decay: Decay, lags: Lags, stretch: complex = 1.0) -> Differenced:
+def difference(times: Array, decay: Decay, lags: Lags, stretch: complex = 1.0) -> Differenced:
     """Return D and D K Dᵀ for n increasing `times` [s], with the rate λ multiplied by `stretch`."""
     p, n, rate = order(decay), len(times), decay.rate * stretch
     polynomial = np.asarray(decay.polynomial.coef, dtype=float) / decay.rate ** np.arange(p)
@@ -90,7 +90,7 @@ def differenced(times: Array, decay: Decay, lags: Lags, stretch: complex = 1.0) 
     return Differenced(np.array([np.append(row[lag:], row[:lag]) for lag, row in enumerate(d)]), covariance)
 
 
-def cancelled(times: Array, decay: Decay, lags: Lags) -> float:
+def cancellation(times: Array, decay: Decay, lags: Lags) -> float:
     """Return the factor by which rounding errors of e^x and of times may grow when large jumps cancel; may be infinite.
 
     It is large next to long gaps, and if a sample depends on the process over a longer time than lies between samples.
@@ -194,14 +194,14 @@ def condition(matrix: Array, factor: Array) -> float:
     """
     n, scale = matrix.shape[1], np.sqrt(matrix[0])
 
-    def solved(x: Array) -> Array:
+    def solve_banded_rows(x: Array) -> Array:
         found, _ = scipy.linalg.lapack.dpbtrs(factor, (scale * x)[:, None], lower=True)
         return np.asarray(scale * found[:, 0])
 
-    first = solved(np.full(n, 1 / n))
+    first = solve_banded_rows(np.full(n, 1 / n))
     worst = np.zeros(n)
-    worst[np.argmax(np.abs(solved(np.where(first < 0, -1.0, 1.0))))] = 1.0
-    inverse = max(np.abs(first).sum(), np.abs(solved(worst)).sum())
+    worst[np.argmax(np.abs(solve_banded_rows(np.where(first < 0, -1.0, 1.0))))] = 1.0
+    inverse = max(np.abs(first).sum(), np.abs(solve_banded_rows(worst)).sum())
     beside = [np.max(np.abs(row[:-q]) / (scale[q:] * scale[:-q])) for q, row in enumerate(matrix[1:], 1)]
     return float((1 + 2 * sum(beside)) * inverse)
 
@@ -247,9 +247,9 @@ class Markov(Factorisation):
         None also if rounding may change solutions by more than `largest_error` (relative): times are dense compared
         with 1/λ, or some are much closer to each other than others.
         """
-        if width(times, order(decay), lags) > _WIDEST or not _EPS * cancelled(times, decay, lags) <= largest_error:
+        if width(times, order(decay), lags) > _WIDEST or not _EPS * cancellation(times, decay, lags) <= largest_error:
             return None
-        stepped = differenced(times, decay, lags, 1 + 1j * _STEP)
+        stepped = difference(times, decay, lags, 1 + 1j * _STEP)
         b = plus(stepped.covariance.real, congruent(stepped.differences.real, noise_variance))
         factor, info = scipy.linalg.lapack.dpbtrf(b, lower=True)
         if info or not _EPS * condition(b, factor) <= largest_error:
@@ -264,7 +264,7 @@ class Markov(Factorisation):
         rows = np.atleast_2d(right.T)
         found, height = np.empty(rows.shape), max(1, _AT_ONCE // rows.shape[1])
         for first in range(0, len(rows), height):
-            found[first : first + height] = self._solved(rows[first : first + height])
+            found[first : first + height] = self._solve(rows[first : first + height])
         return np.asarray(found.reshape(right.T.shape).T)
 
     def gradient_times(self, c: Array) -> Array:
@@ -285,7 +285,7 @@ class Markov(Factorisation):
         by_kernel = np.array([2 * (len(c) - by_noise), -log_determinant_slope(b, _STEP)])
         return by_kernel - self.gradient_times(c) @ c, float(by_noise - self.noise_variance @ c**2)
 
-    def _solved(self, rows: Array) -> Array:
+    def _solve(self, rows: Array) -> Array:
         """Return Dᵀ B⁻¹ D r for each r of the rows (m, n)."""
         d = self._differences
         along = rows.copy()

@@ -18,12 +18,12 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from trackably.arrays import Array
-from trackably.gp.hyperparameter import Scales, Search, learned, with_value
+from trackably.gp.hyperparameter import Scales, Search, as_learned, with_value
 
 # Jets, arrays of a function of time and its derivatives: how they multiply, and how they stretch.
 
 
-def stretched(jet: Array, r: Array) -> Array:
+def lengthscale_gradient(jet: Array, r: Array) -> Array:
     """Return ∂/∂ln ℓ of every κ⁽ⁿ⁾ for a κ that depends on time through r/ℓ only, from a jet that is one order longer.
 
     A longer ℓ is a slower clock: ∂κ/∂ln ℓ = −r κ̇, and n time derivatives later −(n κ⁽ⁿ⁾ + r κ⁽ⁿ⁺¹⁾).
@@ -70,7 +70,7 @@ class Decay:
         return [np.pad(factor.coef, (0, degree + 1 - len(factor.coef))) for factor in found]
 
 
-def summed_by_moments(decays: tuple[Decay, ...], centres: Array, weights: Array, t: Array, order: int) -> Array:
+def sum_by_moments(decays: tuple[Decay, ...], centres: Array, weights: Array, t: Array, order: int) -> Array:
     """Return Σ_i c_i κ⁽ⁿ⁾(t − t_i) for n = 0 … order, where κ is the sum of `decays`: shape (order + 1, *t.shape).
 
     Odd derivatives count as 0 at r = 0, where those of κ may jump. The rounding error is that of the direct sum, times
@@ -98,7 +98,7 @@ def _before(decay: Decay, factors: list[Array], at: Array, weights: Array, times
     last = np.searchsorted(at, times) - 1
     some = last >= 0
     reached = last[some]
-    moments = _moved(_moments(decay, at, weights)[:, reached], times[some] - at[reached], decay.rate)
+    moments = _move(_moments(decay, at, weights)[:, reached], times[some] - at[reached], decay.rate)
     found = np.zeros((len(factors), times.size))
     found[:, some] = np.array(factors) @ moments
     return found
@@ -110,12 +110,12 @@ def _moments(decay: Decay, at: Array, weights: Array) -> Array:
     moments[0] = weights
     apart = 1
     while apart < len(at):
-        moments[:, apart:] += _moved(moments[:, :-apart], at[apart:] - at[:-apart], decay.rate)
+        moments[:, apart:] += _move(moments[:, :-apart], at[apart:] - at[:-apart], decay.rate)
         apart *= 2
     return moments
 
 
-def _moved(moments: Array, by: Array, rate: float) -> Array:
+def _move(moments: Array, by: Array, rate: float) -> Array:
     """Return the moments about later points, each at its own distance `by` [s]."""
     decay = np.exp(-rate * by)
     moved = [decay * sum(comb(k, i) * by ** (k - i) * moments[i] for i in range(k + 1)) for k in range(len(moments))]
@@ -174,7 +174,7 @@ class Kernel(ABC):
         """Names and values of the hyperparameters, in natural units, in the order of every gradient."""
 
     @abstractmethod
-    def changed(self, change: Callable[[str, float], float]) -> Self:
+    def map_values(self, change: Callable[[str, float], float]) -> Self:
         """Return the same kernel with `change(name, value)` for the value of each hyperparameter."""
 
     @abstractmethod
@@ -195,17 +195,17 @@ class Kernel(ABC):
         """
         if unknown := values.keys() - self.hyperparameters.keys():
             raise TypeError(f"{type(self).__name__} has no hyperparameter {', '.join(sorted(unknown))}")
-        return self.changed(lambda name, value: with_value(value, values[name]) if name in values else value)
+        return self.map_values(lambda name, value: with_value(value, values[name]) if name in values else value)
 
     def as_learned(self, names: Collection[str] | None = None) -> Self:
         """Return the same kernel with all hyperparameters learned, or those in `names`, starting
         at their current values.
         """
-        return self.changed(lambda name, value: learned(value) if names is None or name in names else value)
+        return self.map_values(lambda name, value: as_learned(value) if names is None or name in names else value)
 
     def as_known(self) -> Self:
         """Return the same kernel with every hyperparameter known at its current value."""
-        return self.changed(lambda _, value: float(value))
+        return self.map_values(lambda _, value: float(value))
 
     @abstractmethod
     def jet(self, r: Array, order: int) -> Array:
@@ -300,9 +300,9 @@ class _Pair(Kernel):
         parts = {"left": self.left, "right": self.right}
         return {f"{side}.{name}": v for side, part in parts.items() for name, v in part.hyperparameters.items()}
 
-    def changed(self, change: Callable[[str, float], float]) -> Self:
-        left = self.left.changed(lambda name, value: change(f"left.{name}", value))
-        return type(self)(left, self.right.changed(lambda name, value: change(f"right.{name}", value)))
+    def map_values(self, change: Callable[[str, float], float]) -> Self:
+        left = self.left.map_values(lambda name, value: change(f"left.{name}", value))
+        return type(self)(left, self.right.map_values(lambda name, value: change(f"right.{name}", value)))
 
     def moved(self, values: Iterator[float]) -> Self:
         return type(self)(self.left.moved(values), self.right.moved(values))

@@ -11,8 +11,8 @@ from typing import Self
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.gp.hyperparameter import Hyperparameter, Scales, Search, amplitude, duration, shown, with_next
-from trackably.gp.kernels.base import Kernel, stretched
+from trackably.gp.hyperparameter import Hyperparameter, Scales, Search, amplitude, as_text, duration, with_next
+from trackably.gp.kernels.base import Kernel, lengthscale_gradient
 
 # Polynomials at arrays of times, without an array for each operation.
 
@@ -57,9 +57,9 @@ class Elementary(Kernel):
         return super().__new__(cls)
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{name}={shown(v)}' for name, v in self.hyperparameters.items())})"
+        return f"{type(self).__name__}({', '.join(f'{name}={as_text(v)}' for name, v in self.hyperparameters.items())})"
 
-    def changed(self, change: Callable[[str, float], float]) -> Self:
+    def map_values(self, change: Callable[[str, float], float]) -> Self:
         return type(self)(*[change(name, value) for name, value in self.hyperparameters.items()])
 
     def moved(self, values: Iterator[float]) -> Self:
@@ -103,7 +103,7 @@ class Radial(Elementary):
         jet = self.jet(r, order + 1)
         gradient = np.empty((2, *jet[:-1].shape))
         np.multiply(jet[:-1], 2.0, out=gradient[0])
-        gradient[1] = stretched(jet, r)
+        gradient[1] = lengthscale_gradient(jet, r)
         return jet[:-1], gradient
 
     def _in_time(self, correlation: Array) -> Array:

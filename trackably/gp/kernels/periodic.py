@@ -8,7 +8,7 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.gp.hyperparameter import Hyperparameter, amplitude, fraction_of_period, repetition
-from trackably.gp.kernels.base import stretched
+from trackably.gp.kernels.base import lengthscale_gradient
 from trackably.gp.kernels.elementary import Elementary
 
 
@@ -31,7 +31,7 @@ class Periodic(Elementary):
             gradient[1, n] = 2 * detour[n] * jet[0]
             for j in range(1, n + 1):
                 gradient[1, n] += 2 * comb(n, j) * detour[n - j] * jet[j]
-        gradient[2] = stretched(jet, r)
+        gradient[2] = lengthscale_gradient(jet, r)
         return jet[:-1], gradient
 
     def value(self, r: Array) -> Array:

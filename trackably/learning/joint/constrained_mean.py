@@ -192,13 +192,13 @@ class WorkingSet:
                 return found
             self._active = np.zeros_like(self.chosen)
             self._active[rows] = found.multipliers > 0
-            added = self._missed(found)
+            added = self._misses(found)
             if not len(added):
                 return found
             self.chosen[added], self._own = True, None
         return mean_meeting(posterior, self.demanded)
 
-    def _missed(self, found: ConstrainedMean) -> npt.NDArray[np.intp]:
+    def _misses(self, found: ConstrainedMean) -> npt.NDArray[np.intp]:
         """Return the violated rows outside the set; of each run of neighbouring rows, only the most violated one."""
         values = self.demanded.rows.values(found.given.signals(found.multipliers))
         missed = (self.demanded.limits - values) / self.demanded.widths

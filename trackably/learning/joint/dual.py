@@ -25,11 +25,11 @@ def nonnegative_minimum(G: Array, b: Array, likely: Flags | None = None) -> Arra
     The search begins with the variables that are `likely` positive, flags of shape (r,). Raises LinAlgError if a
     submatrix has no Cholesky factor, and RuntimeError if the minimum is not found in float64.
     """
-    found = _pivoted(G, b, np.zeros(len(b), dtype=bool) if likely is None else likely)
+    found = _pivot(G, b, np.zeros(len(b), dtype=bool) if likely is None else likely)
     return _by_single_steps(G, b) if found is None else found
 
 
-def _pivoted(G: Array, b: Array, positive: Flags) -> Array | None:
+def _pivot(G: Array, b: Array, positive: Flags) -> Array | None:
     """Return the x ≥ 0 with y = G x − b ≥ 0 and xᵀ y = 0; None if it is not found within `_MOST_EXCHANGES`.
 
     Block principal pivoting: the equations y = 0 are solved for the `positive` variables, and all variables with x < 0
@@ -106,7 +106,7 @@ def solve_dual(
     scaled, wanted = covariance / np.outer(scale, scale), demand / scale
     jitter = _JITTER
     while jitter <= _LARGEST_JITTER:
-        if (found := _solved(scaled + jitter * np.eye(len(scaled)), wanted, is_equation, likely)) is not None:
+        if (found := _solve(scaled + jitter * np.eye(len(scaled)), wanted, is_equation, likely)) is not None:
             value = float(found @ wanted)
             contradicts = _contradicts(scaled, wanted, is_equation, jitter, found)
             return DualSolution(found / scale, value, contradicts)
@@ -142,19 +142,19 @@ def _contradicts(K: Array, d: Array, is_equation: Flags, jitter: float, found: A
     value = float(found @ d)
     if jitter * np.max(np.abs(found), initial=0.0) <= _MISSED * np.sqrt(max(value, 0.0)):
         return False
-    coarser = _solved(K + _LARGER * jitter * np.eye(len(K)), d, is_equation, found > 0)
+    coarser = _solve(K + _LARGER * jitter * np.eye(len(K)), d, is_equation, found > 0)
     return coarser is not None and float(coarser @ d) < _CHEAPER * value
 
 
-def _solved(K: Array, d: Array, is_equation: Flags, likely: Flags | None) -> Array | None:
+def _solve(K: Array, d: Array, is_equation: Flags, likely: Flags | None) -> Array | None:
     """Return the multipliers for a positive definite K; None if it has no Cholesky factor in float64."""
     try:
-        return _eliminated(K, d, is_equation, likely) if is_equation.any() else nonnegative_minimum(K, d, likely)
+        return _eliminate(K, d, is_equation, likely) if is_equation.any() else nonnegative_minimum(K, d, likely)
     except (np.linalg.LinAlgError, RuntimeError):  # no factor; or too many steps, where rows are nearly dependent
         return None
 
 
-def _eliminated(K: Array, d: Array, is_equation: Flags, likely: Flags | None) -> Array:
+def _eliminate(K: Array, d: Array, is_equation: Flags, likely: Flags | None) -> Array:
     """Return the multipliers if some rows are equations: eliminate these, and solve the smaller
     program of the other rows.
     """

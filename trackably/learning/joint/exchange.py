@@ -68,7 +68,7 @@ def exchange_bounds(
     apart: tuple[float, ...] = ()
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
     if not is_convex:  # places of other hyperparameters may be too far apart for these
-        places = merged(places, regular_places(problem, posterior), same_regular(posterior))
+        places = merge(places, regular_places(problem, posterior), same_regular(posterior))
     for count in range(1, _MAX_ROUNDS + 1):
         bent = constrained_mean(problem, posterior, places, near, kept)
         if bent is None:
@@ -84,9 +84,9 @@ def exchange_bounds(
             apart = apart or spacings(problem, posterior)
             kept_free = min(constraint.backoff for constraint in problem.constraints)
             minima = seen.thinned(minima, places, apart, max(tolerance / 2, _MATTERS - kept_free, 0.0))
-        met = merged(kept if is_convex else places, at_steps(problem, seen.places(minima), places), same)
+        met = merge(kept if is_convex else places, at_steps(problem, seen.places(minima), places), same)
         if _count(met) > _MANY_PLACES:
-            met = merged(kept, at_steps(problem, seen.places(_broken(minima)), places), same)
+            met = merge(kept, at_steps(problem, seen.places(_broken(minima)), places), same)
         best = ExchangeResult(bent, met, kept, margin, constraint, time, count)
         gain, price = bent.price - price, bent.price
         if margin >= -tolerance or bent.contradicts or price > ceiling or is_same(met, places):
@@ -149,9 +149,9 @@ def _spacing(problem: ConstrainedProblem, posterior: JointPosterior, constraint:
     return float(steps[np.argmax(correlation[1:] > _KEPT)])
 
 
-def merged(places: Places, new: Places, same: float) -> Places:
+def merge(places: Places, new: Places, same: float) -> Places:
     """Return the union of places, sorted; of two places closer than `same` [s], the known one is kept."""
-    return tuple(_united(*pair, same) for pair in zip(places, new, strict=True))
+    return tuple(_unite(*pair, same) for pair in zip(places, new, strict=True))
 
 
 def no_places(problem: ConstrainedProblem) -> Places:
@@ -177,7 +177,7 @@ def _worst(minima: Minima) -> tuple[float, int, float]:
     return min(found, default=(np.inf, -1, np.nan))
 
 
-def _united(places: Array, new: Array, same: float) -> Array:
+def _unite(places: Array, new: Array, same: float) -> Array:
     """Return the places, and the new ones that have no other place on their side within `same` [s]."""
     known: dict[float, list[float]] = {LOWER: [], UPPER: []}
     for time, side in sorted(places.tolist()):

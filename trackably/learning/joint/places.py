@@ -60,7 +60,7 @@ class Demands:
         )
 
 
-def chosen(places: Places, flags: Flags) -> Places:
+def select(places: Places, flags: Flags) -> Places:
     """Return the places whose rows have a flag. The rows of pins come last and have no places."""
     ends = accumulate(map(len, places))
     return tuple(
@@ -125,7 +125,7 @@ def _add_terms(
 
     Return the rows' offsets.
     """
-    offsets, parts = _linearised(trajectory, times, near)
+    offsets, parts = _linearise(trajectory, times, near)
     rows = np.arange(first, first + len(times))
     for functional, slope in parts:
         for c, weights in functional.rounded:
@@ -134,7 +134,7 @@ def _add_terms(
     return sides * offsets
 
 
-def _linearised(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Array, list[tuple[Functional, Array]]]:
+def _linearise(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Array, list[tuple[Functional, Array]]]:
     """Return o and s_i of q ≈ o + Σ_i s_i (q_i − offset of q_i) at each time, linearised at the signals `near`.
 
     The linearisation is q ≈ q(v) + Σ_i ∂q/∂q_i (q_i − v_i), where v_i are the arguments for these signals. A linear
@@ -176,13 +176,13 @@ class MarginScan:
         A function that is constrained at two places may violate its bounds between them, where the grid of the index
         set may have no time.
         """
-        return _joined(self._minima, self._between([at[:, 0] for at in places]))
+        return _join(self._minima, self._between([at[:, 0] for at in places]))
 
     def with_overlooked(self, found: Minima) -> Minima:
         """Add the places where a bound is violated that the coarse grid of `closest` missed."""
         unseen = [constraint.unseen(self) for constraint in self._known]
-        rough = self._between([constraint.examined(self) for constraint in self._known])
-        return _joined(_joined(found, unseen), rough)
+        rough = self._between([constraint.suspect_centres(self) for constraint in self._known])
+        return _join(_join(found, unseen), rough)
 
     def thinned(self, found: Minima, places: Places, apart: Sequence[float], by: float) -> Minima:
         """Return few of the times at which bounds are violated `by` more than this part of their
@@ -221,7 +221,7 @@ class MarginScan:
         places[:, 0] = np.concatenate([np.empty(0), *times])
         values, (lower, upper) = (of(which, places[:, 0]) for of in (self._all.values_of, self._all.ends_of))
         places[:, 1] = np.where(values - lower < upper - values, LOWER, UPPER)
-        return tuple(_parted(places, times))
+        return tuple(_part(places, times))
 
     def near(self, places: Places) -> Places:
         """Return the places at which a moderate change of the function may reach the bound."""
@@ -252,7 +252,7 @@ class MarginScan:
             found = [_lowest(*pair) for pair in zip(times, self._all.margins(times[0]), strict=True)]
         else:
             pairs, every = [at[0] for at in times], np.concatenate([np.empty((PARTS - 1, 0)), *times], axis=1)
-            parts = [_parted(of_all, pairs) for of_all in _lowest(every, self._all.margins_of(_owners(pairs), every))]
+            parts = [_part(of_all, pairs) for of_all in _lowest(every, self._all.margins_of(_owners(pairs), every))]
             found = list(zip(*parts, strict=True))
         widths = [constraint.quantity.bounds.width for constraint in self._known]
         return [(at[least < 0], least[least < 0] / w) for (at, least), w in zip(found, widths, strict=True)]
@@ -294,7 +294,7 @@ def _lowest(times: Array, margins: Array) -> tuple[Array, Array]:
     return times[lowest, every], margins[lowest, every]
 
 
-def _joined(one: Minima, other: Minima) -> Minima:
+def _join(one: Minima, other: Minima) -> Minima:
     return [
         (np.concatenate([times, more]), np.concatenate([margins, below]))
         for (times, margins), (more, below) in zip(one, other, strict=True)
@@ -306,7 +306,7 @@ def _owners(parts: Sequence[Array]) -> Indices:
     return np.repeat(np.arange(len(parts)), [len(part) for part in parts])
 
 
-def _parted(joined: Array, parts: Sequence[Array]) -> list[Array]:
+def _part(joined: Array, parts: Sequence[Array]) -> list[Array]:
     """Split an array into parts with the given lengths."""
     ends = list(accumulate(map(len, parts), initial=0))
     return [joined[first:last] for first, last in pairwise(ends)]

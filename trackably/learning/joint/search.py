@@ -16,8 +16,8 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import IllConditioned
 from trackably.learning import sqp
 from trackably.learning.joint.constrained_mean import ConstrainedMean, LastFunction, WorkingSet, is_linear
-from trackably.learning.joint.exchange import CROWD, ExchangeResult, exchange_bounds, merged, no_places, same_time
-from trackably.learning.joint.places import MarginScan, Places, chosen, demands, fewer, flags
+from trackably.learning.joint.exchange import CROWD, ExchangeResult, exchange_bounds, merge, no_places, same_time
+from trackably.learning.joint.places import MarginScan, Places, demands, fewer, flags, select
 from trackably.learning.joint.sequential import least_backoff, starts_for, with_backoff
 from trackably.learning.problem import (
     LEAST_GAP,
@@ -73,17 +73,17 @@ class JointProgram:
         mean_for = working.mean_for if working else LastFunction(self.problem, self.places, self.near).mean_for
 
         def evaluate(log_theta: Array) -> sqp.Evaluation | None:
-            return self._evaluated(log_theta, mean_for)
+            return self._evaluate(log_theta, mean_for)
 
         most = _MOST_STEPS if is_linear(self.problem) else _MOST_OF_FORMULAS
         found = sqp.minimise(evaluate, start, lower, upper, _NEARBY, curvature, precision, most_iterations=most)
-        return None if found is None else (found, chosen(self.places, working.chosen) if working else self.places)
+        return None if found is None else (found, select(self.places, working.chosen) if working else self.places)
 
     def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
         """Return J with its gradient (envelope theorem); None if J is undefined."""
-        return self._evaluated(log_theta, LastFunction(self.problem, self.places, self.near).mean_for)
+        return self._evaluate(log_theta, LastFunction(self.problem, self.places, self.near).mean_for)
 
-    def _evaluated(
+    def _evaluate(
         self, log_theta: Array, mean_for: Callable[[JointPosterior], ConstrainedMean | None]
     ) -> sqp.Evaluation | None:
         posterior = self.problem.posterior(log_theta)
@@ -156,7 +156,7 @@ class _Descent:
 
     def met(self, point: Point) -> Places:
         """Return the places met so far together with those of a point."""
-        return merged(self.places, point.function.places, same_time(self.point.function.mean.signals))
+        return merge(self.places, point.function.places, same_time(self.point.function.mean.signals))
 
 
 @dataclass
@@ -230,7 +230,7 @@ class JointSearch:
         """
         found = list[tuple[Point, ConstrainedProblem]]()
         for places, near in paths:
-            point, problem = self._drawn_in(log_theta, places, near, drawn_in)
+            point, problem = self._tighten(log_theta, places, near, drawn_in)
             if point is not None and point.is_solution:
                 same = _OF_GAP * point.allowed_gap
                 if all(abs(point.objective - other.objective) > same for other, _ in found):
@@ -246,7 +246,7 @@ class JointSearch:
             if kept <= max(given, _LEAST_DRAWN_IN):
                 break
             tried = np.sqrt(kept * broken) if broken else kept / 3
-            there, drawn_in = self._drawn_in(log_theta, point.function.places, point.function.mean.signals, tried)
+            there, drawn_in = self._tighten(log_theta, point.function.places, point.function.mean.signals, tried)
             if there is None or not there.is_solution:
                 broken = tried
                 continue
@@ -255,7 +255,7 @@ class JointSearch:
                 break
         return point, problem
 
-    def _drawn_in(
+    def _tighten(
         self, log_theta: Array, places: Places, near: Signals, by: float
     ) -> tuple[Point | None, ConstrainedProblem]:
         """Return the function for bounds tightened `by` a part of their width, and the problem with these bounds."""

@@ -8,7 +8,7 @@ from mpmath import mp
 
 from tests.trackably.checker.arithmetic import test_models as single
 from trackably.checker import models
-from trackably.checker.floats.intervals import Floats, joined
+from trackably.checker.floats.intervals import Floats, join
 from trackably.checker.intervals import ZERO, UndefinedError, iv
 from trackably.checker.models import Model, Models
 
@@ -33,7 +33,7 @@ def many(of: list[Model]) -> Model:
     """The same models as one of arrays."""
 
     def array(numbers: list) -> Floats:
-        return joined([Floats.of(number).at(None) for number in numbers])
+        return join([Floats.of(number).at(None) for number in numbers])
 
     rows = [array([model.coefficients[k] for model in of]) for k in range(TERMS)]
     return Model(rows, array([model.missed for model in of]))

@@ -11,7 +11,7 @@ from mpmath import mp
 from tests.trackably.gp.instances import KERNELS, formula, over, time_scale
 from trackably.checker.boxes import Box
 from trackably.checker.floats import signals
-from trackably.checker.floats.boxes import _enclosed as enclosed
+from trackably.checker.floats.boxes import _enclose as enclosed
 from trackably.checker.floats.intervals import Floats
 from trackably.checker.floats.signals import Boxes, ManyCentres
 from trackably.checker.form import a_kernel
@@ -165,7 +165,7 @@ FAULTS = {
         Matern52(1.0, 1.0),
         lambda patch: narrower(patch, "largest_around", CheckedMatern52, 1e-6),
     ),
-    "moments that do not move": (Matern52(1.0, 1.0), lambda patch: patch.setattr(signals, "_moved", lambda m, _: m)),
+    "moments that do not move": (Matern52(1.0, 1.0), lambda patch: patch.setattr(signals, "_move", lambda m, _: m)),
     "moments without the last one": (
         Matern52(1.0, 1.0),
         lambda patch: patch.setattr(signals.CentresBefore, "moments", _without_the_last),

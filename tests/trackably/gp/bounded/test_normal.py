@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import optimize, stats
 
-from trackably.gp.bounded import BoundedNormal, NoRoom, least_norm, reflected, root
+from trackably.gp.bounded import BoundedNormal, NoRoom, least_norm, reflect, root
 
 INF = np.inf
 
@@ -83,7 +83,7 @@ def test_what_rounding_put_beyond_a_wall_comes_back():
     free, wall = walls.next_wall(w, v)
     assert np.max(free[:2]) < 1e-15
     assert wall[:2].tolist() == [0, 0]
-    np.testing.assert_array_equal(reflected(v, walls.normals[wall])[0], [0.3, 1.0])
+    np.testing.assert_array_equal(reflect(v, walls.normals[wall])[0], [0.3, 1.0])
     assert 0.29 < free[2] < 0.3
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from tests.trackably.gp.instances import KERNELS
-from trackably.gp.factorise import candidates, unstructured
+from trackably.gp.factorise import candidates, dense_factorisation
 from trackably.gp.factors.factorisation import Covariance, Factorisation
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
@@ -37,7 +37,7 @@ def factorisations(posterior: Posterior) -> dict[type[Factorisation], Factorisat
 def dense(posterior: Posterior) -> Posterior:
     """The same posterior by a Cholesky factor of the whole matrix."""
     prior, samples = posterior.prior, posterior.samples
-    return with_factor(posterior, unstructured(prior, samples, covariance_of(posterior)))
+    return with_factor(posterior, dense_factorisation(prior, samples, covariance_of(posterior)))
 
 
 def with_factor(posterior: Posterior, factor: Factorisation | None) -> Posterior:

@@ -9,7 +9,7 @@ import pytest
 from tests.trackably.gp.factors.factors import dense, disagreement, factorisations, posterior_at, with_factor
 from trackably.gp.factors.markov_bands import (
     Markov,
-    differenced,
+    difference,
 )
 from trackably.gp.kernels.base import Product, Sum
 from trackably.gp.kernels.matern import Matern32, Matern52
@@ -82,7 +82,7 @@ def test_covariances_of_differences_have_all_their_digits(kernel, degree, stenci
     """Computed as D K Dᵀ they would have lost most of them."""
     times = np.array([0.0, 0.01, 0.02, 0.031, 0.05, 0.06, 0.07, 0.2, 2.3, 2.31, 2.33])
     n, (decay,) = len(times), kernel.decays
-    found = differenced(times, decay, stencil.lags)
+    found = difference(times, decay, stencil.lags)
     p, rate, deviation = degree + 1, mpmath.mpf(decay.rate), mpmath.mpf(kernel.signal_std)
 
     def covariance(r):

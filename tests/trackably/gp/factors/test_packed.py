@@ -6,7 +6,7 @@ import pytest
 from tests.trackably.gp.factors.factors import REPRESENTATIVES
 from tests.trackably.gp.instances import over
 from trackably.gp.factors.dense import Dense
-from trackably.gp.factors.factorisation import differences, packed
+from trackably.gp.factors.factorisation import differences, pack
 
 SIZES = [1, 2, 3, 64, 127, 128, 201]  # up to 127 in one part
 
@@ -46,5 +46,5 @@ def test_the_factor_solves_and_has_the_determinant(kernel, n):
 
 @pytest.mark.parametrize("n", [1, 2, 7, 8, 200])
 def test_what_is_not_positive_definite_has_no_factor(n):
-    indefinite = packed(np.eye(n) - 2 * np.outer(np.ones(n), np.ones(n)) / n)
+    indefinite = pack(np.eye(n) - 2 * np.outer(np.ones(n), np.ones(n)) / n)
     assert Dense.of(lambda part: (indefinite[part].copy(), np.zeros((1, indefinite[part].size))), np.zeros(n)) is None

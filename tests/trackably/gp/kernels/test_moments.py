@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackably import Kernel, Matern32, Matern52
-from trackably.gp.kernels.base import summed_by_moments
+from trackably.gp.kernels.base import sum_by_moments
 from trackably.gp.signal import KernelSum
 
 KERNELS = {
@@ -29,7 +29,7 @@ def test_moments_give_the_direct_sum_up_to_its_rounding(name, seed):
     centres[:20] = centres[20:40]  # repeated ones
     weights = draw.standard_normal(257) * 10.0 ** draw.uniform(-3, 6, 257)
     t = np.concatenate([draw.uniform(-20, 130, 90), centres[15:25]]).reshape(4, 25)  # before, after, at centres
-    found = summed_by_moments(kernel.decays, centres, weights, t, 2)
+    found = sum_by_moments(kernel.decays, centres, weights, t, 2)
     wanted, scale = direct(kernel, centres, weights, t)
     largest = scale.max(axis=(1, 2), keepdims=True)
     assert np.all(np.abs(found - wanted) <= 1e-14 * largest)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from trackably.certificates.claim import times_of
 from trackably.checker.certificate import Window
-from trackably.systems.polytopes import Interval, rounded
+from trackably.systems.polytopes import Interval, rounded_text
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,7 @@ def _numbers(text: str) -> list[float]:
 
 @given(FINITE, st.integers(1, 17))
 def test_a_number_is_rounded_in_the_direction_that_is_asked_for(value: float, digits: int) -> None:
-    down, up = (float(rounded(value, towards, digits)) for towards in ("down", "up"))
+    down, up = (float(rounded_text(value, towards, digits)) for towards in ("down", "up"))
     assert down <= value <= up
     assert float(f"{value:.{digits}g}") in (down, up)
 
