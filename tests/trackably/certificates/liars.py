@@ -105,7 +105,7 @@ LIES_ABOUT_PIECES: dict[str, tuple[Any, str, Lie]] = {
         _after(lambda rng, by: by + Fraction(rng.random())),
     ),
     "nothing is broken": (pieces._ProofProblem, "_beyond", _always(Fraction(-1000))),
-    "everything is broken": (pieces, "judged", lambda rng, honest: _refuses_certificates(honest)),
+    "everything is broken": (pieces, "judge", lambda rng, honest: _refuses_certificates(honest)),
 }
 
 
