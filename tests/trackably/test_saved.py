@@ -50,7 +50,7 @@ BROKEN: dict[str, tuple[Callable[[bytes], bytes], str]] = {
     "a text": (changed("fit", "objective", to="a"), r"must be a number, got 'a' @ \$\.fit\.objective"),
     "a reversed set": (
         changed("fit", "reference", "plant", "state_set", "upper", to=[-9.0, -9.0]),
-        r"an interval needs finite bounds, .* @ \$\.fit\.reference\.plant\.state_set",
+        r"set: row 0 needs finite entries, not all zero, and finite bounds, .* @ \$\.fit\.reference\.plant\.state_set",
     ),
     "half a window": (
         changed("proved_from", to=None),

@@ -68,6 +68,7 @@ from trackably import (
     TrackableReference,
     Truth,
     TubeController,
+    Unchecked,
     Undecided,
     Unproved,
     Unsolved,
@@ -170,6 +171,8 @@ stream = learn_stream(recording.samples("position"), plant, kernel, "all_times",
 assert_type(stream, StreamReference)
 assert_type(stream.misfit, dict[str, float])
 assert_type(StreamReference.load("stream.json"), StreamReference)
+soon = TrackableReference.load("reference.json", seconds=1.0)
+assert_type(soon, TrackableReference | Unchecked[TrackableReference])
 learn_stream(recording.samples("position"), plant, kernel, "all_times", window=20.0, disturbance=pushed, margin=0.01)
 several = recordings_in("measured/*.csv", lambda path: read_csv(path, "t", "s", {"position": "y"}))
 assert_type(several, tuple[Source, ...])

@@ -54,7 +54,7 @@ def test_together_they_are_what_each_is_alone(reference):
 
 
 def test_a_shift_that_is_overlooked_is_seen(monkeypatch):
-    right = Quantities._shifted
+    right = Quantities._shifts
     monkeypatch.setattr(Quantities, "_shifts", lambda self, t: ((w, x[::-1]) for w, x in right(self, t)))
     assert differs(general_case(8200).reference)
 
