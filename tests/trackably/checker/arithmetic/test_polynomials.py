@@ -67,8 +67,8 @@ FAULTS = {
         "in_fixed_point",
         lambda real: lambda of: real(of) and [((a + b) // 2,) * 2 for a, b in real(of)],
     ),
-    "moved the wrong way": ("moved", lambda real: lambda p, by: real(p, -by)),
-    "not moved": ("moved", lambda real: lambda p, by: list(p)),
+    "moved the wrong way": ("shift", lambda real: lambda p, by: real(p, -by)),
+    "not moved": ("shift", lambda real: lambda p, by: list(p)),
     "a little room is added": ("is_nowhere_negative", lambda real: lambda p: real([p[0] + abs(p[0]) // 2**40, *p[1:]])),
 }
 
