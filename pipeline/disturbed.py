@@ -39,7 +39,7 @@ _HORIZON, _PART = 15, 0.95
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A plant whose bounds are drawn in, the reference proved for it, and the one that is proved without disturbance.
+    """A plant whose bounds are tightened, the reference proved for it, and the one that is proved without disturbance.
 
     Both are proved for the first `steps` steps at least.
     """

@@ -159,7 +159,7 @@ class Method:
 
     Where `must_be_proved` holds, a reference without a proof is an error; otherwise the metrics say what the proof
     lacks. `needs` are the blocks of params.yaml that the method reads, and `check` raises ValueError or TypeError for a
-    system or prior that the method is not for. Where the method `is_robust`, it learns within bounds that are drawn in
+    system or prior that the method is not for. Where the method `is_robust`, it learns within bounds that are tightened
     for disturbances, and figures of disturbed loops show it. Other figures leave out a reference if one learned by
     `looks_like` is there, and draw its curve only if `has_own_curve` holds.
     """

@@ -8,7 +8,6 @@ from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, Validatio
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
 from trackably.errors import InputError
-from trackably.files import from_yaml, read_bytes
 
 
 class Fields(BaseModel):
@@ -31,14 +30,6 @@ class Fields(BaseModel):
 
 
 M = TypeVar("M", bound=Fields)
-
-
-def read_yaml(path: Path) -> object:
-    """Return what the file says. Raises InputError where it cannot be read, or is not YAML."""
-    try:
-        return from_yaml(read_bytes(path))
-    except ValueError as error:
-        raise InputError(f"{path}: {error}") from error
 
 
 def validated(model: type[M], content: object, path: Path, *entry: str) -> M:

@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from pipeline.yaml_file import read_yaml
 from tests.project import ROOT
+from trackably.files import read_yaml
 
 DVC: dict[str, Any] = read_yaml(ROOT / "dvc.yaml")  # type: ignore[assignment]
 STAGES: dict[str, dict[str, Any]] = {name: stage.get("do", stage) for name, stage in DVC["stages"].items()}

@@ -41,9 +41,7 @@ from trackably.learning.space import SearchSpace
 from trackably.progress.bar import progress_bar
 from trackably.progress.work import BudgetEnded, until
 from trackably.reference import TrackableReference
-from trackably.request.claim import quantities_at_rest, refuse_mean
-from trackably.request.prior import Noise
-from trackably.request.samples import Measurements, SamplesLike
+from trackably.request import Measurements, Noise, SamplesLike, quantities_at_rest, refuse_mean
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError
 from trackably.systems.tightening import tighten_plant

@@ -12,8 +12,9 @@ from pipeline.compare.model import ABSENT, Found, JudgedClaim, Value, Verdict, r
 from pipeline.published.paper import printed_numbers
 from pipeline.storage.logs import TIME
 from pipeline.storage.results import read_columns
-from pipeline.yaml_file import Fields, read_yaml, validated
+from pipeline.yaml_file import Fields, validated
 from trackably.errors import InputError
+from trackably.files import read_yaml
 
 CLAIMS = Path("claims.yaml")
 

@@ -12,7 +12,8 @@ from typing import Annotated, Self
 
 from pydantic import BeforeValidator, NonNegativeFloat, model_validator
 
-from pipeline.yaml_file import Fields, read_yaml, validated
+from pipeline.yaml_file import Fields, validated
+from trackably.files import read_yaml
 
 TOLERANCES = Path("tolerances.yaml")
 RESULTS = Path("data/results")

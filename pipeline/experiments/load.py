@@ -8,9 +8,10 @@ from typing import Any
 from pipeline.experiments.model import Experiment, refused_names
 from pipeline.storage.archive import Fitted, read_fit
 from pipeline.storage.results import Results
-from pipeline.yaml_file import read_yaml, validated
+from pipeline.yaml_file import validated
 from trackably.codec import encode
 from trackably.errors import InputError
+from trackably.files import read_yaml
 
 PARAMS = Path("params.yaml")
 
@@ -49,7 +50,7 @@ def _experiment(path: Path, name: str, fields: object) -> Experiment:
     return validated(Experiment, {**fields, "name": name}, path, "experiments", name)
 
 
-_NEAR = 1e-6  # relative: sampled systems and drawn-in bounds are rounded in other ways on other machines
+_NEAR = 1e-6  # relative: sampled systems and tightened bounds are rounded in other ways on other machines
 
 
 def read_fit_of(experiment: Experiment, results: Results) -> Fitted:

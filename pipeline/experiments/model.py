@@ -241,14 +241,14 @@ class Experiment(Fields):
 
     @property
     def plant(self) -> ConstrainedSystem:
-        """The system with its sets; their bounds are drawn in where a margin asks for it."""
+        """The system with its sets; their bounds are tightened where a margin asks for it."""
         if self.margin:
             return tightened(self.system, self.state_set, self.input_set, None, self.margin).plant
         return ConstrainedSystem(self.system.discrete, self.state_set.polytope, self.input_set.polytope)
 
     @property
     def tightening(self) -> Tightening | None:
-        """How the bounds are drawn in for disturbances, if there are any, and by the margin."""
+        """How the bounds are tightened for disturbances, if there are any, and by the margin."""
         if self.disturbance is None:
             return None
         return tightened(self.system, self.state_set, self.input_set, self.disturbance, self.margin)

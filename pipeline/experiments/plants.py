@@ -194,7 +194,7 @@ class Disturbance(DisturbanceSetFields):
 def tightened(
     system: ModelField, state_set: SetFields, input_set: SetFields, disturbance: Disturbance | None, margin: float
 ) -> Tightening:
-    """Return the bounds drawn in for disturbances and by a margin.
+    """Return the bounds tightened for disturbances and by a margin.
 
     Raises ValueError as `ConstrainedSystem` and `tightening` do. Stages ask often: what is found is remembered.
     """

@@ -188,7 +188,7 @@ def prices(experiment: Experiment, fitted: Fitted) -> Columns:
     """
     drawn_in = experiment.tightening
     assert drawn_in, "asked for where there is a disturbance"
-    assert experiment.disturbance, "bounds are drawn in for one"
+    assert experiment.disturbance, "bounds are tightened for one"
     least = fitted.learned[UNCONSTRAINED.name].nlml
     rows = {
         size: (fitted.learned[name].objective - least, _misfit(fitted.sampled, fitted.learned[name].reference))
@@ -209,7 +209,7 @@ def prices(experiment: Experiment, fitted: Fitted) -> Columns:
 
 
 def scaled(drawn_in: Tightening, size: float) -> Tightening:
-    """Return the bounds drawn in for sets of another size. Raises ValueError where nothing is left of them."""
+    """Return the bounds tightened for sets of another size. Raises ValueError where nothing is left of them."""
     W, V, by = drawn_in.disturbance, drawn_in.noise, Fraction(size)
     assert W is not None, "asked for where there is a disturbance"
     assert drawn_in.invariant is not None, "it belongs to a disturbance"

@@ -109,7 +109,6 @@ def simulate(
     on_infeasible: InfeasibilityPolicy = stop,
     disturbances: Disturbances | None = None,
     measurement_noise: Disturbances | None = None,
-    noise: Disturbances | None = None,
 ) -> ClosedLoop:
     """Simulate the closed loop from `initial_state` (n,) at `first_step`, for `steps` steps.
 
@@ -117,8 +116,7 @@ def simulate(
     states; by default there are none. `measurement_noise` is added to the state that the controller measures; states of
     the loop are the true ones. If the controller finds no plan, `on_infeasible` chooses the input, or ends the
     simulation: `stop`, `apply_fallback` and `apply_fallback_for(steps)` are such functions. The simulation also ends,
-    as unsolved, if the system's formulas are undefined after an input. `noise` is the former name of
-    `measurement_noise`.
+    as unsolved, if the system's formulas are undefined after an input.
 
     Raises as `Controller.step` and as `reference.window`. TypeError or ValueError: disturbances or noise are no
     function, or do not return n numbers.
@@ -126,7 +124,6 @@ def simulate(
     if not callable(getattr(controller, "step", None)):
         raise TypeError(f"simulate: controller: expected a Controller(plant, horizon, Q, R), got {controller!r}")
     check_reference("simulate", reference, controller.plant)
-    noise = noise if measurement_noise is None else measurement_noise
     first_step, steps = whole("simulate: first_step", first_step), whole("simulate: steps", steps, least=0)
     table = TabulatedReference.of(reference, first_step, first_step + steps + controller.horizon + 1)
     plant, guess = controller.plant, None
@@ -134,7 +131,7 @@ def simulate(
     without_plan, widened = list[Infeasible | Unsolved](), 0
     for k in range(first_step, first_step + steps):
         x = states[-1]
-        seen = x if noise is None else x + _draw("measurement_noise", noise, k, x)
+        seen = x if measurement_noise is None else x + _draw("measurement_noise", measurement_noise, k, x)
         result = controller.step(k, seen, table, guess)
         if isinstance(result, Plan):
             guess, plan, applied = shifted_inputs(result, table), result, result.input

@@ -406,8 +406,6 @@ def learn_many(
     """
     require_plant(plant)
     instance("kernel", kernel, Kernel | Mapping, "a kernel, or kernels by name")
-    if "progress" in options:
-        raise TypeError("learn_many: progress is given twice")
     sources, where = sources_of(recordings), FleetFolder(path_of("folder", folder))
     if claim != "recorded":
         as_claim(claim)  # refused now, not by each worker

@@ -29,9 +29,7 @@ from trackably.learning.prior import prior_for
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.space import SearchSpace
 from trackably.progress.bar import progress_bar
-from trackably.request.claim import check_rest
-from trackably.request.prior import Noise
-from trackably.request.samples import Measurements, SamplesLike
+from trackably.request import Measurements, Noise, SamplesLike, check_rest
 from trackably.streams.reference import StreamReference
 from trackably.streams.windows import Stream, constraints_at, learn_proved, part_of
 from trackably.systems.constrained import ConstrainedSystem

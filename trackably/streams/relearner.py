@@ -25,7 +25,7 @@ from trackably.learning.learner import FUNCTION, JOINT, Learner
 from trackably.learning.problem import NoSolution, Solution
 from trackably.learning.space import SearchSpace
 from trackably.reference import TrackableReference
-from trackably.request.samples import SamplesLike, names_of_each, same_states
+from trackably.request import SamplesLike, names_of_each, same_states
 from trackably.systems.sampling import sampled_signals
 
 # Learn a reference again from each window of samples, starting from the result of the last window.

@@ -11,7 +11,7 @@ from tests.trackably.exports.references import EVERY, on_window, periodic
 from tests.trackably.plants import AXIS, SAMPLES
 from trackably.exports.proved import html, margins_found
 from trackably.proved import ExportMixin
-from trackably.request.samples import samples_by_name
+from trackably.request import samples_by_name
 from trackably.systems.reference import Reference
 
 every = pytest.mark.parametrize("name", EVERY)

@@ -30,8 +30,7 @@ from trackably.empirical_bayes import EmpiricalPrior, empirical_prior, levels, s
 from trackably.gp.posterior import Posterior
 from trackably.learning.prior import prior_for
 from trackably.learning.problem import NothingFactored, Solution
-from trackably.request.claim import quantities_at_rest
-from trackably.request.samples import Measurements
+from trackably.request import Measurements, quantities_at_rest
 from trackably.systems.library import tank
 
 pytestmark = pytest.mark.filterwarnings("ignore::trackably.explanation.IgnoresSamplesWarning")

@@ -1,4 +1,4 @@
-"""The samples to learn from: by name, with their relative noise, and condensed if there are many."""
+"""What a user asks for, checked: samples by name, a prior for each name, and a mean that a claim allows."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -8,17 +8,74 @@ from typing import Protocol, Self, TypeGuard, TypeVar, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from trackably.arguments import is_number, numbers
+from trackably.arguments import is_number, numbers, real
 from trackably.arrays import Array
+from trackably.checker.certificate import AllPhases, AllTimes, Claim, Window
 from trackably.condensed import MANY, Centres, Condensation, checked_centres, condense_by_name, cost_of
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
-from trackably.request.prior import Noise, priors_by_name, value_of
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.polytopes import ends_shown
 from trackably.systems.sampling import default_sample, kinds_by_name, relative_to_first, sampled_signals
+from trackably.systems.tightening import Tightening
+from trackably.systems.trajectories import Quantity
+
+T = TypeVar("T")
+
+# The prior of each sampled name: its kernel, its noise and its mean, given for all names or by name.
+
+Noise = float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None
+"""σ_n of samples, given like a hyperparameter, for all names or by name."""
+
+
+def priors_by_name(
+    names: Iterable[str],
+    kernel: Kernel | Mapping[str, Kernel],
+    noise_std: Noise,
+    mean: float | Mapping[str, float],
+) -> dict[str, Prior]:
+    """Return the prior of each name. TypeError or ValueError with the name in question:
+    something is invalid or missing.
+    """
+    names = tuple(names)
+    for what, given in (("kernel", kernel), ("noise_std", noise_std), ("mean", mean)):
+        _refuse_unknown(what, given, names)
+    return {
+        name: _prior(
+            name, value_of(kernel, name, "kernel"), value_of(noise_std, name, "noise_std"), value_of(mean, name, "mean")
+        )
+        for name in names
+    }
+
+
+def value_of(given: T | Mapping[str, T], name: str, what: str) -> T:
+    """Return the value for a name, given for all names or by name. ValueError: `what` is missing for it."""
+    if not isinstance(given, Mapping):
+        return given
+    if name not in given:
+        raise ValueError(f"{what}: is missing for {name}, given for {', '.join(map(str, given)) or 'none'}")
+    return given[name]
+
+
+def _prior(name: str, kernel: object, noise_std: float | tuple[float, float] | None, mean: float) -> Prior:
+    if not isinstance(kernel, Kernel):
+        what = f"the class {kernel.__name__}" if isinstance(kernel, type) else type(kernel).__name__
+        raise TypeError(f"kernel: expected a kernel such as SquaredExponential(), got {what}")
+    try:
+        return Prior(kernel, noise_std, real(f"mean of {name}", mean))
+    except ValueError as error:
+        raise ValueError(f"{error}{'' if name in str(error) else f' for {name}'}") from None
+
+
+def _refuse_unknown(what: str, given: object, names: tuple[str, ...]) -> None:
+    """Raise ValueError for a value of a name that is not sampled, because it would be ignored silently."""
+    if isinstance(given, Mapping) and set(names) < set(given):
+        unknown = next(name for name in given if name not in names)
+        raise ValueError(f"{what}: is given for {unknown}, expected for {', '.join(names)} only")
+
 
 # Samples in tables with an index of times, as pandas has them; nothing is imported from there.
 
@@ -80,8 +137,6 @@ def _times(what: str, index: Iterable[object]) -> Array:
         times = times / np.timedelta64(1, "s")
     return numbers(f"{what}: index", times)
 
-
-T = TypeVar("T")
 
 SamplesLike = Samples | SeriesLike | FrameLike | Mapping[str, Samples | SeriesLike]
 """Samples in the forms that users have, including pandas Series and DataFrames with an index of times [s]."""
@@ -261,3 +316,66 @@ def _known_noise(given: object, names: tuple[str, ...]) -> float:
             f"their own, as {{{', '.join(f'{name!r}: 0.1' for name in names)}}}; got {given!r}"
         )
     return float(given)
+
+
+# The prior mean, which has to be an equilibrium for as long as the claim requires.
+
+
+def refuse_mean(claim: Claim, prior: JointPrior, plant: ConstrainedSystem, drawn_in: Tightening | None = None) -> None:
+    """Raise ValueError if the claim needs the prior mean to be followed for ever, and this is not possible.
+
+    If the bounds of the plant were tightened, `drawn_in` is the tightening.
+    """
+    if quantities_at_rest(claim, plant):
+        why = "what fades to it" if isinstance(claim, AllTimes) else "what swings about it"
+        check_rest(prior, plant, drawn_in, f"{why} could not be followed for ever", ", or claim a window (start, end)")
+
+
+def quantities_at_rest(claim: Claim, plant: ConstrainedSystem) -> tuple[Quantity, ...]:
+    """Return the quantities that have to keep their bounds while the prior mean is held for ever, for this claim."""
+    # A vehicle may move for ever: it has to come to rest only where the kernel decays.
+    is_free = isinstance(claim, Window) or (plant.flat_form and isinstance(claim, AllPhases))
+    return () if is_free else plant.quantities
+
+
+def check_rest(
+    prior: JointPrior, plant: ConstrainedSystem, drawn_in: Tightening | None, why: str, or_else: str = ""
+) -> None:
+    """Raise ValueError if the prior mean is no equilibrium inside the bounds.
+
+    The message gives the reason `why` it has to be one, and an alternative, `or_else`.
+    """
+    means = [part.mean for part in prior.parts]
+    for quantity in plant.quantities:
+        level = quantity.bounds.rest.snapped(quantity.at_rest(means))
+        if not quantity.bounds.rest.strictly_contains(level):
+            left = _remaining_text(quantity, drawn_in) if drawn_in else ""
+            said = f"{_place_text(quantity, level, why, or_else)}{_instead(quantity, level, prior)}{left}"
+            raise ValueError(f"mean: must be an admissible equilibrium, but at rest there {said}")
+
+
+def _remaining_text(quantity: Quantity, drawn_in: Tightening) -> str:
+    """Return the given bounds as text, if disturbances, noise or a margin have tightened them."""
+    given = {whole.name: whole.bounds for whole in drawn_in.given.quantities}.get(quantity.name, quantity.bounds)
+    return "" if given == quantity.bounds else f"; disturbance, noise and margin leave no more of {given}"
+
+
+def _instead(quantity: Quantity, level: float, prior: JointPrior) -> str:
+    """Suggest another mean, if the quantity is a sampled state, whose unit the mean has."""
+    bounds = quantity.bounds.rest
+    if quantity.name not in prior.names or bounds.lower <= level <= bounds.upper:
+        return ""
+    ends = ", ".join(ends_shown(bounds.lower, bounds.upper))
+    return f"; give a mean inside, or a pair between which it is learned, as mean=({ends})"
+
+
+def _place_text(quantity: Quantity, level: float, why: str, or_else: str) -> str:
+    """Describe where a quantity lies at rest: on one of its bounds, or outside them."""
+    bounds = quantity.bounds.rest
+    at = f"the {quantity.name} is {bounds.shown(level)}"
+    if level in {bounds.lower, bounds.upper}:
+        return (
+            f"{at}, on a bound of {bounds}: a reference that fades to it has in the end no margin, and rounding alone "
+            f"needs one; widen this bound or move the mean inside, if only by a millionth of the width{or_else}"
+        )
+    return f"{at}, not inside {bounds}: {why}"

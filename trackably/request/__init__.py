@@ -1,1 +1,0 @@
-"""The arguments of `learn_reference` and similar functions, checked where they enter."""
