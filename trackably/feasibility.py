@@ -6,6 +6,8 @@ import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -19,7 +21,8 @@ from trackably.certificates.pinned import WINDOW, Pinned, extent
 from trackably.checker import subject
 from trackably.checker.certificate import Claim
 from trackably.checker.contradiction import FORMAT, VERSION, Contradiction, Gap, Value, wanted_boxes
-from trackably.checker.form import a_plant
+from trackably.checker.form import a_moving_plant, a_plant
+from trackably.checker.moving import ends_at
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
@@ -70,13 +73,19 @@ class Steps:
 
     @property
     def lower(self) -> Array:
-        X, U = self.plant.state_set, self.plant.input_set
-        return np.append(np.tile([*X.lower, *U.lower], self.count), [value.lower for value in self.values])
+        return np.append(self._ends[0], [value.lower for value in self.values])
 
     @property
     def upper(self) -> Array:
-        X, U = self.plant.state_set, self.plant.input_set
-        return np.append(np.tile([*X.upper, *U.upper], self.count), [value.upper for value in self.values])
+        return np.append(self._ends[1], [value.upper for value in self.values])
+
+    @cached_property
+    def _ends(self) -> Array:
+        """The bounds of all rows of both sets, step by step, at the times of the checker: shape (2, r)."""
+        _, X, U, _ = a_moving_plant(as_written(self.plant), "plant")
+        start, T, rows = Fraction(self.start), Fraction(self.plant.sampling_time), (*X.rows, *U.rows)
+        found = [ends_at(row, start + k * T) for k in range(self.count) for row in rows]
+        return np.array(found, dtype=float).reshape(-1, 2).T
 
     @property
     def is_given(self) -> Flags:
@@ -86,15 +95,15 @@ class Steps:
     @property
     def scales(self) -> Array:
         """The width of the bounds of each state and input, 1 if it has none: (n + m,)."""
-        extents = [extent(self.plant, name) for name in self.names]
+        hull = replace(self.plant, state_set=self.plant.state_set.hull, input_set=self.plant.input_set.hull)
+        extents = [extent(hull, name) for name in self.names]
         return np.array([of.width if of else 1.0 for of in extents])
 
     @property
     def widths(self) -> Array:
         """The width of each row's bounds; for a waypoint, that of the state's or input's bounds."""
-        X, U = self.plant.state_set, self.plant.input_set
         scale = dict(zip(self.names, self.scales.tolist(), strict=True))
-        return np.append(np.tile([*X.widths, *U.widths], self.count), [scale[value.name] for value in self.values])
+        return np.append(self._ends[1] - self._ends[0], [scale[value.name] for value in self.values])
 
     def with_values(self, values: tuple[Value, ...]) -> Steps:
         return replace(self, values=values)
@@ -271,8 +280,8 @@ def impossible(
     If `plant` has tightened bounds, the given plant is tried first: only its own bounds exclude every reference. Each
     contradiction returned is proved: programs find where it is and how large, and the checker accepts its file. The
     search is incomplete: it examines no times between steps, of nonlinear systems only reachable boxes, and neither
-    vehicles nor bounds that move in time. It is skipped if there are no waypoints (`pinned`) and the plant may rest at
-    the `means` of its flat outputs.
+    vehicles nor nonlinear systems with bounds that move. It is skipped if there are no waypoints (`pinned`), no bound
+    moves, and the plant may rest at the `means` of its flat outputs.
     """
     if tightening is None:
         return _of_bounds(plant, claim, pinned, means)
@@ -287,11 +296,13 @@ def impossible(
 def _of_bounds(
     plant: ConstrainedSystem, claim: Claim, pinned: Sequence[Pinned], means: Sequence[float]
 ) -> Impossible | None:
-    rests = all(q.is_kept_at_rest(means) for q in plant.quantities)
-    if (rests and not pinned) or plant.moves:
-        return None
-    every = steps_of(plant, claim, pinned)
-    return next(filter(None, map(_of_linear if isinstance(plant.system, LinearSystem) else _of_nonlinear, every)), None)
+    is_linear = isinstance(plant.system, LinearSystem)
+    if plant.moves:
+        is_examined = is_linear
+    else:
+        is_examined = bool(pinned) or not all(q.is_kept_at_rest(means) for q in plant.quantities)
+    every = steps_of(plant, claim, pinned) if is_examined else ()
+    return next(filter(None, map(_of_linear if is_linear else _of_nonlinear, every)), None)
 
 
 def _of_linear(steps: Steps) -> Impossible | None:
@@ -420,9 +431,10 @@ def _bounds(found: Least) -> Iterator[str]:
             times[row, side].append(steps.time(step))
     for (row, side), at in times.items():
         of = constraints[row]
-        bound = of.bounds.lower if side == "lower" else of.bounds.upper
+        first, last = (of.bounds.ends(np.asarray(t))[side == "upper"] for t in (at[0], at[-1]))
+        bound = f"{first:.6g}" + (f" to {last:.6g}" if last != first else "")
         when = f"at t = {at[0]:.6g} s" if len(at) == 1 else f"from t = {at[0]:.6g} s to {at[-1]:.6g} s"
-        yield f"{of.name} ({side} bound {bound:.6g}) {when}"
+        yield f"{of.name} ({side} bound {bound}) {when}"
 
 
 def _least(price: Array) -> float:

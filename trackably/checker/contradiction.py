@@ -9,7 +9,8 @@ certificates. A value bounds a state or an input at a step k < N, t_0 + k T [s].
 
 Theorem. If `check` answers Contradicted, then no x_0 … x_(N−1), u_0 … u_(N−1) with x_(k+1) = A x_k + B u_k + c keep all
 rows of both sets at all these steps and all values; not even if the last value is wider by d on both sides, or, without
-values, if each bound is further out by d times the width of its row. For nonlinear systems with x_(k+1) = f(x_k, u_k),
+values, if each bound is further out by d times the width of its row. An end that moves counts as it is at t_0 + k T; as
+the wider one of both sides, if that is a breakpoint. For nonlinear systems with x_(k+1) = f(x_k, u_k),
 there are none either; and at the step that is named, what is wanted of the state or input is at least d apart.
 
 Proof, linear systems (Farkas' lemma, of which only the easy half is needed). Let each row i, of step k, be
@@ -21,7 +22,8 @@ zero, of rows of states in the first steps; and those of rows of inputs that mak
 side is then less than Σ_k p_(k+1) c, there are no such sequences. All of this is done in whole numbers.
 
 Proof, nonlinear systems. A box that holds all x_k, u_k which keep rows of single coordinates and values gives, by
-interval arithmetic, a box that holds x_(k+1). Where nothing bounds a state, or f may be undefined, nothing is known.
+interval arithmetic, a box that holds x_(k+1). Where nothing bounds a state, or f may be undefined, nothing is known;
+nor of ends that move.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -32,7 +34,7 @@ from typing import Any
 from trackably.checker.disturbances import in_whole_numbers, product
 from trackably.checker.form import (
     Plant,
-    a_plant,
+    a_moving_plant,
     an_identifier,
     by_tag,
     file_of,
@@ -55,6 +57,7 @@ from trackably.checker.intervals import (
     ratio,
 )
 from trackably.checker.limits import INSTANTS, ROWS
+from trackably.checker.moving import ends_at
 from trackably.checker.redundancy import null_space
 from trackably.checker.statement import bounds_text, dynamics
 from trackably.checker.subject import LinearSystem, NonlinearSystem, Polytope, System, single_bounds
@@ -124,7 +127,7 @@ read_contradiction = file_of(
     VERSION,
     record(
         _contradiction,
-        plant=a_plant,
+        plant=a_moving_plant,
         start=real_number,
         steps=whole_number(INSTANTS),
         values=many(
@@ -184,11 +187,12 @@ def _weighted_rows(of: Contradiction, proof: Multipliers) -> Iterator[_Weighted]
     """Yield all rows and values."""
     d, system = Fraction(of.missing), of.system
     for stored, bounded in ((proof.states, of.state_set), (proof.inputs, of.input_set)):
-        ends = [(Fraction(row.lower), Fraction(row.upper)) for row in bounded.rows]
-        by = [Fraction(0) if of.values else d * (upper - lower) for lower, upper in ends]
         for k, multipliers in enumerate(stored):
-            for row, (low, high), more, mu in zip(bounded.rows, ends, by, multipliers, strict=True):
+            t = Fraction(of.start) + k * Fraction(system.sampling_time)
+            for row, mu in zip(bounded.rows, multipliers, strict=True):
                 tick()
+                low, high = ends_at(row, t)
+                more = Fraction(0) if of.values else d * (high - low)
                 yield _Weighted(k, bounded is of.state_set, row.row, low - more, high + more, Fraction(mu))
     for i, (value, mu) in enumerate(zip(of.values, proof.values, strict=True)):
         of_state = value.name in system.states
@@ -214,8 +218,8 @@ def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipli
         rows += [replace(row, multiplier=factor / scale) for row, factor in zip(first, added, strict=True) if factor]
     p, of_inputs, constant, scale = dynamics.factors(rows)
     assert not any(p), "the rows that were added take it away"
-    some = [row for row in rows if not row.of_state and row.step == 0][: len(of.input_set.rows)]
-    paid = _price(some, of_inputs, m)
+    first, count = of.steps * len(of.state_set.rows), len(of.input_set.rows)
+    paid = _price(rows[first : first + of.steps * count], count, of_inputs, m)
     if paid is None:
         return "proof: no bounds cancel the remainder of the multipliers in an input"
     if scale * exact_sum(row.most for row in rows if row.multiplier) + paid < constant:
@@ -223,12 +227,14 @@ def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipli
     return f"value: bounds and values are not shown to contradict each other by {of.missing!r}"
 
 
-def _price(rows: Sequence[_Weighted], of_inputs: Sequence[Sequence[int]], m: int) -> Fraction | None:
-    """Return the least value of the input rows, l_i ≤ r_i · u ≤ h_i, with multipliers ν that cancel the factors e_k.
+def _price(rows: Sequence[_Weighted], count: int, of_inputs: Sequence[Sequence[int]], m: int) -> Fraction | None:
+    """Return the least value of the `count` input rows of each step, l_ki ≤ r_i · u ≤ h_ki, with multipliers ν that
+    cancel the factors e_k.
 
-    It is Σ_k Σ_i (h_i if ν_ki > 0, else l_i) ν_ki, where Σ_i ν_ki r_i = −e_k for all k. None if no ν exists.
+    It is Σ_k Σ_i (h_ki if ν_ki > 0, else l_ki) ν_ki, where Σ_i ν_ki r_i = −e_k for all k. None if no ν exists.
     """
-    taking = [_taking_away([Fraction(int(i == j)) for i in range(m)], [row.row for row in rows]) for j in range(m)]
+    one = [row.row for row in rows[:count]]
+    taking = [_taking_away([Fraction(int(i == j)) for i in range(m)], one) for j in range(m)]
     v, whole = in_whole_numbers([factors or [] for factors in taking])
     b, ends = in_whole_numbers([(row.lower, row.upper) for row in rows])
     found = 0
@@ -236,7 +242,7 @@ def _price(rows: Sequence[_Weighted], of_inputs: Sequence[Sequence[int]], m: int
         progress(k, len(of_inputs))
         if any(x and factors is None for x, factors in zip(e, taking, strict=True)):
             return None
-        for i, (low, high) in enumerate(ends):
+        for i, (low, high) in enumerate(ends[len(ends) - (k + 1) * count :][:count]):
             factor = sum(x * factors[i] for x, factors in zip(e, whole, strict=True) if factors)
             found += factor * (high if factor > 0 else low)
     return Fraction(found, v * b)

@@ -458,8 +458,8 @@ def _plant_with(a_set: Reader[Polytope]) -> Reader[Plant]:
     return plant
 
 
-a_plant = _plant_with(a_polytope)
-"""Reads a system with its sets, of which no bound moves."""
+a_plant, a_moving_plant = _plant_with(a_polytope), _plant_with(_moving_set)
+"""Read a system with its sets, of which no bound moves, or some may."""
 
 _numbers_of_centres = many(real_number, CENTRES)
 _signal = record(Signal, kernel=a_kernel, mean=real_number, centres=_numbers_of_centres, weights=_numbers_of_centres)
@@ -482,7 +482,7 @@ def _reference(value: object, where: str) -> tuple[tuple[Signal, ...], tuple[Pie
 
     Return the signals also as written in the file.
     """
-    read: Reader[dict[str, Any]] = record(dict, signals=itself, plant=_plant_with(_moving_set))
+    read: Reader[dict[str, Any]] = record(dict, signals=itself, plant=a_moving_plant)
     found = read(value, where)
     written, at = found["signals"], f"{where}.signals"
     if isinstance(written, list) and any(isinstance(one, dict) and "breakpoints" in one for one in written):

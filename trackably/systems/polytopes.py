@@ -341,7 +341,14 @@ class Polytope:
         """Return the set at a time [s]; at a breakpoint, what both sides have in common."""
         if not self.moves:
             return self
-        ends = [bounds.at(t) for _, bounds in self.intervals]
+        return self._with([bounds.at(t) for _, bounds in self.intervals])
+
+    @property
+    def hull(self) -> Polytope:
+        """The smallest set with constant bounds that holds this one at all times, nearly."""
+        return self._with([bounds.hull for _, bounds in self.intervals]) if self.moves else self
+
+    def _with(self, ends: Sequence[Interval]) -> Polytope:
         return Polytope(self.rows, [of.lower for of in ends], [of.upper for of in ends], self.dimension)
 
     @classmethod

@@ -33,18 +33,38 @@ def problem(seed: int) -> dict:
         at += [(steps - 1, STATES[0], 50.0 * draw.normal())]
         values = [{"step": k, "name": name, "lower": v - 0.1, "upper": v + 0.1} for k, name, v in at]
     centre = 0.0 if values else 30.0 * draw.normal()
+    sets = {
+        "state_set": _polytope(X, np.full(len(X), centre - 1.0), np.full(len(X), centre + 3.0)),
+        "input_set": _polytope(U, np.full(len(U), -0.01), np.full(len(U), 0.02)),
+    }
+    if seed % 4 == 0:  # ends that move with each step
+        for bounded, by in zip(sets.values(), (0.5, 0.004), strict=True):
+            for row in range(len(bounded["rows"])):
+                side = ("lower", "upper")[row % 2]
+                bounded[side][row] = _moving(bounded[side][row], by, steps, draw)
     return {
         "format": "trackably contradiction",
         "version": 1,
-        "plant": {
-            "system": {**system, **names},
-            "state_set": _polytope(X, np.full(len(X), centre - 1.0), np.full(len(X), centre + 3.0)),
-            "input_set": _polytope(U, np.full(len(U), -0.01), np.full(len(U), 0.02)),
-        },
+        "plant": {"system": {**system, **names}, **sets},
         "start": 0.5,
         "steps": steps,
         "values": values,
     }
+
+
+def _moving(end: float, by: float, steps: int, draw: np.random.Generator) -> dict:
+    """Return lines with jumps between the steps, near an end."""
+    pieces = [[end + by * draw.normal(), by * draw.normal()] for _ in range(steps)]
+    return {
+        "breakpoints": (0.45 + 0.1 * np.arange(steps + 1.0)).tolist(), "coefficients": pieces, "beyond": "rest"
+    }  # fmt: skip
+
+
+def _end_at(end: float | dict, k: int) -> float:
+    if isinstance(end, float):
+        return end
+    value, slope = end["coefficients"][k]
+    return value + slope * (0.5 + 0.1 * k - end["breakpoints"][k])
 
 
 def relaxed(data: dict) -> tuple[float | None, dict]:
@@ -59,8 +79,8 @@ def relaxed(data: dict) -> tuple[float | None, dict]:
             for row, low, high in zip(bounded["rows"], bounded["lower"], bounded["upper"], strict=True):
                 rows.append(np.zeros((N, n + m)))
                 rows[-1][k, columns] = row
-                lower, upper = [*lower, low], [*upper, high]
-                by.append(0.0 if data["values"] else high - low)
+                lower, upper = [*lower, _end_at(low, k)], [*upper, _end_at(high, k)]
+                by.append(0.0 if data["values"] else upper[-1] - lower[-1])
     for value in data["values"]:
         rows.append(np.zeros((N, n + m)))
         rows[-1][value["step"], names.index(value["name"])] = 1.0
@@ -108,6 +128,7 @@ CASES = [
 def test_there_are_contradictions_of_all_kinds() -> None:
     assert len(CASES) > 20
     assert {bool(data["values"]) for data, _ in CASES} == {True, False}
+    assert sum("breakpoints" in str(data["plant"]) for data, _ in CASES) > 4
     assert any(len(data["plant"]["state_set"]["rows"]) < len(data["plant"]["system"]["states"]) for data, _ in CASES)
 
 
@@ -164,6 +185,28 @@ def test_what_is_no_contradiction_is_refused(path: str, value: object) -> None:
         at = at[name]
     at[last] = value
     assert isinstance(check(data), Failed | NotACertificate)
+
+
+@pytest.mark.parametrize("stored", [0.0, 0.3, 1.0])
+def test_multipliers_of_inputs_that_are_left_out_cost_what_their_ends_are_at_each_step(stored: float) -> None:
+    """x⁺ = x + u with u ≤ 0.1, and u ≤ 0.3 after 0.25 s: from 0, x is 0.9 at most after 5 steps."""
+    upper = {"breakpoints": [0.0, 0.25, 1.0], "coefficients": [[0.1], [0.3]], "beyond": "rest"}
+    system = {"A": [[1.0]], "B": [[1.0]], "c": [0.0], "states": ["x"], "inputs": ["u"], "sampling_time": 0.1}
+    data = {
+        "format": "trackably contradiction",
+        "version": 1,
+        "plant": {
+            "system": system,
+            "state_set": {"rows": [], "lower": [], "upper": [], "dimension": 1},
+            "input_set": {"rows": [[1.0]], "lower": [-1.0], "upper": [upper], "dimension": 1},
+        },
+        "start": 0.0,
+        "steps": 6,
+        "values": [{"step": k, "name": "x", "lower": x, "upper": x} for k, x in ((0, 0.0), (5, 2.0))],
+        "proof": {"kind": "multipliers", "states": [[]] * 6, "inputs": [[stored]] * 5 + [[0.0]], "values": [1.0, -1.0]},
+    }
+    assert _accepted(data, 1.1 - 1e-9)
+    assert not _accepted(data, 1.1 + 1e-9)
 
 
 def _tank(steps: int, missing: float) -> dict:

@@ -15,6 +15,7 @@ from trackably import (
     InfeasibleTightening,
     LinearSystem,
     NotTrackableError,
+    PolynomialPieces,
     Polytope,
     Samples,
     SquaredExponential,
@@ -122,6 +123,29 @@ def test_windows_are_examined_wherever_they_are(start):
     found = told({}, MOVING, (start, start + 3.0))
     assert found.missing == pytest.approx((1.5 - 0.7) / (3 + 1.4), abs=1e-6)
     assert told({}, MOVING, (start, start + 0.02)) is None
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "impossibly"),
+    [
+        (-1.0, PolynomialPieces.steps({0.0: 1.0, 2.0: 0.5}), False),
+        (PolynomialPieces.lines({1.0: -1.0, 1.5: 0.6}), PolynomialPieces.lines({1.0: -0.5, 1.4: 1.0}), True),
+        (PolynomialPieces.lines({1.0: -1.0, 3.5: 0.6}), PolynomialPieces.lines({1.0: -0.5, 3.4: 1.0}), False),
+        (
+            PolynomialPieces.lines({1.0: -1.0, 1.25: 0.6}, 2.5),
+            PolynomialPieces.lines({1.0: -0.5, 1.24: 1.0}, 2.5),
+            True,
+        ),
+    ],
+)
+def test_bounds_that_move_faster_than_the_plant_are_proved_impossible(low, high, impossibly):
+    plant = replace(AXIS, state_set=Polytope.box([low, -9], [high, 9]), input_set=Polytope.box([-1.0], [1.0]))
+    found = told({}, plant, (0.0, 4.0))
+    assert (found is not None) is impossibly
+    if found:
+        assert "position (lower bound" in found.explanation
+        assert isinstance(checker.check(found.contradiction), checker.Contradicted)
+        assert isinstance(checker.check({**found.contradiction, "missing": 1.1 * found.missing}), checker.Failed)
 
 
 def test_times_that_steps_do_not_link_exclude_nothing():
