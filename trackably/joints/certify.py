@@ -22,7 +22,6 @@ from trackably.checker.floats.pieces import undecided
 from trackably.checker.joints import BROKEN, FORMAT, ORDERS, VERSION, read_joints, value
 from trackably.checker.joints import JointTrajectory as Subject
 from trackably.files import new_file, write_atomically
-from trackably.given.certify import Moved
 from trackably.joints.limits import Joints
 from trackably.joints.trajectory import JointTrajectory, derivative
 from trackably.systems.polytopes import Interval, rounded_text
@@ -35,12 +34,27 @@ class NotAcceptedError(ValueError):
     """The checker does not accept a statement about a trajectory; the message has its reason."""
 
 
+@dataclass(frozen=True)
+class Moved:
+    """How far a repair moved a joint, in its unit, as seen in float64 at many times: no part of what is proved.
+
+    `most` is the largest distance, `rms` the root mean square.
+    """
+
+    most: float
+    rms: float
+
+    def __str__(self) -> str:
+        return f"about {self.most:.3g}, {self.rms:.3g} in the root mean square, as seen in float64 at many times"
+
+
 @dataclass(frozen=True, eq=False)
 class CertifiedTrajectory:
     """A `trajectory` that keeps all limits of `joints` between its points, as accepted by the checker.
 
     Derivatives below a joint's highest limited one jump by at most `tolerance` from piece to piece, each in its unit.
-    `moved` is the distance by which a repair moved each joint, and `factor` by how much the trajectory was slowed down.
+    `moved` tells by how much a repair moved each joint, and `factor` by how much the trajectory was slowed down: no
+    part of the proof.
 
     NotAcceptedError (a ValueError): the checker does not accept it.
     """

@@ -23,19 +23,18 @@ from scipy.interpolate import BSpline, PPoly
 from trackably.arguments import numbers
 from trackably.arrays import Array
 from trackably.certificates.outcome import Unproved
-from trackably.given.certify import Moved
 from trackably.joints.certify import (
     TOLERANCE,
     CertifiedTrajectory,
+    Moved,
     NotAcceptedError,
-    bernstein,
     fit_joints,
     unproved,
 )
 from trackably.joints.limits import Joints
-from trackably.joints.trajectory import JointTrajectory, join, on_pieces
+from trackably.joints.trajectory import JointTrajectory
 
-_DEGREE, _FEWEST, _LOOKS = 5, 40, 4
+_DEGREE, _FEWEST, _LOOKS, _TIMES = 5, 40, 4, 4001
 _BACKOFFS = (1e-7, 1e-5, 1e-3)
 """Back-offs relative to the widths of limits, for the solver's tolerance."""
 
@@ -48,7 +47,7 @@ def repair_joints(
     The spline has degree 5 and knots at the breakpoints, with further ones in between if these are few. It takes the
     same time, and rests where the given trajectory rests. It is nearest in the root mean square of each joint's
     positions, among splines whose B-spline coefficients keep the limits (`Joints`). These are slightly fewer than all
-    splines that keep them. `CertifiedTrajectory.moved` is the distance by which each joint was moved.
+    splines that keep them. `CertifiedTrajectory.moved` tells about how far each joint was moved.
 
     Parameters
     ----------
@@ -213,13 +212,8 @@ def _solve(
 
 
 def _distances(given: JointTrajectory, found: JointTrajectory) -> dict[str, Moved]:
-    """Return the distances by which joints were moved: the largest, over-estimated on each
-    piece, and the root mean square.
-    """
-    ends = found.breakpoints
-    both = join([on_pieces(ends, given.breakpoints, given.coefficients), found.coefficients])
-    before, after = np.split(both, 2)
-    most = np.max(np.abs(bernstein(after - before, np.diff(ends))), axis=(1, 2))
-    times = np.linspace(*given.span, 4001)
-    rms = np.sqrt(np.mean((found(times) - given(times)) ** 2, axis=0))
+    """Return how far joints were moved: the largest and the root mean square distance at many times."""
+    times = np.linspace(*given.span, _TIMES)
+    apart = np.abs(found(times) - given(times))
+    most, rms = np.max(apart, axis=0), np.sqrt(np.mean(apart**2, axis=0))
     return {name: Moved(float(m), float(r)) for name, m, r in zip(given.names, most, rms, strict=True)}
