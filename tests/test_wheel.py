@@ -69,7 +69,7 @@ def test_without_an_extra_it_requires_what_the_library_imports(metadata: Message
     every = metadata.get_all("Requires-Dist", [])
     plain = required([requirement for requirement in every if "extra ==" not in requirement])
     assert plain == used_by("trackably") - OPTIONAL.keys() == required(PROJECT["dependencies"])
-    assert plain <= {"numpy", "scipy", "clarabel", "mpmath", "cattrs", "tqdm", "threadpoolctl"}
+    assert plain <= {"numpy", "scipy", "clarabel", "mpmath", "tqdm", "threadpoolctl"}
     assert {*metadata.get_all("Provides-Extra", [])} == {"all", *OPTIONAL.values()}
 
 

@@ -62,11 +62,10 @@ LOADED = {
         "scipy.optimize",
         "scipy.fft",
         "tqdm",
-        "cattrs",
     ),
     "read_csv": ("matplotlib", "cvxpy", "dvc", "mcap", "pydantic", "click", "IPython", "scipy.optimize", "flint"),
-    "check": ("matplotlib", "cvxpy", "dvc", "mcap", "pydantic", "click", "IPython", "scipy", "flint", "cattrs"),
-    "SquaredExponential": ("matplotlib", "cvxpy", "dvc", "mcap", "pydantic", "scipy.linalg", "flint", "cattrs"),
+    "check": ("matplotlib", "cvxpy", "dvc", "mcap", "pydantic", "click", "IPython", "scipy", "flint"),
+    "SquaredExponential": ("matplotlib", "cvxpy", "dvc", "mcap", "pydantic", "scipy.linalg", "flint"),
 }
 
 

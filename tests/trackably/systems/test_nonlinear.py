@@ -137,7 +137,7 @@ def test_references_return_from_json(name):
         ({"f": ["nobody"]}, "the formula of level uses nobody, which is no state or input"),
         ({"f": []}, "f must have a formula for each of 1 states, got 0"),
         ({"A": [[1.0]]}, "NonlinearSystem has no A"),
-        ({"states": "level"}, "states and inputs need names, all different"),
+        ({"states": "level"}, "must be a list, got .level."),
         ({"states": [1.0]}, "must be of type str"),
     ],
 )
