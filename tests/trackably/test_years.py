@@ -25,7 +25,7 @@ from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove
 from trackably.checker import Proved, check
 from trackably.checker.certificate import AllPhases, Cover
-from trackably.checker.intervals import exactly, ratio
+from trackably.checker.intervals import exactly
 from trackably.exports.c99 import header
 from trackably.gp.signal import KernelSum
 from trackably.systems.pieces import PolynomialPieces, moved_back, two_product
@@ -84,7 +84,7 @@ def require_near(proved: TrackableReference, steps: np.ndarray, values: np.ndarr
         s = in_period(int(k) * Fraction(reference.plant.sampling_time), proved.certificate.proof.end)
         for name, value in zip((*system.states, *system.inputs), row, strict=True):
             error = exactly(proved.certificate.evaluation_error[name])
-            assert abs(draft.value(name, ratio(s)) - exactly(value)) <= error, (k, name)
+            assert abs(draft.value(name, s) - exactly(value)) <= error, (k, name)
 
 
 @pytest.mark.parametrize("of", [periodic, irregular])

@@ -5,6 +5,8 @@ Nothing here has to be correct: before a proof is handed out, the checker is ask
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from fractions import Fraction
+from math import inf, nextafter
 from typing import Self
 
 import numpy as np
@@ -12,10 +14,11 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.certificates.form import as_written, encode_subject
 from trackably.checker import certificate as checked
+from trackably.checker import piecewise
 from trackably.checker.boxes import Box, Enclosures, refusals
 from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.form import a_kernel, subject_of
-from trackably.checker.intervals import Real, UndefinedError, at_most, exactly
+from trackably.checker.intervals import Real, UndefinedError, at_most, exactly, ratio
 from trackably.checker.quantities import Quantity, quantities, value_at
 from trackably.checker.rounding import FlatNeeds, FlatValues, check_sizes, constants, error_of, signal_errors
 from trackably.checker.subject import Subject
@@ -29,7 +32,7 @@ TERMS = 16
 LATEST = 1e60
 """Times up to which decaying kernels can be evaluated without overflow [s]."""
 
-_PERIODS, _PERIODS_OF_FORMULAS = 1e3, 1e2
+_PERIODS, _PERIODS_OF_FORMULAS, _COUNTED = 1e3, 1e2, 2.0**49
 _TIMES = 101  # times of a window at which errors of flat forms are estimated
 _SLACK = 1.02  # times an error: stated errors then also hold after a small change of the reference
 _NOTHING = checked.AllTimes(), checked.Cover(0.0, 0.0, {}, TERMS)  # the claim of a draft
@@ -112,6 +115,18 @@ class Draft:
         drawn = tuple(_tighten(q, errors[q.name]) for q in free)
         return cls(checked.Certificate(subject, *_NOTHING, until, errors, None), drawn)
 
+    @classmethod
+    def of_pieces(cls, reference: Reference, start: float, end: float) -> Self:
+        """Return a draft of a reference of polynomial pieces, examined from `start` to `end` [s].
+
+        Its values are claimed as long as whole periods are counted in float64.
+        """
+        subject = subject_of(encode_subject(reference))
+        until = min([LATEST, *(_COUNTED * signal.period for signal in reference.pieces if signal.beyond == "period")])
+        found = piecewise.evaluation_errors(subject, Fraction(start), Fraction(end))
+        errors = {name: nextafter(error.numerator / error.denominator, inf) for name, error in found.items()}
+        return cls(checked.Certificate(subject, *_NOTHING, until, errors, None), ())
+
     @property
     def subject(self) -> Subject:
         return self.certificate.subject
@@ -128,6 +143,8 @@ class Draft:
     @property
     def has_sane_sizes(self) -> bool:
         """Whether all numbers are in the range for which the analysis of rounding holds."""
+        if self.subject.pieces:
+            return piecewise.check_sizes(self.certificate) is None
         return check_sizes(self.certificate, list(self.quantities)) is None
 
     def is_settled(self, start: float) -> bool:
@@ -155,9 +172,12 @@ class Draft:
             return str(undefined)
         return "it is undefined at all times that were examined"
 
-    def value(self, name: str, t: Real) -> Real:
+    def value(self, name: str, t: Fraction) -> Real:
         """Enclose a bounded quantity at a time [s]. UndefinedError: it may be undefined there."""
-        return value_at(self.subject, next(q for q in self.quantities if q.name == name), t)
+        if self.subject.pieces:
+            bound = next(bound for bound in self.subject.bounds if bound.name == name)
+            return ratio(piecewise.value_of_pieces(self.subject, bound, t))
+        return value_at(self.subject, next(q for q in self.quantities if q.name == name), ratio(t))
 
 
 def _tighten(q: Quantity, by: float) -> Quantity:

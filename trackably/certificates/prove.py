@@ -7,27 +7,30 @@ before anything is handed out.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
 from trackably.cached import cached
-from trackably.certificates.certificate import Certificate
+from trackably.certificates.certificate import TIME_TOLERANCE_OF_PIECES, Certificate
 from trackably.certificates.claim import as_claim
 from trackably.certificates.cover import UncoveredBox, cover
 from trackably.certificates.draft import TERMS, Draft, evaluated_until, times_in
 from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.certificates.pieces import prove_pieces, refuse_empty
 from trackably.certificates.sketch import jump_of, sketches
 from trackably.certificates.tail import tail_start
-from trackably.checker.certificate import AllPhases, AllTimes, Claim, Cover, Instants, Steps
-from trackably.checker.intervals import UndefinedError, exactly
+from trackably.checker.certificate import AllPhases, AllTimes, Claim, Cover, Instants, Steps, Window
+from trackably.checker.intervals import UndefinedError
+from trackably.checker.piecewise import keeps, tightened_rows
+from trackably.gp.signal import KernelSum
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantity
 
 Failure = Counterexample | Unproved
 Outcome = Certificate | Failure
 
+_AT_ENDS = "its limit at a jump is outside, and limits at the ends of a claim count too, as k T_s is rounded"
 _MOVES = "; a vehicle has a heading only where it moves: a lower bound of its speed above zero keeps it so"
 _LATEST_STEP, _AT_REST, _FAR = 100_000, 1e3, 1e6
 
@@ -35,11 +38,11 @@ _LATEST_STEP, _AT_REST, _FAR = 100_000, 1e3, 1e6
 def prove(reference: Reference, is_likely: bool = False) -> Outcome:
     """Prove the bounds for all real t ≥ 0: over one period, or by boxes and a decaying envelope if there is none.
 
-    References of polynomial pieces are passed to `prove_pieces`. A proof `is_likely` if a similar reference was proved:
-    the checker is then first asked about the whole proof at once, and about its parts only if it refuses this.
+    A proof `is_likely` if a similar reference was proved: the checker is asked about the whole proof first then, and
+    about its parts only if it refuses. ValueError: polynomial pieces neither come to rest nor have one period.
     """
     if reference.pieces:
-        return prove_pieces(reference)
+        return _prove_pieces_for_ever(reference)
     if reference.period is None:
         return prove_while_settling(reference, is_likely)
     return prove_for_all_phases(reference, reference.period, is_likely)
@@ -60,7 +63,8 @@ def prove_on_window(reference: Reference, start: float, end: float) -> Outcome:
     """Prove the bounds for all real t from `start` to `end` [s], and for no others. ValueError: these are no window."""
     claim = as_claim((start, end))
     if reference.pieces:
-        return prove_pieces(reference, claim)
+        _refuse_ended(reference, claim)
+        return _prove_pieces(_ProofProblem(reference, claim.span[1], claim))
     return judge(_ProofProblem(reference, max(map(abs, claim.span)), claim).cover_window(*claim.span))
 
 
@@ -84,6 +88,61 @@ def prove_at_instants(reference: Reference) -> Outcome:
     return judge(problem.prove_instants(math.ceil(start / step)))
 
 
+def _prove_pieces_for_ever(reference: Reference) -> Outcome:
+    kinds = {signal.beyond for signal in reference.pieces}
+    if kinds == {"rest"}:
+        last = max(float(signal.breakpoints[-1]) for signal in reference.pieces)
+        return _prove_pieces(_ProofProblem(reference, max(last, reference.plant.sampling_time), AllTimes()))
+    if kinds == {"period"} and len({signal.period for signal in reference.pieces}) == 1:
+        return _prove_pieces(_ProofProblem(reference, reference.pieces[0].period, AllPhases()))
+    what = "ends" if "end" in kinds else "neither comes to rest nor has one period"
+    raise ValueError(f"claim: a signal {what}, so that nothing can be claimed for all times; a finite window can be")
+
+
+def _prove_pieces(problem: "_ProofProblem") -> Outcome:
+    """Prove the bounds of polynomial pieces: without boxes, as the checker itself finds out where bounds are kept.
+
+    So it is asked first, and only if it refuses, the worst time is sought in float64.
+    """
+    if not problem.draft.has_sane_sizes:
+        return problem.beyond_analysis
+    found = judge(problem.certificate(Cover(*problem.span, {}, 0)))
+    beside = problem.broken_beside if isinstance(found, Certificate) else None
+    if isinstance(found, Certificate) and beside is None:
+        return found
+    failure = problem.broken(*problem.span)
+    if beside and not failure:
+        return Unproved(beside.name, beside.bounds, problem.claim.span, math.inf, _AT_ENDS)
+    return judge(failure or found)
+
+
+def _refuse_ended(reference: Reference, window: Claim) -> None:
+    """Raise ValueError if a signal ends before the last time on which states and inputs in a window depend."""
+    (start, end), step = window.span, Fraction(reference.plant.sampling_time)
+    for signal, order in zip(reference.pieces, reference.plant.flatness.orders, strict=True):
+        first, last = Fraction(signal.breakpoints[0]), Fraction(signal.breakpoints[-1])
+        if signal.beyond == "end" and not (first <= Fraction(start) and Fraction(end) + order * step <= last):
+            raise ValueError(
+                f"claim: inputs from {start:g} s to {end:g} s depend on a signal until {order} steps of "
+                f"{reference.plant.sampling_time:g} s later, but it is known from {signal.breakpoints[0]:.9g} s to "
+                f"{signal.breakpoints[-1]:.9g} s only"
+            )
+
+
+def _refuse_empty(reference: Reference) -> None:
+    """Raise ValueError if nothing is bounded, a signal has no centres, or pieces belong to a nonlinear system."""
+    if not reference.quantities:
+        raise ValueError("claim: nothing is bounded, so there is nothing to prove; give a state or an input bounds")
+    for i, signal in enumerate(reference.signals):
+        if isinstance(signal, KernelSum) and not len(signal.centres):
+            raise ValueError(
+                f"reference: signal z{i + 1} has no centres, so that it is the constant {signal.mean:g}: give it one "
+                "centre, of weight 0, to prove its bounds"
+            )
+    if reference.pieces and any(quantity.functional is None for quantity in reference.quantities):
+        raise ValueError("plant: polynomial pieces are proved for linear systems only")
+
+
 def latest_time(reference: Reference) -> float:
     """Return the largest |t| [s] of a centre, plus the longest shift of a signal."""
     latest = max(float(np.max(np.abs(signal.centres), initial=0.0)) for signal in reference.kernel_sums)
@@ -104,7 +163,7 @@ def _judge(propose: Callable[[bool], Outcome], is_likely: bool) -> Outcome:
 class _ProofProblem:
     """The data of a proof of a `claim` about a reference.
 
-    Float64 evaluation is bounded up to far beyond `window` [s]. Raises ValueError as `refuse_empty`.
+    Float64 evaluation is bounded up to far beyond `window` [s]. Raises ValueError as `_refuse_empty`.
     """
 
     reference: Reference
@@ -112,14 +171,37 @@ class _ProofProblem:
     claim: Claim
 
     def __post_init__(self) -> None:
-        refuse_empty(self.reference)
+        _refuse_empty(self.reference)
 
     @cached
     def draft(self) -> Draft:
         """The draft of the certificate. Errors of flat forms are estimated at times in the window, and at rest."""
+        if self.reference.pieces:
+            return Draft.of_pieces(self.reference, *self.span)
         (start, end), until = self.claim.span, evaluated_until(self.reference, self.window)
         times = np.append(times_in(0.0, self.window), _AT_REST * self.window)
         return Draft.of(self.reference, until, times_in(start, end) if np.isfinite(end) else times)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The first and the last time [s] that are examined."""
+        return self.claim.span if isinstance(self.claim, Window) else (0.0, self.window)
+
+    @property
+    def broken_beside(self) -> Quantity | None:
+        """A quantity of pieces that may violate its bounds just outside a window, where k T_s may be rounded to.
+
+        None if there is none.
+        """
+        if not isinstance(self.claim, Window):
+            return None
+        (start, end), by = self.span, 2 * TIME_TOLERANCE_OF_PIECES
+        beside = (start - by * abs(start), start), (end, end + by * abs(end))
+        for bound in self.draft.subject.bounds:
+            sides = list(tightened_rows(self.draft.subject, bound, Fraction(self.draft.errors[bound.name])))
+            if not all(keeps(side, row, times, ends) for side, row, ends in sides for times in beside):
+                return self.reference.quantity(bound.name)
+        return None
 
     def tail_start(self, asks: bool = True) -> float | None:
         """Return a time [s] after which no bound is violated; None if none is found."""
@@ -132,13 +214,13 @@ class _ProofProblem:
         If it `asks` the checker, otherwise the reason for failure.
         """
         if not self.draft.has_sane_sizes:
-            return self._beyond_analysis
-        if asks and (failure := self._broken(start, end)):
+            return self.beyond_analysis
+        if asks and (failure := self.broken(start, end)):
             return failure
         found = cover(self.draft, self.reference, start, end, asks)
         if isinstance(found, UncoveredBox):
             return self._explain(found)
-        return self._certificate(Cover(start, end, found, TERMS))
+        return self.certificate(Cover(start, end, found, TERMS))
 
     def prove_instants(self, last_step: int) -> Outcome:
         times = self.reference.instants(np.arange(last_step + 1.0))
@@ -148,12 +230,12 @@ class _ProofProblem:
             for k in np.flatnonzero(margins <= self.draft.errors[quantity.name]).tolist():
                 if failure := self._failure_at(quantity, float(times[k]), k):
                     return failure
-        return self._certificate(Steps(last_step))
+        return self.certificate(Steps(last_step))
 
-    def _certificate(self, proof: Cover | Steps) -> Certificate:
+    def certificate(self, proof: Cover | Steps) -> Certificate:
         return Certificate(self.reference, self.claim, proof, dict(self.draft.errors), self.draft.certificate.until)
 
-    def _broken(self, start: float, end: float) -> Failure | None:
+    def broken(self, start: float, end: float) -> Failure | None:
         """Return a violation of a bound, or a margin smaller than rounding errors, if the float64 margins show one."""
         if name := self.draft.unbounded:
             return self._broken_for_certain(start, end) or self._unbounded_error(self.reference.quantity(name))
@@ -177,7 +259,7 @@ class _ProofProblem:
         unproved, with the reason.
         """
         if not self.draft.has_sane_sizes:
-            return self._beyond_analysis
+            return self.beyond_analysis
         far = _FAR * self.window
         failures = [self._failure_near(quantity, far) for quantity in self.reference.quantities]
         broken = next((failure for failure in failures if isinstance(failure, Counterexample)), None)
@@ -193,7 +275,7 @@ class _ProofProblem:
         return Unproved(quantity.name, quantity.bounds, (far, np.inf), 0.0, reason)
 
     @property
-    def _beyond_analysis(self) -> Unproved:
+    def beyond_analysis(self) -> Unproved:
         reason = "a stored number is too large or too small for the analysis of rounding"
         first = self.reference.quantities[0]
         return Unproved(first.name, first.bounds, (-np.inf, np.inf), np.inf, reason)
@@ -214,7 +296,7 @@ class _ProofProblem:
         None if none.
         """
         bounds, reserve = quantity.bounds.at(time), self.draft.errors[quantity.name]
-        at = exactly(time) if step is None else step * self.draft.subject.step
+        at = Fraction(time) if step is None else step * Fraction(self.reference.plant.sampling_time)
         try:
             value = self.draft.value(quantity.name, at)
         except UndefinedError as undefined:

@@ -1,8 +1,8 @@
 """Approximate margins in float64, and jumps of headings: they guide the proposals, and prove nothing."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -11,8 +11,9 @@ from trackably.certificates.outcome import Unproved
 from trackably.checker.formulas import Angle, Formula, parts
 from trackably.gp.signal import Remembered
 from trackably.systems.formulas import evaluate_floats
+from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
-from trackably.systems.trajectories import Indices, Quantities, Quantity, Signals, Trajectory
+from trackably.systems.trajectories import Quantities, Signals, Trajectory
 
 _POINTS_PER_CORRELATION_TIME, _MOST_POINTS = 12, 50_000
 _FEWEST_POINTS, _FEWEST_OF_FORMULAS = 65, 1025
@@ -22,28 +23,10 @@ _REFINEMENTS, _NARROWER, _AROUND = 2, 0.1, np.array([[-1.0], [0.0], [1.0]])
 
 @dataclass(frozen=True)
 class Sketch:
-    """Margins of a quantity at increasing times [s], and |∂q/∂q_i| for each of its functionals; all of shape (n,).
-
-    A slope that is the same at all times has shape (1,).
-    """
+    """Margins of a quantity at increasing times [s], both of shape (n,)."""
 
     times: Array
     margins: Array
-    slopes: dict[str, Array]
-
-    def within(self, starts: Array, ends: Array) -> "Extremes":
-        """Return the smallest margin in each [start, end], at grid times and, interpolated, at the ends.
-
-        And the largest slopes.
-
-        Slopes include one more grid time on either side.
-        """
-        first, last = np.searchsorted(self.times, starts), np.searchsorted(self.times, ends)
-        at_ends = np.interp([starts, ends], self.times, self.margins)
-        # Interpolation next to an infinite margin gives NaN, which must not count as a violation.
-        smallest = np.fmin(np.fmin(*at_ends), _over(np.minimum, self.margins, first, last))
-        further = np.maximum(first - 1, 0), last + 1
-        return Extremes(smallest, {name: _over(np.maximum, slopes, *further) for name, slopes in self.slopes.items()})
 
     @property
     def worst_time(self) -> float:
@@ -55,34 +38,55 @@ class Sketch:
         return float(np.min(self.margins))
 
 
-class Extremes(NamedTuple):
-    """The smallest margin in each box, and the largest |∂q/∂q_i|: shape (B,), or (1,) if it is
-    the same in all boxes.
-    """
-
-    smallest: Array
-    steepest: dict[str, Array]
-
-
 def sketches(reference: Reference, start: float, end: float) -> list[Sketch]:
-    """Return margins on a regular grid, at their local minima, and near centres where they may
-    change between grid times.
+    """Return margins at many times and at their local minima. The times are the same for all quantities.
 
-    The times are the same for all quantities.
+    Times of kernels are a regular grid, and centres near which margins may change between its times; of pieces, their
+    ends and times in between.
     """
+    every, times = (_of_pieces if reference.pieces else _of_kernels)(reference, start, end)
+    margins = every.margins(times)
+    lowest = np.clip(refine(every, times, margins), start, end)
+    times, once = np.unique(np.concatenate([times, lowest]), return_index=True)
+    margins = np.concatenate([margins, every.margins(lowest)], axis=1)[:, once]
+    return [Sketch(times, of) for of in margins]
+
+
+def _of_kernels(reference: Reference, start: float, end: float) -> tuple[Quantities, Array]:
+    """Return the quantities in float64, and the times [s] at which they are examined first."""
     quantities, of_signals, length = reference.quantities, reference.kernel_sums, end - start
     every = Quantities(quantities, [signal.nearly for signal in of_signals])
     if not every.is_linear:  # each formula evaluates the signals for itself
         every = Quantities(quantities, Remembered.of(of_signals).signals)
     shortest = min(signal.kernel.correlation_time for signal in of_signals)
     grid = np.linspace(start, end, _points(length / shortest, every.is_linear))
-    times = _with_centres(reference, np.union1d(grid, every.breakpoints_in(start, end)), every.is_linear)
-    margins = every.margins(times)
-    lowest = refine(every, times, margins)
-    times, once = np.unique(np.concatenate([times, lowest]), return_index=True)
-    margins = np.concatenate([margins, every.margins(lowest)], axis=1)[:, once]
-    pairs = zip(quantities, margins, strict=True)
-    return [Sketch(times, of, _sizes(quantity, every.signals, times)) for quantity, of in pairs]
+    return every, _with_centres(reference, np.union1d(grid, every.breakpoints_in(start, end)), every.is_linear)
+
+
+def _of_pieces(reference: Reference, start: float, end: float) -> tuple[Quantities, Array]:
+    every = Quantities(reference.quantities, [signal.summed for signal in reference.pieces])
+    shifts = reference.plant.sampling_time * np.arange(max(reference.plant.flatness.orders) + 1.0)
+    return every, np.union1d(times_to_look_at(reference.pieces, shifts, start, end), every.breakpoints_in(start, end))
+
+
+def times_to_look_at(signals: Sequence[PolynomialPieces], shifts: Array, start: float, end: float) -> Array:
+    """Return increasing times [s]: the ends of shifted pieces, their neighbours in float64, and
+    some times in between.
+    """
+    breaks = [np.array([start, end])]
+    for signal in signals:
+        ends, turns = signal.breakpoints, np.zeros(1)
+        if signal.beyond == "period":
+            last = math.floor((end + shifts[-1] - ends[0]) / signal.period)
+            turns = np.arange(math.floor((start - ends[0]) / signal.period), last + 1.0)
+        breaks.append(
+            np.subtract.outer(np.add.outer(ends, turns * signal.period) if len(turns) else ends, shifts).ravel()
+        )
+    inner = np.unique(np.clip(np.concatenate(breaks), start, end))
+    count = 2 * max(signal.degree for signal in signals) + 3
+    between = inner[:-1] + np.diff(inner) * (1 - np.cos(np.pi * (np.arange(count)[:, None] + 0.5) / count)) / 2
+    beside = np.concatenate([np.nextafter(inner, -np.inf), np.nextafter(inner, np.inf)])
+    return np.unique(np.clip(np.concatenate([inner, between.ravel(), beside]), start, end))
 
 
 def _points(correlation_times: float, is_linear: bool) -> int:
@@ -114,15 +118,6 @@ def _lowest(times: Array, margins: Array) -> Array:
     return np.asarray(np.where(np.isfinite(step) & (falls + rises > 0), at + step, at))
 
 
-def _sizes(quantity: Quantity, signals: Signals, times: Array) -> dict[str, Array]:
-    """Return |∂q/∂q_i| for each functional."""
-    trajectory = quantity.trajectory
-    if trajectory.functional:
-        return {name: np.ones(1) for name, _ in trajectory.arguments}
-    slopes = trajectory.slopes({name: functional(signals, times) for name, functional in trajectory.arguments})
-    return {name: np.broadcast_to(np.abs(slope), times.shape) for name, slope in slopes.items()}
-
-
 def _with_centres(reference: Reference, grid: Array, is_linear: bool) -> Array:
     """Add the times at which a quantity depends on a centre, for short length scales, and for kernels with kinks.
 
@@ -143,14 +138,6 @@ def _with_centres(reference: Reference, grid: Array, is_linear: bool) -> Array:
     return np.asarray(times[(times >= grid[0]) & (times <= grid[-1])])
 
 
-def _over(extreme: np.ufunc, values: Array, first: Indices, last: Indices) -> Array:
-    """Return the extremes (`extreme`: minima or maxima) of `values`[first:last]; of an empty slice, `values`[first]."""
-    if len(values) == 1:
-        return values
-    within = np.stack([first, np.minimum(last, len(values))], axis=1).ravel()
-    return np.asarray(extreme.reduceat(np.append(values, values[-1:]), within)[::2])
-
-
 JUMP = (
     "its formula takes the angle of a vector that crosses the direction of ±π, where it jumps; a heading does not jump "
     "inside of bounds that are up to 6.1 rad wide, and without bounds it may turn as it likes"
@@ -163,7 +150,7 @@ def jump_of(reference: Reference, sketches: Sequence[Sketch]) -> Unproved | None
 
     `sketches` are in their order.
     """
-    signals = [signal.summed for signal in reference.kernel_sums]
+    signals = [signal.summed for signal in reference.signals]
     for quantity, drawn in zip(reference.quantities, sketches, strict=True):
         if (time := _first_jump(quantity.trajectory, signals, drawn.times)) is not None:
             return Unproved(quantity.name, quantity.bounds, (time, time), np.inf, JUMP)

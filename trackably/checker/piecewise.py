@@ -311,34 +311,41 @@ def value_of_pieces(subject: Subject, bound: Bound, t: Fraction) -> Fraction:
 
 def _positive(certificate: Certificate, first_pass: FirstPass) -> str | None:
     """Return the first bound that is not shown to be kept in each cell."""
-    subject, (start, end) = certificate.subject, _span(certificate)
-    bounds = [bound for bound in subject.bounds if not bound.moves]
-    kept = [next(tightened_rows(subject, bound, Fraction(certificate.errors[bound.name])))[1:] for bound in bounds]
-    rows, inside = [row for row, _ in kept], [ends for _, ends in kept]
-    alike, left = _alike(subject, rows), dict[int, Cells[int]]()
-    for i, bound in enumerate(bounds):
-        progress(i, len(rows))
-        if i not in left:
-            numbers = next(numbers for numbers in alike if i in numbers)
-            cells, bits = _cells(subject, rows[i], start, end)
-            found = first_pass.cells_left(subject, [(rows[k], *inside[k]) for k in numbers], cells, bits)
-            left |= zip(numbers, found, strict=True)
-        if left[i] and not _is_kept(subject, rows[i], inside[i], (start, end), left[i]):
-            return f"cell: the {bound.name} is not shown to stay inside its bounds"
-    for bound in subject.bounds:
-        for side, row, ends in (
-            tightened_rows(subject, bound, Fraction(certificate.errors[bound.name])) if bound.moves else ()
-        ):
-            cells, bits = _cells(side, row, start, end)
-            (some,) = first_pass.cells_left(side, [(row, *ends)], cells, bits)
-            if some and not _is_kept(side, row, ends, (start, end), some):
-                return f"cell: the {bound.name} is not shown to stay inside its bounds"
-    return None
+    subject, span = certificate.subject, _span(certificate)
+    broken, alike = list[int](), dict[object, list[tuple[int, _Side]]]()
+    for i, bound in enumerate(subject.bounds):
+        for side in tightened_rows(subject, bound, Fraction(certificate.errors[bound.name])):
+            alike.setdefault(_changes(*side[:2]), []).append((i, side))
+    for k, sides in enumerate(alike.values()):
+        progress(k, len(alike))
+        of, row, _ = sides[0][1]
+        cells, bits = _cells(of, row, *span)
+        left = first_pass.cells_left(of, [(row, *ends) for _, (_, row, ends) in sides], cells, bits)
+        some = zip(sides, left, strict=True)
+        broken += [i for (i, (_, row, ends)), open_ in some if open_ and not _is_kept(of, row, ends, span, open_)]
+    return f"cell: the {subject.bounds[min(broken)].name} is not shown to stay inside its bounds" if broken else None
 
 
-def tightened_rows(
-    subject: Subject, bound: Bound, error: Fraction
-) -> Iterator[tuple[Subject, Functional, tuple[Fraction, Fraction]]]:
+_Side = tuple[Subject, Functional, tuple[Fraction, Fraction]]
+"""A row of signals, and two numbers between which it has to stay."""
+
+
+def _changes(subject: Subject, row: Functional) -> object:
+    """Return what rows have in common that have equal breakpoints, and so equal cells, of the same signals."""
+    used = {(subject.pieces[s].breakpoints, subject.pieces[s].beyond, j) for s, j in shifts_of(row)}
+    return len(subject.pieces), id(subject.pieces[-1]), frozenset(used)
+
+
+def keeps(subject: Subject, row: Functional, times: tuple[float, float], ends: tuple[Fraction, Fraction]) -> bool:
+    """Return whether a row is shown to stay between two numbers, of denominators 2^k, from the first to the last time.
+
+    Times are in s.
+    """
+    start, end = map(Fraction, times)
+    return _is_kept(subject, row, ends, (start, end), _cells(subject, row, start, end)[0])
+
+
+def tightened_rows(subject: Subject, bound: Bound, error: Fraction) -> Iterator[_Side]:
     """Yield the row of a bound, and the two numbers between which it has to stay: the ends, drawn in by an error.
 
     Where an end moves, it is yielded by itself: the row less the end, which is one signal more, has to stay between the
@@ -356,15 +363,6 @@ def tightened_rows(
             yield more, replace(row, weights=(*row.weights, (Fraction(-1),))), ends
         else:
             yield subject, replace(row, offset=row.offset - Fraction(end)), ends
-
-
-def _alike(subject: Subject, rows: Sequence[Functional]) -> Sequence[list[int]]:
-    """Return the numbers of rows in groups with equal breakpoints, and so with equal cells."""
-    found: dict[object, list[int]] = {}
-    for i, row in enumerate(rows):
-        changes = frozenset((subject.pieces[s].breakpoints, subject.pieces[s].beyond, j) for s, j in shifts_of(row))
-        found.setdefault(changes, []).append(i)
-    return [*found.values()]
 
 
 def _cells(subject: Subject, row: Functional, start: Fraction, end: Fraction) -> tuple[Cells[int], int]:

@@ -18,10 +18,11 @@ from trackably.certificates.claim import Written, as_claim
 from trackably.certificates.form import encode_subject
 from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.certificates.pieces import keeps, least_near, times_to_look_at
 from trackably.certificates.prove import Outcome, prove, prove_on_window
+from trackably.certificates.sketch import times_to_look_at
 from trackably.checker.certificate import AllPhases, AllTimes, Claim, Window
 from trackably.checker.form import subject_of
+from trackably.checker.piecewise import keeps
 from trackably.checker.subject import Functional, Pieces
 from trackably.given.conversion import Interpolation, as_pieces, is_flat_trajectory, repeats, states_as_pieces
 from trackably.gp.stencil import Stencil
@@ -35,6 +36,7 @@ from trackably.systems.sampling import default_sample, sampled_names, stencils_b
 
 # Compute flat outputs of a sampled system from curves of states, and the distance of its states from the curves.
 
+_CLOSER, _POINTS = 9, 33
 _PARTS = tuple(1e-13 * 8.0**k for k in range(16))
 """Allowances, relative to the size of a curve, that are added to a distance found in float64 until it is proved."""
 
@@ -99,12 +101,13 @@ def distance(
     times = times_to_look_at((output, curve), shifts, start, end)
     size = max(map(_size, (curve, output))) or 1.0
 
-    def closeness(t: Array) -> Array:
-        return -np.abs(stencil.measured(output, t) - curve(t))
-
-    _, seen = least_near(closeness, times, closeness(times))
-    for most in (0.0, *(-seen + part * size for part in _PARTS)):
-        if keeps(subject, (Fraction(1),), (apart,), (start, end), (-Fraction(most), Fraction(most))):
+    for _ in range(_CLOSER):
+        apart_at = np.abs(stencil.measured(output, times) - curve(times))
+        i, last = int(np.argmax(apart_at)), len(times) - 1
+        times = np.append(np.linspace(times[max(i - 1, 0)], times[min(i + 1, last)], _POINTS), times[i])
+        times.sort()
+    for most in (0.0, *(float(np.max(apart_at)) + part * size for part in _PARTS)):
+        if keeps(subject, apart, (start, end), (-Fraction(most), Fraction(most))):
             return most
     return inf
 

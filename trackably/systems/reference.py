@@ -26,7 +26,7 @@ class PreciseCoordinates:
     Functionals are evaluated together in twice the precision, and rounded to float64 once, at the end. So each is
     within u |q| + 100 (n + N + 2) u² G of its exact value. Here u = 2⁻⁵³, n is the degree of the signals, N the number
     of their shifted values, and G = |offset| + Σ_j |w_j| V, where V is the largest sum of the absolute terms of a
-    piece. Certificates rely on this bound (`certificates.pieces`).
+    piece. Certificates rely on this bound (`checker.piecewise`).
     """
 
     coordinates: tuple[Coordinate, ...]

@@ -1,6 +1,7 @@
 """The largest violation of a sum of kernels, between two numbers that are certain: by the library's enclosures."""
 
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
@@ -63,7 +64,7 @@ def _worst(reference: Reference, window: tuple[float, float]) -> Violation:
 def _at(reference: Reference, name: str, time: float) -> Violation:
     """Return by how much the bound is certainly broken at `time` [s], as a part of its width; zero if it is not."""
     bounds = reference.quantity(name).bounds
-    value = Draft.of(reference, abs(time), np.array([time])).value(name, exactly(time))
+    value = Draft.of(reference, abs(time), np.array([time])).value(name, Fraction(time))
     width = exactly(bounds.upper) - exactly(bounds.lower)
     broken = max(float(((bounds.lower - value) / width).a), float(((value - bounds.upper) / width).a))
     return Violation(max(float(np.nextafter(broken, -np.inf)), 0.0), None, name, time)

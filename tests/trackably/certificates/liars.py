@@ -2,12 +2,11 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from trackably.certificates import cover, pieces, prove, tail
+from trackably.certificates import cover, prove, sketch, tail
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import Draft
 from trackably.certificates.outcome import Counterexample, Unproved
@@ -30,8 +29,8 @@ def _after(change: Callable[[np.random.Generator, Any], Any]) -> Lie:
 
 
 def _with_smaller_errors(rng: np.random.Generator, honest: Any) -> Any:
-    def of(reference: Any, until: float, times: Any) -> Draft:
-        found = honest(reference, until, times)
+    def of(*about: Any) -> Draft:
+        found = honest(*about)
         smaller = {name: e * 10 ** rng.uniform(-6, 0.1) for name, e in found.errors.items()}
         return replace(found, certificate=replace(found.certificate, errors=smaller))
 
@@ -80,7 +79,7 @@ LIES: dict[str, tuple[Any, str, Lie]] = {
     "every tail is settled": (Draft, "is_settled", _always(True)),
     "errors are smaller": (prove.Draft, "of", _with_smaller_errors),
     "every kernel repeats": (Reference, "period", lambda rng, honest: property(lambda s: 1.0)),
-    "nothing is broken": (prove._ProofProblem, "_broken", _always(None)),
+    "nothing is broken": (prove._ProofProblem, "broken", _always(None)),
     "the worst is elsewhere": (
         Sketch,
         "worst_time",
@@ -91,21 +90,14 @@ LIES: dict[str, tuple[Any, str, Lie]] = {
 }
 
 
-def _with_smaller_numbers(rng: np.random.Generator, honest: Any) -> Any:
-    return property(lambda s: {name: e * 10 ** rng.uniform(-6, 0.1) for name, e in honest.func(s).items()})
-
-
 LIES_ABOUT_PIECES: dict[str, tuple[Any, str, Lie]] = {
-    "errors are smaller": (pieces._ProofProblem, "errors", _with_smaller_numbers),
-    "sizes are sane": (pieces._ProofProblem, "has_sane_sizes", lambda rng, honest: property(lambda s: True)),
-    "few times are looked at": (pieces, "times_to_look_at", _after(lambda rng, t: np.sort(rng.choice(t, 9)))),
-    "bounds are broken anywhere": (
-        pieces._ProofProblem,
-        "_beyond",
-        _after(lambda rng, by: by + Fraction(rng.random())),
-    ),
-    "nothing is broken": (pieces._ProofProblem, "_beyond", _always(Fraction(-1000))),
-    "everything is broken": (pieces, "judge", lambda rng, honest: _refuses_certificates(honest)),
+    "errors are smaller": (prove.Draft, "of_pieces", _with_smaller_errors),
+    "sizes are sane": (Draft, "has_sane_sizes", lambda rng, honest: property(lambda s: True)),
+    "few times are looked at": (sketch, "times_to_look_at", _after(lambda rng, t: np.sort(rng.choice(t, 9)))),
+    "bounds are broken anywhere": (prove._ProofProblem, "_failure_at", _breaks_any_bound),
+    "violations are larger": (prove._ProofProblem, "_failure_at", _after(_exaggerates)),
+    "nothing is broken": (prove._ProofProblem, "broken", _always(None)),
+    "everything is broken": (prove, "judge", lambda rng, honest: _refuses_certificates(honest)),
 }
 
 

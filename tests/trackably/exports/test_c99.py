@@ -87,7 +87,7 @@ def require_within_certified_errors(proved: Proved, times: Array, values: Array,
         assert 0 < error < largest
         column = values[:, names.index(name)]
         for t, value in zip(times.tolist(), column.tolist(), strict=True):
-            assert abs(draft.value(name, exactly(t)) - exactly(value)) <= exactly(error), (name, t)
+            assert abs(draft.value(name, Fraction(t)) - exactly(value)) <= exactly(error), (name, t)
 
 
 TIMES = np.concatenate([RNG.uniform(-2, 6, 60), np.arange(0.0, 3.0, 0.25), [0.0, 4.0]])
