@@ -20,7 +20,7 @@ from trackably.recordings.csv_file import PLAIN, CsvLayout, csv_reading
 from trackably.recordings.parquet_file import parquet_reading
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
-from trackably.recordings.tables import Cells, Column, TableReading, path_given
+from trackably.recordings.tables import Cells, Column, TableReading, path_given, recording_of
 
 if TYPE_CHECKING:
     from trackably.recordings.mcap_file import Field
@@ -121,7 +121,7 @@ def parts_of_csv(
     column, or a row has no name.
     """
     reading = csv_reading(path, time, time_unit, signals, layout, repairs, origin)
-    return _parts(reading, csv_file.read_cells(reading.path, layout, [*dict.fromkeys((*reading.names, by))]), by)
+    return _parts(reading, csv_file.read_cells(path_given(path), layout, [*dict.fromkeys((*reading.names, by))]), by)
 
 
 def parts_of_parquet(
@@ -138,7 +138,7 @@ def parts_of_parquet(
     InputError: the file is unreadable, lacks a column, or a row has no name; or pyarrow is not installed.
     """
     reading = parquet_reading(path, time, time_unit, signals, repairs, origin)
-    return _parts(reading, parquet_file.read_cells(reading.path, [*dict.fromkeys((*reading.names, by))]), by)
+    return _parts(reading, parquet_file.read_cells(path_given(path), [*dict.fromkeys((*reading.names, by))]), by)
 
 
 def topics_of(
@@ -182,6 +182,6 @@ def _parts(reading: TableReading, cells: Cells, by: str) -> tuple[Source, ...]:
     for row, (place, name) in enumerate(zip(cells.places, cells.columns[by], strict=True)):
         if reading.form.is_missing(name) or not isinstance(name, str | int) or not str(name).strip():
             got = "none" if reading.form.is_missing(name) else repr(name)
-            raise InputError(f"{reading.path}, {place}, column {by!r}: expected the name of a recording, got {got}")
+            raise InputError(f"{reading.source}, {place}, column {by!r}: expected the name of a recording, got {got}")
         rows.setdefault(str(name).strip(), []).append(row)
-    return tuple(Source(name, partial(reading.recording, cells.part(of))) for name, of in rows.items())
+    return tuple(Source(name, partial(recording_of, (reading, cells.part(of)))) for name, of in rows.items())

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta, tzinfo
 from decimal import ROUND_FLOOR, Context, Decimal
@@ -42,19 +42,12 @@ def parse(text: str, mark: str) -> Decimal:
     raise ValueError(f"expected a number, got {shorten(text)}{hint}")
 
 
-def exact(value: object) -> Decimal | None:
-    """Convert a decoded number without rounding; None and NaN become None. ValueError: it is no finite number."""
-    match value:
-        case None:
-            return None
-        case bool() | str() | bytes():
-            pass
-        case int() | float() | Decimal():
-            number = Decimal(value)
-            if number.is_nan():
-                return None
-            if number.is_finite() and _is_short(number):
-                return number
+def exact(value: object) -> Decimal:
+    """Convert a decoded number without rounding. ValueError: it is no finite number."""
+    if isinstance(value, int | float | Decimal) and not isinstance(value, bool):
+        number = Decimal(value)
+        if number.is_finite() and _is_short(number):
+            return number
     raise ValueError(f"expected a finite number, got {shorten(value)}")
 
 
@@ -241,6 +234,10 @@ CLOCKS: Mapping[str, Clock] = {
 """The clocks by name: units with the file's own zero, units since the UNIX epoch (1970, UTC), and ISO 8601 dates."""
 
 
+RECORDED = Ticks(NANOSECOND, absolute=True)
+"""The clock of recorders. Their times are never doubted: those of simulations count from zero."""
+
+
 def frames(rate: float) -> Ticks:
     """Return the clock of stamps that count frames or steps, `rate` [1/s] of them each second.
 
@@ -258,7 +255,7 @@ def doubt(clock: Clock, first: Decimal) -> str | None:
 
     Stamps that count from 1970 give a year from 2000 to 2100 in one unit only, which reveals the unit.
     """
-    if not isinstance(clock, Ticks) or (clock.absolute and _is_likely(first)):
+    if not isinstance(clock, Ticks) or clock is RECORDED or (clock.absolute and _is_likely(first)):
         return None
     count = Context(prec=50).divide(first, clock.length)
     units = {name: other for name, other in CLOCKS.items() if isinstance(other, Ticks) and other.absolute}
@@ -273,12 +270,6 @@ def doubt(clock: Clock, first: Decimal) -> str | None:
         f'time: the first stamp, {count:f}, looks like {unit!r} of {year}; with that unit, or with origin="first", '
         "times count from the first sample"
     )
-
-
-def first_doubt(clock: Clock, stamps: Sequence[Decimal | None]) -> str | None:
-    """Return the `doubt` about the first existing time [s]."""
-    first = next((stamp for stamp in stamps if stamp is not None), None)
-    return None if first is None else doubt(clock, first)
 
 
 def _is_likely(seconds: Decimal) -> bool:

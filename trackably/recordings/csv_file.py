@@ -29,6 +29,7 @@ from trackably.recordings.tables import (
     Form,
     TableReading,
     path_given,
+    recording_of,
     refuse_other_kinds,
 )
 
@@ -206,8 +207,8 @@ def csv_reading(
             "or notes, name its number in `skip`"
         )
 
-    form = Form(layout.is_missing, lambda cell: parse(cell, layout.decimal), DateTimes.seconds, hint)
-    return TableReading.of(path_given(path), form, time, time_unit, signals, repairs, origin, between)
+    form = Form("column", layout.is_missing, lambda cell: parse(cell, layout.decimal), DateTimes.seconds, hint)
+    return TableReading.of(str(path_given(path)), form, time, time_unit, signals, repairs, origin, between)
 
 
 def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | None) -> tuple[str, list[str]]:
@@ -335,4 +336,4 @@ def read_csv(
         For a file that cannot be read, and for any error in it that no repair removes; names file and line.
     """
     reading = csv_reading(path, time, time_unit, signals, layout, repairs, origin, between)
-    return reading.recording(read_cells(reading.path, layout, reading.names))
+    return recording_of((reading, read_cells(path_given(path), layout, reading.names)))

@@ -5,16 +5,15 @@ from __future__ import annotations
 import json
 import re
 import struct
-import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from itertools import islice
 from pathlib import Path
 from types import SimpleNamespace
-from typing import ClassVar, Generic, Literal, TypeVar
+from typing import ClassVar, Literal
 
-import numpy as np
 from google.protobuf.message import Message as Protobuf
 from lz4.frame import LZ4FrameDecompressor
 from mcap.exceptions import EndOfFile
@@ -25,27 +24,34 @@ from mcap_protobuf.decoder import DecoderFactory as ProtobufDecoders
 from mcap_ros2.decoder import DecoderFactory as Ros2Decoders
 from zstandard import ZstdDecompressor
 
-from trackably.arrays import Array
-from trackably.errors import DoubtfulInputWarning, InputError
+from trackably.errors import InputError
 from trackably.files import open_input
 from trackably.recordings.clocks import (
     EXACT,
     NANOSECOND,
+    RECORDED,
     Clock,
     DateTimes,
     Origin,
     check_scale,
-    checked_origin,
     clock_named,
     exact,
-    first_doubt,
-    scale_once,
     shorten,
-    zero_of,
 )
 from trackably.recordings.recording import Recording
-from trackably.recordings.rows import Repair, Rows, chosen_repairs, recording_from_rows, rows_between
-from trackably.recordings.tables import LARGEST, check_mapping, checked_window, path_given, refuse_no_mcap
+from trackably.recordings.rows import Repair
+from trackably.recordings.tables import (
+    LARGEST,
+    Cells,
+    Column,
+    Form,
+    TableReading,
+    check_mapping,
+    is_none,
+    path_given,
+    recording_of,
+    refuse_no_mcap,
+)
 
 _INDEX = re.compile(r"\[(\d+)\]\.?", re.ASCII)
 _NUMBERED = re.compile(r"\[\d+\]", re.ASCII)
@@ -328,11 +334,15 @@ class RecordTime:
 
     attribute: Literal["log_time", "publish_time"]
     field: ClassVar[None] = None
-    absolute: ClassVar[bool] = True
 
-    def seconds(self, message: Received, _content: object) -> Decimal | None:
-        """Return the time [s], exactly."""
-        return EXACT.multiply(Decimal(getattr(message, self.attribute)), NANOSECOND)
+    @property
+    def clock(self) -> Clock:
+        """The recorder's clock."""
+        return RECORDED
+
+    def of(self, message: Received, _content: object) -> object:
+        """Return the time stamp of a message, on the clock."""
+        return getattr(message, self.attribute)
 
 
 @dataclass(frozen=True)
@@ -353,27 +363,17 @@ class Stamp:
             object.__setattr__(self, "unit", clock_named(self.unit))
 
     @property
-    def absolute(self) -> bool:
-        """Whether stamps count from 1970, and not from the file's own zero."""
-        return self.unit is None or clock_named(self.unit).absolute
+    def clock(self) -> Clock:
+        """The clock of the stamps."""
+        return clock_named("epoch s" if self.unit is None else self.unit)
 
-    def seconds(self, _message: Received, content: object) -> Decimal | None:
-        """Return the time [s], exactly; None if it is unset.
+    def of(self, _message: Received, content: object) -> object:
+        """Return the time stamp in a message, on the clock; None if it is unset.
 
-        LookupError: the message has no such field. ValueError: the field is no valid time stamp.
+        LookupError: the message has no such field. ValueError: the field has no seconds and nanoseconds.
         """
         found = find(content, self.field)
-        if found is None:
-            return None
-        if self.unit is None:
-            return _pair(found)
-        clock = clock_named(self.unit)
-        if isinstance(clock, DateTimes):
-            if not isinstance(found, str):
-                raise ValueError(f"expected a date and a time of day as text, got {shorten(found)}")
-            return clock.seconds(found)
-        number = exact(found)
-        return None if number is None else clock.seconds(number)
+        return found if found is None or self.unit is not None else _pair(found)
 
 
 MessageTime = RecordTime | Stamp
@@ -383,16 +383,21 @@ PUBLISH_TIME = RecordTime("publish_time")
 
 def _pair(stamp: object) -> Decimal:
     for names in _PAIRS:
-        try:
-            seconds, nanoseconds = (exact(find(stamp, name)) for name in names)
-        except LookupError:
-            continue
-        if seconds is not None and nanoseconds is not None:
-            return EXACT.add(seconds, EXACT.multiply(nanoseconds, NANOSECOND))
+        with suppress(LookupError):
+            parts = [find(stamp, name) for name in names]
+            if not any(map(is_none, parts)):
+                seconds, nanoseconds = map(exact, parts)
+                return EXACT.add(seconds, EXACT.multiply(nanoseconds, NANOSECOND))
     raise ValueError(f"expected seconds and nanoseconds, got {shorten(stamp)} (a number or a text needs its unit said)")
 
 
-_T = TypeVar("_T")
+def _date(clock: DateTimes, stamp: object) -> Decimal:
+    if not isinstance(stamp, str):
+        raise ValueError(f"expected a date and a time of day as text, got {shorten(stamp)}")
+    return clock.seconds(stamp)
+
+
+_FORM = Form("field", is_none, exact, _date, lambda _: "")
 
 
 @dataclass(frozen=True)
@@ -458,28 +463,21 @@ def read_mcap(
         For a file that cannot be read, and for any error in it that no repair removes; names file, topic, message.
     """
     path = path_given(path)
-    check_mapping(path, signals, 'a mapping from names to fields, as {"position": Field("/topic", "x")}')
+    check_mapping(str(path), signals, 'a mapping from names to fields, as {"position": Field("/topic", "x")}')
     for name, wanted in signals.items():
         _refuse_no_field(name, wanted)
-    chosen, zero, ends = chosen_repairs(repairs), checked_origin(origin), checked_window(between)
-    absolute = {field.time.absolute for field in signals.values()}
-    if len(absolute) > 1:
+    if len({field.time.clock.absolute for field in signals.values()}) > 1:
         raise InputError(f"{path}: signals are timed by clocks with different zeros; read them one by one")
-    messages = read_messages(path, {field.topic for field in signals.values()})
-    groups: dict[tuple[str, MessageTime], dict[str, Field]] = {}
-    for name, wanted in signals.items():
-        groups.setdefault((wanted.topic, wanted.time), {})[name] = wanted
-    tables = [_rows(path, messages[topic], topic, time, fields) for (topic, time), fields in groups.items()]
-    if ends:
-        seen = (
-            t for rows in tables for t, has in zip(rows.stamps, rows.has_value, strict=True) if t is not None and has
-        )
-        zero = zero_of(zero, True in absolute, min(seen, default=Decimal(0)))
-        tables = [rows.only(rows_between(rows.stamps, ends, zero)) for rows in tables]
-    found = recording_from_rows(tables, absolute.pop(), chosen, zero)
-    for cleaning in found.cleanings:
-        for question in cleaning.questions:
-            warnings.warn(question, DoubtfulInputWarning, stacklevel=2)
+    groups: dict[tuple[str, MessageTime], dict[str, Column]] = {}
+    for name, of in signals.items():
+        column = Column(of.path, of.scale, of.noise_std, of.offset)
+        groups.setdefault((of.topic, of.time), {})[name] = column
+    readings = [
+        (topic, time, TableReading.of(f"{path}, {topic}", _FORM, repr(time), time.clock, of, repairs, origin, between))
+        for (topic, time), of in groups.items()
+    ]
+    messages = read_messages(path, {topic for topic, _, _ in readings})
+    found = recording_of(*((of, _cells(of, messages[topic], time)) for topic, time, of in readings))
     return replace(found, signals={name: found[name] for name in signals})
 
 
@@ -488,78 +486,37 @@ def _refuse_no_field(signal: str, wanted: object) -> None:
         raise InputError(f'signal {signal!r}: expected a Field, as Field("/topic", "path.in.message"), got {wanted!r}')
 
 
-def _rows(path: Path, messages: Sequence[Received], topic: str, time: MessageTime, fields: Mapping[str, Field]) -> Rows:
-    stamps = _Column(time.field, time.seconds)
-    values = {name: _numbers(wanted.path, wanted.scale, wanted.offset) for name, wanted in fields.items()}
-    noise_std = {
-        name: _numbers(wanted.noise_std, abs(wanted.scale))
-        for name, wanted in fields.items()
-        if wanted.noise_std is not None
-    }
-    columns: list[_Column[Decimal] | _Column[float]] = [stamps, *values.values(), *noise_std.values()]
+def _cells(reading: TableReading, messages: Sequence[Received], time: MessageTime) -> Cells:
+    """Return a row for each message, None where it lacks a field. InputError: no message has one, or one is damaged."""
+    paths = {name: time.field if name == reading.time else name for name in reading.names}
+    columns: dict[str, list[object]] = {name: [] for name in paths}
+    missing, frames = {*paths}, dict[str, tuple[str, ...]]()
     for message in messages:  # one at a time: a decoded message may be much larger than what is kept of it
         content = message.content()
-        for column in columns:
-            column.take(message, content)
-    for column in columns:
-        if column.path is not None and not column.found:
-            has = ", ".join(leaves(messages[0].content()))
-            raise InputError(f"{path}, {topic}: there is no field {column.path!r}; the first message has {has}")
-    if isinstance(time, Stamp) and time.unit and (question := first_doubt(clock_named(time.unit), stamps.values)):
-        warnings.warn(f"{path}, {topic}: {question}", DoubtfulInputWarning, stacklevel=3)
-    return Rows(
-        f"{path}, {topic}",
-        [f"message {number}" for number in range(1, len(messages) + 1)],
-        stamps.values,
-        {name: _array(column) for name, column in values.items()},
-        {name: _array(column) for name, column in noise_std.items()},
-    )
+        for name, path in paths.items():
+            value = None
+            try:
+                value = time.of(message, content) if name == reading.time else find(content, name)
+                missing.discard(name)
+                _refuse_other_frame(path or "", content, frames)
+            except LookupError:
+                pass
+            except ValueError as error:
+                raise InputError(f"{message.place}, field {path!r}: {error}") from error
+            columns[name].append(value)
+    if absent := [path for name, path in paths.items() if name in missing]:
+        has = ", ".join(leaves(messages[0].content()))
+        raise InputError(f"{reading.source}: there is no field {absent[0]!r}; the first message has {has}")
+    return Cells(columns, [f"message {number}" for number in range(1, len(messages) + 1)])
 
 
-class _Column(Generic[_T]):
-    """The values that `read` returns for each message, None if missing.
-
-    `found` tells whether any message has the field.
-    """
-
-    def __init__(self, path: str | None, read: Callable[[Received, object], _T | None]) -> None:
-        self.path, self.read = path, read
-        self.values: list[_T | None] = []
-        self.found = False
-        self.labels: tuple[str, ...] | None = None
-
-    def take(self, message: Received, content: object) -> None:
-        value = None
-        try:
-            value = self.read(message, content)
-            self.found = True
-            self._refuse_others(message, content)
-        except LookupError:
-            pass
-        except ValueError as error:
-            raise InputError(f"{message.place}, field {self.path!r}: {error}") from error
-        self.values.append(value)
-
-    def _refuse_others(self, message: Received, content: object) -> None:
-        """Raise InputError if the number in a path selects another frame than before, as may happen on `/tf`."""
-        if self.path is None or "[" not in self.path:
-            return
-        named = labels(content, self.path)
-        if self.labels is not None and named != self.labels:
-            raise InputError(
-                f"{message.place}, field {self.path!r}: is of {', '.join(named)} here, and was of "
-                f"{', '.join(self.labels)} before; name the one that is meant: {label_field(content, self.path)}"
-            )
-        self.labels = named
-
-
-def _numbers(path: str, scale: float, offset: float = 0.0) -> _Column[float]:
-    def read(_: Received, content: object) -> float | None:
-        number = exact(find(content, path))
-        return None if number is None else scale_once(number, scale, offset)
-
-    return _Column(path, read)
-
-
-def _array(column: _Column[float]) -> Array:
-    return np.array([np.nan if value is None else value for value in column.values])
+def _refuse_other_frame(path: str, content: object, frames: dict[str, tuple[str, ...]]) -> None:
+    """Raise ValueError if the number in a path selects another frame than before, as may happen on `/tf`."""
+    if "[" not in path:
+        return
+    named = labels(content, path)
+    if (before := frames.setdefault(path, named)) != named:
+        raise ValueError(
+            f"is of {', '.join(named)} here, and was of {', '.join(before)} before; name the one that is meant: "
+            f"{label_field(content, path)}"
+        )

@@ -13,7 +13,7 @@ from trackably.extras import optional
 from trackably.recordings.clocks import EXACT, NANOSECOND, Clock, DateTimes, Origin, exact
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
-from trackably.recordings.tables import LARGEST, Cells, Column, Form, TableReading, path_given
+from trackably.recordings.tables import LARGEST, Cells, Column, Form, TableReading, is_none, path_given, recording_of
 
 
 def read_parquet(
@@ -50,7 +50,7 @@ def read_parquet(
         removes; names file and row, counted from 1.
     """
     reading = parquet_reading(path, time, time_unit, signals, repairs, origin)
-    return reading.recording(read_cells(reading.path, reading.names))
+    return recording_of((reading, read_cells(path_given(path), reading.names)))
 
 
 def parquet_reading(
@@ -64,8 +64,8 @@ def parquet_reading(
     """Return the arguments of `read_parquet`, checked. InputError: one of them is wrong."""
     if not isinstance(time, str):
         raise InputError(f"time: expected the name of a column, got {time!r}")
-    form = Form(lambda cell: cell is None or cell != cell, _count, _date, lambda _: "")  # noqa: PLR0124  NaN
-    return TableReading.of(path_given(path), form, time, time_unit, signals, repairs, origin)
+    form = Form("column", is_none, _count, _date, lambda _: "")
+    return TableReading.of(str(path_given(path)), form, time, time_unit, signals, repairs, origin)
 
 
 def read_cells(path: Path, names: Sequence[str]) -> Cells:
@@ -123,7 +123,4 @@ def _date(clock: DateTimes, cell: object) -> Decimal:
 def _count(cell: object) -> Decimal:
     if isinstance(cell, _Instant):
         raise ValueError('the column holds dates: "ISO 8601" is their time unit')
-    number = exact(cell)
-    if number is None:
-        raise ValueError("expected a number, got none")
-    return number
+    return exact(cell)

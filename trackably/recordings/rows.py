@@ -1,7 +1,6 @@
 """Rows of a file before any repair, the repairs, the refusal of remaining errors, and the resulting recording."""
 
 import math
-import warnings
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -11,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.arrays import Array
-from trackably.errors import DoubtfulInputWarning, InputError
-from trackably.recordings.clocks import EXACT, NANOSECOND, Clock, Origin, first_doubt, plain, zero_of
+from trackably.errors import InputError
+from trackably.recordings.clocks import EXACT, NANOSECOND, Origin, plain, zero_of
 from trackably.recordings.recording import Cleaning, Finding, Recording, Signal
 
 
@@ -280,17 +279,6 @@ def _merge(
 def _root_of_squares(deviations: Array) -> float:
     """Return √Σσ², or NaN if some σ is not positive: the sum would hide it, but NaN is refused later."""
     return math.hypot(*deviations) if np.all(deviations > 0) else math.nan
-
-
-def recording_of_table(rows: Rows, clock: Clock, repairs: Sequence[Repair], origin: Origin) -> Recording:
-    """Return the signals of one table by `recording_from_rows`; warn of doubtful findings and of implausible stamps."""
-    if origin is None and (question := first_doubt(clock, rows.stamps)):
-        warnings.warn(f"{rows.source}: {question}", DoubtfulInputWarning, stacklevel=4)
-    recording = recording_from_rows([rows], clock.absolute, repairs, origin)
-    for cleaning in recording.cleanings:
-        for question in cleaning.questions:
-            warnings.warn(question, DoubtfulInputWarning, stacklevel=4)
-    return recording
 
 
 def recording_from_rows(tables: Sequence[Rows], absolute: bool, repairs: Sequence[Repair], origin: Origin) -> Recording:

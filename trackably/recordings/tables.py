@@ -4,9 +4,11 @@ an error that names a cell.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from itertools import chain
 from pathlib import Path
 from reprlib import repr as short
 from typing import Any, NamedTuple, Self, TypeVar
@@ -15,7 +17,7 @@ import numpy as np
 
 from trackably.arguments import is_number
 from trackably.arrays import Array
-from trackably.errors import InputError
+from trackably.errors import DoubtfulInputWarning, InputError
 from trackably.recordings.clocks import (
     Clock,
     DateTimes,
@@ -23,11 +25,12 @@ from trackably.recordings.clocks import (
     check_scale,
     checked_origin,
     clock_named,
+    doubt,
     scale_once,
     zero_of,
 )
 from trackably.recordings.recording import Recording
-from trackably.recordings.rows import Repair, Rows, chosen_repairs, recording_of_table, rows_between
+from trackably.recordings.rows import Repair, Rows, chosen_repairs, recording_from_rows, rows_between
 
 # Arguments that all readers share, and files that they refuse because of their first bytes.
 
@@ -39,12 +42,12 @@ def path_given(given: object) -> Path:
     return Path(given)
 
 
-def check_mapping(path: Path, signals: object, described: str) -> None:
+def check_mapping(source: str, signals: object, described: str) -> None:
     """Raise InputError if `signals` is no mapping from names, or empty."""
     if not isinstance(signals, Mapping):
         raise InputError(f"signals: expected {described}, got {short(signals)}")
     if not signals:
-        raise InputError(f"{path}: expected at least one signal, got none")
+        raise InputError(f"{source}: expected at least one signal, got none")
     for name in signals:
         if not isinstance(name, str):
             raise InputError(f"signals: expected names as texts, got {short(name)}")
@@ -136,8 +139,12 @@ class Cells:
 
 
 class Form(NamedTuple):
-    """How a kind of file writes values in its cells. ValueError: a cell has another content."""
+    """How a kind of file writes values in its cells, which it calls columns or fields (`what`).
 
+    ValueError: a cell has another content.
+    """
+
+    what: str
     is_missing: Callable[[Any], bool]
     number: Callable[[Any], Decimal]
     date: Callable[[DateTimes, Any], Decimal]
@@ -145,11 +152,16 @@ class Form(NamedTuple):
     """Returns advice for a refused cell."""
 
 
+def is_none(value: object) -> bool:
+    """Whether a decoded value is null or NaN, which both mean that there is none."""
+    return value is None or value != value  # noqa: PLR0124
+
+
 @dataclass(frozen=True)
 class TableReading:
-    """The columns of a file with their names in the recording, its clock, its form, and the repairs."""
+    """The columns of a file, or of a topic, with their names in the recording; its clock, its form, and the repairs."""
 
-    path: Path
+    source: str
     form: Form
     time: str | None
     clock: Clock
@@ -161,7 +173,7 @@ class TableReading:
     @classmethod
     def of(
         cls,
-        path: Path,
+        source: str,
         form: Form,
         time: str | None,
         time_unit: str | Clock,
@@ -171,10 +183,10 @@ class TableReading:
         between: tuple[float, float] | None = None,
     ) -> Self:
         """Check and return the arguments of a reader. InputError: one of them is wrong."""
-        check_mapping(path, signals, 'a mapping from names to columns, as {"position": "x"}')
+        check_mapping(source, signals, 'a mapping from names to columns, as {"position": "x"}')
         columns = {name: _column(name, wanted) for name, wanted in signals.items()}
         clock, chosen, zero = clock_named(time_unit), tuple(chosen_repairs(repairs)), checked_origin(origin)
-        return cls(path, form, time, clock, columns, chosen, zero, checked_window(between))
+        return cls(source, form, time, clock, columns, chosen, zero, checked_window(between))
 
     @property
     def names(self) -> list[str]:
@@ -182,40 +194,35 @@ class TableReading:
         names = (self.time, *(name for column in self.columns.values() for name in (column.name, column.noise_std)))
         return list(dict.fromkeys(name for name in names if name is not None))
 
-    def recording(self, cells: Cells) -> Recording:
-        """Return the recording of a table with these columns. Raises InputError; warns of implausible stamps."""
-        stamps, origin = self._stamps(cells), self.origin
-        if self.between:
-            origin = zero_of(origin, self.clock.absolute, self._first(cells, stamps))
-            inside = rows_between(stamps, self.between, origin)
-            cells, stamps = cells.part(inside), [stamps[i] for i in inside]
+    def rows(self, cells: Cells, stamps: Sequence[Decimal | None]) -> Rows:
+        """Return the values of a table with these stamps [s]. InputError: a cell has another content."""
         values = {name: self._numbers(cells, of.name, of.scale, of.offset) for name, of in self.columns.items()}
         noise_std = {
             name: self._numbers(cells, of.noise_std, abs(of.scale))
             for name, of in self.columns.items()
             if of.noise_std is not None
         }
-        rows = Rows(str(self.path), cells.places, stamps, values, noise_std)
-        return recording_of_table(rows, self.clock, self.repairs, origin)
+        return Rows(self.source, cells.places, stamps, values, noise_std)
 
-    def _stamps(self, cells: Cells) -> list[Decimal | None]:
+    def stamps(self, cells: Cells) -> list[Decimal | None]:
+        """Return the time [s] of each row, exactly; None if it has none."""
         clock, form = self.clock, self.form
         if isinstance(clock, DateTimes):
             if self.time is None:
                 raise InputError(
-                    f"{self.path}: time=None counts rows, and no count is a date: give frames(rate) as unit"
+                    f"{self.source}: time=None counts rows, and no count is a date: give frames(rate) as unit"
                 )
             return self._convert(cells, self.time, lambda cell: form.date(clock, cell))
         if self.time is None:
             return [clock.seconds(Decimal(row)) for row in range(len(cells.places))]
         return self._convert(cells, self.time, lambda cell: clock.seconds(form.number(cell)))
 
-    def _first(self, cells: Cells, stamps: Sequence[Decimal | None]) -> Decimal:
-        """Return the first stamp [s] of a row that has a value in one of the columns; 0 if there is none."""
+    def seen(self, cells: Cells, stamps: Sequence[Decimal | None]) -> Iterator[Decimal]:
+        """Yield the stamps [s] of the rows that have a value in one of the columns."""
         rows = zip(*(cells.columns[column.name] for column in self.columns.values()), strict=True)
-        pairs = zip(stamps, rows, strict=True)
-        timed = (t for t, row in pairs if t is not None and not all(map(self.form.is_missing, row)))
-        return min(timed, default=Decimal(0))
+        for t, row in zip(stamps, rows, strict=True):
+            if t is not None and not all(map(self.form.is_missing, row)):
+                yield t
 
     def _numbers(self, cells: Cells, name: str, scale: float, offset: float = 0.0) -> Array:
         found = self._convert(cells, name, lambda cell: scale_once(self.form.number(cell), scale, offset))
@@ -228,8 +235,36 @@ class TableReading:
                 found.append(None if self.form.is_missing(cell) else convert(cell))
             except ValueError as error:
                 hint = self.form.hint(cell)
-                raise InputError(f"{self.path}, {place}, column {name!r}: {error}{hint}") from error
+                raise InputError(f"{self.source}, {place}, {self.form.what} {name!r}: {error}{hint}") from error
         return found
+
+
+def recording_of(*tables: tuple[TableReading, Cells]) -> Recording:
+    """Return the recording of tables, whose clocks have one zero, and whose repairs, origin and window are the same.
+
+    Raises InputError; warns the caller's caller of implausible stamps, and of repairs that may be wrong.
+    """
+    reading, _ = tables[0]
+    origin, absolute = reading.origin, reading.clock.absolute
+    stamped = [(of, cells, of.stamps(cells)) for of, cells in tables]
+    if origin is None:
+        for of, _, stamps in stamped:
+            first = next((stamp for stamp in stamps if stamp is not None), None)
+            if first is not None and (question := doubt(of.clock, first)):
+                warnings.warn(f"{of.source}: {question}", DoubtfulInputWarning, stacklevel=3)
+    if reading.between:
+        seen = chain.from_iterable(of.seen(cells, stamps) for of, cells, stamps in stamped)
+        origin = zero_of(origin, absolute, min(seen, default=Decimal(0)))
+        inside = [rows_between(stamps, reading.between, origin) for _, _, stamps in stamped]
+        stamped = [
+            (of, cells.part(rows), [stamps[i] for i in rows])
+            for rows, (of, cells, stamps) in zip(inside, stamped, strict=True)
+        ]
+    rows = [of.rows(cells, stamps) for of, cells, stamps in stamped]
+    found = recording_from_rows(rows, absolute, reading.repairs, origin)
+    for question in (question for cleaning in found.cleanings for question in cleaning.questions):
+        warnings.warn(question, DoubtfulInputWarning, stacklevel=3)
+    return found
 
 
 def _column(signal: str, wanted: object) -> Column:
