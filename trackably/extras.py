@@ -6,7 +6,6 @@ from contextlib import contextmanager
 from trackably.errors import InputError
 
 EXTRA_OF = {
-    "cvxpy": "repair",
     "matplotlib": "plots",
     "google": "recordings",  # of protobuf
     "lz4": "recordings",

@@ -20,16 +20,19 @@ _TOLERANCES = (1e-12, 1e-10, 1e-8)
 _MAX_ITERATIONS = 50
 
 
+Matrix = Array | sparse.csr_array | sparse.csc_array
+
+
 @dataclass(frozen=True, eq=False)
 class Program:
-    """min ½ xᵀ P x + qᵀ x with E x = f and F x ≤ g, where A stacks E on F.
+    """min ½ xᵀ P x + qᵀ x with E x = f and F x ≤ g, where A stacks E on F; P and A may be sparse.
 
     E has as many rows as there are `equations`.
     """
 
-    P: Array
+    P: Matrix
     q: Array
-    A: Array
+    A: Matrix
     equations: int
 
     def solve(
@@ -55,7 +58,7 @@ class Program:
 
     @cached_property
     def _matrices(self) -> tuple[sparse.csc_array, sparse.csc_array]:
-        return sparse.csc_array(np.triu(self.P)), sparse.csc_array(self.A)
+        return sparse.triu(sparse.csc_array(self.P), format="csc"), sparse.csc_array(self.A)
 
 
 def _settings(tolerance: float) -> clarabel.DefaultSettings:

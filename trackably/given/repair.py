@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, get_args
 
-import cvxpy as cp
 import numpy as np
 from scipy import sparse
 from scipy.interpolate import BSpline
@@ -19,6 +17,7 @@ from trackably.certificates.claim import Written
 from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import prove, prove_on_window
+from trackably.control.programs import Program
 from trackably.given.certify import CertifiedReference, Given, Moved, distance
 from trackably.given.conversion import Interpolation, as_pieces
 from trackably.systems.constrained import ConstrainedSystem
@@ -30,20 +29,61 @@ _FEWEST, _MOST, _PER_PIECE = 64, 400, 4
 _INSTANTS = 6  # for each interval between knots
 
 
+Side = tuple[Any, Array]
+"""Sparse rows for all coefficients, and what they shall equal, or not exceed."""
+
+
 @dataclass(frozen=True, eq=False)
 class Splines:
-    """One spline of a `degree` for each flat output, with the same `knots` [s], without repetitions at the ends.
+    """B-splines of a `degree` with these `knots` [s], which repeat at the ends, or continue by a period (`repeats`)."""
+
+    knots: Array
+    degree: int
+    repeats: bool = False
+
+    @property
+    def count(self) -> int:
+        """The number of coefficients of one spline."""
+        return len(self.knots) - 1 + (0 if self.repeats else self.degree)
+
+    @cached_property
+    def padded(self) -> Array:
+        """The knots in SciPy's form."""
+        k, inner = self.degree, self.knots
+        if not self.repeats:
+            return np.pad(inner, k, mode="edge")
+        period = inner[-1] - inner[0]
+        return np.concatenate([inner[-1 - k : -1] - period, inner, inner[1 : k + 1] + period])
+
+    def basis(self, t: Array) -> sparse.csr_array:
+        """Return the values of the basis splines at t [s], as rows for the coefficients of one spline:
+        shape (len(t), count).
+        """
+        first, last = self.knots[0], self.knots[-1]
+        if self.repeats:
+            t = first + np.mod(t - first, last - first)
+        found = sparse.csr_array(BSpline.design_matrix(np.clip(t, first, last), self.padded, self.degree))
+        columns = np.arange(found.shape[1])
+        return sparse.csr_array(found @ sparse.csr_array((np.ones(columns.size), (columns, columns % self.count))))
+
+    def refined(self, times: Array, parts: int) -> Array:
+        """Return times [s] with as many `parts` of each interval between them."""
+        return np.interp(np.arange((len(times) - 1) * parts + 1) / parts, np.arange(len(times)), times)
+
+
+@dataclass(frozen=True, eq=False)
+class Nearest:
+    """The search for `splines`, one for each flat output, near the `given` curves and within the bounds of the plant.
 
     States at the first knot are fixed to `held`, shape (n,), or free if it is None.
     """
 
     given: Given
-    knots: Array
-    degree: int
+    splines: Splines
     held: Array | None
 
     @classmethod
-    def of(cls, given: Given, held: Array | None) -> Splines:
+    def of(cls, given: Given, held: Array | None) -> Nearest:
         """Choose knots: four in each piece of the curves, 64 to 400, and no closer than the steps."""
         step, orders = given.plant.sampling_time, given.plant.flatness.orders
         first, last = given.span
@@ -51,107 +91,76 @@ class Splines:
             last += (max(orders) + 1e-6) * step
         pieces = max(len(curve.coefficients) for curve in given.curves.values())
         count = min(max(_FEWEST, _PER_PIECE * pieces), _MOST, max(int((last - first) / step), 8))
-        return cls(given, np.linspace(first, last, count + 1), max(5, max(orders) + 1), held)
-
-    @property
-    def count(self) -> int:
-        """The number of coefficients of one spline."""
-        intervals = len(self.knots) - 1
-        return intervals if self.given.beyond == "period" else intervals + self.degree
-
-    @cached_property
-    def padded(self) -> Array:
-        """Knots in SciPy's form: repeated at the ends, or continued by a period."""
-        k, inner = self.degree, self.knots
-        if self.given.beyond != "period":
-            return np.concatenate([np.full(k, inner[0]), inner, np.full(k, inner[-1])])
-        period = inner[-1] - inner[0]
-        return np.concatenate([inner[-1 - k : -1] - period, inner, inner[1 : k + 1] + period])
+        knots = np.linspace(first, last, count + 1)
+        return cls(given, Splines(knots, max(5, max(orders) + 1), given.beyond == "period"), held)
 
     @cached_property
     def instants(self) -> Array:
         """Times [s] at which bounds are imposed first: some in each interval between knots."""
         first, last = self.given.span
-        return np.linspace(first, last, _INSTANTS * (len(self.knots) - 1) + 1)
+        return np.linspace(first, last, _INSTANTS * (len(self.splines.knots) - 1) + 1)
 
     def signals(self, coefficients: Array) -> tuple[PolynomialPieces, ...]:
         """Return the splines with these coefficients, shape (signals, count)."""
-        wrapped = [np.resize(c, self.count + self.degree) if self.given.beyond == "period" else c for c in coefficients]
-        return tuple(as_pieces(BSpline(self.padded, c, self.degree), self.given.beyond) for c in wrapped)
-
-    def basis(self, t: Array) -> sparse.csr_array:
-        """Return the values of the basis splines at t [s], as rows for the coefficients of one
-        signal: shape (len(t), count).
-        """
-        first, last = self.knots[0], self.knots[-1]
-        if self.given.beyond == "period":
-            t = first + np.mod(t - first, last - first)
-        found = BSpline.design_matrix(np.clip(t, first, last), self.padded, self.degree)
-        if self.given.beyond != "period":
-            return sparse.csr_array(found)
-        columns = np.arange(found.shape[1]) % self.count
-        return sparse.csr_array(found @ sparse.csr_array((np.ones(columns.size), (np.arange(columns.size), columns))))
+        of, beyond = self.splines, self.given.beyond
+        wrapped = np.take(coefficients, np.arange(len(of.padded) - of.degree - 1) % of.count, axis=1)
+        return tuple(as_pieces(BSpline(of.padded, c, of.degree), beyond) for c in wrapped)
 
     def rows(self, functional: Functional, t: Array) -> sparse.csr_array:
         """Return a functional at t [s], without its offset, as rows for all coefficients."""
-        blocks = []
-        for weights in functional.weights:
-            terms = [float(w) * self.basis(t + j * functional.sampling_time) for j, w in enumerate(weights) if w]
-            blocks.append(sum(terms[1:], terms[0]) if terms else sparse.csr_array((len(t), self.count)))
+        return self._rows([[float(w) for w in of] for of in functional.weights], t, functional.sampling_time)
+
+    def _rows(self, weights: Sequence[Sequence[float]], t: Array, step: float) -> sparse.csr_array:
+        none = sparse.csr_array((len(t), self.splines.count))
+        blocks = [
+            sum((w * self.splines.basis(t + j * step) for j, w in enumerate(of) if w), start=none) for of in weights
+        ]
         return sparse.csr_array(sparse.hstack(blocks))
 
-    def nearest(self, times: Array, backoff: float) -> Array | None:
+    def solve(self, times: Array, backoff: float) -> Array | None:
         """Return the coefficients nearest to the curves that keep the tightened bounds at some times [s].
 
         None if there are none.
         """
-        unknown, plant = cp.Variable(len(self.given.curves) * self.count), self.given.plant
-        constraints = self._begun(unknown)
-        for q in plant.quantities:
-            functional = _requirement(q.functional)
-            row, width = self.rows(functional, times) / q.bounds.width, q.bounds.width
+        equal, aims, at_most = self._begun, self._aims, list[Side]()
+        for q in self.given.plant.quantities:
+            functional, width = _requirement(q.functional), q.bounds.width
+            row = self.rows(functional, times) / width
             low, high = ((end - float(functional.offset)) / width for end in (q.bounds.lower, q.bounds.upper))
-            constraints += [row @ unknown >= low + backoff, row @ unknown <= high - backoff]
-        program = cp.Problem(cp.Minimize(cp.sum_squares(cp.hstack(self._apart(unknown)))), constraints)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # an inaccurate solution may still be proved
-            try:
-                program.solve(solver=cp.CLARABEL)
-            except cp.SolverError:
-                return None
-        if program.status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE) or unknown.value is None:
-            return None
-        return np.asarray(unknown.value).reshape(-1, self.count)
+            at_most += [(row, np.full(len(times), high - backoff)), (-row, np.full(len(times), -low - backoff))]
+        (M, wanted), (A, limits) = (_stacked(of) for of in (aims, equal + at_most))
+        program = Program(2 * M.T @ M, -2 * M.T @ wanted, A, len(equal))
+        found = program.solve(limits, (1e-8,), ("Solved", "AlmostSolved"))
+        return None if found is None else found.reshape(-1, self.splines.count)
 
-    def _begun(self, unknown: cp.Variable) -> list[cp.Constraint]:
-        """Return the constraint that the states at the start equal `held`; empty if they are free."""
-        if self.held is None:
-            return []
-        states, found = [_requirement(trajectory) for trajectory in self.given.plant.flatness.states], []
-        for functional, value in zip(states, self.held.tolist(), strict=True):
-            row = self.rows(functional, self.knots[:1])
+    @property
+    def _begun(self) -> list[Side]:
+        """The equations by which the states at the start equal `held`; none if they are free."""
+        found = []
+        for state, value in zip(self.given.plant.flatness.states, () if self.held is None else self.held, strict=False):
+            functional = _requirement(state)
+            row = self.rows(functional, self.splines.knots[:1])
             scale = float(np.max(np.abs(row.data)))
-            found.append(row / scale @ unknown == (value - float(functional.offset)) / scale)
+            found.append((row / scale, np.array([(value - float(functional.offset)) / scale])))
         return found
 
-    def _apart(self, unknown: cp.Variable) -> Sequence[cp.Expression]:
-        """Return the states or flat outputs that the curves give, minus the curves, each relative to its range."""
-        found, t, n = [], self.instants, len(self.given.curves)
+    @property
+    def _aims(self) -> list[Side]:
+        """The states or flat outputs that the curves give, and the curves, each relative to its range."""
+        found, t = [], self.instants
         for i, (name, curve) in enumerate(self.given.curves.items()):
             stencil, values = self.given.stencils[name], curve(t)
-            first, *others = (w * self.basis(t + j * stencil.step) for j, w in enumerate(stencil.weights))
-            shown = sum(others, first)
-            blocks = [shown if j == i else sparse.csr_array(shown.shape) for j in range(n)]
+            shown = self._rows(
+                [stencil.weights if j == i else () for j in range(len(self.given.curves))], t, stencil.step
+            )
             size = float(np.max(np.abs(values)))
             scale = (float(np.ptp(values)) if np.ptp(values) > 1e-6 * size else size or 1.0) * np.sqrt(t.size)
-            found.append((sparse.csr_array(sparse.hstack(blocks)) @ unknown + stencil.offset - values) / scale)
+            found.append((shown / scale, (values - stencil.offset) / scale))
         return found
 
-    def broken_between(self, coefficients: Array, times: Array, finer: int, room: float) -> Array:
-        """Return the times of local minima of margins below `room` (relative to a width), on a
-        grid `finer` times as dense.
-        """
-        fine = np.interp(np.arange((len(times) - 1) * finer + 1) / finer, np.arange(len(times)), times)
+    def broken_between(self, coefficients: Array, times: Array, room: float) -> Array:
+        """Return the times of local minima of margins below `room` (relative to a width), on a finer grid."""
+        fine = self.splines.refined(times, _FINER)
         found = []
         for q in self.given.plant.quantities:
             functional = _requirement(q.functional)
@@ -160,6 +169,11 @@ class Splines:
             lowest = (margin[1:-1] <= margin[:-2]) & (margin[1:-1] <= margin[2:]) & (margin[1:-1] < room)
             found.append(fine[lowest])
         return np.unique(np.concatenate(found))
+
+
+def _stacked(sides: Sequence[Side]) -> Side:
+    rows, values = zip(*sides, strict=True)
+    return sparse.csr_array(sparse.vstack(rows)), np.concatenate(values)
 
 
 def _requirement(functional: Coordinate | None) -> Functional:
@@ -204,13 +218,13 @@ def repair(
     if isinstance(outcome, Certificate):
         nowhere = {name: Moved(0.0, 0.0) for name in given.curves}
         return CertifiedReference(given.reference, outcome, given.off(outcome), nowhere)
-    splines = Splines.of(given, _start_states(given) if start == "given" else None)
-    times = splines.instants
+    near = Nearest.of(given, _start_states(given) if start == "given" else None)
+    times = near.instants
     for backoff in _BACKOFFS:
-        coefficients, times = _solve(splines, times, backoff)
+        coefficients, times = _solve(near, times, backoff)
         if coefficients is None:
-            return outcome if isinstance(outcome, Unproved) else _not_found(outcome, backoff, splines)
-        reference = Reference(splines.signals(coefficients), plant)
+            return outcome if isinstance(outcome, Unproved) else _not_found(outcome, backoff, near)
+        reference = Reference(near.signals(coefficients), plant)
         found = judge(prove_on_window(reference, *given.window.span) if given.window else prove(reference))
         if isinstance(found, Certificate):
             return CertifiedReference(reference, found, {}, _distances(given, reference, found))
@@ -218,15 +232,15 @@ def repair(
     return outcome
 
 
-def _solve(splines: Splines, times: Array, backoff: float) -> tuple[Array | None, Array]:
+def _solve(near: Nearest, times: Array, backoff: float) -> tuple[Array | None, Array]:
     """Return coefficients that keep the bounds at many times [s], and nearly between them, with these times.
 
     The times are the given ones and local minima of margins between them. None as coefficients if there are none.
     """
     found = None
     for _ in range(_EXCHANGES):
-        found = splines.nearest(times, backoff)
-        if found is None or not (overlooked := splines.broken_between(found, times, _FINER, backoff / 2)).size:
+        found = near.solve(times, backoff)
+        if found is None or not (overlooked := near.broken_between(found, times, backoff / 2)).size:
             break
         times = np.union1d(times, overlooked)
     return found, times
@@ -247,9 +261,9 @@ def _start_states(given: Given) -> Array | None:
     return at_start if all(margin > _BACKOFFS[0] for margin in margins) else None
 
 
-def _not_found(broken: Counterexample, backoff: float, splines: Splines) -> Unproved:
+def _not_found(broken: Counterexample, backoff: float, near: Nearest) -> Unproved:
     reason = f"no spline was found within the bounds, tightened by {backoff:.0e} of their width"
-    if splines.held is not None:
+    if near.held is not None:
         reason += ', that begins with the given states; one may exist that does not (start="free")'
     return Unproved(broken.quantity, broken.bounds, (broken.time, broken.time), broken.violation, reason)
 

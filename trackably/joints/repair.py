@@ -15,14 +15,15 @@ from functools import cached_property
 from time import perf_counter
 from typing import Any
 
-import clarabel
 import numpy as np
 from scipy import sparse
-from scipy.interpolate import BSpline, PPoly
+from scipy.interpolate import PPoly
 
 from trackably.arguments import numbers
 from trackably.arrays import Array
 from trackably.certificates.outcome import Unproved
+from trackably.control.programs import Program
+from trackably.given.repair import Splines
 from trackably.joints.certify import (
     TOLERANCE,
     CertifiedTrajectory,
@@ -78,7 +79,7 @@ def repair_joints(
     if start is None or np.all(np.abs(given.state(given.span[0], len(held)) - held) <= tolerance):
         with suppress(NotAcceptedError):
             return CertifiedTrajectory(given, joints, tolerance)
-    splines, reason = Splines.of(given, joints.order), "no spline was found within the limits in the same time"
+    splines, reason = HeldSplines.of(given, joints.order), "no spline was found within the limits in the same time"
     for backoff in _BACKOFFS:
         columns = list(_solve(splines, given, joints, held, backoff, until))
         if len(columns) < len(joints.names):
@@ -108,31 +109,22 @@ def _start_values(given: JointTrajectory, joints: Joints, start: Any) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Splines:
-    """B-splines of degree 5 with these `knots` [s]; the first and the last knot are sixfold.
-
-    The first `order` coefficients are fixed; if the splines end at rest (`rests`), the last `order` ones are equal.
+class HeldSplines(Splines):
+    """Splines of which the first `order` coefficients are fixed; if they end at rest (`rests`), the last `order` ones
+    are equal.
     """
 
-    knots: Array
-    order: int
-    rests: bool
+    order: int = 1
+    rests: bool = True
 
     @classmethod
-    def of(cls, given: JointTrajectory, order: int) -> Splines:
+    def of(cls, given: JointTrajectory, order: int) -> HeldSplines:
         """Return splines with knots at the breakpoints of a trajectory, and some in between if these are few."""
         ends = given.breakpoints
         parts = np.maximum(np.ceil(_FEWEST * np.diff(ends) / (ends[-1] - ends[0])), 1).astype(int)
         inner = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(ends[:-1], ends[1:], parts, strict=True)]
-        return cls(np.append(np.concatenate(inner), ends[-1]), max(order, 1), given.rests)
-
-    @cached_property
-    def padded(self) -> Array:
-        return np.concatenate([np.full(_DEGREE, self.knots[0]), self.knots, np.full(_DEGREE, self.knots[-1])])
-
-    @property
-    def count(self) -> int:
-        return len(self.knots) - 1 + _DEGREE
+        knots = np.append(np.concatenate(inner), ends[-1])
+        return cls(knots, _DEGREE, order=max(order, 1), rests=given.rests)
 
     @cached_property
     def coefficients_of(self) -> list[Any]:
@@ -161,12 +153,6 @@ class Splines:
         c[:R] = np.linalg.solve(first, state[:R])
         return c
 
-    @cached_property
-    def looks(self) -> tuple[Array, Any]:
-        """Times [s] at which positions are compared, and the basis splines there."""
-        fine = np.interp(np.arange(_LOOKS * (len(self.knots) - 1) + 1) / _LOOKS, np.arange(len(self.knots)), self.knots)
-        return fine, sparse.csr_array(BSpline.design_matrix(fine, self.padded, _DEGREE))
-
     def trajectory(self, coefficients: Array, given: JointTrajectory) -> JointTrajectory:
         """Return the splines with coefficients (J, count) as pieces."""
         inside = slice(_DEGREE, self.count)
@@ -175,40 +161,35 @@ class Splines:
 
 
 def _solve(
-    splines: Splines, given: JointTrajectory, joints: Joints, held: Array, backoff: float, until: float
+    splines: HeldSplines, given: JointTrajectory, joints: Joints, held: Array, backoff: float, until: float
 ) -> Iterator[Array]:
     """Yield the coefficients of each joint in turn, until one has no solution or the time is over."""
-    times, design = splines.looks
-    wanted, E = given(times), splines.free
+    times, E = splines.refined(splines.knots, _LOOKS), splines.free
+    wanted, design, scale = given(times), splines.basis(times), 1.0 / len(times)
     A = [sparse.csr_array(D @ E) for D in splines.coefficients_of]
     B = design @ E
-    scale = 1.0 / len(times)
-    P = sparse.triu(scale * (B.T @ B), format="csc")
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
+    P = sparse.csc_array(scale * (B.T @ B))
     for j in range(len(joints.names)):
         if perf_counter() > until:
             return
         fixed = splines.begun(held[:, j])
         q = -scale * (B.T @ (wanted[:, j] - design @ fixed))
-        rows, bounds = [], []
-        for r in range(joints.order + 1):
-            low, high = joints.limits[r, j]
+        rows, limits = list[sparse.csr_array](), list[Array]()
+        for r, (low, high) in enumerate(joints.limits[: joints.order + 1, j].tolist()):
             if not np.isfinite(low):
                 continue
             moves = np.diff(A[r].indptr) > 0
             offset = (splines.coefficients_of[r] @ fixed)[moves]
             width = high - low
             rows += [A[r][moves] / width, -A[r][moves] / width]
-            bounds += [(high - offset) / width - backoff, (offset - low) / width - backoff]
+            limits += [(high - offset) / width - backoff, (offset - low) / width - backoff]
         if not rows:
-            rows, bounds = [sparse.csr_array((1, E.shape[1]))], [np.ones(1)]
-        limits = np.concatenate(bounds)
-        cones = [clarabel.NonnegativeConeT(len(limits))]
-        found = clarabel.DefaultSolver(P, q, sparse.csc_array(sparse.vstack(rows)), limits, cones, settings).solve()
-        if found.status not in (clarabel.SolverStatus.Solved, clarabel.SolverStatus.AlmostSolved):
+            rows, limits = [sparse.csr_array((1, E.shape[1]))], [np.ones(1)]
+        program = Program(P, q, sparse.csr_array(sparse.vstack(rows)), 0)
+        found = program.solve(np.concatenate(limits), (1e-8,), ("Solved", "AlmostSolved"))
+        if found is None:
             return
-        yield fixed + E @ np.array(found.x)
+        yield fixed + E @ found
 
 
 def _distances(given: JointTrajectory, found: JointTrajectory) -> dict[str, Moved]:
