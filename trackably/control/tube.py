@@ -47,9 +47,11 @@ class ErrorSet:
     def contains(self, e: Array) -> bool:
         """Whether an error (n,) is in Z, up to rounding; False if the solver does not decide it."""
         off, start = (e - self.centre) / self.extents, self._in_extents
-        shortest = self._shortest @ off
-        missed = np.abs(start.directions.T @ shortest - off)
-        if not len(self.hulls) and np.all(np.abs(shortest) <= 1) and np.all(missed <= _ROUNDING):
+        rows, middle, shortest = self._parts
+        aim = np.append(off, np.ones(len(start.sums)))
+        parts = middle + shortest @ (aim - rows @ middle)
+        is_found = np.all(np.abs(rows @ parts - aim) <= _ROUNDING)
+        if is_found and np.all(start.lower <= parts) and np.all(parts <= 1):
             return True
         limits = [np.ones(len(start.sums)), off + _ROUNDING / 10, _ROUNDING / 10 - off]
         found = self._gauge.solve(np.concatenate([*limits, np.ones(len(start.lower)), -start.lower]), _TOLERANCES)
@@ -60,9 +62,17 @@ class ErrorSet:
         return self.start_set(self.extents)
 
     @cached_property
-    def _shortest(self) -> Array:
-        """The matrix that maps a point to its shortest sum of generators. Inside Z, most points need no program."""
-        return np.asarray(np.linalg.pinv(self._in_extents.directions.T), dtype=float)
+    def _parts(self) -> tuple[Array, Array, Array]:
+        """The equations of the parts of a point of Z, the parts of a point in its middle, and the matrix that maps a
+        residual of the equations to the shortest change of the parts.
+
+        Its parts are multiples of generators, and shares of the vertices of each hull. Inside Z, most points are found
+        in this way and need no program.
+        """
+        start = self._in_extents
+        rows = np.vstack([start.directions.T, start.sums])
+        middle = start.sums.T @ (1 / start.sums.sum(axis=1))  # as much of each vertex of a hull, and of no generator
+        return rows, middle, np.asarray(np.linalg.pinv(rows), dtype=float)
 
     @cached_property
     def _gauge(self) -> Program:
