@@ -126,7 +126,7 @@ def _read(wanted: Any, data: Any, where: str) -> Any:  # noqa: PLR0911  one form
         _require(bool(is_rational), "must be a rational number such as -3/4", data, where)
         return Fraction(data)
     if wanted == Formula or wanted in get_args(Formula):
-        return _made(a_formula, where, data, "a formula")
+        return _make(a_formula, where, data, "a formula")
     if kind in (Union, UnionType):
         return None if data is None and type(None) in inner else _read(_best(inner, data), data, where)
     if kind is Literal:
@@ -188,10 +188,10 @@ def _best(kinds: tuple[Any, ...], data: Any) -> Any:
     """Return the class of which an object lacks the fewest fields, or the only other type."""
     given = set(data) if isinstance(data, dict) else set[str]()
     some = [kind for kind in kinds if kind is not type(None)]
-    return min(some, key=lambda kind: len(_needed(kind) - given) if is_dataclass(kind) else bool(given))
+    return min(some, key=lambda kind: len(_required_fields(kind) - given) if is_dataclass(kind) else bool(given))
 
 
-def _needed(wanted: Any) -> set[str]:
+def _required_fields(wanted: Any) -> set[str]:
     return {field.name for field in fields(wanted) if not _is_left_out(field)}
 
 
@@ -205,17 +205,17 @@ def _read_dataclass(wanted: Any, data: Any, where: str) -> Any:
         wanted = known[name]
     hints, of = _hints(wanted), wanted.__name__
     _require(isinstance(data, dict), f"{of} must be an object", data, where)
-    if missing := [name for name in hints if name in _needed(wanted) and name not in data]:
+    if missing := [name for name in hints if name in _required_fields(wanted) and name not in data]:
         raise CodecError(f"{of} lacks {', '.join(missing)} @ {where}")
     if unknown := [str(name) for name in data if name not in hints]:
         raise CodecError(f"{of} has no {', '.join(unknown)} @ {where}")
     if wanted is Polytope:  # an end that moves in time is an object
         moving = (side for side in ("lower", "upper") if isinstance(data[side], list) and dict in map(type, data[side]))
         hints = hints | dict.fromkeys(moving, tuple[float | PolynomialPieces, ...])
-    return _made(wanted, where, **{name: _read(hints[name], value, f"{where}.{name}") for name, value in data.items()})
+    return _make(wanted, where, **{name: _read(hints[name], value, f"{where}.{name}") for name, value in data.items()})
 
 
-def _made(make: Callable[..., T], where: str, *given: Any, **named: Any) -> T:
+def _make(make: Callable[..., T], where: str, *given: Any, **named: Any) -> T:
     """Return what a class or a function makes of its arguments. CodecError: it refuses them."""
     try:
         return make(*given, **named)

@@ -225,7 +225,7 @@ def learn_reference(
 
     with progress_bar("learn reference", shown=progress):
         with _in_time(budget, end):
-            first, _ = others.learned(beforehand, lambda found: found.likely)
+            first, _ = others.learn_enough(beforehand, lambda found: found.likely)
             measured, _ = measured.enough_for(first.likely)
         ask(first.questions, _CALLER)
         refuse_mean(claim, first.prior, plant, tightening)
@@ -235,7 +235,7 @@ def learn_reference(
                 space = SearchSpace.around(measured.signals, prior, starts)
                 return learn_certified(of, prior, plant, space, goal, learner=learner, pins=pins)
 
-            found, cost = measured.learned(
+            found, cost = measured.learn_enough(
                 lambda of: found_or_raise(first.best(partial(certified, of))),
                 lambda found: found.solution.posterior.prior.as_known(),
             )

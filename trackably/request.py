@@ -200,7 +200,7 @@ class Measurements:
         """Return measurements of other samples; `what` names them in messages. Raises as `same_states`."""
         return replace(self, given=_of_states(what, samples, self.plant, self.kinds), times=1)
 
-    def learned(
+    def learn_enough(
         self, learn: Callable[[tuple[Samples, ...]], T], prior_of: Callable[[T], JointPrior]
     ) -> tuple[T, tuple[Condensation, ...]]:
         """Return the result of learning from samples of each flat output, and the effect of condensing them.
@@ -209,7 +209,7 @@ class Measurements:
         """
         found = learn(self.signals)
         enough, cost = self.enough_for(prior_of(found))
-        return (found, cost) if enough is self else enough.learned(learn, prior_of)
+        return (found, cost) if enough is self else enough.learn_enough(learn, prior_of)
 
     def enough_for(self, prior: JointPrior) -> tuple[Self, tuple[Condensation, ...]]:
         """Return the measurements with enough centres for a prior with known hyperparameters, and

@@ -166,7 +166,7 @@ class StepPrograms:
         x = program.solve(np.concatenate(limits))
         if x is None:
             return None
-        e, v = self._split(x[: len(self._is_end)])
+        e, v = self._split_variables(x[: len(self._is_end)])
         return e[0], v
 
     def change(self, at: Deviation, slack: Slack, weight: float, radius: float) -> Deviation | None:
@@ -206,9 +206,11 @@ class StepPrograms:
     def _apply(self, at: Deviation, moved: npt.NDArray[np.floating]) -> Deviation:
         change = np.zeros(len(self._moves))
         change[self._moves] = moved
-        return Deviation(*self._split(change), at.defects + (self._dynamics @ change).reshape(at.defects.shape))
+        return Deviation(
+            *self._split_variables(change), at.defects + (self._dynamics @ change).reshape(at.defects.shape)
+        )
 
-    def _split(self, x: Array) -> tuple[Array, Array]:
+    def _split_variables(self, x: Array) -> tuple[Array, Array]:
         N, n, m = self.model.B.shape
         return x[: (N + 1) * n].reshape(N + 1, n), x[(N + 1) * n :].reshape(N, m)
 

@@ -67,14 +67,14 @@ class Trajectories:
     formulation: Formulation
     window: Window
 
-    def missed(self, at: Window) -> float:
+    def missed_by(self, at: Window) -> float:
         """Return the sum of the defects Σ_i ‖f(x_i, u_i) − x_(i+1)‖₁ in scales; infinite if f is undefined."""
         missed = self._deviation(at).missed
         return missed if np.isfinite(missed) else np.inf
 
     def is_followed(self, at: Window) -> bool:
         """Whether the system follows a trajectory, up to `FOLLOWED`."""
-        return self.missed(at) <= FOLLOWED
+        return self.missed_by(at) <= FOLLOWED
 
     def cost(self, at: Window) -> float:
         """Return the cost V in its scale."""
@@ -173,7 +173,7 @@ def minimise(trajectories: Trajectories, start: Window, weight: float) -> Window
 
 
 def _merit(trajectories: Trajectories, at: Window, weight: float) -> float:
-    return (weight * trajectories.cost(at) if weight else 0.0) + trajectories.missed(at)
+    return (weight * trajectories.cost(at) if weight else 0.0) + trajectories.missed_by(at)
 
 
 def _steer_weight(
@@ -186,7 +186,7 @@ def _steer_weight(
     (Byrd, Nocedal and Waltz 2008: Steering exact penalty methods for nonlinear programming, Optimization Methods and
     Software 23.)
     """
-    missed, change = trajectories.missed(at), trajectories.change(at, weight, radius)
+    missed, change = trajectories.missed_by(at), trajectories.change(at, weight, radius)
     if change is None or not weight or change.missed <= FOLLOWED:
         return weight, change
     best = trajectories.change(at, 0.0, radius)
@@ -292,8 +292,8 @@ def _search(
                 return plan
     if isinstance(near, Infeasible):
         return near
-    closest = min(tried, key=trajectories.missed)
-    if not np.isfinite(missed := trajectories.missed(closest)):
+    closest = min(tried, key=trajectories.missed_by)
+    if not np.isfinite(missed := trajectories.missed_by(closest)):
         raise ArithmeticError("a plan leads where the system is not defined")
     return _explain(problem, closest, missed)
 

@@ -154,7 +154,7 @@ class FleetFolder:
         """
         return self.path.joinpath(*map(_part, name.split("/")))
 
-    def kept(self, name: str) -> Row | None:
+    def read_row(self, name: str) -> Row | None:
         """Return the existing row of a recording; None if a file is missing, damaged or changed."""
         folder = self.of(name)
         try:

@@ -91,7 +91,7 @@ class Request:
         content = json.dumps([self._shared, _plain(samples)], sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(content.encode()).hexdigest()
 
-    def learned(self, samples: Samples | Mapping[str, Samples]) -> Learned:
+    def learn_from(self, samples: Samples | Mapping[str, Samples]) -> Learned:
         """Return the reference of one recording. Raises and warns as `learn` does."""
         return self.learn(samples, self.plant, self.kernel, self.claim, progress=False, **self.options)
 
@@ -147,7 +147,7 @@ def answer(source: Source, request: Request, kept: Row | None) -> Answer:
         return Answer(kept, {}, is_kept=True)
     with _questions() as questions:
         try:
-            reference = request.learned(samples)
+            reference = request.learn_from(samples)
         except NotTrackableError as failure:
             is_refuted = isinstance(failure.outcome, Counterexample)
             files = _file_contents(counterexample=failure.save_counterexample) if is_refuted else {}
@@ -412,7 +412,7 @@ def learn_many(
     request = Request(plant, kernel, claim, options, learn)
     processes = whole("workers", workers, least=1)
     address = None if cluster is None else text("cluster", cluster)
-    asked = [(source, where.kept(source.name)) for source in sources]
+    asked = [(source, where.read_row(source.name)) for source in sources]
     found: dict[str, Row] = {}
     where.path.mkdir(parents=True, exist_ok=True)
     try:

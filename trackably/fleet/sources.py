@@ -49,7 +49,7 @@ def recordings_in(where: Path | str, read: Callable[[Path], Measured]) -> tuple[
     folders whose names begin with a dot are left out. InputError: there is no such file.
     """
     where = path_of("recordings_in", where)
-    folder, pattern = (where, "*") if where.is_dir() else _split(where)
+    folder, pattern = (where, "*") if where.is_dir() else _split_pattern(where)
     found = sorted(path for path in folder.glob(pattern) if path.is_file() and not _is_hidden(path.relative_to(folder)))
     if not found:
         raise InputError(f"{where}: there is no such file")
@@ -59,7 +59,7 @@ def recordings_in(where: Path | str, read: Callable[[Path], Measured]) -> tuple[
     return tuple(Source(name, partial(read, path)) for name, path in zip(names, found, strict=True))
 
 
-def _split(pattern: Path) -> tuple[Path, str]:
+def _split_pattern(pattern: Path) -> tuple[Path, str]:
     """Return the folder before the first part with a wildcard, and the rest."""
     parts = pattern.parts
     first = next((i for i, part in enumerate(parts) if any(mark in part for mark in "*?[")), len(parts) - 1)

@@ -41,7 +41,7 @@ def read_plant(path: Path) -> ConstrainedSystem:
             raise ValueError(f"the file lacks {missing[0]}; null says that nothing is bounded")
         system = _system(content["system"])
         sides = (("state_set", len(system.states)), ("input_set", len(system.inputs)))
-        return ConstrainedSystem(system, *(_set(content[name], name, size) for name, size in sides))
+        return ConstrainedSystem(system, *(_read_set(content[name], name, size) for name, size in sides))
     except (TypeError, ValueError) as error:
         raise InputError(f"{path}: {error}") from error
 
@@ -79,7 +79,7 @@ def _system(value: object) -> System:
     return make(given["A"], given["B"], sampling_time=given["sampling_time"], **rest)
 
 
-def _set(value: object, name: str, size: int) -> Polytope:
+def _read_set(value: object, name: str, size: int) -> Polytope:
     if value is None:
         return Polytope([], [], [], size)
     given = _fields(value, name, _SET)

@@ -66,7 +66,7 @@ class Splines:
         columns = np.arange(found.shape[1])
         return sparse.csr_array(found @ sparse.csr_array((np.ones(columns.size), (columns, columns % self.count))))
 
-    def refined(self, times: Array, parts: int) -> Array:
+    def refine(self, times: Array, parts: int) -> Array:
         """Return times [s] with as many `parts` of each interval between them."""
         return np.interp(np.arange((len(times) - 1) * parts + 1) / parts, np.arange(len(times)), times)
 
@@ -128,7 +128,7 @@ class Nearest:
             row = self.rows(functional, times) / width
             low, high = ((end - float(functional.offset)) / width for end in (q.bounds.lower, q.bounds.upper))
             at_most += [(row, np.full(len(times), high - backoff)), (-row, np.full(len(times), -low - backoff))]
-        (M, wanted), (A, limits) = (_stacked(of) for of in (aims, equal + at_most))
+        (M, wanted), (A, limits) = (_stack(of) for of in (aims, equal + at_most))
         program = Program(2 * M.T @ M, -2 * M.T @ wanted, A, len(equal))
         found = program.solve(limits, (1e-8,), ("Solved", "AlmostSolved"))
         return None if found is None else found.reshape(-1, self.splines.count)
@@ -160,7 +160,7 @@ class Nearest:
 
     def broken_between(self, coefficients: Array, times: Array, room: float) -> Array:
         """Return the times of local minima of margins below `room` (relative to a width), on a finer grid."""
-        fine = self.splines.refined(times, _FINER)
+        fine = self.splines.refine(times, _FINER)
         found = []
         for q in self.given.plant.quantities:
             functional = _requirement(q.functional)
@@ -171,7 +171,7 @@ class Nearest:
         return np.unique(np.concatenate(found))
 
 
-def _stacked(sides: Sequence[Side]) -> Side:
+def _stack(sides: Sequence[Side]) -> Side:
     rows, values = zip(*sides, strict=True)
     return sparse.csr_array(sparse.vstack(rows)), np.concatenate(values)
 

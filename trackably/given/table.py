@@ -143,17 +143,17 @@ def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> C
     ValueError: the table does not fit the plant, or the tolerance is not positive.
     """
     tolerance = _check(table, plant, tolerance)
-    refuted = partial(_refuted, table, plant, tolerance)
+    refuted = partial(_make_refuted, table, plant, tolerance)
     try:
         read = read_table(CertifiedTable(table, plant, tolerance, tolerance).content)
     except UnreadableError as error:
-        return _unproved(plant, table.first_step, tolerance, inf, f"the checker does not read it: {error}")
-    broken, defect = list(_broken(read, plant, refuted)), Fraction(0)
+        return _make_unproved(plant, table.first_step, tolerance, inf, f"the checker does not read it: {error}")
+    broken, defect = list(_find_violations(read, plant, refuted)), Fraction(0)
     for k in range(len(table.states) - 1):
         try:
             apart = _defects(read, k)
         except UndefinedError as undefined:
-            return _unproved(plant, table.first_step + k, tolerance, inf, str(undefined))
+            return _make_unproved(plant, table.first_step + k, tolerance, inf, str(undefined))
         for i, (name, (least, most)) in enumerate(zip(plant.system.states, apart, strict=True)):
             defect = max(defect, most)
             if (by := least - Fraction(tolerance)) > 0:
@@ -165,7 +165,7 @@ def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> C
         return _judge(max(broken, key=lambda found: found[0])[1])
     if defect > Fraction(tolerance):
         short = float(defect - Fraction(tolerance))
-        return _unproved(plant, table.first_step, tolerance, short, "the tolerance is next to what f leads to")
+        return _make_unproved(plant, table.first_step, tolerance, short, "the tolerance is next to what f leads to")
     return _judge(CertifiedTable(table, plant, tolerance, nextafter(float(defect), inf) if defect else 0.0))
 
 
@@ -181,7 +181,7 @@ def _judge(found: CertifiedTable | RefutedTable) -> CertifiedTable | RefutedTabl
     if isinstance(found, RefutedTable) and isinstance(verdict, Refuted):
         return found
     why = f"the checker does not accept it ({verdict})"
-    return _unproved(found.plant, found.table.first_step, found.tolerance, 0.0, why)
+    return _make_unproved(found.plant, found.table.first_step, found.tolerance, 0.0, why)
 
 
 def _check(table: Table, plant: ConstrainedSystem, tolerance: float) -> float:
@@ -195,12 +195,12 @@ def _check(table: Table, plant: ConstrainedSystem, tolerance: float) -> float:
     return tolerance
 
 
-def _unproved(plant: ConstrainedSystem, step: int, tolerance: float, short: float, reason: str) -> Unproved:
+def _make_unproved(plant: ConstrainedSystem, step: int, tolerance: float, short: float, reason: str) -> Unproved:
     t = step * plant.sampling_time
     return Unproved("difference to the next state", Interval(-tolerance, tolerance), (t, t), short, reason)
 
 
-def _broken(
+def _find_violations(
     table: checked.Table, plant: ConstrainedSystem, refuted: Callable[..., RefutedTable]
 ) -> Iterator[tuple[float, RefutedTable]]:
     """Yield violations of bounds, each with its size relative to the width."""
@@ -237,7 +237,7 @@ def _ends(apart: Real) -> tuple[Fraction, Fraction]:
     return Fraction(max(nextafter(float(apart.a), -inf), 0.0)), Fraction(nextafter(float(apart.b), inf))
 
 
-def _refuted(
+def _make_refuted(
     table: Table, plant: ConstrainedSystem, tolerance: float, row: int, what: str, by: Fraction, part: Part, index: int
 ) -> RefutedTable:
     step, below = table.first_step + row, max(nextafter(float(by), 0.0), _SMALLEST)

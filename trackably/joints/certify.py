@@ -75,7 +75,7 @@ class CertifiedTrajectory:
         first, last = self.trajectory.span
         until = f"t ≥ {first:.6g} s, at rest from" if self.trajectory.rests else f"t from {first:.6g} s to"
         names = ", ".join(self.joints.names)
-        said = [f"proved for all {until} {last:.6g} s: {names} keep {_limited(self.joints)}"]
+        said = [f"proved for all {until} {last:.6g} s: {names} keep {_limits_text(self.joints)}"]
         said += [f"{name} was moved by {moved}" for name, moved in self.moved.items() if moved.most > 0]
         return "; ".join(said + ([f"slowed down {self.factor!r} times"] if self.factor != 1 else []))
 
@@ -198,7 +198,7 @@ def certify_joints(
             return BrokenLimits(given, joints, tolerance, *zip(*found, strict=True))
     except NotAcceptedError as refused:
         reason = str(refused)
-    return unproved(given, joints, reason)
+    return make_unproved(given, joints, reason)
 
 
 def stretch_joints(
@@ -228,7 +228,7 @@ def stretch_joints(
     return certify_joints(given.slowed(s * (1 + 1e-9)), joints, tolerance)
 
 
-def unproved(given: JointTrajectory, joints: Joints, reason: str) -> Unproved:
+def make_unproved(given: JointTrajectory, joints: Joints, reason: str) -> Unproved:
     """Return the outcome that limits are not proved, with the reason; it names the first of them."""
     r, j = np.argwhere(np.isfinite(joints.limits[:, :, 0]))[0].tolist()
     bounds = Interval(*joints.limits[r, j].tolist())
@@ -281,7 +281,7 @@ def _content(trajectory: JointTrajectory, joints: Joints, tolerance: float) -> d
     }
 
 
-def _limited(joints: Joints) -> str:
+def _limits_text(joints: Joints) -> str:
     return "their limits of " + ", ".join(
         name for name, of in zip(ORDERS, joints.limits, strict=True) if np.any(np.isfinite(of))
     )

@@ -262,7 +262,7 @@ def _of_yaml(path: Path) -> dict[str, Any]:
         if not isinstance(said, Mapping):
             raise ValueError(f"joint_limits: expected limits by joint, got {name!r}: {said!r:.60}")
         for order, limits in found.items():
-            limits[name] = _said(name, order, said)
+            limits[name] = _read_limit(name, order, said)
         if found["position"][name] is None and said.get("angle_wraparound") is True:
             turning.append(name)
     return {**found, "continuous": turning}
@@ -280,7 +280,7 @@ def _joint_limits(content: Any) -> Mapping[str, Any] | None:
     return None
 
 
-def _said(joint: str, order: str, said: Mapping[str, Any]) -> Limit:
+def _read_limit(joint: str, order: str, said: Mapping[str, Any]) -> Limit:
     has = said.get(f"has_{order}_limits", False)
     if not isinstance(has, bool):
         raise ValueError(f"{joint}: has_{order}_limits must be true or false, got {has!r:.40}")

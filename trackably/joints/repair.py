@@ -30,7 +30,7 @@ from trackably.joints.certify import (
     Moved,
     NotAcceptedError,
     fit_joints,
-    unproved,
+    make_unproved,
 )
 from trackably.joints.limits import Joints
 from trackably.joints.trajectory import JointTrajectory
@@ -91,7 +91,7 @@ def repair_joints(
             return CertifiedTrajectory(found, joints, tolerance, _distances(given, found))
         except NotAcceptedError as refused:
             reason = str(refused)
-    return unproved(given, joints, reason)
+    return make_unproved(given, joints, reason)
 
 
 def _start_values(given: JointTrajectory, joints: Joints, start: Any) -> Array:
@@ -145,7 +145,7 @@ class HeldSplines(Splines):
         rows, ones = np.arange(self.order, self.count), np.ones(self.count - self.order)
         return sparse.csc_array((ones, (rows, columns)), shape=(self.count, last - self.order))
 
-    def begun(self, state: Array) -> Array:
+    def start_coefficients(self, state: Array) -> Array:
         """Return coefficients that begin with a state (R,), and are zero where they are free."""
         c = np.zeros(self.count)
         R = self.order
@@ -164,7 +164,7 @@ def _solve(
     splines: HeldSplines, given: JointTrajectory, joints: Joints, held: Array, backoff: float, until: float
 ) -> Iterator[Array]:
     """Yield the coefficients of each joint in turn, until one has no solution or the time is over."""
-    times, E = splines.refined(splines.knots, _LOOKS), splines.free
+    times, E = splines.refine(splines.knots, _LOOKS), splines.free
     wanted, design, scale = given(times), splines.basis(times), 1.0 / len(times)
     A = [sparse.csr_array(D @ E) for D in splines.coefficients_of]
     B = design @ E
@@ -172,7 +172,7 @@ def _solve(
     for j in range(len(joints.names)):
         if perf_counter() > until:
             return
-        fixed = splines.begun(held[:, j])
+        fixed = splines.start_coefficients(held[:, j])
         q = -scale * (B.T @ (wanted[:, j] - design @ fixed))
         rows, limits = list[sparse.csr_array](), list[Array]()
         for r, (low, high) in enumerate(joints.limits[: joints.order + 1, j].tolist()):

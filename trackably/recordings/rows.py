@@ -43,7 +43,7 @@ class Rows:
         """Return source and place of a row, for the start of a message."""
         return f"{self.source}, {self.places[row]}"
 
-    def timed(self) -> Sequence[Decimal]:
+    def require_times(self) -> Sequence[Decimal]:
         """Return the stamps. InputError: a row has no time."""
         for row, stamp in enumerate(self.stamps):
             if stamp is None:
@@ -78,7 +78,7 @@ class Rows:
 
     def repeats(self) -> Iterator[tuple[str, list[int]]]:
         """Yield each signal with each group of two or more rows that have a value of it at the same time."""
-        stamps = self.timed()
+        stamps = self.require_times()
         for name in self.values:
             together: dict[Decimal, list[int]] = {}
             for row in np.flatnonzero(self.present(name)).tolist():
@@ -154,7 +154,7 @@ def _usual(rows: Rows, name: str) -> float:
     The difference of neighbours in time is that of their smallest or of their largest values, whichever is less. So two
     sensors with values at each time do not count as different neighbours.
     """
-    stamps, ends = rows.timed(), dict[Decimal, tuple[float, float]]()
+    stamps, ends = rows.require_times(), dict[Decimal, tuple[float, float]]()
     for row in np.flatnonzero(rows.present(name)).tolist():
         value = float(rows.values[name][row])
         low, high = ends.get(stamps[row], (value, value))
@@ -182,12 +182,12 @@ def drop_zero_rows(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
 
 def drop_rows_out_of_order(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
     """Drop the fewest rows such that times never decrease: for wrong stamps. InputError: a row without a time."""
-    return _without(rows, out_of_order(rows.timed()), "out of order, dropped")
+    return _without(rows, out_of_order(rows.require_times()), "out of order, dropped")
 
 
 def sort_rows(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
     """Sort the rows by time: for correct stamps written late. InputError: a row without a time."""
-    stamps = rows.timed()
+    stamps = rows.require_times()
     moved = out_of_order(stamps)
     return rows.only(sorted(range(len(rows)), key=stamps.__getitem__)), _finding(rows, moved, "out of order, sorted")
 
@@ -320,7 +320,7 @@ def _refuse_empty(rows: Rows) -> None:
 
 
 def _refuse_disorder(rows: Rows) -> None:
-    stamps = rows.timed()
+    stamps = rows.require_times()
     if wrong := out_of_order(stamps):
         at = next(row for row in range(1, len(stamps)) if stamps[row] < stamps[row - 1])
         raise InputError(
@@ -335,9 +335,9 @@ def _refuse_repeats(rows: Rows) -> None:
         name, (first, second, *_) = min(repeats, key=lambda repeat: repeat[1][1])
         count = len({row for _, together in repeats for row in together[1:]})
         raise InputError(
-            f"{rows.where(second)}: {name!r} has a second value at {plain(rows.timed()[second])} s, the first is in "
-            f"{rows.places[first]}; {_rows(count)} repeated (keep_first_of_repeated, keep_last_of_repeated or "
-            f"average_repeated makes one of them)"
+            f"{rows.where(second)}: {name!r} has a second value at {plain(rows.require_times()[second])} s, "
+            f"the first is in {rows.places[first]}; {_rows(count)} repeated (keep_first_of_repeated, "
+            f"keep_last_of_repeated or average_repeated makes one of them)"
         )
 
 
@@ -354,12 +354,12 @@ def _refuse_noise(rows: Rows) -> None:
 
 def _first(rows: Rows) -> Decimal:
     """Return the stamp [s] of the first sample."""
-    stamps = rows.timed()
+    stamps = rows.require_times()
     return min(stamps[int(np.argmax(rows.present(name)))] for name in rows.values)
 
 
 def _signal(rows: Rows, name: str, origin: int) -> Signal:
-    stamps = rows.timed()
+    stamps = rows.require_times()
     at = np.flatnonzero(rows.present(name))
     zero = EXACT.multiply(Decimal(origin), NANOSECOND)
     times = np.array([float(EXACT.subtract(stamps[row], zero)) for row in at.tolist()])

@@ -217,7 +217,7 @@ class TableReading:
             return [clock.seconds(Decimal(row)) for row in range(len(cells.places))]
         return self._convert(cells, self.time, lambda cell: clock.seconds(form.number(cell)))
 
-    def seen(self, cells: Cells, stamps: Sequence[Decimal | None]) -> Iterator[Decimal]:
+    def stamps_with_values(self, cells: Cells, stamps: Sequence[Decimal | None]) -> Iterator[Decimal]:
         """Yield the stamps [s] of the rows that have a value in one of the columns."""
         rows = zip(*(cells.columns[column.name] for column in self.columns.values()), strict=True)
         for t, row in zip(stamps, rows, strict=True):
@@ -253,7 +253,7 @@ def recording_of(*tables: tuple[TableReading, Cells]) -> Recording:
             if first is not None and (question := doubt(of.clock, first)):
                 warnings.warn(f"{of.source}: {question}", DoubtfulInputWarning, stacklevel=3)
     if reading.between:
-        seen = chain.from_iterable(of.seen(cells, stamps) for of, cells, stamps in stamped)
+        seen = chain.from_iterable(of.stamps_with_values(cells, stamps) for of, cells, stamps in stamped)
         origin = zero_of(origin, absolute, min(seen, default=Decimal(0)))
         inside = [rows_between(stamps, reading.between, origin) for _, _, stamps in stamped]
         stamped = [

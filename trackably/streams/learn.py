@@ -132,7 +132,7 @@ def learn_stream(
         return found_or_raise(empirical_prior(of, prior, ends, starts, False, True, plant.quantities))
 
     with progress_bar("learn stream", shown=progress):
-        first, _ = begun.learned(beforehand, lambda found: found.likely)
+        first, _ = begun.learn_enough(beforehand, lambda found: found.likely)
         ask(first.questions, _CALLER)
         check_rest(first.prior, plant, tightening, "each window of a stream ends at rest there")
         known = _as_known(begun, first, plant, starts)
@@ -185,7 +185,7 @@ def _as_known(begun: Measurements, first: EmpiricalPrior, plant: ConstrainedSyst
         space = SearchSpace.around(samples, prior, starts)
         return learn_jointly(ConstrainedProblem(samples, prior, space, constraints_at(times, plant)))
 
-    solution, _ = begun.learned(
+    solution, _ = begun.learn_enough(
         lambda of: found_or_raise(first.best(partial(learn_with, of))),
         lambda found: found.posterior.prior.as_known(),
     )

@@ -45,7 +45,7 @@ def kinds_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> tuple[dict[
     found: list[dict[str, Stencil]] = [{} for _ in range(plant.signal_count)]
     moving: dict[str, int] = {}
     for name in names:
-        signal, stencil, shows_level = _seen(plant, name)
+        signal, stencil, shows_level = _signal_of(plant, name)
         found[signal][name] = stencil
         if not shows_level:
             moving[name] = signal
@@ -128,7 +128,7 @@ def default_sample(plant: ConstrainedSystem) -> str:
     return sampled_names(plant, 0)[0]
 
 
-def _seen(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil, bool]:
+def _signal_of(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil, bool]:
     """Return the flat output that samples of a name depend on, their stencil, and whether they depend on its level.
 
     If they do not, they depend on its changes only.
@@ -152,7 +152,7 @@ def _seen(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil, bool]:
     if name in flat:
         return flat.index(name), POINT, True
     if name.startswith(RATE_OF):
-        signal, stencil, _ = _seen(plant, name.removeprefix(RATE_OF))
+        signal, stencil, _ = _signal_of(plant, name.removeprefix(RATE_OF))
         return signal, _rate(stencil, plant.sampling_time), False
     raise ValueError(
         f"samples: {name} is neither a state ({', '.join(states)}) nor a flat output ({', '.join(flat)}), nor the rate "

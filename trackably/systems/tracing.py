@@ -233,7 +233,7 @@ def require_same_values(
     columns = [evaluate_floats(of, dict(zip(names, drawn.T, strict=True))) for of in formulas]
     rounded = np.stack([np.broadcast_to(column, len(drawn)) for column in columns], axis=-1)
     for at, expected in zip(drawn, rounded, strict=True):
-        seen, said = _seen(f, *np.split(at.copy(), [n]))
+        seen, said = _values_of(f, *np.split(at.copy(), [n]))
         for state, formula, number, value in zip(states, formulas, seen.tolist(), expected.tolist(), strict=True):
             if not _agree(formula, dict(zip(names, at.tolist(), strict=True)), number, value):
                 where = ", ".join(f"{name} = {of:.6g}" for name, of in zip(names, at.tolist(), strict=True))
@@ -243,7 +243,7 @@ def require_same_values(
                 )
 
 
-def _seen(f: Dynamics, x: Array, u: Array) -> tuple[Array, str]:
+def _values_of(f: Dynamics, x: Array, u: Array) -> tuple[Array, str]:
     """Return the values of f at numbers, NaN if it raises, and the exception as text."""
     try:
         with np.errstate(all="ignore"):
