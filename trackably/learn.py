@@ -46,7 +46,7 @@ from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError
 from trackably.systems.tightening import tighten_plant
 from trackably.threads import one_blas_thread
-from trackably.truth import TruthLike, signal_classes, with_truth
+from trackably.truth import Tolerance, TruthLike, true_signals, with_truth
 from trackably.waypoints import Waypoints, waypoints
 
 Found = tuple[Certified, tuple[Condensation, ...], tuple[str, ...]]
@@ -78,6 +78,7 @@ def learn_reference(
     model_error: ModelError | None = None,
     margin: float = 0.0,
     truth: TruthLike | None = None,
+    tolerance: Tolerance = None,
     near: TrackableReference | None = None,
     starts: int = 8,
     budget: float | None = None,
@@ -159,6 +160,11 @@ def learn_reference(
         only one: bounds of the sensor's error and of the signal's slope or second derivative. They have to come from
         the sensor and other data, not from these samples. The certificate then bounds the distance of the reference
         from every such signal, from the first sample to the last, and `accuracy` compares it with the least possible.
+    tolerance
+        With `truth`: the largest distance of the reference from the true signal that will do, in the state's unit, for
+        all names of `truth` or by name. The state then also keeps bounds that move, which exclude all that is further
+        from a possible signal: the certificate states them, and proves a distance of at most this. If the plant is
+        disturbed, they hold for the plant too, at steps.
     near
         A warm start: a reference learned for the same names with the same kernels, for other bounds, samples or times.
         The search also starts at its hyperparameters and prior means, and the function for them is one more candidate.
@@ -199,15 +205,16 @@ def learn_reference(
         `outcome` is `Impossible` where values of `at` and bounds contradict each other whatever the kernel, and
         `InfeasibleTightening` where bounds do that are tightened for this feedback or margin: both are found before
         anything is learned, and `save_contradiction` writes what the checker accepted. It is `OutOfTime` where the
-        budget ended before anything was proved, and `NoSignal` where no signal of `truth` explains the samples.
+        budget ended before anything was proved, `NoSignal` where no signal of `truth` explains the samples, and
+        `TooFar` where a linear program finds no reference within the `tolerance`: it says which one would do.
 
     """
-    end = _end_of(budget)
-    plant, tightening = tighten_plant(plant, disturbance, feedback, margin, measurement_noise, model_error)
-    learner = _learner(method, at, learn_from, near)
+    end, learner = _end_of(budget), _learner(method, at, learn_from, near)
     measured = Measurements.of(samples, plant, noise_std, centres)
     claim = as_claim(claim, measured.given, plant.sampling_time)
-    classes = signal_classes(truth, measured.given, plant)
+    plant, signals = true_signals(truth, tolerance, measured.given, plant, claim)
+    plant, tightening = tighten_plant(plant, disturbance, feedback, margin, measurement_noise, model_error)
+    measured = replace(measured, plant=plant)
     level, between = split_means(mean, measured.names, measured.given)
     shared = frozenset({"period"}) if isinstance(claim, AllPhases) and len(measured.names) > 1 else frozenset[str]()
     prior = prior_for(plant, measured.priors(kernel, level), shared)
@@ -255,7 +262,7 @@ def learn_reference(
         solution, ended = certified.solution, None if is_whole else budget
         assert solution.unconstrained, "it is beside the one without bounds"
         fit = Fit.of(certified.reference, solution, solution.unconstrained, pinned, cost, limited, ended)
-    certificate = with_truth(replace(certified.certificate, robust=robust_of(tightening)), classes)
+    certificate = with_truth(replace(certified.certificate, robust=robust_of(tightening)), signals)
     learned = TrackableReference(fit, certificate, proofs, tightening)
     if sentence := ignores_samples(learned.fit):
         sentence += ', or method="joint"' if method == "hyperparameters" else ""

@@ -20,7 +20,7 @@ from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.polytopes import ends_shown
 from trackably.systems.sampling import default_sample, kinds_by_name, relative_to_first, sampled_signals
-from trackably.systems.tightening import Tightening
+from trackably.systems.tightening import Tightening, require_plant
 from trackably.systems.trajectories import Quantity
 
 T = TypeVar("T")
@@ -168,6 +168,7 @@ class Measurements:
         many: int = MANY,
     ) -> Self:
         """Check and return the samples. TypeError and ValueError as in `learn_reference`."""
+        require_plant(plant)
         given, centres = samples_by_name(samples, plant), checked_centres(centres)
         return cls(plant, given, names_of_each(plant, given), noise_std, centres, many)
 

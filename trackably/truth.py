@@ -19,18 +19,31 @@ from trackably.arguments import instance, real
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import as_written, encode_subject
-from trackably.certificates.judge import found_or_raise, judge_contradiction
-from trackably.certificates.outcome import NoSignal
+from trackably.certificates.judge import NotTrackableError, found_or_raise, judge_contradiction
+from trackably.certificates.outcome import NoSignal, TooFar, Unproved
 from trackably.certificates.robust import Robust
-from trackably.checker.certificate import Claim, Derived, Measured, SignalClass, TrueSignal, Window
+from trackably.checker.boxes import Box
+from trackably.checker.certificate import AllPhases, Claim, Derived, Measured, SignalClass, TrueSignal, Window
 from trackably.checker.contradiction import Value
 from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.form import subject_of
-from trackably.checker.truth import CONTRADICTION, VERSION, ContradictedSamples, Place, contradiction_of, gaps, places
+from trackably.checker.moving import compose
+from trackably.checker.truth import (
+    CONTRADICTION,
+    VERSION,
+    ContradictedSamples,
+    Place,
+    contradiction_of,
+    gaps,
+    places,
+    side,
+)
 from trackably.feasibility import Courses, Steps, least, unit_rows
 from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
+from trackably.systems.pieces import PolynomialPieces
+from trackably.systems.polytopes import Interval, Polytope
 from trackably.systems.rationals import float_above
 from trackably.systems.reference import Reference
 
@@ -76,24 +89,52 @@ class Truth:
 
 
 TruthLike = Truth | Mapping[str, Truth]
+Tolerance = float | Mapping[str, float] | None
 
 
-def signal_classes(
-    truth: TruthLike | None, samples: Mapping[str, Samples], plant: ConstrainedSystem
-) -> dict[str, SignalClass]:
-    """Return, by name, the class of possible true signals of each state that `truth` describes.
+@dataclass(frozen=True)
+class Sought:
+    """A class of true signals, the `tolerance` with which it is to be followed, and `derived` points to prove that."""
 
-    TypeError or ValueError: `truth` does not fit the samples or the plant. NotTrackableError: no signal of a class
-    explains its samples.
+    of: SignalClass
+    tolerance: float = np.inf
+    derived: tuple[Derived, ...] = ()
+
+
+def true_signals(
+    truth: TruthLike | None,
+    tolerance: Tolerance,
+    samples: Mapping[str, Samples],
+    plant: ConstrainedSystem,
+    claim: Claim,
+) -> tuple[ConstrainedSystem, dict[str, Sought]]:
+    """Return, by name, the possible true signals of each state that `truth` describes.
+
+    Also return the plant with one more row for each state with a `tolerance` ε, U(t) − ε ≤ x(t) ≤ D(t) + ε from the
+    first sample to the last. TypeError or ValueError: `truth` does not fit the samples or the plant; a tolerance is no
+    positive number, is of another state, or all phases are claimed. NotTrackableError: no signal of a class explains
+    its samples, or a tolerance is too small for every reference.
     """
-    if truth is None:
-        return {}
-    if not isinstance(truth, Mapping):
+    if truth is not None and not isinstance(truth, Mapping):
         truth = {next(iter(samples)): truth}
-    classes = {name: _class_of(name, of, samples, plant) for name, of in truth.items()}
-    for name, of in classes.items():
-        found_or_raise(no_signal(name, of))
-    return classes
+    found = {name: Sought(_class_of(name, of, samples, plant)) for name, of in (truth or {}).items()}
+    for name, sought in found.items():
+        found_or_raise(no_signal(name, sought.of))
+    if tolerance is None:
+        return plant, found
+    if not found or isinstance(claim, AllPhases):
+        raise ValueError("tolerance: needs truth= of a sampled state, and a claim of a window or of all times")
+    for name, given in (tolerance if isinstance(tolerance, Mapping) else dict.fromkeys(found, tolerance)).items():
+        if name not in found:
+            raise ValueError(f"tolerance: expected a state that truth= describes, {', '.join(found)}, got {name}")
+        if not 0 < (most := real(f"tolerance of {name}", given)) < np.inf:
+            raise ValueError(f"tolerance of {name}: expected a positive number, got {most:g}")
+        known = _middle(name, found[name].of, claim)
+        least = max(known.error, _least_error(plant, known)) / _SHARE
+        if not most > least:
+            raise NotTrackableError(TooFar(name, most, least))
+        plant, found[name] = _with_row(plant, known, _SHARE * most), Sought(known.of, most, known.derived)
+    return plant, found
 
 
 def _class_of(name: str, truth: object, samples: Mapping[str, Samples], plant: ConstrainedSystem) -> SignalClass:
@@ -214,7 +255,7 @@ def sides_at(of: SignalClass, times: Array, derived: Sequence[Derived] = ()) -> 
 
 
 def true_signal(
-    reference: Reference, claim: Claim, name: str, of: SignalClass, robust: Robust | None = None
+    reference: Reference, claim: Claim, name: str, sought: Sought, robust: Robust | None = None
 ) -> TrueSignal:
     """Bound how far a state of the reference is from every signal of a class, from the first sample to the last.
 
@@ -222,16 +263,12 @@ def true_signal(
     sampling instants is bounded too. ValueError: the reference is piecewise polynomial, or fewer than two samples lie
     in the window.
     """
+    of = sought.of
     if reference.pieces:
         raise ValueError("truth: needs a reference of kernels, as learn_reference returns, not one of pieces")
-    start, end = of.samples.times[0], of.samples.times[-1]
-    if isinstance(claim, Window):
-        start, end = max(start, claim.start), min(end, claim.end)
-    if not start < end:
-        raise ValueError(f"truth: two samples of {name} at least must lie within what is proved")
-    edges, state = _edges(of, start, end), reference.plant.system.states.index(name)
+    edges, state = _edges(name, of, claim, _CELLS, sought.derived), reference.plant.system.states.index(name)
     course = [(times := np.linspace(a, b, 5), reference.state_at(times)[:, state]) for a, b in pairwise(edges)]
-    upper, lower, derived = _choose(of, edges, course)
+    upper, lower, derived = _choose(of, edges, course, sought.derived)
     halves, count = np.diff(edges) / 2, len(edges) - 1
     best = TrueSignal(name, of, tuple(edges), (), _TERMS, upper, lower, (np.inf,) * count, None, derived)
     subject = subject_of(encode_subject(reference))
@@ -252,16 +289,18 @@ def true_signal(
 Chosen = tuple[tuple[tuple[int, int], ...], tuple[tuple[int, int], ...], tuple[Derived, ...]]
 
 
-def _choose(of: SignalClass, edges: list[float], course: list[tuple[Array, Array]]) -> Chosen:
+def _choose(
+    of: SignalClass, edges: list[float], course: list[tuple[Array, Array]], known_before: Sequence[Derived] = ()
+) -> Chosen:
     """Return the pair of measurements for each side of each cell, and derived points for the cells
-    with the largest errors.
+    with the largest errors, after those that are known before.
 
     More than two measurements together bound a signal more tightly: at the ends of the cells with the largest errors, a
     linear program combines all nearby ones.
     """
-    derived: list[Derived] = []
-    asked: set[float] = set()
-    known, apart = Points.of(of), np.zeros(len(course))
+    derived = [*known_before]
+    asked = {d.time for d in derived}
+    known, apart = Points.of(of, derived), np.zeros(len(course))
     found: list[Any] = [None] * len(course)
     changed = set(range(len(course)))
     while changed:
@@ -337,14 +376,23 @@ def _rationals(of: SignalClass, multipliers: Array, total: int, moment: Fraction
 _NO_MULTIPLIER = 1e-9
 
 
-def _edges(of: SignalClass, start: float, end: float) -> list[float]:
-    """Return the ends of the cells [s]: all measurement times between start and end, and times
+def _edges(
+    name: str, of: SignalClass, claim: Claim, cells: int = _CELLS, derived: Sequence[Derived] = ()
+) -> list[float]:
+    """Return the ends of the cells [s]: all measurement times from the first sample to the last, and times
     in between if these are few.
+
+    For a claim of a window, only times in the window count. ValueError: fewer than two samples lie in it.
     """
-    times = {*of.samples.times, *(of.rates.times if of.rates else ())}
+    start, end = of.samples.times[0], of.samples.times[-1]
+    if isinstance(claim, Window):
+        start, end = max(start, claim.start), min(end, claim.end)
+    if not start < end:
+        raise ValueError(f"truth: two samples of {name} at least must lie within what is proved")
+    times = {*of.samples.times, *(of.rates.times if of.rates else ()), *(d.time for d in derived)}
     ends = [start, *sorted(t for t in times if start < t < end), end]
-    parts, widest = len(ends) - 1, (end - start) / _CELLS
-    split = [max(1, int(np.ceil((b - a) / widest))) if parts < _CELLS else 1 for a, b in pairwise(ends)]
+    parts, widest = len(ends) - 1, (end - start) / cells
+    split = [max(1, int(np.ceil((b - a) / widest))) if parts < cells else 1 for a, b in pairwise(ends)]
     inner = (np.linspace(a, b, count + 1)[:-1].tolist() for (a, b), count in zip(pairwise(ends), split, strict=True))
     return [*(t for each in inner for t in each), end]
 
@@ -502,6 +550,56 @@ def _only(of: SignalClass, which: list[int]) -> SignalClass:
     )
 
 
+# A reference that is to be near: bounds that move.
+
+_SHARE = 0.98  # of a tolerance: the rest is for the proof, which bounds cubic polynomials by their coefficients
+_WIDER = 100.0  # the bounds before the first sample and after the last, in widths of those between
+_FEWER = 100  # cells of bounds that move
+
+
+def _middle(name: str, of: SignalClass, claim: Claim) -> TrueSignal:
+    """Return the sides of a class in each cell, with half the largest distance between them as errors."""
+    edges = _edges(name, of, claim, _FEWER)
+    samples, course = Points.of(of), []
+    for a, b in pairwise(edges):
+        near = Sides.near(of, t := np.linspace(a, b, 5), samples)
+        course.append((t, (np.min(near.upper, axis=0) + np.max(near.lower, axis=0)) / 2))
+    upper, lower, derived = _choose(of, edges, course)
+    found = TrueSignal(name, of, tuple(edges), (), 0, upper, lower, (), None, derived)
+    x = np.linspace(-1.0, 1.0, 65)
+    apart = ([float(a - b) for a, b in zip(*sides, strict=True)] for sides in zip(*_polynomials(found), strict=True))
+    return replace(found, errors=tuple(float(np.max(np.polynomial.polynomial.polyval(x, d))) / 2 for d in apart))
+
+
+def _polynomials(of: TrueSignal) -> tuple[list[list[Fraction]], list[list[Fraction]]]:
+    """Return U and D in each cell, as coefficients in x ∈ [−1, 1]."""
+    every, boxes = places(of), [Box(a, b, 1.0) for a, b in pairwise(of.ends)]
+    upper, lower = (
+        [side(of.of, pair, sign, box, every) or [] for pair, box in zip(pairs, boxes, strict=True)]
+        for pairs, sign in ((of.upper, 1), (of.lower, -1))
+    )
+    return upper, lower
+
+
+def _with_row(plant: ConstrainedSystem, of: TrueSignal, tolerance: float) -> ConstrainedSystem:
+    ends, lengths = np.array(of.ends), [Fraction(b) - Fraction(a) for a, b in pairwise(of.ends)]
+    low, high = (
+        np.array([[*map(float, compose(p, Fraction(-1), 2 / h))] for p, h in zip(side_of, lengths, strict=True)])
+        for side_of in _polynomials(of)
+    )
+    low[:, 0] -= tolerance
+    high[:, 0] += tolerance
+    X, hull = plant.state_set, plant.state_set.hull.extent(i := plant.system.states.index(of.state))
+    far = _WIDER * float(np.max(high[:, 0]) - np.min(low[:, 0]))
+    beyond = [[hull.lower, hull.upper]] if hull else []
+    wide = np.array([[np.min(low[:, 0]) - far, np.max(high[:, 0]) + far], *beyond])
+    times, sides = [2 * ends[0] - ends[1], *ends, 2 * ends[-1] - ends[-2]], []
+    for given, pieces, value in zip(X.ends, (low, high), (wide[:, 0].min(), wide[:, 1].max()), strict=True):
+        rest = [[value, 0.0, 0.0]]
+        sides.append([*given, PolynomialPieces(times, [*rest, *pieces, *rest])])
+    return replace(plant, state_set=Polytope(np.vstack([X.rows, np.eye(1, X.dimension, i)]), *sides, X.dimension))
+
+
 # What any reference could do.
 
 
@@ -552,8 +650,17 @@ def _least_error(plant: ConstrainedSystem, truth: TrueSignal) -> float:
     return float("nan") if found is None else found.missing
 
 
-def with_truth(certificate: Certificate, classes: Mapping[str, SignalClass]) -> Certificate:
-    """Return the certificate with proved distances between states and the signals of their `classes`."""
-    of = certificate
-    found = (true_signal(of.reference, of.claim, name, each, of.robust) for name, each in classes.items())
+def with_truth(certificate: Certificate, signals: Mapping[str, Sought]) -> Certificate:
+    """Return the certificate with proved distances between states and their true `signals`.
+
+    NotTrackableError: one is not proved to be within its tolerance.
+    """
+    of, found = certificate, list[TrueSignal]()
+    for name, sought in signals.items():
+        truth, most = true_signal(of.reference, of.claim, name, sought, of.robust), sought.tolerance
+        if truth.error > most:
+            box, bounds = truth.ends[int(np.argmax(truth.errors)) :][:2], Interval(-most, most)
+            why = "the tolerance is too small"
+            raise NotTrackableError(Unproved(f"error of {name}", bounds, box, truth.error - most, why))
+        found.append(truth)
     return replace(certificate, truth=tuple(found))

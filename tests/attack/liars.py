@@ -63,7 +63,7 @@ from trackably.learning.problem import NoSolution
 from trackably.systems import tightening
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
-from trackably.truth import Signals, no_signal, with_truth
+from trackably.truth import Signals, Sought, no_signal, with_truth
 from trackably.waypoints import waypoints
 
 _SIGNALS = 4
@@ -255,7 +255,7 @@ def of_truth(rng: np.random.Generator) -> Found:
         excluded = excluded if excluded is None else judge_contradiction(excluded)
         if excluded is not None and type(excluded).__name__ == "NoSignal":
             yield "NoSignal", f"samples of a signal are said to contradict each other: {excluded}"
-        found = judge(with_truth(certificate, {"position": of}))
+        found = judge(with_truth(certificate, {"position": Sought(of)}))
     except (ValueError, ArithmeticError, IndexError, AssertionError, TypeError):
         yield "nothing", None
         return

@@ -18,9 +18,11 @@ from trackably import (
     SquaredExponential,
     TrackableReference,
     Truth,
+    Zonotope,
     learn_reference,
 )
 from trackably.certificates.form import encode_certificate
+from trackably.certificates.outcome import TooFar
 from trackably.checker import Contradicted, Failed, NotACertificate, Proved, check
 from trackably.checker.boxes import Box
 from trackably.checker.certificate import Measured, SignalClass, TrueSignal
@@ -139,6 +141,60 @@ def test_the_error_is_proved_stated_and_nearly_the_largest(learned: TrackableRef
     assert found.radius <= found.error
     assert found.least <= found.error
     assert found.radius <= float(np.max(upper - lower)) / 2 + 1e-9
+
+
+COARSE = {"noise_std": 0.01, "truth": Truth(0.001, second_derivative=0.4), "progress": False}
+
+
+@pytest.fixture(scope="module")
+def far() -> TrackableReference:
+    """With noise that is thought larger than it is, the reference is further from the signal than it could be."""
+    return learn_reference(near_samples(), PLANT, SquaredExponential(), (0.0, 1.4), **COARSE)
+
+
+def near_samples() -> Samples:
+    t = np.arange(0.0, 1.5, 0.1)
+    return Samples(t, 0.08 * np.sin(1.8 * t) + np.random.default_rng(0).uniform(-0.001, 0.001, t.size))
+
+
+@pytest.mark.parametrize(
+    ("share", "more"),
+    [(0.9, {}), (0.7, {}), (0.9, {"disturbance": Zonotope.box([0.0, -5e-5], [0.0, 5e-5])})],
+)
+def test_a_tolerance_below_the_error_of_what_is_learned_is_kept(far: TrackableReference, share: float, more) -> None:
+    wanted = share * far.accuracy().error
+    found = learn_reference(near_samples(), PLANT, SquaredExponential(), (0.0, 1.4), **COARSE, **more, tolerance=wanted)
+    (truth,) = found.certificate.truth
+    assert truth.error <= wanted < far.accuracy().error
+    assert truth.plant is None or truth.error < truth.plant <= wanted
+    verdict = check(encode_certificate(found.certificate))
+    assert isinstance(verdict, Proved)
+    assert f"|x_r(t) - f(t)| ≤ {truth.error!r}" in verdict.statement
+
+
+def test_a_tolerance_that_no_reference_reaches_is_refused_with_the_least(far: TrackableReference) -> None:
+    least = far.accuracy().least
+    with pytest.raises(NotTrackableError, match="tolerance must be") as raised:
+        learn_reference(
+            near_samples(), PLANT, SquaredExponential(), (0.0, 1.4), **COARSE, tolerance={"position": 0.9 * least}
+        )
+    assert isinstance(raised.value.outcome, TooFar)
+    assert least <= raised.value.outcome.least <= 1.2 * far.accuracy().error
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "claim", "more"),
+    [
+        (0.0, (0.0, 1.4), {}),
+        (np.nan, (0.0, 1.4), {}),
+        ({"velocity": 0.1}, (0.0, 1.4), {}),
+        (0.1, (0.0, 1.4), {"truth": None}),
+        (0.1, "all_phases", {}),
+    ],
+)
+def test_a_tolerance_that_means_nothing_is_refused(tolerance, claim, more) -> None:
+    with pytest.raises(ValueError, match="tolerance"):
+        learn_reference(near_samples(), PLANT, SquaredExponential(), claim, **{**COARSE, **more}, tolerance=tolerance)
 
 
 def test_a_certificate_without_a_truth_says_nothing_of_it(learned: TrackableReference) -> None:

@@ -124,6 +124,25 @@ class NoSignal(OutOfReach):
 
 
 @dataclass(frozen=True, repr=False)
+class TooFar(NoSolution):
+    """No reference is proved to be within a `tolerance` of the true signal of `state`.
+
+    `least` is the smallest tolerance that a linear program finds for any reference that the plant can follow.
+    """
+
+    state: str
+    tolerance: float
+    least: float
+
+    @property
+    def explanation(self) -> str:
+        return (
+            f"no reference is proved to be within {self.tolerance:g} of every true signal of {self.state}: for any "
+            f"that can be followed, the tolerance must be {rounded_text(self.least, 'up')} at least"
+        )
+
+
+@dataclass(frozen=True, repr=False)
 class InfeasibleTightening(OutOfReach):
     """No reference keeps the bounds after this `tightening`, for any kernel and samples.
 

@@ -492,13 +492,14 @@ def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:
     """Return the largest f ≤ 1e6 for which the rows, tightened by f `by` (r, 2) and a margin, leave a point.
 
     It is found by a linear program, scaled with half widths about the middles; ≤ 0 if the margin alone leaves no point.
+    If a bound moves, it is that of each row alone, at its least width.
     """
     if not len(bounded.rows):
         return _LARGEST_FRACTION
     half = bounded.widths / 2
     alone = (2 - 4 * margin) * half / np.maximum(by.sum(axis=1), half / _LARGEST_FRACTION)
     most = float(min(np.min(alone), _LARGEST_FRACTION))  # of each row alone: enough for boxes
-    if len(bounded.rows) <= bounded.dimension and np.linalg.matrix_rank(bounded.rows) == len(bounded.rows):
+    if bounded.moves or np.linalg.matrix_rank(bounded.rows) == len(bounded.rows):
         return most
     scales = unit_scales(bounded)
     matrix, middle = bounded.rows * scales / half[:, None], (bounded.upper + bounded.lower) / 2 / half
