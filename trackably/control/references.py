@@ -17,12 +17,10 @@ def unwrap_near(plant: ConstrainedSystem, window: Window, state: Array) -> Windo
 
     The angles begin near those of `state` (n,) and do not jump.
     """
-    angles = angles_of(plant)
-    if not angles:
+    if not (angles := plant.angles):
         return window
-    states = window.states.copy()
-    continuous = np.unwrap(states[:, angles], axis=0)
-    states[:, angles] = continuous + _turns(state[angles] - continuous[0])
+    states = plant.unwrap(window.states)
+    states[:, angles] += _turns(state[angles] - states[0, angles])
     return Window(states, window.inputs)
 
 
@@ -31,16 +29,9 @@ def nearest_turns(plant: ConstrainedSystem, states: Array, near: Array) -> Array
 
     `near` has the shape (…, n).
     """
-    angles = angles_of(plant)
-    turned = states.copy()
+    turned, angles = states.copy(), plant.angles
     turned[..., angles] += _turns(near[..., angles] - turned[..., angles])
     return turned
-
-
-def angles_of(plant: ConstrainedSystem) -> list[int]:
-    """Return the indices of the states that are angles, which are equal up to whole turns."""
-    form = plant.flat_form
-    return [i for i, name in enumerate(plant.system.states) if form is not None and name in form.angles]
 
 
 def _turns(difference: Array) -> Array:

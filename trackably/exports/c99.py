@@ -13,7 +13,6 @@ from trackably.arguments import text
 from trackably.certificates.certificate import Certificate
 from trackably.checker.certificate import Instants
 from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power
-from trackably.control.references import angles_of
 from trackably.exports.proved import Proved
 from trackably.files import new_file, write_text
 from trackably.gp.kernels.base import Kernel, Product, Sum
@@ -498,7 +497,7 @@ def _at_ends(certificate: Certificate) -> list[str]:
 
 
 def _turning(reference: Reference, state: int) -> str:
-    return ", an angle in (-pi, pi]: add whole turns" if state in angles_of(reference.plant) else ""
+    return ", an angle in (-pi, pi]: add whole turns" if state in reference.plant.angles else ""
 
 
 def _signals(reference: Reference, name: str) -> list[str]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackably.arrays import Array, ArrayLike
-from trackably.exports.proved import Proved, chosen_steps, continuous, proved_times
+from trackably.exports.proved import Proved, chosen_steps, proved_times
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,8 @@ class FlatTrajectory:
         ValueError: a time is not proved.
         """
         t = np.atleast_1d(proved_times(self.proved, tlist))
-        return continuous(self.proved, self.proved.reference.state_at(t)).T, self.proved.reference.input_at(t).T
+        reference = self.proved.reference
+        return reference.plant.unwrap(reference.state_at(t)).T, reference.input_at(t).T
 
     def response(self, timepts: ArrayLike | None = None) -> TimeResponse:
         """Return states and inputs at times [s], by default at the steps that `plot` shows.

@@ -10,8 +10,7 @@ import numpy as np
 
 from trackably.arguments import real
 from trackably.arrays import Array, ArrayLike
-from trackably.control.references import angles_of
-from trackably.exports.proved import Proved, continuous, places, proved_times, require_known
+from trackably.exports.proved import Proved, places, proved_times, require_known
 
 Parameters = Mapping[str, str | Sequence[str]]
 """For each time-varying parameter of a model, the state or input that it holds, or several of them."""
@@ -53,11 +52,12 @@ def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None,
 
 def _states(proved: Proved, steps: Array, elapsed: float) -> Array:
     """Return the states at steps, with angles that are continuous since the controller started, `elapsed` steps ago."""
-    if elapsed <= 0 or not angles_of(proved.reference.plant):
-        return continuous(proved, proved.reference.state(steps))
+    reference = proved.reference
+    if elapsed <= 0 or not reference.plant.angles:
+        return reference.plant.unwrap(reference.state(steps))
     before = steps[0] - np.arange(elapsed, 0.0, -1.0)
-    proved_times(proved, proved.reference.instants(before))
-    return continuous(proved, proved.reference.state(np.concatenate([before, steps])))[len(before) :]
+    proved_times(proved, reference.instants(before))
+    return reference.plant.unwrap(reference.state(np.concatenate([before, steps])))[len(before) :]
 
 
 def _elapsed_steps(t_now: ArrayLike, step: float) -> float:

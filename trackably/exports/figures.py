@@ -19,7 +19,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from trackably.arrays import Array
-from trackably.control.references import angles_of
 from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.polytopes import Interval
@@ -99,7 +98,7 @@ def tracking(
         n = len(plant.system.states)
         for style, reference in zip(reference_styles(references).values(), references.values(), strict=True):
             values = reference.state_at(times)[:, i] if i < n else reference.input_at(times)[:, i - n]
-            axes.plot(times, np.unwrap(values) if i in angles_of(plant) else values, **style)
+            axes.plot(times, np.unwrap(values) if i in plant.angles else values, **style)
         _draw_observed(axes, observed.get(name, Observed()), times)
         if name in bounds:
             pad_limits(axes, bounds[name])

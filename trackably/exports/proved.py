@@ -14,7 +14,6 @@ from trackably.arguments import numbers, whole
 from trackably.arrays import Array, ArrayLike
 from trackably.certificates.certificate import Certificate
 from trackably.checker.certificate import AllTimes, Instants, Steps, TrueSignal
-from trackably.control.references import angles_of
 from trackably.extras import optional
 from trackably.gp.samples import Samples
 from trackably.systems.pieces import PolynomialPieces
@@ -132,18 +131,8 @@ def places(proved: Proved) -> dict[str, int]:
 
 def values_at(proved: Proved, steps: Array) -> Array:
     """Return states, then inputs, at consecutive steps k: shape (*k.shape, n + m). Angles do not jump."""
-    states = continuous(proved, proved.reference.state(steps))
+    states = proved.reference.plant.unwrap(proved.reference.state(steps))
     return np.concatenate([states, proved.reference.input(steps)], axis=-1)
-
-
-def continuous(proved: Proved, states: Array) -> Array:
-    """Return states (K, n) with whole turns added to the angles, so that they do not jump.
-
-    A controller that follows a heading would turn around where it jumps from π to −π.
-    """
-    turned, angles = states.copy(), angles_of(proved.reference.plant)
-    turned[:, angles] = np.unwrap(states[:, angles], axis=0)
-    return turned
 
 
 def chosen_steps(proved: Proved, first: int | None, count: int | None) -> Array:

@@ -10,6 +10,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from trackably.arguments import instance
+from trackably.arrays import Array
 from trackably.systems.allocation import Allocation
 from trackably.systems.flat_forms import FlatForm
 from trackably.systems.formulas import shorten, text, weighted_sum_text
@@ -89,6 +90,21 @@ class ConstrainedSystem:
     def flat_form(self) -> FlatForm | None:
         """The flat form of a nonlinear system that has one."""
         return self.system.flat if isinstance(self.system, NonlinearSystem) else None
+
+    @cached_property
+    def angles(self) -> list[int]:
+        """The indices of the states that are angles, which are equal up to whole turns."""
+        form = self.flat_form
+        return [i for i, name in enumerate(self.system.states) if form is not None and name in form.angles]
+
+    def unwrap(self, states: Array) -> Array:
+        """Return successive states (K, n) with whole turns added to the angles, so that they do not jump.
+
+        A controller that follows a heading would turn around where it jumps from π to −π.
+        """
+        turned = states.copy()
+        turned[:, self.angles] = np.unwrap(states[:, self.angles], axis=0)
+        return turned
 
     @property
     def linear(self) -> LinearSystem:

@@ -139,11 +139,7 @@ class Reference:
         States that are equal up to whole turns (`angles` of a flat form) do not jump: whole turns are added to them.
         """
         steps = k + np.arange(horizon + 1.0)
-        states = self.state(steps)
-        if self.plant.flat_form is not None:
-            turning = [i for i, name in enumerate(self.plant.system.states) if name in self.plant.flat_form.angles]
-            states[:, turning] = np.unwrap(states[:, turning], axis=0)
-        return Window(states, self.input(steps[:-1]))
+        return Window(self.plant.unwrap(self.state(steps)), self.input(steps[:-1]))
 
     def state_at(self, t: Array) -> Array:
         """Return x_r at t [s]: shape (*t.shape, n)."""
