@@ -89,7 +89,7 @@ QUIET: dict[str, Any] = {"noise_std": 0.02, "progress": False}
 @pytest.mark.parametrize("lie", LIES)
 @pytest.mark.parametrize("make", [case, general_case])
 def test_nothing_false_is_handed_out_whatever_lies(lie, make, monkeypatch):
-    cases = {seed: make(seed) for seed in range(9600, 9606)}
+    cases = {seed: make(seed) for seed in range(9600, 9603)}
     plant(lie, 7, monkeypatch.setattr)
     assert_nothing_false_is_claimed(cases)
 

@@ -58,8 +58,9 @@ def followed(level: float, kernel, claim) -> TrackableReference:
     return learn_reference(swing(level), integrator(level - 2, level + 2, 1.6), kernel(), claim, starts=2)
 
 
-@pytest.mark.parametrize("level", [293.15, -1200.0])
-@pytest.mark.parametrize(("kernel", "claim"), [(SquaredExponential, "all_times"), (Matern52, (0.0, 5.9))])
+@pytest.mark.parametrize(
+    ("level", "kernel", "claim"), [(293.15, SquaredExponential, "all_times"), (-1200.0, Matern52, (0.0, 5.9))]
+)
 def test_a_reference_moves_with_its_samples_and_bounds(level, kernel, claim) -> None:
     """Whatever the level: 293 K, or 20 °C."""
     here, there = followed(0.0, kernel, claim), followed(level, kernel, claim)
@@ -178,7 +179,7 @@ def test_periodic_references_swing_about_the_mean_that_they_learn() -> None:
 def test_noise_left_out_is_that_without_bounds_however_tight_they_are() -> None:
     free = learn_reference(swing(), integrator(-9, 9, 90), SquaredExponential(), (0.0, 5.9), starts=4)
     assert free.hyperparameters["noise_std"] == pytest.approx(0.1, rel=0.3)
-    for speed in (2.6, 2.0, 1.6):
+    for speed in (2.6, 1.6):
         found = learn_reference(swing(), integrator(-9, 9, speed), SquaredExponential(), (0.0, 5.9), starts=4)
         assert found.hyperparameters["noise_std"] == pytest.approx(free.hyperparameters["noise_std"], rel=1e-6)
         assert found.method == "joint"
