@@ -597,7 +597,8 @@ def _with_row(plant: ConstrainedSystem, of: TrueSignal, tolerance: float) -> Con
     for given, pieces, value in zip(X.ends, (low, high), (wide[:, 0].min(), wide[:, 1].max()), strict=True):
         rest = [[value, 0.0, 0.0]]
         sides.append([*given, PolynomialPieces(times, [*rest, *pieces, *rest])])
-    return replace(plant, state_set=Polytope(np.vstack([X.rows, np.eye(1, X.dimension, i)]), *sides, X.dimension))
+    rows, (lower, upper) = np.vstack([X.rows, np.eye(1, X.dimension, i)]), sides
+    return replace(plant, state_set=Polytope(rows, lower, upper, X.dimension))
 
 
 # What any reference could do.
@@ -659,8 +660,8 @@ def with_truth(certificate: Certificate, signals: Mapping[str, Sought]) -> Certi
     for name, sought in signals.items():
         truth, most = true_signal(of.reference, of.claim, name, sought, of.robust), sought.tolerance
         if truth.error > most:
-            box, bounds = truth.ends[int(np.argmax(truth.errors)) :][:2], Interval(-most, most)
-            why = "the tolerance is too small"
+            worst, bounds = int(np.argmax(truth.errors)), Interval(-most, most)
+            box, why = (truth.ends[worst], truth.ends[worst + 1]), "the tolerance is too small"
             raise NotTrackableError(Unproved(f"error of {name}", bounds, box, truth.error - most, why))
         found.append(truth)
     return replace(certificate, truth=tuple(found))

@@ -211,11 +211,11 @@ def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipli
         return "proof: too many steps, or too many digits in A, B and c"
     p, _, _, scale = dynamics.factors(rows)
     if any(p):
-        first = [row for row in rows if row.of_state and row.step < n][:_MOST_LINES]
-        added = _taking_away([Fraction(x) for x in p], [_at_start(row, A) for row in first])
+        early = [row for row in rows if row.of_state and row.step < n][:_MOST_LINES]
+        added = _taking_away([Fraction(x) for x in p], [_at_start(row, A) for row in early])
         if added is None:
             return "proof: no bounds cancel the remainder of the multipliers in the state at the first step"
-        rows += [replace(row, multiplier=factor / scale) for row, factor in zip(first, added, strict=True) if factor]
+        rows += [replace(row, multiplier=factor / scale) for row, factor in zip(early, added, strict=True) if factor]
     p, of_inputs, constant, scale = dynamics.factors(rows)
     assert not any(p), "the rows that were added take it away"
     first, count = of.steps * len(of.state_set.rows), len(of.input_set.rows)

@@ -135,7 +135,7 @@ def _reach(end: End, sign: int) -> list[Fraction]:
     return [p[0] + sign * exact_sum(map(abs, p[1:])) for p in every]
 
 
-def ends_at(bound: Bound, t: Fraction) -> tuple[Fraction, Fraction]:
+def ends_at(bound: Row, t: Fraction) -> tuple[Fraction, Fraction]:
     """Return the lower and the upper end at a time [s]; at a breakpoint, the wider one of those before and after it."""
     return min(_values(bound.low, t)), max(_values(bound.high, t))
 
