@@ -206,7 +206,7 @@ def learn_reference(
         `InfeasibleTightening` where bounds do that are tightened for this feedback or margin: both are found before
         anything is learned, and `save_contradiction` writes what the checker accepted. It is `OutOfTime` where the
         budget ended before anything was proved, `NoSignal` where no signal of `truth` explains the samples, and
-        `TooFar` where a linear program finds no reference within the `tolerance`: it says which one would do.
+        `TooFar` where a linear program finds no reference within the `tolerance`: it says from which on it finds one.
 
     """
     end, learner = _end_of(budget), _learner(method, at, learn_from, near)

@@ -174,7 +174,7 @@ def test_a_tolerance_below_the_error_of_what_is_learned_is_kept(far: TrackableRe
 
 def test_a_tolerance_that_no_reference_reaches_is_refused_with_the_least(far: TrackableReference) -> None:
     least = far.accuracy().least
-    with pytest.raises(NotTrackableError, match="tolerance must be") as raised:
+    with pytest.raises(NotTrackableError, match="from a tolerance of") as raised:
         learn_reference(
             near_samples(), PLANT, SquaredExponential(), (0.0, 1.4), **COARSE, tolerance={"position": 0.9 * least}
         )

@@ -125,9 +125,9 @@ class NoSignal(OutOfReach):
 
 @dataclass(frozen=True, repr=False)
 class TooFar(NoSolution):
-    """No reference is proved to be within a `tolerance` of the true signal of `state`.
+    """No reference was found within a `tolerance` of the true signal of `state`. That there is none is not claimed.
 
-    `least` is the smallest tolerance that a linear program finds for any reference that the plant can follow.
+    `least` is the smallest tolerance for which a linear program finds a reference that the plant can follow.
     """
 
     state: str
@@ -137,8 +137,8 @@ class TooFar(NoSolution):
     @property
     def explanation(self) -> str:
         return (
-            f"no reference is proved to be within {self.tolerance:g} of every true signal of {self.state}: for any "
-            f"that can be followed, the tolerance must be {rounded_text(self.least, 'up')} at least"
+            f"no reference was found within {self.tolerance:g} of every true signal of {self.state}: a linear program "
+            f"finds one from a tolerance of {rounded_text(self.least, 'up')} on; that there is none below is not proved"
         )
 
 

@@ -52,7 +52,7 @@ from trackably import (
 )
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import accepted_file
-from trackably.certificates.outcome import NotExcluded, OutOfReach
+from trackably.certificates.outcome import NotExcluded, OutOfReach, TooFar
 from trackably.checker import Contradicted, Failed, Proved, Refuted, check
 from trackably.given import table as table_module
 from trackably.given.certify import CertifiedReference
@@ -82,7 +82,7 @@ OUTCOMES = (
 )
 """What says that something is proved, refuted or impossible."""
 
-CLAIM_NOTHING = Unproved, NotExcluded, UnmetBounds, NothingFeasible, NoFunction, NothingFactored, OutOfTime
+CLAIM_NOTHING = Unproved, NotExcluded, TooFar, UnmetBounds, NothingFeasible, NoFunction, NothingFactored, OutOfTime
 QUIET: dict[str, Any] = {"noise_std": 0.02, "progress": False}
 
 
