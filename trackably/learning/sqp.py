@@ -64,18 +64,19 @@ class QuadraticProgram(NamedTuple):
         reach = np.abs(jacobian).dot(np.maximum(-lower, upper))
         return cls(jacobian, lower, upper, inverse, shift, -shift.dot(inverse), reach)
 
-    def solve(self, slack: Array, penalty: float) -> tuple[Array, Array]:
+    def solve(self, slack: Array, penalty: float, likely: Array | None = None) -> tuple[Array, Array]:
         """Return d and the multipliers of the constraints for g = `slack`: Newton's step if it keeps all constraints.
 
         Otherwise, if there are many constraints and ends of the box, those that the last step breaks are added until
-        none is broken.
+        none is broken, first to those with `likely` multipliers (m,).
         """
         multipliers, m = np.zeros(len(slack)), len(slack)
         room = self._room(slack, self.newton)
         if room.min() >= 0:
             return self.newton, multipliers
         possible = np.append(slack < self.reach, np.ones(2 * len(self.shift), dtype=bool))  # no step breaks the others
-        chosen = possible if possible.sum() <= _MANY else room < 0
+        begun = room < 0 if likely is None or not likely.any() else np.append(likely > 0, room[m:] < 0)
+        chosen = possible if possible.sum() <= _MANY else begun
         while True:
             rows, ends = chosen[:m].nonzero()[0], chosen[m:].nonzero()[0]
             polyhedron = self._polyhedron(slack, rows, ends, penalty)
@@ -224,13 +225,13 @@ def minimise(
     if (here := evaluate(x)) is None:
         return None
     curvature = here.curvature if curvature is None else curvature
-    penalty, reductions, gained, may_end = _FIRST_PENALTY, 0, np.inf, False
+    penalty, reductions, gained, may_end, multipliers = _FIRST_PENALTY, 0, np.inf, False, None
     if not len(x):
         return Minimum(x, here, True, curvature)
     for _ in range(most_iterations):
         box = np.maximum(lower - x, -radius), np.minimum(upper - x, radius)
         program = QuadraticProgram.of(curvature, here.gradient, here.jacobian, *box)
-        d, multipliers, steered, broken = _steered_step(program, here, penalty)
+        d, multipliers, steered, broken = _steered_step(program, here, penalty, multipliers)
         may_end, penalty = may_end and steered == penalty, steered
         merit, size = here.merit(penalty), _size(d)
         gain = merit - (here.predict(d, curvature) + penalty * _price(broken))
@@ -245,7 +246,7 @@ def minimise(
         reached = np.inf if there is None else there.merit(penalty)
         if there is not None and reached > merit - 0.1 * gain:
             # Curved constraints can spoil a good step: correct it to second order, with the constraints at x + d.
-            corrected, _ = program.solve(there.slack - here.jacobian.dot(d), penalty)
+            corrected, _ = program.solve(there.slack - here.jacobian.dot(d), penalty, multipliers)
             if _size(corrected - d) > _STEP_TOLERANCE:
                 again = evaluate(x + corrected)
                 if again is not None and again.merit(penalty) < reached:
@@ -266,21 +267,23 @@ def minimise(
     return Minimum(x, here, False, curvature)
 
 
-def _steered_step(program: QuadraticProgram, here: Evaluation, penalty: float) -> tuple[Array, Array, float, float]:
+def _steered_step(
+    program: QuadraticProgram, here: Evaluation, penalty: float, likely: Array | None
+) -> tuple[Array, Array, float, float]:
     """Return the step, its multipliers, the penalty, and the violation of the linearised constraints after the step.
 
     The penalty is raised until the step removes half of the violation that any step can remove. With a low penalty the
     iteration would run to where f is small, and return to another feasible part, or to none (Byrd, Nocedal, Waltz:
     steering).
     """
-    d, multipliers = program.solve(here.slack, penalty)
+    d, multipliers = program.solve(here.slack, penalty, likely)
     if (left := here.linear_violation(d)) <= FEASIBLE:
         return d, multipliers, penalty, left
-    least, _ = program.solve(here.slack, _LARGEST_PENALTY)
+    least, _ = program.solve(here.slack, _LARGEST_PENALTY, multipliers)
     enough = here.violation - _STEERED * (here.violation - here.linear_violation(least))
     while left > enough + FEASIBLE and penalty < _LARGEST_PENALTY:
         penalty *= 10
-        d, multipliers = program.solve(here.slack, penalty)
+        d, multipliers = program.solve(here.slack, penalty, multipliers)
         left = here.linear_violation(d)
     return d, multipliers, penalty, left
 

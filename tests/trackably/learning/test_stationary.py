@@ -90,6 +90,6 @@ def test_rounding_in_flat_directions_does_not_raise_the_penalty(seed: int) -> No
     program = QuadraticProgram.of(curvature, here.gradient, here.jacobian, np.full(3, -0.3), np.full(3, 0.3))
     _, multipliers = program.solve(here.slack, 1e7)
     enough = max(1e2, 10 * float(np.sum(multipliers)))
-    _, _, penalty, left = sqp._steered_step(program, here, enough)
+    _, _, penalty, left = sqp._steered_step(program, here, enough, None)
     assert penalty == enough
     assert left == 0

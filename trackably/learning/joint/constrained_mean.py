@@ -143,25 +143,6 @@ def mean_meeting(posterior: JointPosterior, demanded: Demands, likely: Flags | N
     return ConstrainedMean(given, demanded, dual.multipliers, dual.value, dual.contradicts)
 
 
-@dataclass
-class LastFunction:
-    """Solves for the function at each θ of a search, if quantities are formulas, from the function of the θ before.
-
-    The first θ starts at the function `near`. All functions keep the bounds at the same `places`.
-    """
-
-    problem: ConstrainedProblem
-    places: Places
-    near: Signals
-
-    def mean_for(self, posterior: JointPosterior) -> ConstrainedMean | None:
-        """Return the function that keeps the bounds at all places. Raises IllConditioned."""
-        found = constrained_mean(self.problem, posterior, self.places, self.near)
-        if found is not None and not found.contradicts:
-            self.near = found.given.signals(found.multipliers)
-        return found
-
-
 _MISSED = 1e-9  # of a bound's width
 _MAX_ROUNDS = 30
 

@@ -1,6 +1,5 @@
 """The function for given hyperparameters at all times, by exchange: solve at few places, and add violated places."""
 
-from bisect import bisect
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,8 +10,8 @@ from trackably.gp.rows import row_kernel
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Bounded, Constraint
 from trackably.learning.joint.constrained_mean import ConstrainedMean, constrained_mean, is_linear
-from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Minima, Places, demands, flags, places_of
-from trackably.learning.joint.sequential import regular_places, same_regular
+from trackably.learning.joint.places import LOWER, MarginScan, Minima, Places, demands, flags, merge, places_of
+from trackably.learning.joint.sequential import with_regular
 from trackably.learning.problem import ConstrainedProblem
 from trackably.systems.trajectories import Signals
 
@@ -25,6 +24,7 @@ _CROWDED = 100  # violated places; so many are neighbours along stretches of an 
 _MATTERS = 1e-5  # relative to a width: with so many places, a larger back-off removes smaller violations
 _KEPT = 0.9  # correlation between neighbouring places, between which a function cannot violate a bound by much
 _SAME_TIME = 3e-4  # relative to a correlation time: between closer places a bound cannot be violated by much
+_JUMPED = 0.1  # relative to a width: with larger violations between places, formulas are in another local minimum
 _NO_GAIN = 1e-9  # relative to the price: if it rises by less, violations are not worth another program
 
 
@@ -68,7 +68,7 @@ def exchange_bounds(
     apart: tuple[float, ...] = ()
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
     if not is_convex:  # places of other hyperparameters may be too far apart for these
-        places = merge(places, regular_places(problem, posterior), same_regular(posterior))
+        places = with_regular(problem, posterior, places)
     for count in range(1, _MAX_ROUNDS + 1):
         bent = constrained_mean(problem, posterior, places, near, kept)
         if bent is None:
@@ -94,7 +94,8 @@ def exchange_bounds(
         if 0 <= gain <= _NO_GAIN * price or _count(met) > _MOST_PLACES:
             return best
         places = met
-        near = bent.signals
+        if is_convex or margin >= -_JUMPED:
+            near = bent.signals
     return best
 
 
@@ -149,11 +150,6 @@ def _spacing(problem: ConstrainedProblem, posterior: JointPosterior, constraint:
     return float(steps[np.argmax(correlation[1:] > _KEPT)])
 
 
-def merge(places: Places, new: Places, same: float) -> Places:
-    """Return the union of places, sorted; of two places closer than `same` [s], the known one is kept."""
-    return tuple(_unite(*pair, same) for pair in zip(places, new, strict=True))
-
-
 def no_places(problem: ConstrainedProblem) -> Places:
     """Return an empty array of places for each constraint."""
     return tuple(np.empty((0, 2)) for _ in problem.constraints)
@@ -175,20 +171,6 @@ def _worst(minima: Minima) -> tuple[float, int, float]:
         if len(margins)
     ]
     return min(found, default=(np.inf, -1, np.nan))
-
-
-def _unite(places: Array, new: Array, same: float) -> Array:
-    """Return the places, and the new ones that have no other place on their side within `same` [s]."""
-    known: dict[float, list[float]] = {LOWER: [], UPPER: []}
-    for time, side in sorted(places.tolist()):
-        known[side].append(time)
-    for time, side in new.tolist():
-        times = known[side]
-        at = bisect(times, time)
-        if all(abs(time - t) > same for t in times[max(at - 1, 0) : at + 1]):
-            times.insert(at, time)
-    joined = sorted((time, side) for side, times in known.items() for time in times)
-    return np.array(joined).reshape(-1, 2)
 
 
 def is_same(one: Places, other: Places) -> bool:

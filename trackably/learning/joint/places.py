@@ -3,6 +3,7 @@
 New places are where a function comes near to its bounds: local minima of all margins, sought together.
 """
 
+from bisect import bisect
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
@@ -91,6 +92,25 @@ def flags(places: Places, among: Places) -> Flags:
     known = [set(map(tuple, of_constraint.tolist())) for of_constraint in among]
     pairs = zip(places, known, strict=True)
     return np.array([tuple(place) in those for some, those in pairs for place in some.tolist()], dtype=bool)
+
+
+def merge(places: Places, new: Places, same: float) -> Places:
+    """Return the union of places, sorted; of two places closer than `same` [s], the known one is kept."""
+    return tuple(_unite(*pair, same) for pair in zip(places, new, strict=True))
+
+
+def _unite(places: Array, new: Array, same: float) -> Array:
+    """Return the places, and the new ones that have no other place on their side within `same` [s]."""
+    known: dict[float, list[float]] = {LOWER: [], UPPER: []}
+    for time, side in sorted(places.tolist()):
+        known[side].append(time)
+    for time, side in new.tolist():
+        times = known[side]
+        at = bisect(times, time)
+        if all(abs(time - t) > same for t in times[max(at - 1, 0) : at + 1]):
+            times.insert(at, time)
+    joined = sorted((time, side) for side, times in known.items() for time in times)
+    return np.array(joined).reshape(-1, 2)
 
 
 def demands(problem: ConstrainedProblem, places: Places, near: Signals) -> Demands:

@@ -15,10 +15,10 @@ from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import IllConditioned
 from trackably.learning import sqp
-from trackably.learning.joint.constrained_mean import ConstrainedMean, LastFunction, WorkingSet, is_linear
-from trackably.learning.joint.exchange import CROWD, ExchangeResult, exchange_bounds, merge, no_places, same_time
-from trackably.learning.joint.places import MarginScan, Places, demands, fewer, flags, select
-from trackably.learning.joint.sequential import least_backoff, starts_for, with_backoff
+from trackably.learning.joint.constrained_mean import ConstrainedMean, WorkingSet, constrained_mean, is_linear
+from trackably.learning.joint.exchange import CROWD, ExchangeResult, exchange_bounds, no_places, same_time
+from trackably.learning.joint.places import MarginScan, Places, demands, fewer, flags, merge, select
+from trackably.learning.joint.sequential import keep_off_singularities, starts_for, with_backoff, with_regular
 from trackably.learning.problem import (
     LEAST_GAP,
     RELATIVE_GAP,
@@ -33,18 +33,16 @@ from trackably.learning.search import best_solution, better_solution
 from trackably.learning.search import continued as continued_alone
 from trackably.systems.trajectories import Signals
 
-_MAX_ROUNDS, _ROUNDS_OF_FORMULAS = 30, 4
+_MAX_ROUNDS = 30
 _SAME_VALUE = 1e-9
 _PRECISION = 1e-11  # relative to J: the covariances of rows are not more precise
 _NEARBY = 0.1
-_FIRST, _SHORTER, _SHORTEST = 2.0, 4.0, 1e-3  # steps in ln θ
+_FIRST, _FIRST_OF_FORMULAS, _SHORTER, _SHORTEST = 2.0, 0.5, 4.0, 1e-3  # steps in ln θ
 # Functions on the way to a minimum may violate their bounds by this part of the width. So may rough functions, and
 # those with large rounding errors: a larger back-off mends them, other starts would not.
 _ALMOST = 3e-3
 _ROUGH = 1e-6  # relative to a width: a function with larger violations needs too many places for steps in θ
-_MOST_STEPS, _MOST_OF_FORMULAS = 1000, 12  # steps in θ before places are sought again
 _MANY_BENDS = 500  # active places
-_MORE_STEPS, _LEAST_DRAWN_IN = 6, 1e-3  # of bounds that cannot be let out as far as they are given
 _DRAWN_IN = 0.1, 0.03, 0.01, 0.0  # back-offs relative to a width, one after the other
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9  # relative to 1 + |J|
 _OF_GAP = 0.1  # with formulas: a smaller part of the allowed gap does not count as a gain
@@ -53,7 +51,10 @@ _EXACT = 1e-2  # relative to a gain: precision with which a relaxation is minimi
 
 @dataclass(frozen=True)
 class JointProgram:
-    """J(θ) with bounds at given `places` only, a relaxation. Formulas are first linearised at the signals `near`."""
+    """J(θ) with bounds at given `places` only, a relaxation. Formulas are linearised at the signals `near`.
+
+    By the envelope theorem, the gradient at their θ is that of J with formulas.
+    """
 
     problem: ConstrainedProblem
     places: Places
@@ -69,19 +70,19 @@ class JointProgram:
         """
         space = self.problem.space
         lower, upper = np.maximum(space.log_lower, start - reach), np.minimum(space.log_upper, start + reach)
-        working = self._working_set(active) if is_linear(self.problem) else None
-        mean_for = working.mean_for if working else LastFunction(self.problem, self.places, self.near).mean_for
+        working = self._working_set(active)
 
         def evaluate(log_theta: Array) -> sqp.Evaluation | None:
-            return self._evaluate(log_theta, mean_for)
+            return self._evaluate(log_theta, working.mean_for)
 
-        most = _MOST_STEPS if is_linear(self.problem) else _MOST_OF_FORMULAS
-        found = sqp.minimise(evaluate, start, lower, upper, _NEARBY, curvature, precision, most_iterations=most)
-        return None if found is None else (found, select(self.places, working.chosen) if working else self.places)
+        found = sqp.minimise(evaluate, start, lower, upper, _NEARBY, curvature, precision)
+        return None if found is None else (found, select(self.places, working.chosen))
 
     def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
         """Return J with its gradient (envelope theorem); None if J is undefined."""
-        return self._evaluate(log_theta, LastFunction(self.problem, self.places, self.near).mean_for)
+        return self._evaluate(
+            log_theta, lambda posterior: constrained_mean(self.problem, posterior, self.places, self.near)
+        )
 
     def _evaluate(
         self, log_theta: Array, mean_for: Callable[[JointPosterior], ConstrainedMean | None]
@@ -98,10 +99,7 @@ class JointProgram:
         return sqp.Evaluation(value + bent.price, by_theta, np.empty(0), np.empty((0, len(log_theta))))
 
     def _working_set(self, active: Places) -> WorkingSet:
-        """Return a working set with the active places and the pins.
-
-        The rows must be linear, independent of the function.
-        """
+        """Return a working set with the active places and the pins."""
         demanded = demands(self.problem, self.places, self.near)
         begun = demanded.is_equation.copy()
         begun[: sum(map(len, self.places))] = flags(self.places, active)
@@ -172,17 +170,22 @@ class JointSearch:
     fits: int = 0
     spread: float = 0.0
 
+    def __post_init__(self) -> None:
+        self.problem = keep_off_singularities(self.problem)
+
     def follow(self, start: Array, places: Places | None = None, near: Signals | None = None) -> None:
         """Minimise J from a start: first with functions that almost keep their bounds, then with solutions."""
         if near is None and not is_linear(self.problem):
-            if (begun := self.best or self.begin(start)) is None:
+            begun = self._begin_with_formulas(start)
+            if begun is None:
                 return
-            places, near = begun.function.places, begun.function.mean.signals
+            start, places, near = begun
         point = self._at(start, no_places(self.problem) if places is None else places, near, _ALMOST)
         if point is None:
             return
+        reach = _FIRST if is_linear(self.problem) else _FIRST_OF_FORMULAS
         gain = _COARSE_GAIN if is_linear(self.problem) else _OF_GAP * point.allowed_gap / (1 + abs(point.objective))
-        path = self._descend(_Descent(point, point.function.places), _ALMOST, gain)
+        path = self._descend(_Descent(point, point.function.places, reach=reach), _ALMOST, gain)
         coarse = path.point
         if not coarse.is_solution or self._is_no_better(coarse.objective):
             return
@@ -196,29 +199,52 @@ class JointSearch:
         if not self._is_no_better(found.objective):
             self.best = found
 
+    def _begin_with_formulas(self, start: Array) -> tuple[Array, Places, Signals] | None:
+        """Return ln θ, places and signals at which a search from `start` begins if quantities are formulas.
+
+        None if J with formulas linearised at the best function is nowhere below that of the best function, or if no
+        function is found. The first search begins at the minimiser of J with formulas linearised at an even pace.
+        """
+        if self.best is not None:
+            known = self.best.function
+            places = MarginScan(self.problem.constraints, known.mean.signals).near(known.places)
+            found = self._minimise_linearised(start, places, known.mean.signals)
+            if found is None or found.at.value >= self.best.objective - LEAST_GAP:
+                return None
+            return found.x, known.places, known.mean.signals
+        posterior = self.problem.posterior(start)
+        regular = with_regular(self.problem, posterior, no_places(self.problem))
+        found = self._minimise_linearised(start, regular, starts_for(self.problem, posterior)[-1])
+        for log_theta in (start,) if found is None else (found.x, start):
+            if (point := self.begin(log_theta)) is not None:
+                return log_theta, point.function.places, point.function.mean.signals
+        return None
+
+    def _minimise_linearised(self, start: Array, places: Places, near: Signals) -> sqp.Minimum | None:
+        """Minimise J from a start, with formulas linearised at the signals `near`."""
+        self.fits += 1
+        program = JointProgram(self.problem, places, near)
+        found = program.minimise(start, None, np.inf, no_places(self.problem), _COARSE_GAIN)
+        return None if found is None else found[0]
+
     def begin(self, log_theta: Array) -> Point | None:
         """Return the best function for these hyperparameters, from several starts if quantities are formulas.
 
-        None without one.
-
-        If bounds cannot be relaxed to the given ones, for example next to a speed of zero, those of the best function
-        are relaxed in smaller steps, and the search continues with the last bounds that are kept.
+        None without one. Bounds are tightened at first, and relaxed step by step. If they cannot be relaxed to the
+        given ones, the search continues with the last bounds that are kept.
         """
         starts = starts_for(self.problem, self.problem.posterior(log_theta))
         paths, ends = [(no_places(self.problem), start) for start in starts], list[tuple[Point, ConstrainedProblem]]()
         for drawn_in in _DRAWN_IN:
             further = self._distinct(log_theta, paths, drawn_in)
-            if further:
-                ends = further
-            elif ends:
+            if ends and not further:
                 break
-            if ends:
-                self.spread = float(np.ptp([point.objective for point, _ in ends]))
+            ends = further
             paths = [(end.function.places, end.function.mean.signals) for end, _ in ends] or paths
         if not ends:
             return None
-        best = min(ends, key=lambda end: end[0].objective)
-        point, self.problem = self._let_out_further(log_theta, *best)
+        self.spread = float(np.ptp([point.objective for point, _ in ends]))
+        point, self.problem = min(ends, key=lambda end: end[0].objective)
         return point
 
     def _distinct(
@@ -236,24 +262,6 @@ class JointSearch:
                 if all(abs(point.objective - other.objective) > same for other, _ in found):
                     found.append((point, problem))
         return found
-
-    def _let_out_further(
-        self, log_theta: Array, point: Point, problem: ConstrainedProblem
-    ) -> tuple[Point, ConstrainedProblem]:
-        """Relax tightened bounds further, in smaller steps, while they are kept and J falls by more than its gap."""
-        given, kept, broken = least_backoff(self.problem), least_backoff(problem), 0.0
-        for _ in range(_MORE_STEPS):
-            if kept <= max(given, _LEAST_DRAWN_IN):
-                break
-            tried = np.sqrt(kept * broken) if broken else kept / 3
-            there, drawn_in = self._tighten(log_theta, point.function.places, point.function.mean.signals, tried)
-            if there is None or not there.is_solution:
-                broken = tried
-                continue
-            gain, point, problem, kept = point.objective - there.objective, there, drawn_in, tried
-            if gain <= point.allowed_gap:
-                break
-        return point, problem
 
     def _tighten(
         self, log_theta: Array, places: Places, near: Signals, by: float
@@ -279,7 +287,7 @@ class JointSearch:
         From a contradiction, one step is taken to the minimiser of the relaxation. If the rows contradict there too,
         more places do not resolve it, and the search is given up. It is also given up if no function is found.
         """
-        for _ in range(_MAX_ROUNDS if is_linear(self.problem) else _ROUNDS_OF_FORMULAS):
+        for _ in range(_MAX_ROUNDS):
             point = path.point
             if not (point.is_solution or point.function.mean.contradicts):
                 break

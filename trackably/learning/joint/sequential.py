@@ -24,13 +24,15 @@ from trackably.gp.rows import Rows, Terms
 from trackably.learning import sqp
 from trackably.learning.constraint import Bounded, Constraint, Sums
 from trackably.learning.index_set import RealTimes
-from trackably.learning.joint.places import LOWER, UPPER, Places
+from trackably.learning.joint.places import LOWER, UPPER, Places, merge
 from trackably.learning.problem import ConstrainedProblem
 from trackably.progress.work import done
-from trackably.systems.polytopes import Interval
+from trackably.systems.polytopes import Corridor, Interval
 from trackably.systems.trajectories import Functional, Quantity, Signals
 
 _WEAK = 1e-11  # relative to the largest eigenvalue: smaller ones are rounding errors
+_ROUNDING = 4 * float(np.finfo(float).eps)  # relative to the prior variance
+_FILTERED = 1e-6  # relative to the largest eigenvalue: a start is not represented by weaker directions
 _PRECISION = 1e-7  # relative to 1 + the price
 _RADIUS = 2.0  # of the first step, in prior standard deviations
 _MOST_STEPS, _BROKEN = 60, 1e-3  # steps; and the largest violation of a result, relative to a width
@@ -110,7 +112,8 @@ class FormulaProgram:
         terms = tuple(Terms(t, np.ones(len(t)), i + np.arange(len(t))) for t, i in zip(times, first, strict=False))
         given = RowPosterior(posterior, Rows(np.zeros(first[-1]), terms))
         blocks = [slice(*ends) for ends in pairwise(first)]  # processes are independent
-        roots = [_root(given.covariance[of, of]) for of in blocks]
+        largest = [part.prior.kernel(np.zeros(())).item() for part in posterior.parts]
+        roots = [_root(given.covariance[of, of], k) for of, k in zip(blocks, largest, strict=True)]
         root = scipy.linalg.block_diag(*roots)
         at = np.concatenate([first[c] + np.searchsorted(times[c], t) for c, t in sums.times.items()])
         one = np.eye(1 + root.shape[1])[:1].T
@@ -121,7 +124,8 @@ class FormulaProgram:
     def minimiser_near(self, near: Signals) -> list[KnownValues] | None:
         """Return the values of a local minimum, searched from the signals `near`; None if no feasible one is found."""
         start = np.concatenate([signal(t) for signal, t in zip(near, self.times, strict=True)]) - self.mean
-        xi = (self.root / np.sum(self.root**2, axis=0)).T @ start  # columns of W are orthogonal
+        powers = np.sum(self.root**2, axis=0)  # columns of W are orthogonal
+        xi = (self.root / (powers + _FILTERED * np.max(powers, initial=0.0))).T @ start
         free = np.full(len(xi), np.inf)
         found = sqp.minimise(
             self._evaluate, xi, -free, free, _RADIUS, precision=_PRECISION, most_iterations=_MOST_STEPS
@@ -144,21 +148,23 @@ class FormulaProgram:
         return sqp.Evaluation(float(xi @ xi), 2 * xi, slacks[0], slacks[1:].T, 2 * np.eye(len(xi)))
 
 
-def _root(covariance: Array) -> Array:
-    """Return W with orthogonal columns and W Wᵀ = Σ, without those that are rounding."""
+def _root(covariance: Array, largest: float) -> Array:
+    """Return W with orthogonal columns and W Wᵀ = Σ, without those that are rounding of the `largest` variance."""
     powers, directions = np.linalg.eigh(covariance)
-    kept = powers > _WEAK * np.max(powers, initial=0.0)
+    kept = powers > _WEAK * np.max(powers, initial=0.0) + _ROUNDING * np.sqrt(len(powers)) * largest
     return np.asarray(directions[:, kept] * np.sqrt(powers[kept]))
 
 
 _KNOTS, _FINE = 4, 2000  # knots for each correlation time; points of a path
-_CLOSE, _MOST_REGULAR = 8, 100  # regular places for each correlation time; most of them on each side of a bound
+# Regular places for each correlation time, and how many there are on each side of a bound.
+_CLOSE, _FEWEST_REGULAR, _MOST_REGULAR = 8, 48, 100
 _PACES, _SLOWER = (0.5, 1.0), 0.5
+_OFF = 0.02  # relative to a width: the distance of a bound from a singular point of rest
 
 
 def starts_for(problem: ConstrainedProblem, posterior: JointPosterior) -> list[Signals]:
-    """Return signals at which searches start: the posterior means, their path at a more even and
-    at an even pace, and slower.
+    """Return signals at which searches start: the posterior means, a slower motion, and the path of the means at a more
+    even and at an even pace.
 
     At an even pace, the path of the means is traversed without stops and without fast stretches. A slower motion stays
     nearer to the prior means.
@@ -179,7 +185,7 @@ def starts_for(problem: ConstrainedProblem, posterior: JointPosterior) -> list[S
         at = np.interp(np.interp(knots, fine, (1 - part) * own + part * even), own, fine)
         splines = [scipy.interpolate.CubicSpline(knots, signal(at)) for signal in means]
         paced.append([_along(spline, first, last, period is not None) for spline in splines])
-    return [means, *paced, [_towards(signal.mean, signal) for signal in means]]
+    return [means, [_towards(signal.mean, signal) for signal in means], *paced]
 
 
 def _along(spline: Callable[[Array], Array], first: float, last: float, is_periodic: bool) -> Callable[[Array], Array]:
@@ -192,18 +198,14 @@ def _towards(level: float, signal: Callable[[Array], Array]) -> Callable[[Array]
     return lambda t: level + _SLOWER * (signal(t) - level)
 
 
-def regular_places(problem: ConstrainedProblem, posterior: JointPosterior) -> Places:
-    """Return places at regular times. With few places, a function could move to other local minima of the formulas."""
+def with_regular(problem: ConstrainedProblem, posterior: JointPosterior, places: Places) -> Places:
+    """Add places at regular times. With few places, a function could move to other local minima of the formulas."""
     ends, period = _ends(problem.constraints), common_period([signal.kernel for signal in posterior.signals])
     first, last = ends if period is None else (0.0, period)
     shortest = min(signal.kernel.correlation_time for signal in posterior.signals)
-    times = np.linspace(first, last, int(np.clip(_CLOSE * (last - first) / shortest, 2, _MOST_REGULAR)))
-    return tuple(_regular(constraint, times) for constraint in problem.constraints)
-
-
-def same_regular(posterior: JointPosterior) -> float:
-    """Return the distance [s] below which another place makes one of the regular places needless: half of theirs."""
-    return min(signal.kernel.correlation_time for signal in posterior.signals) / (2 * _CLOSE)
+    count = int(np.clip(_CLOSE * (last - first) / shortest, _FEWEST_REGULAR, _MOST_REGULAR))
+    regular = tuple(_regular(constraint, np.linspace(first, last, count)) for constraint in problem.constraints)
+    return merge(places, regular, (last - first) / count / 2)
 
 
 def _regular(constraint: Bounded, times: Array) -> Array:
@@ -231,6 +233,27 @@ def with_backoff(problem: ConstrainedProblem, least: float) -> ConstrainedProble
     return replace(problem, constraints=constraints)
 
 
-def least_backoff(problem: ConstrainedProblem) -> float:
-    """Return the smallest back-off of all bounds, as a part of their width."""
-    return min(constraint.backoff for constraint in problem.constraints)
+def keep_off_singularities(problem: ConstrainedProblem) -> ConstrainedProblem:
+    """Return the problem with bounds moved off points of rest at which a formula has no derivative.
+
+    Near such a point, as where a vehicle stops, functions for a few places jump from one local minimum to another
+    between these places.
+    """
+    levels = [part.mean for part in problem.prior.parts]
+    return replace(problem, constraints=tuple(_keep_off_rest(each, levels) for each in problem.constraints))
+
+
+def _keep_off_rest(constraint: Bounded, levels: Sequence[float]) -> Bounded:
+    quantity, bounds = constraint.quantity, constraint.quantity.bounds
+    if not isinstance(constraint, Constraint) or isinstance(bounds, Corridor) or is_smooth_at_rest(quantity, levels):
+        return constraint
+    rest, off = quantity.at_rest(levels), _OFF * bounds.width
+    lower = max(bounds.lower, rest + off) if abs(rest - bounds.lower) < off else bounds.lower
+    upper = min(bounds.upper, rest - off) if abs(rest - bounds.upper) < off else bounds.upper
+    return replace(constraint, quantity=replace(quantity, bounds=Interval(lower, upper)))
+
+
+def is_smooth_at_rest(quantity: Quantity, levels: Sequence[float]) -> bool:
+    """Return whether the quantity has derivatives by its arguments if every signal c rests at `levels[c]`."""
+    at = {name: np.asarray(of.at_rest(levels)) for name, of in quantity.trajectory.arguments}
+    return all(np.isfinite(slope).all() for slope in quantity.trajectory.slopes(at).values())

@@ -62,9 +62,9 @@ def test_the_best_of_all_starts_is_taken_and_their_spread_is_the_range_of_what_t
         assert both.spread == pytest.approx(max(alone) - min(alone), abs=1e-3)
 
 
-def test_starts_are_the_means_an_even_pace_along_their_path_and_a_slower_motion():
+def test_starts_are_the_means_a_slower_motion_and_an_even_pace_along_their_path():
     posterior = there_and_back().posterior(NO_THETA)
-    means, between, even, slower = starts_for(there_and_back(), posterior)
+    means, slower, between, even = starts_for(there_and_back(), posterior)
     t = np.linspace(0.2, 3.8, 500)
     paces = []
     for start in (means, between, even):
