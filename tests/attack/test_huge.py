@@ -24,6 +24,7 @@ SLOW_ONCE = {
     "endless periods": LIBRARY,
     "a counterexample of such pieces": LIBRARY,
     "a product of 100 kernels": LIBRARY,
+    "a table of many rows": LIBRARY,
     "5,000 shifted signals in a flat form": LIBRARY,
     "a tower of a number": ("-m", "trackably.checker"),
     "100 angles": (*LIBRARY, "--exact"),

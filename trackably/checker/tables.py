@@ -60,6 +60,7 @@ def check_table(table: Table) -> str | None:
         progress(k, 3)
         for step, row in enumerate(values):
             for i, bound in enumerate(rows):
+                tick()
                 if not _keeps(bound, row):
                     return f"table: bound {i} of the {side} is broken at step {table.first_step + step}"
     for step in range(len(table.states) - 1):
