@@ -4,18 +4,15 @@ trajectories of python-control.
 
 from collections.abc import Sequence
 from itertools import pairwise
-from math import factorial
 from reprlib import repr as short
 from typing import Any, Literal, get_args
 
 import numpy as np
 from scipy.interpolate import (
     Akima1DInterpolator,
-    BPoly,
     BSpline,
     CubicSpline,
     PchipInterpolator,
-    PPoly,
     UnivariateSpline,
     make_interp_spline,
 )
@@ -23,7 +20,7 @@ from scipy.interpolate import (
 from trackably.arguments import numbers
 from trackably.arrays import Array
 from trackably.gp.samples import Samples
-from trackably.systems.pieces import Beyond, PolynomialPieces
+from trackably.systems.pieces import SPLINES, Beyond, PolynomialPieces, pieces_of_spline
 
 _DEFAULT_END = 1.0  # of a basis of python-control [s]
 _MISSED = 1e-9  # largest rounding error, relative to the largest value
@@ -109,31 +106,13 @@ def as_pieces(
         return PolynomialPieces(given.breakpoints, given.coefficients, beyond)
     if isinstance(given, UnivariateSpline):
         given = BSpline(*vars(given)["_eval_args"])
-    if not isinstance(given, PPoly | BPoly | BSpline):
+    if not isinstance(given, SPLINES):
         times, values = _samples(given, step)
         given = interpolate(times, values, interpolation, beyond)
     ends, c = pieces_of_spline(given)
     if c.ndim != 2:
         raise ValueError(f"trajectory: expected one value at a time, got {c.shape[2:]}; name each by itself")
     return PolynomialPieces(ends, c.T, beyond)
-
-
-def pieces_of_spline(given: PPoly | BPoly | BSpline) -> tuple[Array, Array]:
-    """Return breakpoints t_i [s] and coefficients of (t − t_i)^k, shape (degree + 1, K, …), of a spline of SciPy.
-
-    Of a B-spline they are those between the knots where all B-splines are known: others lie outside of what it
-    interpolates. ValueError: breakpoints decrease, are no numbers, or are all the same.
-    """
-    if isinstance(given, BSpline):
-        inside = given.t[given.k : len(given.t) - given.k]
-        ends = inside[np.append(True, np.diff(inside) > 0)]  # knots may be equal
-        return ends, np.stack([given(ends[:-1], nu=k) / factorial(k) for k in range(given.k + 1)])
-    if isinstance(given, BPoly):
-        given = PPoly.from_bernstein_basis(given)
-    if not (np.all(np.diff(given.x) >= 0) and given.x[0] < given.x[-1]):
-        raise ValueError(f"trajectory: breakpoints must be numbers that increase, got {short(given.x.tolist())}")
-    kept = np.flatnonzero(np.diff(given.x) > 0)
-    return np.append(given.x[kept], given.x[kept[-1] + 1]), given.c[::-1, kept]
 
 
 def _samples(given: Any, step: float | None) -> tuple[Array, Array]:

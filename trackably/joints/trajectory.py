@@ -11,11 +11,11 @@ from reprlib import repr as short
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-from scipy.interpolate import BPoly, BSpline, CubicSpline, PPoly
+from scipy.interpolate import CubicSpline, PPoly
 
 from trackably.arguments import names, numbers, real
 from trackably.arrays import Array, ArrayLike
-from trackably.given.conversion import pieces_of_spline
+from trackably.systems.pieces import SPLINES, pieces_of_spline
 
 _ACCEPTED = (
     "a spline of SciPy with a column for each joint, splines by name of a joint, a trajectory of Ruckig or of TOPP-RA, "
@@ -99,7 +99,7 @@ class JointTrajectory:
             ends, c = _of_spline(given.cspl)
         elif hasattr(given, "_ss") and hasattr(given, "_velocities"):
             ends, c = _of_toppra(given)
-        elif isinstance(given, PPoly | BPoly | BSpline):
+        elif isinstance(given, SPLINES):
             ends, c = _of_spline(given)
         else:
             raise TypeError(f"trajectory: expected {_ACCEPTED}, got {short(given)}")

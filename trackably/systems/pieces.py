@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
+from math import factorial
+from reprlib import repr as short
 from typing import TYPE_CHECKING, Any, Literal, Self, get_args
 
 import numpy as np
 import numpy.typing as npt
-import scipy
+from scipy.interpolate import BPoly, BSpline, PPoly
 
 from trackably.arguments import array, numbers
 from trackably.arrays import Array, ArrayLike
@@ -254,7 +256,7 @@ class PolynomialPieces:
 
     @cached_property
     def _curve(self) -> Any:
-        return scipy.interpolate.PPoly(self.coefficients.T[::-1], self.breakpoints)
+        return PPoly(self.coefficients.T[::-1], self.breakpoints)
 
     def __call__(self, t: ArrayLike) -> Array:
         return np.asarray(self.jet(t, 0)[0])
@@ -313,6 +315,27 @@ class PolynomialPieces:
             case "period":
                 t = first + np.mod(t - first, self.period)
         return np.full(t.shape, True), t
+
+
+SPLINES = PPoly, BPoly, BSpline
+
+
+def pieces_of_spline(given: PPoly | BPoly | BSpline) -> tuple[Array, Array]:
+    """Return breakpoints t_i [s] and coefficients of (t − t_i)^k, shape (degree + 1, K, …), of a spline of SciPy.
+
+    Of a B-spline they are those between the knots where all B-splines are known: others lie outside of what it
+    interpolates. ValueError: breakpoints decrease, are no numbers, or are all the same.
+    """
+    if isinstance(given, BSpline):
+        inside = given.t[given.k : len(given.t) - given.k]
+        ends = inside[np.append(True, np.diff(inside) > 0)]  # knots may be equal
+        return ends, np.stack([given(ends[:-1], nu=k) / factorial(k) for k in range(given.k + 1)])
+    if isinstance(given, BPoly):
+        given = PPoly.from_bernstein_basis(given)
+    if not (np.all(np.diff(given.x) >= 0) and given.x[0] < given.x[-1]):
+        raise ValueError(f"spline: breakpoints must be numbers that increase, got {short(given.x.tolist())}")
+    kept = np.flatnonzero(np.diff(given.x) > 0)
+    return np.append(given.x[kept], given.x[kept[-1] + 1]), given.c[::-1, kept]
 
 
 def _rising(values: Mapping[float, float]) -> list[float]:

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 import scipy
+from scipy.interpolate import BSpline, PPoly
 
 from trackably.arguments import numbers
 from trackably.arrays import Array, ArrayLike
-from trackably.systems.pieces import PolynomialPieces
+from trackably.systems.pieces import SPLINES, PolynomialPieces, pieces_of_spline
 
 # Closed intervals: bounds of scalar quantities.
 
@@ -137,7 +138,7 @@ class Interval:
 End = float | PolynomialPieces
 """A number; or piecewise polynomials of time, where the end of an interval moves."""
 
-Ends = ArrayLike | Sequence[Any] | PolynomialPieces
+Ends = ArrayLike | Sequence[Any] | PolynomialPieces | PPoly | BSpline | Mapping[Any, Any]
 """Ends of several intervals, or one alone."""
 
 _BETWEEN = np.linspace(0.0, 1.0, 65)[:-1, None]
@@ -268,8 +269,9 @@ class Polytope:
     """{x : lower ≤ R x ≤ upper} with `rows` R (r, n) and finite `lower` < `upper` (r,), in `dimension` n.
 
     The dimension may be left out if there are rows; a set without rows is unbounded. A bound may move in time: then it
-    is a `PolynomialPieces` instead of a number, as of `PolynomialPieces.steps`, and `lower` and `upper` of the set
-    raise ValueError. ValueError: shapes do not fit, a bound is not finite, or the set has no interior.
+    is a `PolynomialPieces` instead of a number, as of `PolynomialPieces.steps`, a spline of SciPy, or a table
+    {time [s]: value}, and `lower` and `upper` of the set raise ValueError. ValueError: shapes do not fit, a bound is
+    not finite, or the set has no interior.
     """
 
     rows: Array
@@ -316,7 +318,7 @@ class Polytope:
         pairs = list(zip(self.lower, self.upper, strict=True))
         if len(pairs) != len(rows):
             raise ValueError(f"set: {len(rows)} rows need as many bounds, got {len(pairs)}")
-        made = tuple(interval(*(e if isinstance(e, PolynomialPieces) else float(e) for e in of)) for of in pairs)
+        made = tuple(interval(*map(_end, of)) for of in pairs)
         rows.flags.writeable = False
         for name, value in (("rows", rows), ("_moving", made)):
             object.__setattr__(self, name, value)
@@ -355,7 +357,7 @@ class Polytope:
     def box(cls, lower: Ends, upper: Ends) -> Self:
         """Return {x : lower ≤ x ≤ upper} with bounds of shape (n,); two infinite bounds leave a coordinate free.
 
-        A bound that moves in time is a `PolynomialPieces`.
+        A bound that moves in time is given as for the class.
 
         ValueError: only one of two bounds is infinite, shapes differ, or the box has no interior.
         """
@@ -498,19 +500,31 @@ def box_as_written(lower: Sequence[Any], upper: Sequence[Any]) -> Polytope:
 
     Raises as `Polytope.box` and `PolynomialPieces.from_mapping`.
     """
-
-    def end(written: Any, free: float) -> End:
-        if isinstance(written, Mapping):
-            return PolynomialPieces.from_mapping(written)
-        found: float = free if written is None else written
-        return found
-
-    return Polytope.box([end(low, -math.inf) for low in lower], [end(high, math.inf) for high in upper])
+    low, high = ([free if end is None else end for end in of] for of, free in ((lower, -math.inf), (upper, math.inf)))
+    return Polytope.box(low, high)
 
 
 def _move(*ends: object) -> bool:
     """Return whether some of the ends move in time."""
-    return any(isinstance(end, PolynomialPieces) for of in ends for end in np.atleast_1d(np.asarray(of, dtype=object)))
+    return any(isinstance(end, _MOVING) for of in ends for end in np.atleast_1d(np.asarray(of, dtype=object)))
+
+
+_MOVING = PolynomialPieces, Mapping, *SPLINES
+
+
+def _end(given: Any) -> End:
+    """Return an end of an interval, which users give as one, as a spline of SciPy, or as a table. ValueError: neither.
+
+    A spline rests before its first breakpoint and after its last one, or repeats if it extrapolates periodically.
+    """
+    if isinstance(given, Mapping):
+        return PolynomialPieces.from_mapping(given)
+    if isinstance(given, SPLINES):
+        ends, c = pieces_of_spline(given)
+        if c.ndim != 2:
+            raise ValueError(f"set: expected one value of a spline at a time, got {c.shape[2:]}")
+        return PolynomialPieces(ends, c.T, "period" if given.extrapolate == "periodic" else "rest")
+    return given if isinstance(given, PolynomialPieces) else float(given)
 
 
 def box_ends(what: str, lower: Any, upper: Any) -> tuple[Array, Array]:

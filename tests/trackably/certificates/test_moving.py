@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from mpmath import mp
+from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 
 from pipeline.experiments.plants import SetFields
 from tests.trackably.certificates import naive
@@ -263,6 +264,22 @@ def test_disturbed_systems_keep_bounds_that_move() -> None:
         other = copy.deepcopy(data)
         change(other["disturbance"]["state_set"]["upper"][0])
         assert isinstance(check(other), Failed)
+
+
+def test_splines_of_scipy_and_tables_stand_for_what_they_say() -> None:
+    at, heights = [0.0, 1.0, 3.0], [0.2, 0.6, 0.2]
+    smooth = CubicSpline(at, heights, bc_type="periodic")
+    for given in (smooth, CubicSpline(at, heights), PPoly.from_spline(make_interp_spline(at, heights, k=1))):
+        bounds = Polytope.box([-1.0], [given]).intervals[0][1]
+        t = np.linspace(0.0, 2.99, 40)
+        np.testing.assert_allclose(bounds.ends(t)[1], given(t), rtol=1e-12)
+        later = 4.0 if given is smooth else 3.0  # it repeats, or rests
+        np.testing.assert_allclose(bounds.ends(np.array([4.0]))[1], given(later), rtol=1e-12)
+    steps = {0.0: 0.5, 2.5: 0.25}
+    for made in (Polytope.box([-1.0], [steps]), Polytope.box(-1.0, steps), Polytope([[1.0]], [-1.0], [steps])):
+        assert as_written(made) == as_written(Polytope.box([-1.0], [PolynomialPieces.steps(steps)]))
+    with pytest.raises(ValueError, match="one value of a spline at a time"):
+        Polytope.box([-1.0], [CubicSpline(at, np.ones((3, 2)))])
 
 
 def test_files_write_steps_and_lines() -> None:
