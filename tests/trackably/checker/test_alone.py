@@ -15,8 +15,8 @@ from tests.trackably.checker.instances import changed, scalar_certificate
 from tests.trackably.checker.redundant import in_the_plane
 from tests.trackably.checker.robust.instances import robust_data
 from tests.trackably.checker.tight import VALID
+from trackably.bundle import write_bundle
 from trackably.certificates.form import encode_certificate
-from trackably.checker.bundle import write_bundle
 
 KINDS = {
     "scalar": scalar_certificate,
@@ -110,7 +110,7 @@ def test_its_folder_is_enough(tmp_path):
 
 
 def test_a_file_that_cannot_be_written_is_named(tmp_path):
-    found = run("-m", "trackably.checker.bundle", tmp_path)
+    found = run("-m", "trackably.bundle", tmp_path)
     assert found.returncode == 1
     assert found.stderr.startswith(f"error: {tmp_path}: cannot be written (")
     assert "Traceback" not in found.stderr

@@ -1,4 +1,4 @@
-"""Write the checker as one file that runs on a bare Python: `python -m trackably.checker.bundle OUT`.
+"""Write the checker as one file that runs on a bare Python: `python -m trackably.bundle OUT`.
 
 The file is a zip application with this package and mpmath inside; `python -I -S OUT certificate.json` runs it. Equal
 sources give equal bytes: names are sorted, and all times are those of 1980.
@@ -57,7 +57,7 @@ def _license(distribution: str) -> bytes:
 
 if __name__ == "__main__":
     if len(sys.argv) != 2:
-        sys.exit("usage: python -m trackably.checker.bundle OUT")
+        sys.exit("usage: python -m trackably.bundle OUT")
     try:
         write_bundle(Path(sys.argv[1]))
     except OSError as error:
