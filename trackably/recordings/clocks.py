@@ -38,7 +38,7 @@ def parse(text: str, mark: str) -> Decimal:
         if not _is_short(number := Decimal(stripped.replace(mark, POINT))):
             raise ValueError(f"expected a number of {_LONGEST} digits at most, got {shorten(text)}")
         return number
-    hint = f' (with decimal="{other}" it would be one)' if _is_number(stripped, other) else ""
+    hint = f' (with layout=CsvLayout(decimal="{other}") it would be one)' if _is_number(stripped, other) else ""
     raise ValueError(f"expected a number, got {shorten(text)}{hint}")
 
 

@@ -39,7 +39,7 @@ REFUSALS: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
     "decimal commas unsaid": (
         "t;x\n0;1,5\n",
         {},
-        ", line 2, column 'x': expected a number, got '1,5' (with decimal=\",\" it would be one)",
+        ", line 2, column 'x': expected a number, got '1,5' (with layout=CsvLayout(decimal=\",\") it would be one)",
     ),
     "thousands": ("t;x\n0;1.234,5\n", {"layout": COMMAS}, ", line 2, column 'x': expected a number, got '1.234,5'"),
     "too large": (
