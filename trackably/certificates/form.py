@@ -21,9 +21,6 @@ from trackably.systems.linear import LinearSystem
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Functional
 
-_ROOM = 0.99
-"""The stated violation is this part of the one that was found."""
-
 
 def encode_certificate(certificate: Certificate) -> dict[str, Any]:
     """Return a certificate in the form that the checker reads."""
@@ -52,7 +49,7 @@ def encode_counterexample(found: Counterexample) -> dict[str, Any]:
         **encode_subject(found.reference),
         "quantity": found.quantity,
         "at": {"time": found.time} if found.step is None else {"step": found.step},
-        "violation": _ROOM * found.violation,
+        "violation": found.violation,
     }
 
 

@@ -30,6 +30,7 @@ from trackably.systems.trajectories import Quantity
 Failure = Counterexample | Unproved
 Outcome = Certificate | Failure
 
+_STATED = 0.99  # of a violation: the rest is room for the enclosure by the checker
 _AT_ENDS = "its limit at a jump is outside, and limits at the ends of a claim count too, as k T_s is rounded"
 _MOVES = "; a vehicle has a heading only where it moves: a lower bound of its speed above zero keeps it so"
 _LATEST_STEP, _AT_REST, _FAR = 100_000, 1e3, 1e6
@@ -307,7 +308,7 @@ class _ProofProblem:
             failures = [self._failure_at(quantity, t) for t in beside if self.claim.span[0] <= t <= self.claim.span[1]]
             return next((found for found in failures if isinstance(found, Counterexample)), failures[0])
         if beyond > 0:
-            by = math.nextafter(beyond, 0.0)
+            by = _STATED * math.nextafter(beyond, 0.0)
             return Counterexample(quantity.name, bounds, time, by, self.reference, self.claim, step)
         margin = min(float((value - bounds.lower).a), float((bounds.upper - value).a))
         if margin >= reserve:

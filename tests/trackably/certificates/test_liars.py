@@ -50,6 +50,7 @@ from trackably import (
     repair_joints,
     stretch_joints,
 )
+from trackably.certificates import prove
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import accepted_file
 from trackably.certificates.outcome import NotExcluded, OutOfReach, TooFar
@@ -92,6 +93,20 @@ def test_nothing_false_is_handed_out_whatever_lies(lie, make, monkeypatch):
     cases = {seed: make(seed) for seed in range(9600, 9603)}
     plant(lie, 7, monkeypatch.setattr)
     assert_nothing_false_is_claimed(cases)
+
+
+@pytest.mark.parametrize("larger", [1.005, 1.02])
+def test_no_violation_is_said_that_is_larger_by_a_hair(larger, monkeypatch):
+    """The checker accepts what is stated, not what was found: both are the same number."""
+    honest = prove._ProofProblem._failure_at
+
+    def failure_at(self, *given):
+        found = honest(self, *given)
+        return replace(found, violation=larger * found.violation) if isinstance(found, Counterexample) else found
+
+    monkeypatch.setattr(prove._ProofProblem, "_failure_at", failure_at)
+    said = assert_nothing_false_is_claimed({seed: case(seed) for seed in range(9600, 9616)})
+    assert (said[Counterexample] > 0) is (larger < 1 / 0.99)
 
 
 @pytest.mark.parametrize("lie", LIES_ABOUT_PIECES)

@@ -54,7 +54,8 @@ def test_what_is_said_of_a_curve_is_so(name, claim, tmp_path):
     if isinstance(found, Counterexample):
         assert claim == "all_times" or name in ("hermite", "pieces"), "coming to rest takes too much force, and kinks"
         value = quantity_at(found.reference.quantity("force").functional, found.reference.pieces, Fraction(found.time))
-        assert float(abs(value)) == pytest.approx(2.5 + found.violation, rel=1e-12)
+        off = abs(value) - Fraction(5, 2)
+        assert 0.98 * off < found.violation <= off
         assert isinstance(check(json.loads(json.dumps(encode_counterexample(found)))), Refuted)
         return
     assert isinstance(found, CertifiedReference)
