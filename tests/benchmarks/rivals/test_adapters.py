@@ -104,7 +104,7 @@ def test_the_library_refutes_and_certifies_the_same_curves():
         else:
             assert isinstance(outcome, Counterexample)
             assert outcome.quantity == violation.quantity
-            assert outcome.violation / 0.18 == pytest.approx(violation.least, rel=1e-3)
+            assert 0.98 * violation.least < outcome.violation / 0.18 <= violation.least
 
 
 def test_a_governor_keeps_the_bounds_at_every_step_and_holds_the_command_back():
