@@ -411,6 +411,38 @@ def _table(rows: int, steps: int) -> Data:
     }
 
 
+def _many_denominators() -> Data:
+    """Return multipliers of samples whose sum has as many prime factors below its line as there are samples."""
+    is_prime, count = bytearray([1]) * 600_000, 45_000
+    for i in range(2, 775):
+        is_prime[i * i :: i] = bytes(len(is_prime[i * i :: i]))
+    primes = [p for p in range(2, len(is_prime)) if is_prime[p]][:count]
+    of = {"samples": {"times": [*range(count)], "values": [0] * count, "noise": 1}, "second_derivative": 1}
+    return {"format": "trackably contradicted samples", "version": 1, "of": of, "samples": [f"1/{p}" for p in primes]}
+
+
+def _steps_of_a_large_system() -> Data:
+    """Return multipliers for bounds of 100 states at 100 steps: powers of A have long entries."""
+    n, steps = 100, 100
+    system = {
+        "A": [[1.1 + 1e-10 * (i * j % 7) for j in range(n)] for i in range(n)],
+        "B": [[1]] * n,
+        "c": [0] * n,
+        "sampling_time": 0.1,
+        "states": [f"s{i}" for i in range(n)],
+        "inputs": ["u"],
+    }
+    state_set = {"rows": [[1] + [0] * (n - 1)], "lower": [-1], "upper": [1], "dimension": n}
+    plant = {
+        "system": system,
+        "state_set": state_set,
+        "input_set": {"rows": [[1]], "lower": [-1], "upper": [1], "dimension": 1},
+    }
+    proof = {"kind": "multipliers", "states": [[0.3]] * steps, "inputs": [[1]] * steps, "values": []}
+    about = {"format": "trackably contradiction", "version": 1, "plant": plant, "start": 0, "steps": steps}
+    return about | {"values": [], "missing": 0.1, "proof": proof}
+
+
 HUGE: dict[str, Callable[[], Data]] = {
     "many rows of many weights": _many_weights,
     "a large system": _large_system,
@@ -443,6 +475,8 @@ HUGE: dict[str, Callable[[], Data]] = {
     "sines of huge numbers": _sines,
     "products of many inputs": _gains,
     "a table of many rows": lambda: _table(10_000, 50_000),
+    "many denominators of multipliers": _many_denominators,
+    "steps of a large system": _steps_of_a_large_system,
     "a tower of powers": lambda: hostile.tower(20),
 }
 """What would take long, or much, by what is large in it."""

@@ -25,6 +25,7 @@ SLOW_ONCE = {
     "a counterexample of such pieces": LIBRARY,
     "a product of 100 kernels": LIBRARY,
     "a table of many rows": LIBRARY,
+    "many denominators of multipliers": LIBRARY,
     "5,000 shifted signals in a flat form": LIBRARY,
     "a tower of a number": ("-m", "trackably.checker"),
     "100 angles": (*LIBRARY, "--exact"),

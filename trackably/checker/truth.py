@@ -42,14 +42,14 @@ from trackably.checker.certificate import Derived, Measured, Pair, SignalClass, 
 from trackably.checker.disturbances import Robust, keeps_near
 from trackably.checker.form import file_of, many, rational_number, record, signal_class
 from trackably.checker.formulas import Name
-from trackably.checker.intervals import ZERO, Real, exactly, ratio, total
+from trackably.checker.intervals import ZERO, Real, exact_sum, exactly, ratio, total
 from trackably.checker.limits import CENTRES
 from trackably.checker.models import Model
 from trackably.checker.moving import Limit
 from trackably.checker.quantities import ITSELF, Quantity, states_of
 from trackably.checker.rounding import FlatNeeds
 from trackably.checker.subject import LinearSystem, Subject
-from trackably.checker.watch import progress, tick
+from trackably.checker.watch import progress, short, tick
 
 CONTRADICTION, VERSION = "trackably contradicted samples", 1
 _DEGREE = 3  # of the compared polynomials: higher terms of a model are small in small cells
@@ -168,17 +168,17 @@ def extreme(of: SignalClass, derived: Derived, sign: int) -> Fraction | None:
     None if nothing is shown.
     """
     n, rates = len(of.samples.times), of.rates or Measured((), (), 0.0)
-    points, jumps, found = [(Fraction(1), Fraction(derived.time))], list[tuple[Fraction, Fraction]](), Fraction(0)
+    points, jumps, found = [(Fraction(1), Fraction(derived.time))], list[tuple[Fraction, Fraction]](), list[Fraction]()
     for i, m in derived.upper if sign > 0 else derived.lower:
         if not 0 <= i < n + len(rates.times):
             return None
         at, k, to = (of.samples, i, points) if i < n else (rates, i - n, jumps)
         to.append((-m, Fraction(at.times[k])))
-        found += m * Fraction(at.values[k]) + sign * abs(m) * Fraction(at.noise)
-    left = sum(m for m, _ in points), sum(m * t for m, t in points) + sum(m for m, _ in jumps)
+        found.append(m * Fraction(at.values[k]) + sign * abs(m) * Fraction(at.noise))
+    left = exact_sum(m for m, _ in points), exact_sum([*(m * t for m, t in points), *(m for m, _ in jumps)])
     if of.second_derivative is None or any(left):
         return None
-    return found + sign * Fraction(of.second_derivative) * _integral(points, jumps)
+    return exact_sum(found) + sign * Fraction(of.second_derivative) * _integral(points, jumps)
 
 
 def side(of: SignalClass, pair: Pair, sign: int, box: Box, every: Mapping[int, Place]) -> list[Fraction] | None:
@@ -248,12 +248,13 @@ def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fr
         return reason
     pairs = [(m, Fraction(t)) for m, t in zip(mu, of.samples.times, strict=True) if m]
     jumps = [(m, Fraction(s)) for m, s in zip(nu, rates.times, strict=True) if m]
-    if sum(mu) or not pairs:
+    if exact_sum(mu) or not pairs:
         return "multipliers of samples must have the sum 0"
     sides = ((mu, of.samples), (nu, rates))
-    seen = sum((m * Fraction(y) for by, at in sides for m, y in zip(by, at.values, strict=True)), Fraction(0))
-    noise = sum((Fraction(at.noise) * sum(map(abs, by)) for by, at in sides), Fraction(0))
-    if of.second_derivative is not None and not sum(m * t for m, t in pairs) + sum(m for m, _ in jumps):
+    seen = exact_sum(m * Fraction(y) for by, at in sides for m, y in zip(by, at.values, strict=True))
+    sizes = exact_sum(map(abs, mu)), exact_sum(map(abs, nu))
+    noise = exact_sum(Fraction(at.noise) * size for size, (_, at) in zip(sizes, sides, strict=True))
+    if of.second_derivative is not None and not exact_sum([*(m * t for m, t in pairs), *(m for m, _ in jumps)]):
         bound, size, name = of.second_derivative, _integral(pairs, jumps), "second derivative"
     elif of.slope is not None and not jumps:
         bound, size, name = of.slope, _integral([], pairs), "slope"
@@ -262,16 +263,15 @@ def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fr
     excess = seen - noise - Fraction(bound) * size
     if excess <= 0 or not size:
         return "the samples are not shown to contradict the class"
-    return excess, Fraction(0) if jumps else Fraction(sum(map(abs, mu))), size, name
+    return excess, Fraction(0) if jumps else sizes[0], size, name
 
 
 def _integral(points: Sequence[tuple[Fraction, Fraction]], jumps: Sequence[tuple[Fraction, Fraction]]) -> Fraction:
     """Return ∫ |Σ μ max(t − s, 0) + Σ_(s_j > s) ν| ds for pairs (μ, t) and (ν, s_j)."""
     found = Fraction(0)
     for a, b in pairwise(sorted({t for _, t in (*points, *jumps)})):
-        tick()
-        step = sum((m for m, t in jumps if t >= b), Fraction(0))
-        left, right = (step + sum((m * (t - s) for m, t in points if t >= b), Fraction(0)) for s in (a, b))
+        step = exact_sum(m for m, t in jumps if t >= b)
+        left, right = (step + exact_sum(m * (t - s) for m, t in points if t >= b) for s in (a, b))
         both = abs(left) + abs(right)
-        found += (b - a) / 2 * (both if left * right >= 0 else (left**2 + right**2) / both)
+        found = short(found + (b - a) / 2 * (both if left * right >= 0 else (left**2 + right**2) / both))
     return found
