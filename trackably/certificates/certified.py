@@ -6,7 +6,7 @@ are searched.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -33,6 +33,7 @@ _LENGTHSCALE = "lengthscale"
 _LARGEST_BACKOFF = 1e-2
 _MOST_ATTEMPTS = 30
 _SAME_VALUE = 1e-6  # relative to 1 + |J|: the unavoidable cost of a back-off
+_ROOM, _ROUGH_ROOM = 4.0, 8.0  # back-off for each error of evaluation; the proof of a smaller margin takes more boxes
 _NEARLY = 1e-3  # relative to 1 + |J|: more than a smaller back-off can gain
 
 
@@ -51,9 +52,9 @@ class Attempt:
 class Certified:
     """A learned reference with its proof.
 
-    Bounds were tightened by `backoff` (a part of their width). `cost` is the increase of l compared with the smallest
-    back-off, which is the optimiser's tolerance. `attempts` counts the fits; each solves several nonlinear programs.
-    `space` is the searched box, without the length scales at which float64 cannot evaluate the reference.
+    Bounds were tightened by up to `backoff` (a part of their width). `cost` is the increase of l compared with the
+    smallest back-off, which is the optimiser's tolerance. `attempts` counts the fits; each solves several nonlinear
+    programs. `space` is the searched box, without the length scales at which float64 cannot evaluate the reference.
     """
 
     solution: Solution
@@ -66,7 +67,7 @@ class Certified:
 
     @property
     def explanation(self) -> str:
-        drawn = f"bounds tightened by {self.backoff:.1g} of their width, at a cost of {self.cost:.2g} in l"
+        drawn = f"bounds tightened by up to {self.backoff:.1g} of their width, at a cost of {self.cost:.2g} in l"
         return f"{self.certificate.explanation}; {drawn}"
 
 
@@ -147,7 +148,10 @@ def _learn(goal: Goal, learning: "_Learning") -> Certified | NoSolution | Failur
 
 @dataclass
 class _Learning:
-    """The data of the learning problem, and counts of the attempts and nonlinear programs so far."""
+    """The data of the learning problem, and counts of the attempts and nonlinear programs so far.
+
+    `rounding` has, by quantity, the least back-off for which errors of float64 evaluation leave room for a proof.
+    """
 
     samples: tuple[Samples, ...]
     prior: JointPrior
@@ -160,6 +164,7 @@ class _Learning:
     fits: int = 0
     last: Solution | None = None
     error: float = np.inf
+    rounding: dict[str, float] = field(default_factory=dict)
 
     @property
     def may_go_on(self) -> bool:
@@ -190,21 +195,30 @@ class _Learning:
                 assert isinstance(first, Solution), "every later fit follows a first one"
                 cost = found.objective - first.objective
                 solution = replace(found, fits=self.fits)
-                return Certified(solution, reference, outcome, backoff, cost, self.attempts, self.space)
+                largest = max([backoff, *self.rounding.values()])
+                return Certified(solution, reference, outcome, largest, cost, self.attempts, self.space)
             if goal.extends_to(_failure_time(outcome)) or not self.may_go_on:
                 return outcome
-            error = _relative_error(reference)
+            errors = _relative_errors(reference)
+            error = max(errors.values())
             if error >= _LARGEST_BACKOFF and self._shortened(found, error):
-                backoff = learner.first_backoff
+                backoff, self.rounding = learner.first_backoff, {}
                 first = found = learner.solve(self._problem(goal, backoff))
                 continue
             if max(backoff, error) >= _LARGEST_BACKOFF:
                 return outcome
-            backoff = self._larger(backoff, found, error)
+            if not self._leave_room_for(errors, backoff, _ROUGH_ROOM if found.is_rough else _ROOM):
+                backoff = self._larger(backoff, found)
             found = learner.continued(found, self._problem(goal, backoff))
         return _of_given_bounds(found, self.plant) if isinstance(found, NothingFeasible) else found
 
-    def _larger(self, backoff: float, found: Solution, error: float = 0.0) -> float:
+    def _leave_room_for(self, errors: dict[str, float], backoff: float, room: float) -> bool:
+        """Raise the back-offs of single quantities to what these errors take. Return whether one has grown."""
+        known = self.rounding
+        self.rounding = {name: max(room * error, known.get(name, 0.0)) for name, error in errors.items()}
+        return any(least > max(backoff, known.get(name, 0.0)) for name, least in self.rounding.items())
+
+    def _larger(self, backoff: float, found: Solution) -> float:
         """Return the next back-off.
 
         Rough functions get the largest one that J allows at once, as their bounds are long active.
@@ -213,8 +227,8 @@ class _Learning:
         """
         enough = self._enough(found)
         if enough > backoff and (found.missed or found.is_rough):
-            return min(max(enough, 4 * error), _LARGEST_BACKOFF)
-        return min(max((10 if 10 * backoff <= enough else 2) * backoff, 4 * error), _LARGEST_BACKOFF)
+            return enough
+        return min((10 if 10 * backoff <= enough else 2) * backoff, _LARGEST_BACKOFF)
 
     def _enough(self, found: Solution) -> float:
         """Return the back-off that raises J by the allowed gap: the rise is at most 2 Σ_a λ_a · back-off · width."""
@@ -240,10 +254,14 @@ class _Learning:
         """Return the problem with one half of the back-off for times between places, and one as
         the optimiser's tolerance.
         """
-        constraints = [
-            Constraint(_tighten(q, backoff / 2), RealTimes(goal.times), backoff / 2) for q in self.plant.quantities
+        halves = [
+            min(max(backoff, self.rounding.get(q.name, 0.0)), _LARGEST_BACKOFF) / 2 for q in self.plant.quantities
         ]
-        return ConstrainedProblem(self.samples, self.prior, self.space, tuple(constraints), self.pins)
+        constraints = tuple(
+            Constraint(_tighten(q, half), RealTimes(goal.times), half)
+            for q, half in zip(self.plant.quantities, halves, strict=True)
+        )
+        return ConstrainedProblem(self.samples, self.prior, self.space, constraints, self.pins)
 
 
 def _of_given_bounds(found: NothingFeasible, plant: ConstrainedSystem) -> NothingFeasible:
@@ -271,13 +289,13 @@ def _failure_time(outcome: Failure) -> float:
     return outcome.time if isinstance(outcome, Counterexample) else outcome.box[0]
 
 
-def _relative_error(reference: Reference) -> float:
-    """Return the largest error of float64 evaluation, relative to a bound's width.
+def _relative_errors(reference: Reference) -> dict[str, float]:
+    """Return the largest errors of float64 evaluation by quantity, relative to the width of its bounds.
 
-    It is bounded up to as many periods as the proof claims, or up to a multiple of the latest centre's time if there is
-    no period.
+    They are bounded up to as many periods as the proof claims, or up to a multiple of the latest centre's time if there
+    is no period.
     """
     latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.kernel_sums)
     window = reference.period or latest
     errors = evaluation_errors(reference, evaluated_until(reference, window), window)
-    return max(errors[q.name] / q.bounds.width for q in reference.quantities)
+    return {q.name: errors[q.name] / q.bounds.width for q in reference.quantities}

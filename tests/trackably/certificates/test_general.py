@@ -134,6 +134,17 @@ def test_references_are_certified_and_checked(name):
     assert found.backoff <= 1e-3
 
 
+def test_an_error_of_evaluation_tightens_the_bounds_of_its_own_quantity_only() -> None:
+    """An acceleration is a second difference over 0.05 s, with larger errors than the speed, whose bounds are dear."""
+    t = np.arange(0, 8, 0.2)
+    system = LinearSystem.discretised([[0, 1], [0, 0]], [[0], [1]], 0.05, states=["position", "velocity"])
+    plant = ConstrainedSystem(system, Polytope.box([-0.1, -0.47], [2.2, 0.47]), Polytope.box([-1.0], [1.0]))
+    samples = Samples(t, 2 * np.clip((t - 2) / 4, 0, 1) + 0.004 * np.random.default_rng(1).standard_normal(t.size))
+    given = {"noise_std": 0.004, "starts": 1, "progress": False}
+    found = learn_reference(samples, plant, SquaredExponential(), "all_times", **given)
+    assert found.duality_gap <= found.fit.solution.allowed_gap
+
+
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_certified_references_are_kept_for_thousands_of_steps(name):
     assert_kept_for_thousands_of_steps(certified(name).reference)
