@@ -33,6 +33,7 @@ from trackably.gp.samples import Samples
 from trackably.gp.stencil import Stencil, Stencils
 
 LARGEST_DENSE = 4000  # samples: a larger dense matrix takes gigabytes of memory and minutes of time
+_LARGEST_MATRIX = 2**28  # entries: 2 GiB, of which a factorisation holds two
 _FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for structure
 _FEWEST_OF_WAVES = 50  # samples: for fewer, the dense matrix is always faster
 _MOST_WAVES = 0.65  # for each sample: with more, the dense matrix is faster
@@ -87,12 +88,23 @@ def dense_factorisation(prior: Prior, samples: Samples, covariance: Covariance) 
 def candidates(prior: Prior, samples: Samples, covariance: Covariance) -> list[Candidate]:
     """Return all factorisations that are exact up to rounding.
 
-    Their costs were measured on one machine; only their order matters.
+    Their costs were measured on one machine; only their order matters. ValueError: none fits into memory.
     """
     n, found = len(samples), list(_structured_factorisations(prior, samples, covariance))
+    if not found and n**2 > _LARGEST_MATRIX:
+        raise ValueError(
+            f"samples: {n} are too many for a correlation time of {prior.kernel.correlation_time:.3g} s within "
+            f"{samples.ladder.span:.6g} s; thin them out to {math.isqrt(_LARGEST_MATRIX)}, or choose a Matérn kernel, "
+            "whose memory grows with the number of samples"
+        )
     if n <= LARGEST_DENSE or not found:
         found.append(Candidate(0.025 * n**3 + 8 * n**2, partial(dense_factorisation, prior, samples, covariance)))
     return found
+
+
+def _fewer(columns: float, n: int) -> float:
+    """Return so many columns of n samples, or as many as fit into memory."""
+    return min(columns, _LARGEST_MATRIX / n)
 
 
 def waves(prior: Prior, samples: Samples, covariance: Covariance) -> Candidate | None:
@@ -103,7 +115,7 @@ def waves(prior: Prior, samples: Samples, covariance: Covariance) -> Candidate |
     n, stencil, noise = len(samples), samples.stencil, prior.noise_std**2
     assert isinstance(stencil, Stencil), "covariances of several kinds of samples have no such structure"
     density = stencil.spectral_density(prior.kernel)
-    if density is None or (rung := samples.ladder.rung(density, _MOST_WAVES * n)) is None:
+    if density is None or (rung := samples.ladder.rung(density, _fewer(_MOST_WAVES * n, n))) is None:
         return None
     least = noise * samples.ladder.least_variance
     if n <= LARGEST_DENSE and not ROUNDING * density.largest * math.sqrt(n) <= _AGREEMENT * least:
@@ -155,7 +167,7 @@ def _points(prior: Prior, samples: Samples, covariance: Covariance) -> int | Non
     placed = rounding.slope * moved <= rounding.tolerance * (1 if n <= LARGEST_DENSE else _LOOSENED)
     error = ROUNDING * rounding.largest + rounding.lengths(samples.bases.span)
     resolved = placed and prior.kernel.is_analytic and error <= rounding.allowed
-    return samples.bases.points_for(covariance, n // 2) if resolved else None
+    return samples.bases.points_for(covariance, int(_fewer(n / 2, n))) if resolved else None
 
 
 def _basis(prior: Prior, samples: Samples, covariance: Covariance) -> Basis | None:

@@ -152,3 +152,10 @@ def test_what_rounding_decides_is_left_to_the_dense_path(kernel):
     posterior = posterior_at(kernel, TIMES["even"](300), 1e-5)
     assert factorisations(posterior).keys() == {Dense}
     assert posterior.weights.tobytes() == dense(posterior).weights.tobytes()
+
+
+def test_samples_that_no_factorisation_holds_in_memory_are_refused():
+    """46,000 cosines would make this kernel at 100,000 random times: 34 GiB."""
+    times = np.sort(random(100_000, 0, 1e4))
+    with pytest.raises(ValueError, match=r"^samples: 100000 are too many for a correlation time of 0.7 s within"):
+        posterior_at(SquaredExponential(1.0, 0.7), times, 0.1).negative_log_marginal_likelihood()
