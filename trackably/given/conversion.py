@@ -20,7 +20,7 @@ from scipy.interpolate import (
 from trackably.arguments import numbers
 from trackably.arrays import Array
 from trackably.gp.samples import Samples
-from trackably.systems.pieces import SPLINES, Beyond, PolynomialPieces, pieces_of_spline
+from trackably.systems.pieces import Beyond, PolynomialPieces, is_spline, pieces_of_spline
 
 _DEFAULT_END = 1.0  # of a basis of python-control [s]
 _MISSED = 1e-9  # largest rounding error, relative to the largest value
@@ -106,7 +106,7 @@ def as_pieces(
         return PolynomialPieces(given.breakpoints, given.coefficients, beyond)
     if isinstance(given, UnivariateSpline):
         given = BSpline(*vars(given)["_eval_args"])
-    if not isinstance(given, SPLINES):
+    if not is_spline(given):
         times, values = _samples(given, step)
         given = interpolate(times, values, interpolation, beyond)
     ends, c = pieces_of_spline(given)

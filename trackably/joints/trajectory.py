@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline, PPoly
 
 from trackably.arguments import names, numbers, real
 from trackably.arrays import Array, ArrayLike
-from trackably.systems.pieces import SPLINES, pieces_of_spline
+from trackably.systems.pieces import is_spline, pieces_of_spline
 
 _ACCEPTED = (
     "a spline of SciPy with a column for each joint, splines by name of a joint, a trajectory of Ruckig or of TOPP-RA, "
@@ -99,7 +99,7 @@ class JointTrajectory:
             ends, c = _of_spline(given.cspl)
         elif hasattr(given, "_ss") and hasattr(given, "_velocities"):
             ends, c = _of_toppra(given)
-        elif isinstance(given, SPLINES):
+        elif is_spline(given):
             ends, c = _of_spline(given)
         else:
             raise TypeError(f"trajectory: expected {_ACCEPTED}, got {short(given)}")

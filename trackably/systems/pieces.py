@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -9,15 +10,18 @@ from functools import cached_property
 from itertools import pairwise
 from math import factorial
 from reprlib import repr as short
-from typing import TYPE_CHECKING, Any, Literal, Self, get_args
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeGuard, get_args
 
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import BPoly, BSpline, PPoly
+import scipy
 
 from trackably.arguments import array, numbers
 from trackably.arrays import Array, ArrayLike
 from trackably.gp.signal import KernelSum
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BPoly, BSpline, PPoly
 
 # Numbers of twice the precision: unevaluated sums of two float64, elementwise in arrays.
 #
@@ -256,7 +260,7 @@ class PolynomialPieces:
 
     @cached_property
     def _curve(self) -> Any:
-        return PPoly(self.coefficients.T[::-1], self.breakpoints)
+        return scipy.interpolate.PPoly(self.coefficients.T[::-1], self.breakpoints)
 
     def __call__(self, t: ArrayLike) -> Array:
         return np.asarray(self.jet(t, 0)[0])
@@ -317,7 +321,10 @@ class PolynomialPieces:
         return np.full(t.shape, True), t
 
 
-SPLINES = PPoly, BPoly, BSpline
+def is_spline(given: object) -> TypeGuard[PPoly | BPoly | BSpline]:
+    """Return whether this is a spline of SciPy, whose splines are not loaded where nobody has made one."""
+    made = sys.modules.get("scipy.interpolate")
+    return made is not None and isinstance(given, made.PPoly | made.BPoly | made.BSpline)
 
 
 def pieces_of_spline(given: PPoly | BPoly | BSpline) -> tuple[Array, Array]:
@@ -326,12 +333,12 @@ def pieces_of_spline(given: PPoly | BPoly | BSpline) -> tuple[Array, Array]:
     Of a B-spline they are those between the knots where all B-splines are known: others lie outside of what it
     interpolates. ValueError: breakpoints decrease, are no numbers, or are all the same.
     """
-    if isinstance(given, BSpline):
+    if isinstance(given, scipy.interpolate.BSpline):
         inside = given.t[given.k : len(given.t) - given.k]
         ends = inside[np.append(True, np.diff(inside) > 0)]  # knots may be equal
         return ends, np.stack([given(ends[:-1], nu=k) / factorial(k) for k in range(given.k + 1)])
-    if isinstance(given, BPoly):
-        given = PPoly.from_bernstein_basis(given)
+    if isinstance(given, scipy.interpolate.BPoly):
+        given = scipy.interpolate.PPoly.from_bernstein_basis(given)
     if not (np.all(np.diff(given.x) >= 0) and given.x[0] < given.x[-1]):
         raise ValueError(f"spline: breakpoints must be numbers that increase, got {short(given.x.tolist())}")
     kept = np.flatnonzero(np.diff(given.x) > 0)

@@ -6,15 +6,17 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeAlias
 
 import numpy as np
 import scipy
-from scipy.interpolate import BSpline, PPoly
 
 from trackably.arguments import numbers
 from trackably.arrays import Array, ArrayLike
-from trackably.systems.pieces import SPLINES, PolynomialPieces, pieces_of_spline
+from trackably.systems.pieces import PolynomialPieces, is_spline, pieces_of_spline
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline, PPoly
 
 # Closed intervals: bounds of scalar quantities.
 
@@ -138,7 +140,7 @@ class Interval:
 End = float | PolynomialPieces
 """A number; or piecewise polynomials of time, where the end of an interval moves."""
 
-Ends = ArrayLike | Sequence[Any] | PolynomialPieces | PPoly | BSpline | Mapping[Any, Any]
+Ends: TypeAlias = "ArrayLike | Sequence[Any] | PolynomialPieces | PPoly | BSpline | Mapping[Any, Any]"
 """Ends of several intervals, or one alone."""
 
 _BETWEEN = np.linspace(0.0, 1.0, 65)[:-1, None]
@@ -506,10 +508,11 @@ def box_as_written(lower: Sequence[Any], upper: Sequence[Any]) -> Polytope:
 
 def _move(*ends: object) -> bool:
     """Return whether some of the ends move in time."""
-    return any(isinstance(end, _MOVING) for of in ends for end in np.atleast_1d(np.asarray(of, dtype=object)))
-
-
-_MOVING = PolynomialPieces, Mapping, *SPLINES
+    return any(
+        isinstance(end, PolynomialPieces | Mapping) or is_spline(end)
+        for of in ends
+        for end in np.atleast_1d(np.asarray(of, dtype=object))
+    )
 
 
 def _end(given: Any) -> End:
@@ -519,7 +522,7 @@ def _end(given: Any) -> End:
     """
     if isinstance(given, Mapping):
         return PolynomialPieces.from_mapping(given)
-    if isinstance(given, SPLINES):
+    if is_spline(given):
         ends, c = pieces_of_spline(given)
         if c.ndim != 2:
             raise ValueError(f"set: expected one value of a spline at a time, got {c.shape[2:]}")
