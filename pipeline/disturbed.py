@@ -14,7 +14,7 @@ import click
 import numpy as np
 
 from pipeline.experiments import load_experiments
-from pipeline.loops.disturbed import disturbances, noise, start
+from pipeline.loops.disturbed import disturbances, noise, plant_of, start
 from pipeline.methods import JOINT, ROBUST
 from pipeline.storage.archive import read_fit
 from pipeline.storage.results import Results
@@ -23,7 +23,7 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.prove import prove_on_window
 from trackably.control.controller import Controller, scaled_controller, shortest_horizon
 from trackably.control.simulation import ClosedLoop, simulate
-from trackably.control.stepping import Disturbances, Plan
+from trackably.control.stepping import Disturbances, Plan, Successor
 from trackably.control.tube import TubeController
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
@@ -131,6 +131,7 @@ def _near_bounds(plant: ConstrainedSystem, rng: np.random.Generator, steps: int)
     return Reference(tuple(KernelSum(kernel, 0.0, centres, _PART / used * w) for w in weights), plant)
 
 
+_KINDS = ("greedy", "drawn", "constant")
 _NOMINAL_EVERY = 20
 _OFF_EVERY = 20
 
@@ -172,7 +173,15 @@ def disturbed_runs(case: Case, steps: int) -> Counts:
         first = case.robust.state(0) + _start_of(case, i)
         first = first if measured is None else first - measured(0, case.robust.state(0))
         pushed, noise_again = _kind(case, i), _noise_of(case, i)
-        loop = simulate(case.tube, case.robust, first, case.steps, disturbances=pushed, measurement_noise=noise_again)
+        loop = simulate(
+            case.tube,
+            case.robust,
+            first,
+            case.steps,
+            disturbances=pushed,
+            measurement_noise=noise_again,
+            successor=_plant_of(case, i),
+        )
         found.runs += 1
         found.steps += len(loop.inputs)
         found.broken += _broken(loop, case.tightening.given)
@@ -188,7 +197,12 @@ def disturbed_runs(case: Case, steps: int) -> Counts:
 
 def _kind(case: Case, i: int) -> Disturbances:
     """Return the disturbances of run i, the same each time."""
-    return disturbances(("greedy", "drawn", "constant")[i % 3], case.tightening, i)
+    return disturbances(_KINDS[i % 3], case.tightening, i)
+
+
+def _plant_of(case: Case, i: int) -> Successor:
+    """Return the plant of run i, the same each time."""
+    return plant_of(_KINDS[i % 3], case.tightening, i)
 
 
 def _noise_of(case: Case, i: int) -> Disturbances | None:
@@ -212,7 +226,13 @@ def _nominal_fails(case: Case, reference: Reference, i: int) -> int | None:
     """Return the first step at which the nominal controller has no plan or a bound is broken, from the reference on."""
     pushed, measured = _kind(case, i), _noise_of(case, i)
     loop = simulate(
-        case.controller, reference, reference.state(0), case.steps, disturbances=pushed, measurement_noise=measured
+        case.controller,
+        reference,
+        reference.state(0),
+        case.steps,
+        disturbances=pushed,
+        measurement_noise=measured,
+        successor=_plant_of(case, i),
     )
     outside = np.flatnonzero(case.tightening.given.state_set.margin(loop.states) < 0).tolist()
     steps = [*outside[:1], *(result.k for result in loop.without_plan[:1])]

@@ -1,6 +1,6 @@
 """Stage 5: all results → figures, chosen by what they hold, and what viewers of the logs show beside curves."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -31,8 +31,10 @@ from pipeline.storage.archive import Fitted, read_margins
 from pipeline.storage.results import Results, read_columns
 from pipeline.viewer.layout import write_scene
 from trackably.arrays import Array
+from trackably.checker.form import read_certificate
 from trackably.control.tube import ErrorSet
 from trackably.exports import figures as curves
+from trackably.files import read_json
 from trackably.gp.joint import JointPrior
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
@@ -107,6 +109,8 @@ class _Figures:
         found: Drawings = {"margins": self._margins}
         if not {SOUND.name, EXACT.name} & {*self.fitted.traces, *self.fitted.learned}:
             found["tracking"] = self._tracking
+        if self.experiment.truth:
+            found["true-signal"] = self._true_signal
         if self.experiment.plane is not None:
             found["path"] = self._path
         if self.fitted.study and self.fitted.study.tightness:
@@ -122,6 +126,14 @@ class _Figures:
         baseline = self.fitted.learned[UNCONSTRAINED.name]
         (part,) = baseline.prior.parts
         return references.tightness(self.fitted.study.tightness, baseline.method, baseline.nlml, float(part.noise_std))
+
+    def _true_signal(self) -> Figure:
+        """What the certificate says of the distance from true signals, for the robust reference where there is one."""
+        name = ROBUST.name if ROBUST.name in self.fitted.learned else JOINT.name
+        written = read_json(self.results.certificate(name))
+        assert isinstance(written, Mapping), "the stage verify has written a certificate"
+        reference, known = self.fitted.learned[name].reference, read_certificate(written).truth
+        return references.true_signals(reference, known, self.fitted.sampled.by_name, self.experiment.units)
 
     def _path(self) -> Figure:
         plane = self.experiment.plane

@@ -117,6 +117,20 @@ def printed_by_coq(results: Results, method: str, theory: Path = THEORY) -> str:
     return f"{proved.printed}\n\nchecked by Coq {proved.coq}; the statement has the SHA-256 {proved.statement}"
 
 
+def told_of_truth(results: Results) -> Told:
+    """Say how far each proved reference, and its plant, is from every true signal, and how near any could be."""
+    metrics: Any = read_json(results.metrics)
+    said = [
+        f"- `{method}`: {name} is within {of['error']:.4g} of every true signal that explains its samples"
+        f"{'' if of['plant'] is None else ', the plant within ' + format(of['plant'], '.4g') + ' at steps'}. No "
+        f"estimate is always nearer than {of['radius']:.4g}, and no reference that can be followed is proved nearer "
+        f"than {of['least']:.4g}."
+        for method, found in metrics.items()
+        for name, of in found.get("accuracy", {}).items()
+    ]
+    return Told("\n".join(said))
+
+
 def told_of_loops(results: Results) -> Told:
     """Say, for each reference, whether the controller had a plan at each step, and whether its cost fell."""
     loops: Any = read_json(results.control)

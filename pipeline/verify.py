@@ -1,7 +1,7 @@
 """Stage 3: references → margins at finely sampled times, certificates or counterexamples, metrics."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ from trackably.errors import NoReferenceError
 from trackably.files import write_atomically, write_json, write_text
 from trackably.learning.problem import ActiveBound
 from trackably.systems.reference import Reference
+from trackably.truth import accuracy, with_truth
 
 _PERIODS = 100
 _ROWS = 300  # a plot shows no more
@@ -218,7 +219,7 @@ def verify(experiment: Experiment, results: Results) -> None:
         if METHODS[method].must_be_proved and not isinstance(proof, Certificate):
             raise NoReferenceError(f"experiment {experiment.name}: {method} has no proof: {proof.explanation}")
         numbers = metrics_of(experiment, fitted.sampled, learned, margins[method], baseline)
-        metrics[method] = {**numbers, "proof": proof.explanation}
+        metrics[method] = {**numbers, "proof": proof.explanation, **_accuracy(proof)}
     certificates = {method: proof for method, proof in proofs.items() if isinstance(proof, Certificate)}
     write_margins(results, margins, metrics, certificates)
     for method, proof in proofs.items():
@@ -227,6 +228,13 @@ def verify(experiment: Experiment, results: Results) -> None:
     write_json(results.metrics, metrics)
     summary = summary_of(metrics, margins, baseline=baseline.method, guaranteed=JOINT.name, alone=HYPERPARAMETERS.name)
     write_json(results.summary, summary)
+
+
+def _accuracy(proof: Outcome) -> dict[str, dict[str, Any]]:
+    """Return the proved distances from true signals, and the least possible ones, by state; nothing without `truth`."""
+    if not isinstance(proof, Certificate) or not proof.truth:
+        return {}
+    return {"accuracy": {truth.state: asdict(accuracy(proof.reference, truth)) for truth in proof.truth}}
 
 
 def _write_proof(results: Results, method: str, proof: Outcome) -> None:
@@ -244,9 +252,10 @@ def _write_proof(results: Results, method: str, proof: Outcome) -> None:
 def prove_for(experiment: Experiment, method: str, sampled: Sampled, reference: Reference) -> Outcome:
     """Prove what the method claims of a reference, or find out what a proof lacks."""
     proof = METHODS[method].prove(experiment.goal(sampled.samples), reference)
-    if METHODS[method].is_robust and isinstance(proof, Certificate):
-        return replace(proof, robust=robust_of(experiment.tightening))
-    return proof
+    if not isinstance(proof, Certificate):
+        return proof
+    robust = robust_of(experiment.tightening) if METHODS[method].is_robust else None
+    return with_truth(replace(proof, robust=robust), experiment.signals(sampled.by_name))
 
 
 def _profiles(wanted: Verification, reference: Reference) -> list[MarginProfile]:

@@ -1,7 +1,7 @@
 """Figures of references: margins over time, paths in the plane, the price of tighter bounds."""
 
 from collections.abc import Mapping, Sequence
-from itertools import cycle
+from itertools import cycle, pairwise
 from math import floor, log10
 from typing import Any, Final
 
@@ -14,6 +14,7 @@ from pipeline.drawings.style import direct_label
 from pipeline.margins import MarginProfile
 from pipeline.storage.archive import Tightness
 from trackably.arrays import Array
+from trackably.checker.certificate import TrueSignal
 from trackably.exports.figures import (
     BLUE,
     FAINT,
@@ -33,6 +34,7 @@ from trackably.exports.figures import (
 )
 from trackably.gp.samples import Samples
 from trackably.systems.reference import Reference
+from trackably.truth import sides_at
 
 # Parts of the width between bounds: margins below the first get a logarithmic axis, which is linear below the second.
 _NARROW: Final = 0.05
@@ -79,6 +81,44 @@ def _shade_violations(axes: Axes, shown_below: float) -> None:
     axes.axhline(0, color=INK, linewidth=1.4, zorder=2)
 
 
+@with_style
+def true_signals(
+    reference: Reference, truths: Sequence[TrueSignal], sampled: Mapping[str, Samples], units: Units = UNKNOWN_UNITS
+) -> Figure:
+    """Draw where true signals may be beside the reference, one panel for each state: sides, samples, proved distances.
+
+    Samples have bars as long as the sensor's error. Thin lines are the proved distance in each cell; dotted ones are
+    that of the plant at steps, where it is disturbed.
+    """
+    figure = Figure(figsize=(PAGE, 0.6 + 2.2 * len(truths)))
+    panels = figure.subplots(len(truths), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, truth in zip(panels, truths, strict=True):
+        times = np.unique(np.concatenate([np.linspace(a, b, _IN_A_CELL) for a, b in pairwise(truth.ends)]))
+        off = _course(reference, truth.state, times)
+        upper, lower = sides_at(truth.of, times, truth.derived)
+        axes.fill_between(times, lower - off, upper - off, color=PALE, linewidth=0, label="possible true signals")
+        samples = sampled[truth.state]
+        beside = samples.values - _course(reference, truth.state, samples.times)
+        style = {"fmt": "none", "ecolor": GREY, "elinewidth": 0.8, "zorder": 2.7}
+        axes.errorbar(samples.times, beside, float(truth.of.samples.noise), **style)
+        axes.plot(samples.times, beside, **SAMPLE | {"markersize": 3})
+        axes.axhline(0, color=NAVY, linewidth=1.2, label="reference")
+        for sign, label in ((1.0, "proved distance"), (-1.0, None)):
+            axes.stairs(sign * np.array(truth.errors), truth.ends, baseline=None, color=INK, linewidth=0.8, label=label)
+            if truth.plant is not None:
+                named = "that of the plant" if label else None
+                axes.axhline(sign * truth.plant, color=PURPLE, linewidth=1.0, linestyle=":", label=named)
+        axes.set_ylabel(f"{axis_label(truth.state, units)} minus reference")
+    panels[-1].set(xlabel="time $t$ [s]", xlim=(truths[0].ends[0], truths[0].ends[-1]))
+    legend_above(figure, columns=5)
+    return figure
+
+
+def _course(reference: Reference, state: str, times: Array) -> Array:
+    return np.asarray(reference.state_at(times)[:, reference.plant.system.states.index(state)])
+
+
+_IN_A_CELL: Final = 17
 _ARROWS: Final = 8
 _ARROW: Final = 0.012
 """How long an arrow is, as a part of the course."""

@@ -34,7 +34,7 @@ from pipeline.experiments.fields import (
     as_tuple,
     by_name,
 )
-from pipeline.experiments.plants import Disturbance, ModelField, SetField, tightened
+from pipeline.experiments.plants import Disturbance, ModelField, SetField, TruthFields, tightened
 from pipeline.experiments.sources import GROUND_TRUTHS_FILE, Drawn, Source, SourceField
 from pipeline.methods import METHODS, REQUIRED, ROBUST, Algorithm1, Method, Parameters, Periodic, Task
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
@@ -43,15 +43,17 @@ from trackably.certificates.claim import refusal
 from trackably.certificates.goal import Goal, goal_for
 from trackably.checker.certificate import AllPhases, Window
 from trackably.empirical_bayes import EmpiricalPrior, empirical_prior, levels
-from trackably.errors import DoubtfulInputWarning, NoReferenceError
+from trackably.errors import DoubtfulInputWarning, InputError, NoReferenceError
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.prior import prior_for
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
 from trackably.systems.sampling import kinds_by_name, relative_to_first
 from trackably.systems.tightening import Tightening
+from trackably.truth import Sought, true_signals
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
 _RESERVED = {
@@ -137,7 +139,8 @@ class Experiment(Fields):
     the kernel; a number says how many at most, None that each sample is one. What `shared` names is the same for all
     flat outputs. Figures name the `units` of states and inputs, and show the two states of `plane`, if given, in their
     plane. All references keep the part `margin` of each width free at either bound. Robust methods also leave room for
-    every error that a `disturbance` may cause; the other methods know nothing of it. `algorithm1` and `periodic` are
+    every error that a `disturbance` may cause; the other methods know nothing of it. Certificates bound the distance
+    from every signal of which `truth` is true, by the name of its samples. `algorithm1` and `periodic` are
     for the methods that need them. What `verification` is, where it is left out, `verified` says.
     """
 
@@ -149,6 +152,7 @@ class Experiment(Fields):
     input_set: SetField
     units: dict[str, UnitField] = Field(default_factory=dict)
     disturbance: Disturbance | None = None
+    truth: dict[str, TruthFields] = Field(default_factory=dict)
     margin: Annotated[float, Field(ge=0, lt=0.5)] = 0.0
     samples: Annotated[dict[str, SourceField], BeforeValidator(by_name)]
     centres: CentresField = "auto"
@@ -197,6 +201,14 @@ class Experiment(Fields):
                 method.check(plant, prior)
             except (TypeError, ValueError) as error:
                 yield f"methods: {method.name}: {error}"
+
+    def _mistakes_of_truth(self) -> Iterator[str]:
+        known = [name for name in self.samples if name in self.plant.system.states]
+        for name, fields in self.truth.items():
+            if not isinstance(self.plant.system, LinearSystem) or name not in known:
+                yield f"truth: expected sampled states of a linear system, got {name}"
+            elif fields.rate is not None and fields.rate not in self.samples:
+                yield f"truth.{name}.rate: expected the name of samples, got {fields.rate}"
 
     def _mistakes_of_figures(self) -> Iterator[str]:
         system = self.system.discrete
@@ -284,6 +296,18 @@ class Experiment(Fields):
         known = {name: source.ground_truth for name, source in self.sources.items()}
         return {name: GROUND_TRUTHS[truth] for name, truth in known.items() if truth is not None}
 
+    def signals(self, samples: Mapping[str, Samples]) -> dict[str, Sought]:
+        """Return, by name, the signals of which `truth` is true.
+
+        Raises NotTrackableError where none explains the samples, and InputError where centres stand for the samples.
+        """
+        if fewer := [name for name in self.truth if samples[name].scatters]:
+            raise InputError(
+                f"experiment {self.name}: truth: centres stand for samples of {fewer[0]}; set centres: null"
+            )
+        known = {name: fields.truth for name, fields in self.truth.items()}
+        return true_signals(known, None, samples, self.plant, self.claim)[1]
+
     @property
     def learned_by(self) -> tuple[Method, ...]:
         """The methods, in the order in which the experiment names them."""
@@ -349,6 +373,7 @@ class Experiment(Fields):
 _CHECKS = (
     Experiment._mistakes_of_names,
     Experiment._mistakes_of_mathematics,
+    Experiment._mistakes_of_truth,
     Experiment._mistakes_of_figures,
     Experiment._mistakes_of_origin,
     Experiment._mistakes_of_methods,

@@ -4,17 +4,18 @@ from functools import lru_cache
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, PositiveFloat, model_validator
+from pydantic import BeforeValidator, Field, NonNegativeFloat, PositiveFloat, model_validator
 
 from pipeline.experiments.fields import as_tuple
 from pipeline.yaml_file import Fields
 from trackably.arguments import is_number
 from trackably.systems.constrained import ConstrainedSystem, System
-from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope
+from trackably.systems.disturbances import ConvexHull, DisturbanceSet, ModelError, Zonotope
 from trackably.systems.library import model_of
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope, box_as_written
 from trackably.systems.tightening import Tightening, tightening
+from trackably.truth import Truth
 
 
 def _matrix(written: object) -> object:
@@ -89,6 +90,29 @@ def which_model(written: object) -> object:
 
 
 ModelField = Annotated[LinearModel | NamedModel, BeforeValidator(which_model)]
+
+
+class TruthFields(Fields):
+    """What is known of a sampled state's true signal beforehand, in its unit and seconds; see `trackably.Truth`."""
+
+    noise: NonNegativeFloat
+    slope: PositiveFloat | None = None
+    second_derivative: PositiveFloat | None = None
+    rate: str | None = None
+    rate_noise: PositiveFloat | None = None
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        try:
+            _ = self.truth
+        except ValueError as error:
+            raise ValueError(str(error).removeprefix("truth: ")) from error
+        return self
+
+    @property
+    def truth(self) -> Truth:
+        """Return the bounds. Raises ValueError where one is missing."""
+        return Truth(**self.model_dump())
 
 
 class SetFields(Fields):
@@ -178,14 +202,24 @@ class DisturbanceSetFields(Fields):
         return Zonotope(np.array(self.centre), np.array(self.generators))
 
 
+class VertexFields(Fields):
+    """A plant that the model may stand for: what of A, B and c differs from the system's."""
+
+    A: Matrix | None = None
+    B: Matrix | None = None
+    c: Vector | None = None
+
+
 class Disturbance(DisturbanceSetFields):
     """W of x(k+1) = A x(k) + B u(k) + c + w(k), and `noise` V of the measured y(k) = x(k) + v(k), if there is some.
 
-    `feedback` is K of u = u_r + K (y − x_r); left out, a regulator is chosen. What room for them costs is learned for
-    other `sizes` of both sets too, as parts of the given ones.
+    With a `model_error`, (A, B, c) is anywhere in the convex hull of these plants, of a linear system. `feedback` is K
+    of u = u_r + K (y − x_r); left out, a regulator is chosen. What room for them costs is learned for other `sizes` of
+    both sets and of the model's error too, as parts of the given ones.
     """
 
     noise: DisturbanceSetFields | None = None
+    model_error: Annotated[tuple[VertexFields, ...], BeforeValidator(as_tuple)] = ()
     feedback: Matrix | None = None
     sizes: Annotated[tuple[PositiveFloat, ...], BeforeValidator(as_tuple)] = ()
 
@@ -202,4 +236,12 @@ def tightened(
     if disturbance is None:
         return tightening(given, margin=margin)
     noise = disturbance.noise.set if disturbance.noise else None
-    return tightening(given, disturbance.set, disturbance.feedback, margin, noise)
+    wrong = _model_error(system, disturbance.model_error) if disturbance.model_error else None
+    return tightening(given, disturbance.set, disturbance.feedback, margin, noise, wrong)
+
+
+def _model_error(system: LinearModel | NamedModel, plants: tuple[VertexFields, ...]) -> ModelError:
+    if not isinstance(system, LinearModel):
+        raise ValueError("disturbance.model_error: expected a system that is written with A and B")
+    known = [(v.A or system.A, v.B or system.B, v.c or system.c or (0.0,) * len(system.A)) for v in plants]
+    return ModelError.sampled(known, system.sampling_time) if system.continuous else ModelError.of(known)

@@ -17,12 +17,12 @@ from trackably.control.bounds import Inequalities
 from trackably.control.controller import Controller, scaled_controller
 from trackably.control.references import TrackedReference
 from trackably.control.simulation import ClosedLoop, apply_fallback_for, simulate
-from trackably.control.stepping import Disturbances, SteppedController
+from trackably.control.stepping import Disturbances, SteppedController, Successor
 from trackably.control.tube import TubeController
 from trackably.learning import learner
 from trackably.learning.joint.search import learn_from
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbances import DisturbanceSet
+from trackably.systems.disturbances import DisturbanceSet, ModelError
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference, Window
 from trackably.systems.tightening import InvariantSet, Tightening, tightening
@@ -63,6 +63,27 @@ def disturbances(kind: str, drawn_in: Tightening, seed: int) -> Disturbances:
     return drawn(W, seed) if kind == "drawn" else constant(W, rng.standard_normal(W.dimension))
 
 
+def plant_of(kind: str, drawn_in: Tightening, seed: int) -> Successor:
+    """Return how the plant moves: as its model, or as a vertex where the model may be wrong.
+
+    Drawn, it is another vertex at each step; greedy, the one that takes the state nearest to a bound; constant, the
+    same at all steps.
+    """
+    system, rng = drawn_in.given.linear, np.random.default_rng(seed)
+    if drawn_in.model is None:
+        return lambda k, x, u: system.successor(x, u)
+    vertices, X = drawn_in.model.error.vertices, Inequalities.of(drawn_in.given.state_set)
+    same = int(rng.integers(len(vertices)))
+
+    def moved(k: int, x: Array, u: Array) -> Array:
+        found = [v.A @ x + v.B @ u + v.c for v in vertices]
+        if kind == "greedy":
+            return min(found, key=lambda successor: float(np.min((X.bounds - X.rows @ successor) / X.widths)))
+        return found[int(rng.integers(len(found))) if kind == "drawn" else same]
+
+    return moved
+
+
 def noise(drawn_in: Tightening, seed: int) -> Disturbances | None:
     """Return noise drawn from V, if the state is measured with noise; it has nothing to do with disturbances drawn."""
     return None if drawn_in.noise is None else drawn(drawn_in.noise, 10**6 + seed)
@@ -91,16 +112,16 @@ def many_runs(drawn_in: Tightening, window: Window, first_step: int) -> tuple[Ru
 
 def _run(drawn_in: Tightening, window: Window, first_step: int, r: int) -> Array:
     """Return states and inputs (K, n + m) of one run."""
-    Z, system = drawn_in.invariant, drawn_in.given.linear
+    Z, kind = drawn_in.invariant, ("drawn", "greedy", "constant")[r % 3]
     assert Z is not None, "loops are disturbed where there is a set"
-    pushed, measured = disturbances(("drawn", "greedy", "constant")[r % 3], drawn_in, r), noise(drawn_in, r)
+    pushed, move, measured = disturbances(kind, drawn_in, r), plant_of(kind, drawn_in, r), noise(drawn_in, r)
     y, x, course = window.states[0] + start(Z, r), None, []
     for k, (x_r, u_r) in enumerate(zip(window.states, window.inputs, strict=False)):
         v = np.zeros(len(x_r)) if measured is None else measured(first_step + k, x_r)
         x = y - v if x is None else x
         u = u_r + Z.feedback @ (x + v - x_r)
         course.append(np.concatenate([x, u]))
-        successor = system.successor(x, u)
+        successor = move(first_step + k, x, u)
         x = successor + pushed(first_step + k, successor)
     return np.array(course)
 
@@ -154,6 +175,7 @@ def _loop(
         on_infeasible=apply_fallback_for(_PATIENCE),
         disturbances=disturbances(kind, drawn_in, 0),
         measurement_noise=noise(drawn_in, 0),
+        successor=plant_of(kind, drawn_in, 0),
     )
 
 
@@ -209,12 +231,22 @@ def prices(experiment: Experiment, fitted: Fitted) -> Columns:
 
 
 def scaled(drawn_in: Tightening, size: float) -> Tightening:
-    """Return the bounds tightened for sets of another size. Raises ValueError where nothing is left of them."""
+    """Return the bounds tightened for sets and a model's error of another size.
+
+    Raises ValueError where nothing is left of them.
+    """
     W, V, by = drawn_in.disturbance, drawn_in.noise, Fraction(size)
     assert W is not None, "asked for where there is a disturbance"
     assert drawn_in.invariant is not None, "it belongs to a disturbance"
-    noise = None if V is None else V.scaled(by)
-    return tightening(drawn_in.given, W.scaled(by), drawn_in.invariant.feedback, drawn_in.margin, noise)
+    noise, wrong = None if V is None else V.scaled(by), None
+    if drawn_in.model:
+        model = drawn_in.given.linear
+        nominal = np.column_stack([model.A, model.B, model.c])
+        whole = [np.column_stack([v.A, v.B, v.c]) for v in drawn_in.model.error.vertices]
+        parts = np.array([nominal + size * (each - nominal) for each in whole])
+        n = len(model.A)
+        wrong = ModelError.of([(of[:, :n], of[:, n:-1], of[:, -1]) for of in parts])
+    return tightening(drawn_in.given, W.scaled(by), drawn_in.invariant.feedback, drawn_in.margin, noise, wrong)
 
 
 def _learned_for(

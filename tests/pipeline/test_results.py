@@ -228,6 +228,17 @@ def test_robust_references_leave_room_and_disturbed_loops_on_them_break_nothing(
     assert np.all((many.lowest <= many.single) & (many.single <= many.highest))
 
 
+def test_certificates_of_known_signals_bound_the_distance_from_them() -> None:
+    of = committed("hand")
+    (known,) = of.experiment.truth.values()
+    for method in ("hyperparameters", "joint", "robust"):
+        distance = of.json("metrics")[method]["accuracy"]["position"]
+        assert distance["radius"] <= distance["least"] <= distance["error"]
+        assert known.noise <= distance["error"] <= (distance["plant"] or np.inf)
+        written = json.loads((of.results.certificate(method)).read_text())
+        assert written["truth"][0]["of"]["second_derivative"] == known.second_derivative
+
+
 @DISTURBED
 def test_the_price_of_room_rises_from_the_nominal_reference_over_the_robust_one(name: str) -> None:
     of = committed(name)
@@ -241,8 +252,9 @@ def test_the_price_of_room_rises_from_the_nominal_reference_over_the_robust_one(
     assert price["largest"] > 1
 
 
-def test_a_run_is_that_of_the_tube_controller() -> None:
-    of = committed("example1")
+@pytest.mark.parametrize("name", ["example1", "hand"])
+def test_a_run_is_that_of_the_tube_controller(name: str) -> None:
+    of = committed(name)
     drawn_in, reference = of.experiment.tightening, of.fitted.learned["robust"].reference
     course = runs._run(drawn_in, reference.window(0, 40), 0, 4)
     nominal = scaled_controller(of.experiment.plant, 20)
@@ -251,7 +263,8 @@ def test_a_run_is_that_of_the_tube_controller() -> None:
         reference,
         course[0, :1],
         40,
-        disturbances=runs.disturbances("greedy" if 4 % 3 == 1 else "constant", drawn_in, 4),
+        disturbances=runs.disturbances("greedy", drawn_in, 4),
+        successor=runs.plant_of("greedy", drawn_in, 4),
         measurement_noise=runs.noise(drawn_in, 4),
     )
     np.testing.assert_allclose(np.column_stack([loop.states[:-1], loop.inputs]), course, atol=1e-12)

@@ -21,6 +21,7 @@ from pipeline.story import (
     told_of_proofs,
     told_of_room,
     told_of_theorems,
+    told_of_truth,
     told_of_unconstrained,
 )
 from pipeline.theorem import Proved, write_record
@@ -96,5 +97,8 @@ def test_every_committed_result_can_be_told(name: str) -> None:
     if EXPERIMENTS[name].disturbance:
         assert "no bound is broken" in told_of_disturbances(results)
         assert told_of_room(results).startswith("`robust` costs ")
+    assert [line[2:].split(":")[0] for line in told_of_truth(results).splitlines()] == [
+        f"`{method}`" for method, of in json.loads(results.metrics.read_text()).items() if "accuracy" in of
+    ]
     rows = [row[0] for row in table_of_hyperparameters(fitted.learned).rows]
     assert ("last step k̄ of Algorithm 1" in rows) is name.startswith("example1")

@@ -11,7 +11,7 @@ import numpy as np
 from trackably.arguments import instance, numbers, whole
 from trackably.arrays import Array, ArrayLike
 from trackably.control.references import TabulatedReference, TrackedReference, check_reference, nearest_turns
-from trackably.control.stepping import Disturbances, Infeasible, Plan, Status, SteppedController, Unsolved
+from trackably.control.stepping import Disturbances, Infeasible, Plan, Status, SteppedController, Successor, Unsolved
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError
 
@@ -109,17 +109,19 @@ def simulate(
     on_infeasible: InfeasibilityPolicy = stop,
     disturbances: Disturbances | None = None,
     measurement_noise: Disturbances | None = None,
+    successor: Successor | None = None,
 ) -> ClosedLoop:
     """Simulate the closed loop from `initial_state` (n,) at `first_step`, for `steps` steps.
 
-    The simulated system is the controller's own model, `controller.plant`, with `disturbances` added to each of its
-    states; by default there are none. `measurement_noise` is added to the state that the controller measures; states of
-    the loop are the true ones. If the controller finds no plan, `on_infeasible` chooses the input, or ends the
-    simulation: `stop`, `apply_fallback` and `apply_fallback_for(steps)` are such functions. The simulation also ends,
-    as unsolved, if the system's formulas are undefined after an input.
+    The simulated plant is `successor`, a function of k, x and u; left out, the controller's own model,
+    `controller.plant`. `disturbances` are added to each of its states; by default there are none. `measurement_noise`
+    is added to the state that the controller measures; states of the loop are the true ones. If the controller finds no
+    plan, `on_infeasible` chooses the input, or ends the simulation: `stop`, `apply_fallback` and
+    `apply_fallback_for(steps)` are such functions. The simulation also ends, as unsolved, if the system's formulas are
+    undefined after an input.
 
-    Raises as `Controller.step` and as `reference.window`. TypeError or ValueError: disturbances or noise are no
-    function, or do not return n numbers.
+    Raises as `Controller.step` and as `reference.window`. TypeError or ValueError: disturbances, noise or `successor`
+    are no function, or do not return n numbers.
     """
     if not callable(getattr(controller, "step", None)):
         raise TypeError(f"simulate: controller: expected a Controller(plant, horizon, Q, R), got {controller!r}")
@@ -143,15 +145,15 @@ def simulate(
                 break
             applied = chosen
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            successor = plant.system.successor(x, applied)
+            x = plant.system.successor(x, applied) if successor is None else _moved(successor, k, x, applied)
             if disturbances is not None:
-                successor = successor + _draw("disturbances", disturbances, k, successor)
-        if not np.all(np.isfinite(successor)):
+                x = x + _draw("disturbances", disturbances, k, x)
+        if not np.all(np.isfinite(x)):
             without_plan.append(Unsolved(k, "the system is not defined under the input applied", applied))
             break
         plans.append(plan)
         inputs.append(applied)
-        states.append(successor)
+        states.append(x)
     tracked = table.window(first_step, len(inputs))
     costs, stage_costs, slacks = (
         np.array([np.nan if plan is None else getattr(plan, name) for plan in plans], dtype=float)
@@ -169,6 +171,14 @@ def simulate(
         without_plan=tuple(without_plan),
         widened=widened,
     )
+
+
+def _moved(successor: Successor, k: int, x: Array, applied: Array) -> Array:
+    """Return the plant's next state; another shape is refused."""
+    found = np.asarray(successor(k, x, applied), dtype=float)
+    if found.shape != x.shape:
+        raise ValueError(f"simulate: successor: expected {x.size} numbers at step {k}, got shape {found.shape}")
+    return found
 
 
 def _draw(what: str, of: Disturbances, k: int, state: Array) -> Array:

@@ -209,6 +209,14 @@ def answer_step(
         return Unsolved(k, str(error), admissible.at(k * plant.sampling_time).first_finite(safe))
 
 
+class Successor(Protocol):
+    """A plant, which may differ from the controller's model."""
+
+    def __call__(self, k: int, state: Array, applied: Array, /) -> Array:
+        """Return x(k + 1) (n,) from x(k) (n,) and u(k) (m,)."""
+        ...
+
+
 class Disturbances(Protocol):
     """A disturbance of the state in each step of a simulation, or a noise of its measurement."""
 

@@ -407,21 +407,24 @@ class ModelError:
         return cls.of(found)
 
     @classmethod
-    def sampled(cls, vertices: Sequence[tuple[ArrayLike, ArrayLike]], sampling_time: float) -> Self:
-        """Return the hull of ẋ = A x + B u, sampled with the input held, where all (A, B) have the same A.
+    def sampled(
+        cls,
+        vertices: Sequence[tuple[ArrayLike, ArrayLike] | tuple[ArrayLike, ArrayLike, ArrayLike]],
+        sampling_time: float,
+    ) -> Self:
+        """Return the hull of ẋ = A x + B u + c, sampled with the input held, of (A, B) or (A, B, c) with the same A.
 
-        Then the discrete matrices are linear in B, so that the hull of the sampled vertices contains all sampled
+        Then the discrete matrices are linear in B and c, so that the hull of the sampled vertices contains all sampled
         systems. This covers an uncertain gain, or the mass of a double integrator, which enters as 1/m. ValueError: A
         differs. Sampling is nonlinear in A, so that sampled vertices do not enclose the systems between them; then
         enclose the discrete matrices by `of` or `intervals`.
         """
-        given = [(numbers("model_error: A", A), numbers("model_error: B", B)) for A, B in vertices]
-        if any(not np.array_equal(A, given[0][0]) for A, _ in given):
+        if any(not np.array_equal(numbers("model_error: A", A), vertices[0][0]) for A, *_ in vertices):
             raise ValueError(
                 "model_error: sampled: A of continuous time is not known exactly, and exp(A T) is curved: the hull of "
                 "sampled end points does not hold what lies between them; enclose the discrete matrices instead"
             )
-        systems = [LinearSystem.discretised(A, B, sampling_time) for A, B in given]
+        systems = [LinearSystem.discretised(A, B, sampling_time, c[0] if c else None) for A, B, *c in vertices]
         return cls.of([(system.A, system.B, system.c) for system in systems])
 
     def generators(self, system: LinearSystem, state_set: Polytope, input_set: Polytope) -> list[Sequence[Fraction]]:

@@ -109,6 +109,17 @@ WRONG = [
     ),
     ("example2", "joint, robust]", "joint, robust, sampled]", r"methods: sampled: the period is learned"),
     ("vehicle", "states: [x, y, vx, vy]", "states: [x, y, vx]", r"4 states and 2 inputs need as many different names"),
+    (
+        "hand",
+        ", second_derivative: 400.0}",
+        "}",
+        r"truth\.position: expected a bound of the slope, of the second derivative, or of both",
+    ),
+    ("hand", "noise: 2.0, second", "noise: -2.0, second", r"truth\.position\.noise: expected .*got -2\.0"),
+    ("hand", "      position: {noise: 2.0", "      speed: {noise: 2.0", r"truth: expected sampled states .*got speed"),
+    ("hand", "400.0}", "400.0, rate: velocity, rate_noise: 1.0}", r"truth\.position\.rate: .*got velocity"),
+    ("hand", "{B: [[0], [1.25]]}", "{A: [[0, 2], [0, 0]]}", r"model_error: sampled: A of continuous time is not known"),
+    ("hand", "{B: [[0], [1.25]]}", "{B: [[0], [40.0]]}", r"model_error: vertex 2 costs the bounds"),
     ("vehicle", "A: [[0, 0, 1, 0],", "A: [[0, 0, 1],", r"system\.A: expected a matrix: a list of rows of numbers, all"),
     ("vehicle", "upper: [0.2, 2.0, 1.2, 1.2]", "upper: [0.2, 2.0, 1.2]", r"as many lower as upper bounds are needed"),
     (

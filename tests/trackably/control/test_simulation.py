@@ -73,6 +73,18 @@ def test_random_systems_stay_feasible(seed):
     )
 
 
+def test_the_plant_may_differ_from_the_model(example1):
+    """A plant that moves by 0.01 more in each step is the model with a disturbance of 0.01."""
+    mine, reference = controller(example1), example1.certified
+    model, pushed = example1.learning.plant.system, np.array([0.01])
+    disturbed = simulate(mine, reference, reference.state(0), 30, disturbances=lambda k, x: pushed)
+    other = simulate(mine, reference, reference.state(0), 30, successor=lambda k, x, u: model.successor(x, u) + pushed)
+    assert np.array_equal(other.states, disturbed.states)
+    assert np.array_equal(other.inputs, disturbed.inputs)
+    with pytest.raises(ValueError, match="successor: expected 1 numbers at step 0"):
+        simulate(mine, reference, reference.state(0), 30, successor=lambda k, x, u: np.zeros(2))
+
+
 def test_a_loop_in_parts_is_the_loop(example1):
     mine, reference = controller(example1), example1.certified
     whole = simulate(mine, reference, reference.state(0) - 0.3, 60)
