@@ -103,7 +103,13 @@ def told_of_theorems(results: Results, theory: Path = THEORY) -> Told:
     if not proved:
         return Told("")
     versions = _listed(sorted({one.coq for one in proved.values()}))
-    but = "but for evaluation in float64"
+    files: list[Any] = [read_json(results.certificate(name)) for name in proved]
+    silent = ["evaluation in float64"]
+    silent += ["distances from true signals"] if any("truth" in file for file in files) else []
+    silent += (
+        ["plants that differ from their model"] if any("model" in file.get("disturbance", ()) for file in files) else []
+    )
+    but = f"but for {_listed(silent)}"
     begun = f"What these files state, {but}, is a theorem, checked by Coq {versions}. Of each statement the SHA-256:"
     each = (f"- `{name}`, `{'` and `'.join(of.theorems.values())}`: `{of.statement}`" for name, of in proved.items())
     return Told("\n".join((begun, "", *each)))

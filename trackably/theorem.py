@@ -58,8 +58,9 @@ A + B K are summed one by one in return, which keeps the errors below those of t
 _COVER = "check_sound _ {{| {0}.degree := 10; {0}.halvings := 40; {0}.cuts := 14; {0}.by_ := {0}.{1} |}}"
 """Enclose by polynomials of degree 10 about the middle of each box; boxes need far fewer halvings than these."""
 
-SILENT = """It says nothing about evaluation in float64, nor about disturbances from the hull of given points. That its
-numbers are those of the certificate is not proved, but can be read."""
+SILENT = """It says nothing about evaluation in float64, distances from true signals, plants that differ from their
+model, or disturbances from the hull of given points. That its numbers are those of the certificate is not proved, but
+can be read."""
 
 
 @dataclass(frozen=True)

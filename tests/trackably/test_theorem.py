@@ -337,7 +337,7 @@ def test_a_proof_that_rests_on_another_axiom_is_not_recorded(coq):
 
 
 def test_all_that_coq_covers_is_on_record():
-    for name in ("example1", "example1-resampled", "example2", "robot-axis", "vehicle"):
+    for name in ("example1", "example1-resampled", "example2", "hand", "robot-axis", "vehicle"):
         results = Results(name, RESULTS)
         assert {file.stem for file in files_of(results)} == set(proved_by_coq(results, ROOT / "theorem"))
 
