@@ -243,6 +243,23 @@ def test_what_is_learned_keeps_bounds_that_move() -> None:
         learn_reference(samples, plant, Periodic(period=6.0), "all_phases", noise_std=0.02, progress=False)
 
 
+def test_a_vehicle_passes_a_corridor_that_is_narrow_for_a_while() -> None:
+    """Between 3 s and 5 s there are walls at y = 0.2 and y = 0.6; samples of y cut their corners."""
+    A, B = np.eye(4, k=2), np.vstack([np.zeros((2, 2)), np.eye(2)])
+    vehicle = LinearSystem.discretised(A, B, 0.1, states=("x", "y", "vx", "vy"))
+    low, high = PolynomialPieces.steps({0.0: -1.0, 3.0: 0.2, 5.0: -1.0}), PolynomialPieces.steps({0: 1, 3: 0.6, 5: 1})
+    moving = Polytope.box([-1.0, low, -2.0, -1.0], [9.0, high, 2.0, 1.0])
+    plant = ConstrainedSystem(vehicle, moving, Polytope.box([-1.5, -1.5], [1.5, 1.5]))
+    t = np.arange(0.0, 8.01, 0.25)
+    samples = {"x": Samples(t, t), "y": Samples(t, 0.65 * np.exp(-(((t - 4.1) / 0.9) ** 2)))}
+    learned = learn_reference(samples, plant, SquaredExponential(), (0.0, 8.0), noise_std=0.03, progress=False)
+    assert isinstance(check(from_json(to_json(encode_certificate(learned.certificate)))), Proved)
+    inside, outside = (learned.reference.state_at(times)[:, 1] for times in (np.linspace(3, 5, 2001), t[t < 2]))
+    assert 0.2 <= np.min(inside) <= 0.21
+    assert 0.59 <= np.max(inside) <= 0.6
+    assert np.min(outside) < 0.2
+
+
 def test_disturbed_systems_keep_bounds_that_move() -> None:
     t = np.linspace(0, 6, 13)
     upper = PolynomialPieces.steps({0.0: 0.2, 2.5: 0.5})
