@@ -15,6 +15,7 @@ from trackably.files import read_json
 from trackably.fit import edges_of
 from trackably.learning.problem import ActiveBound
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.truth import Accuracy
 
 UNCONSTRAINED = "unconstrained"
 _ROUNDING = 1e-9  # of the largest cost
@@ -126,14 +127,11 @@ def printed_by_coq(results: Results, method: str, theory: Path = THEORY) -> str:
 def told_of_truth(results: Results) -> Told:
     """Say how far each proved reference, and its plant, is from every true signal, and how near any could be."""
     metrics: Any = read_json(results.metrics)
-    said = [
-        f"- `{method}`: {name} is within {of['error']:.4g} of every true signal that explains its samples"
-        f"{'' if of['plant'] is None else ', the plant within ' + format(of['plant'], '.4g') + ' at steps'}. No "
-        f"estimate is always nearer than {of['radius']:.4g}, and no reference that can be followed is proved nearer "
-        f"than {of['least']:.4g}."
+    said = (
+        f"- `{method}`: {name} is {Accuracy(**of)}."
         for method, found in metrics.items()
         for name, of in found.get("accuracy", {}).items()
-    ]
+    )
     return Told("\n".join(said))
 
 
