@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 
 from benchmarks.programs import likeliest
-from benchmarks.recordings import on_bounds
+from benchmarks.recordings import on_bounds, problems
 from trackably.certificates.certified import Certified
 from trackably.fit import Fit
+from trackably.gp.joint import JointPrior
+from trackably.gp.kernels.matern import Matern32
+from trackably.gp.prior import Prior
 from trackably.learning.learner import FUNCTION, JOINT
 
 PROBLEMS = [(kernel, seed) for kernel in ("squared exponential", "Matérn 3/2", "Matérn 5/2") for seed in (0,)]
@@ -33,3 +36,15 @@ def test_no_function_within_the_bounds_costs_less_by_more_than_the_gap(kernel: s
     assert relaxed <= energy + 1e-6 * abs(energy)
     assert fit.duality_gap <= max(0.01, 0.03 * found.solution.price)
     assert np.isfinite(energy)
+
+
+def test_a_rough_function_whose_speed_is_on_its_bounds_most_of_the_time_is_found_for_known_hyperparameters() -> None:
+    """It takes more than a thousand active places: the last violations are left to a larger back-off."""
+    wanted = "breathing, |v| ≤ 8", "Matérn 3/2", 300
+    (problem,) = (each for each in problems() if (each.name, each.kernel, len(each.samples)) == wanted)
+    known = problem.task.with_known(JointPrior((Prior(Matern32(6.253, 2.244), 0.4731, 0.0),)))
+    found = known.learned(FUNCTION)
+    beside = likeliest(problem.samples, known.prior.parts[0], problem.values, problem.slopes)
+    assert len(found.solution.active_bounds) > 1000
+    off = found.reference.state_at(problem.samples.times)[:, 0] - problem.samples.values
+    assert float(np.sqrt(np.mean(off**2))) <= 1.01 * beside.misfit

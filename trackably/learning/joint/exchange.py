@@ -91,7 +91,8 @@ def exchange_bounds(
         gain, price = bent.price - price, bent.price
         if margin >= -tolerance or bent.contradicts or price > ceiling or is_same(met, places):
             return best
-        if 0 <= gain <= _NO_GAIN * price or _count(met) > _MOST_PLACES:
+        is_small = _count(met) > _MANY_PLACES and margin >= -_MATTERS
+        if 0 <= gain <= _NO_GAIN * price or is_small or _count(met) > _MOST_PLACES:
             return best
         places = met
         if is_convex or margin >= -_JUMPED:
