@@ -19,6 +19,7 @@ _MAX_ROUNDS = 40
 # Rough functions touch a bound at ever more times. Beyond many places, those only close to a bound are left out; beyond
 # the largest number, the exchange ends, and a larger back-off has to remove the remaining violations.
 _MANY_PLACES, _MOST_PLACES = 1000, 1500
+_MORE = 1.1  # times the places that an exchange begins with, where these are more
 CROWD = 800  # active places; beyond, a larger back-off is used instead of more places
 _CROWDED = 100  # violated places; so many are neighbours along stretches of an active bound
 _MATTERS = 1e-5  # relative to a width: with so many places, a larger back-off removes smaller violations
@@ -66,7 +67,9 @@ def exchange_bounds(
     best: ExchangeResult | None = None
     kept: Places | None = None
     apart: tuple[float, ...] = ()
+    is_thinned = False
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
+    most = max(_MOST_PLACES, _MORE * _count(places))
     if not is_convex:  # places of other hyperparameters may be too far apart for these
         places = with_regular(problem, posterior, places)
     for count in range(1, _MAX_ROUNDS + 1):
@@ -80,7 +83,10 @@ def exchange_bounds(
         margin, constraint, time = _worst(minima)
         kept = places_of(bent.active_bounds, [constraint.quantity.name for constraint in problem.constraints])
         crowded = sum(np.count_nonzero(margins < 0) for _, margins in minima) > _CROWDED
-        if is_convex and crowded and (tolerance or _count(kept) > CROWD):
+        gain, price = bent.price - price, bent.price
+        is_stuck, was_thinned = 0 <= gain <= _NO_GAIN * price, is_thinned
+        is_thinned = is_convex and crowded and not is_stuck and bool(tolerance or _count(kept) > CROWD)
+        if is_thinned:
             apart = apart or spacings(problem, posterior)
             kept_free = min(constraint.backoff for constraint in problem.constraints)
             minima = seen.thinned(minima, places, apart, max(tolerance / 2, _MATTERS - kept_free, 0.0))
@@ -88,11 +94,10 @@ def exchange_bounds(
         if _count(met) > _MANY_PLACES:
             met = merge(kept, at_steps(problem, seen.places(_broken(minima)), places), same)
         best = ExchangeResult(bent, met, kept, margin, constraint, time, count)
-        gain, price = bent.price - price, bent.price
         if margin >= -tolerance or bent.contradicts or price > ceiling or is_same(met, places):
             return best
         is_small = _count(met) > _MANY_PLACES and margin >= -_MATTERS
-        if 0 <= gain <= _NO_GAIN * price or is_small or _count(met) > _MOST_PLACES:
+        if (is_stuck and not was_thinned) or is_small or _count(met) > most:
             return best
         places = met
         if is_convex or margin >= -_JUMPED:
