@@ -25,8 +25,8 @@ longer the other one takes; **of** says what part of the other's time or size is
 
 _ABOUT = {
     "likelihood and gradient": """Samples at random times, ten in a second, of a squared exponential with a length scale
-of 0.7 s: the more there are, the longer they last. From 50 on the covariance matrix is factored in cosines and sines,
-of which there are about half as many as samples; in rows called *whole matrix* it is factored as it is.""",
+of 0.7 s: the more there are, the longer they last. The covariance matrix is factored in cosines and sines, or, of many
+samples, as a band; in rows called *whole matrix* it is factored as it is.""",
     "defaults alone": """`learn_reference` with samples, plant, kernel and claim, and nothing else. Every fifth sample
 is left out, and the best of three programs, whose smoothness weights are a decade apart, is chosen by what they say of
 the samples that are left out.""",

@@ -1,17 +1,16 @@
 """Factorise K + V in the fastest way that is exact up to rounding.
 
-Four ways are tried, in the order of their estimated cost; all but the last one only where they agree with it:
+Five ways are tried, in the order of their estimated cost; all but the last one only where they agree with it:
 
 - `Fourier`: few cosines and sines make a kernel whose spectral density decays fast, such as the squared exponential.
   It is 6 times as fast as `Dense` for 300 samples, 10 times for 1,000: most references are learned with it;
 - `Markov`: differences of samples of a Matérn process are nearly independent. Time is linear: there is nothing else for
   rough kernels and thousands of samples;
+- `Band`: a kernel that decays within a small part of the samples' span leaves a band matrix. Time is linear, for smooth
+  kernels too: 100 times as fast as `Fourier` for 10,000 samples, and the only way for 100,000;
 - `LowRank`: few Chebyshev points resolve a smooth kernel without such a density, for example a periodic one. It is 30
   times as fast as `Dense` for 1,500 samples, and its points are the centres of `Fourier`, too;
 - `Dense`: the whole matrix, without any assumption, for up to `LARGEST_DENSE` samples.
-
-Band matrices, of kernels that decay within a small part of all samples, were a fifth way. Only kernels of compact
-support, and thousands of samples with little in common, were faster with them (3 times for 3,000): they have gone.
 """
 
 import math
@@ -22,6 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from trackably.arrays import Array
+from trackably.gp.factors.band import Band, blocks, reach
 from trackably.gp.factors.dense import Dense
 from trackably.gp.factors.factorisation import Covariance, Factorisation
 from trackably.gp.factors.fourier import Fourier
@@ -34,10 +34,12 @@ from trackably.gp.stencil import Stencil, Stencils
 
 LARGEST_DENSE = 4000  # samples: a larger dense matrix takes gigabytes of memory and minutes of time
 _LARGEST_MATRIX = 2**28  # entries: 2 GiB, of which a factorisation holds two
+_LARGEST_BLOCK = LARGEST_DENSE // 2
 _FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for structure
 _FEWEST_OF_WAVES = 50  # samples: for fewer, the dense matrix is always faster
 _MOST_WAVES = 0.65  # for each sample: with more, the dense matrix is faster
 _COST_OF_LOOKING = 5e5  # nanoseconds: one half for the search for other structure, one for the fastest other way
+_NEGLIGIBLE = 2.0**-53  # relative to the variance: a smaller addition to a diagonal entry is lost in rounding
 _AGREEMENT = 3e-9  # relative, with the dense factorisation: less than the promised 1e-8, as errors are only estimated
 _PRECISE = 1e-10  # the largest estimated error of band matrices: that of gradients may be a hundred times as large
 _LOOSENED = 1e3  # the factor by which the agreement is loosened where a dense matrix would be too large
@@ -191,6 +193,12 @@ def _structured_factorisations(prior: Prior, samples: Samples, covariance: Covar
     if spectral := waves(prior, samples, covariance):
         yield spectral
 
+    if rounding.entries <= rounding.allowed and math.isfinite(kernel.decay_distance):
+        negligible = _NEGLIGIBLE * variance / samples.stencil.largest_gain
+        rows = blocks(times, reach(kernel, samples.bases.span, negligible) + abs(lags[-1][1]))
+        if len(rows) > 2 and max(row.stop - row.start for row in rows) <= _LARGEST_BLOCK:
+            yield Candidate(_cost_of_band(rows), partial(Band.of, times, rows, covariance, variances))
+
     if rounding.entries <= rounding.allowed and isinstance(kernel, Matern) and all(rho > 0 for rho, _ in lags):
         (decay,) = kernel.decays
         yield Candidate(800.0 * n + 6.5e5, partial(Markov.of, times, decay, lags, variances, _PRECISE))
@@ -199,3 +207,9 @@ def _structured_factorisations(prior: Prior, samples: Samples, covariance: Covar
         known = samples.relative_noise, prior.noise_std**2
         cost = 0.2 * m**3 + 12 * m**2 + 4 * n * m + 0.01 * n * m**2 + 2e5  # a basis is used about ten times
         yield Candidate(cost, lambda: LowRank.of(samples.bases.of(m), covariance, *known))
+
+
+def _cost_of_band(rows: list[slice]) -> float:
+    own = np.array([row.stop - row.start for row in rows], dtype=float)
+    after = np.append(own[1:], 0.0)
+    return float(np.sum(0.06 * own**3 + 0.12 * own * after * (own + after) + 12 * own * (own + after) + 7.5e4))
