@@ -85,7 +85,7 @@ def exchange_bounds(
         crowded = sum(np.count_nonzero(margins < 0) for _, margins in minima) > _CROWDED
         gain, price = bent.price - price, bent.price
         is_stuck, was_thinned = 0 <= gain <= _NO_GAIN * price, is_thinned
-        is_thinned = is_convex and crowded and not is_stuck and bool(tolerance or _count(kept) > CROWD)
+        is_thinned = bool(is_convex and crowded and not is_stuck and (tolerance or _count(kept) > CROWD))
         if is_thinned:
             apart = apart or spacings(problem, posterior)
             kept_free = min(constraint.backoff for constraint in problem.constraints)
