@@ -82,6 +82,7 @@ def test_files_that_are_linked_are_there(page: Path) -> None:
         "guide.ipynb",
         "trajectories.ipynb",
         "errata.ipynb",
+        "notebook-hand.ipynb",
         "figures/ratios.svg",
     }
     for target in re.findall(r"\]\((?!\w+:)([^)#\s]+)", page.read_text(encoding="utf-8")):

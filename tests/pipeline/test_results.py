@@ -261,7 +261,7 @@ def test_a_run_is_that_of_the_tube_controller(name: str) -> None:
     loop = simulate(
         TubeController(drawn_in, 20, nominal.Q, nominal.R),
         reference,
-        course[0, :1],
+        course[0, : len(drawn_in.given.system.states)],
         40,
         disturbances=runs.disturbances("greedy", drawn_in, 4),
         successor=runs.plant_of("greedy", drawn_in, 4),
