@@ -55,7 +55,7 @@ class Minimiser:
     seconds: float
 
 
-def likeliest(samples: Samples, prior: Prior, values: Interval, slopes: Interval, drawn_in: float = 0.0) -> Minimiser:
+def likeliest(samples: Samples, prior: Prior, values: Interval, slopes: Interval, backoff: float = 0.0) -> Minimiser:
     """Find the likeliest function for these hyperparameters whose bounds are drawn in by a part of their widths.
 
     There are ten points between samples. For Matérn kernels it is the sparse state-space form: the process and its
@@ -71,7 +71,7 @@ def likeliest(samples: Samples, prior: Prior, values: Interval, slopes: Interval
     off = (process[at] + prior.mean - samples.values) / float(prior.noise_std)
     bounds = []
     for of, by, each in ((process, prior.mean, values), (cp.diff(process) / step, 0.0, slopes)):
-        inside = drawn_in * each.width
+        inside = backoff * each.width
         bounds += [of >= each.lower + inside - by, of <= each.upper - inside - by]
     program = cp.Problem(cp.Minimize(cp.sum_squares(off) + price), bounds)
     program.solve(solver="CLARABEL")

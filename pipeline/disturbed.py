@@ -65,12 +65,12 @@ class Case:
 def experiments(results: Path) -> Iterator[Case]:
     """Yield the experiments with a disturbance, and their references from the fits below `results`."""
     for experiment in load_experiments().values():
-        drawn_in = experiment.tightening
-        if drawn_in is None:
+        tightened = experiment.tightening
+        if tightened is None:
             continue
         learned = read_fit(Results(experiment.name, results)).learned
         robust, nominal = (learned[name].reference for name in (ROBUST.name, JOINT.name))
-        yield Case(experiment.name, drawn_in, robust, nominal, experiment.control.horizon, 300)
+        yield Case(experiment.name, tightened, robust, nominal, experiment.control.horizon, 300)
 
 
 def random_systems(count: int) -> Iterator[Case]:
@@ -106,16 +106,16 @@ def random_case(seed: int, steps: int = 150) -> Case | None:
         small = tightening(plant, shape, noise=noise)
         size = Fraction(rng.uniform(0.2, 0.7) * small.largest_fraction)
         K = small.invariant.feedback if small.invariant else None
-        drawn_in = tightening(plant, shape.scaled(size), K, noise=noise.scaled(size) if noise else None)
+        tightened = tightening(plant, shape.scaled(size), K, noise=noise.scaled(size) if noise else None)
     except ValueError:  # not controllable, or nothing is left
         return None
     horizon = max(_HORIZON, shortest_horizon(plant))
-    robust, nominal = (_near_bounds(of, rng.spawn(1)[0], steps + horizon) for of in (drawn_in.plant, plant))
+    robust, nominal = (_near_bounds(of, rng.spawn(1)[0], steps + horizon) for of in (tightened.plant, plant))
     end = (steps + horizon) * 0.1
     proofs = (prove_on_window(reference, 0.0, end) for reference in (robust, nominal))
     if not all(isinstance(proof, Certificate) for proof in proofs):
         return None
-    return Case(f"random {seed}", drawn_in, robust, nominal, horizon, steps)
+    return Case(f"random {seed}", tightened, robust, nominal, horizon, steps)
 
 
 def _near_bounds(plant: ConstrainedSystem, rng: np.random.Generator, steps: int) -> Reference:

@@ -283,8 +283,8 @@ class _Figures:
 
     def disturbed(self) -> Drawings:
         """None where nothing was disturbed."""
-        experiment, disturbed, drawn_in = self.experiment, self.closed.disturbed, self.experiment.tightening
-        if disturbed is None or drawn_in is None:
+        experiment, disturbed, tightening = self.experiment, self.closed.disturbed, self.experiment.tightening
+        if disturbed is None or tightening is None:
             return {}
         metrics, runs = read_loop_metrics(self.results), disturbed.runs
         price, units = metrics["price_of_room"], {experiment.units.get(name) for name in experiment.samples}
@@ -299,7 +299,7 @@ class _Figures:
             failures[label] = min((step for step in steps if step is not None), default=None)
         return {
             "tube-of-runs": lambda: loops.tube_runs(
-                runs, count, window, room(drawn_in), drawn_in.given, experiment.units
+                runs, count, window, room(tightening), tightening.given, experiment.units
             ),
             "disturbed-loops": lambda: loops.disturbed_loops(shown, failures, experiment.plant),
             "price-of-room": lambda: loops.price_of_room(
@@ -331,14 +331,14 @@ def landscapes(experiment: Experiment, fitted: Fitted) -> Sequence[Landscape]:
     return [evaluate_on_grid(problem, first * spread, second * spread) for spread in spreads]
 
 
-def room(drawn_in: Tightening) -> tuple[Array, Array]:
+def room(tightening: Tightening) -> tuple[Array, Array]:
     """Return how far states and inputs may be below and above a reference, each (n + m,), in float64."""
-    Z, K = drawn_in.invariant, drawn_in.invariant.feedback if drawn_in.invariant else None
+    Z, K = tightening.invariant, tightening.invariant.feedback if tightening.invariant else None
     assert Z is not None, "drawn only where there is a disturbance"
     assert K is not None, "it belongs to the set"
     rows = np.vstack([np.eye(K.shape[1]), K])
     errors = ErrorSet(Z).support(np.stack([-rows, rows]))
-    if (V := drawn_in.noise) is not None:  # x = y − v
+    if (V := tightening.noise) is not None:  # x = y − v
         n = K.shape[1]
         errors[0, :n] += V.support(rows[:n])
         errors[1, :n] += V.support(-rows[:n])

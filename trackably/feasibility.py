@@ -286,9 +286,9 @@ def impossible(
     if tightening is None:
         return _of_bounds(plant, claim, pinned, means)
     found = _of_bounds(tightening.given, claim, pinned, means)
-    if found is None and (drawn_in := _of_bounds(plant, claim, pinned, means)):
+    if found is None and (of_given := _of_bounds(plant, claim, pinned, means)):
         return InfeasibleTightening(
-            drawn_in.given, drawn_in.missing, drawn_in.among, drawn_in.contradiction, tightening
+            of_given.given, of_given.missing, of_given.among, of_given.contradiction, tightening
         )
     return found
 

@@ -222,7 +222,9 @@ class TrackableReference(ProvedReference):
         is damaged, and NotTrackableError if the reference cannot be proved to keep its bounds.
         """
         saved = SavedReference.read(path := path_of("load", path))
-        return checked_within(seconds, path, lambda: cls(saved.fit, *found_or_raise(saved.proofs()), saved.drawn_in))
+        return checked_within(
+            seconds, path, lambda: cls(saved.fit, *found_or_raise(saved.proofs()), saved.computed_tightening)
+        )
 
     def __repr__(self) -> str:
         theta = ", ".join(f"{name} = {value:.4g}" for name, value in self.hyperparameters.items())

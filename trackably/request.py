@@ -322,14 +322,18 @@ def _known_noise(given: object, names: tuple[str, ...]) -> float:
 # The prior mean, which has to be an equilibrium for as long as the claim requires.
 
 
-def refuse_mean(claim: Claim, prior: JointPrior, plant: ConstrainedSystem, drawn_in: Tightening | None = None) -> None:
+def refuse_mean(
+    claim: Claim, prior: JointPrior, plant: ConstrainedSystem, tightening: Tightening | None = None
+) -> None:
     """Raise ValueError if the claim needs the prior mean to be followed for ever, and this is not possible.
 
-    If the bounds of the plant were tightened, `drawn_in` is the tightening.
+    If the bounds of the plant were tightened, `tightening` is the tightening.
     """
     if quantities_at_rest(claim, plant):
         why = "what fades to it" if isinstance(claim, AllTimes) else "what swings about it"
-        check_rest(prior, plant, drawn_in, f"{why} could not be followed for ever", ", or claim a window (start, end)")
+        check_rest(
+            prior, plant, tightening, f"{why} could not be followed for ever", ", or claim a window (start, end)"
+        )
 
 
 def quantities_at_rest(claim: Claim, plant: ConstrainedSystem) -> tuple[Quantity, ...]:
@@ -340,7 +344,7 @@ def quantities_at_rest(claim: Claim, plant: ConstrainedSystem) -> tuple[Quantity
 
 
 def check_rest(
-    prior: JointPrior, plant: ConstrainedSystem, drawn_in: Tightening | None, why: str, or_else: str = ""
+    prior: JointPrior, plant: ConstrainedSystem, tightening: Tightening | None, why: str, or_else: str = ""
 ) -> None:
     """Raise ValueError if the prior mean is no equilibrium inside the bounds.
 
@@ -350,14 +354,14 @@ def check_rest(
     for quantity in plant.quantities:
         level = quantity.bounds.rest.snapped(quantity.at_rest(means))
         if not quantity.bounds.rest.strictly_contains(level):
-            left = _remaining_text(quantity, drawn_in) if drawn_in else ""
+            left = _remaining_text(quantity, tightening) if tightening else ""
             said = f"{_place_text(quantity, level, why, or_else)}{_instead(quantity, level, prior)}{left}"
             raise ValueError(f"mean: must be an admissible equilibrium, but at rest there {said}")
 
 
-def _remaining_text(quantity: Quantity, drawn_in: Tightening) -> str:
+def _remaining_text(quantity: Quantity, tightening: Tightening) -> str:
     """Return the given bounds as text, if disturbances, noise or a margin have tightened them."""
-    given = {whole.name: whole.bounds for whole in drawn_in.given.quantities}.get(quantity.name, quantity.bounds)
+    given = {whole.name: whole.bounds for whole in tightening.given.quantities}.get(quantity.name, quantity.bounds)
     return "" if given == quantity.bounds else f"; disturbance, noise and margin leave no more of {given}"
 
 

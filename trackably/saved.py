@@ -103,12 +103,12 @@ class Saved(ABC):
         ends = self.proved_from, self.proved_until
         if (ends[0] is None) is not (ends[1] is None):
             raise ValueError(f"proved_from and proved_until: expected both or none, got {ends[0]} and {ends[1]}")
-        _ = self.drawn_in  # found now, to raise its error
+        _ = self.computed_tightening  # found now, to raise its error
         if ends[0] is not None and ends[1] is not None and not ends[0] < ends[1]:
             raise ValueError(f"proved_from and proved_until: expected a window, got {ends[0]} and {ends[1]}")
 
     @cached_property
-    def drawn_in(self) -> Tightening | None:
+    def computed_tightening(self) -> Tightening | None:
         """The tightening of the bounds; None if they were not tightened."""
         return None if self.tightening is None else self.tightening.found_again(self.reference.plant)
 
@@ -123,7 +123,7 @@ class Saved(ABC):
             found = prove(self.reference)
         else:
             found = prove_on_window(self.reference, self.proved_from, self.proved_until)
-        return replace(found, robust=robust_of(self.drawn_in)) if isinstance(found, Certificate) else found
+        return replace(found, robust=robust_of(self.computed_tightening)) if isinstance(found, Certificate) else found
 
 
 @dataclass(frozen=True, repr=False)

@@ -267,8 +267,8 @@ class Experiment(Fields):
 
     def plant_of(self, method: str) -> ConstrainedSystem:
         """Return the system with the sets within which a method learns."""
-        drawn_in = self.tightening
-        return drawn_in.plant if drawn_in and METHODS[method].is_robust else self.plant
+        tightening = self.tightening
+        return tightening.plant if tightening and METHODS[method].is_robust else self.plant
 
     def with_upper_bound(self, upper: float) -> "Experiment":
         """Return the same experiment with another upper bound of its only state."""

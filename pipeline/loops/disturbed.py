@@ -54,25 +54,25 @@ COUNT, KEPT = 300, 9
 _WARM_UP = 60
 
 
-def disturbances(kind: str, drawn_in: Tightening, seed: int) -> Disturbances:
+def disturbances(kind: str, tightened: Tightening, seed: int) -> Disturbances:
     """Return disturbances of W of this kind: drawn, greedy or constant."""
-    W, rng = drawn_in.disturbance, np.random.default_rng(seed)
+    W, rng = tightened.disturbance, np.random.default_rng(seed)
     assert W is not None, "loops are disturbed where there is a set"
     if kind == "greedy":
-        return greedy(W, drawn_in.given.state_set)
+        return greedy(W, tightened.given.state_set)
     return drawn(W, seed) if kind == "drawn" else constant(W, rng.standard_normal(W.dimension))
 
 
-def plant_of(kind: str, drawn_in: Tightening, seed: int) -> Successor:
+def plant_of(kind: str, tightened: Tightening, seed: int) -> Successor:
     """Return how the plant moves: as its model, or as a vertex where the model may be wrong.
 
     Drawn, it is another vertex at each step; greedy, the one that takes the state nearest to a bound; constant, the
     same at all steps.
     """
-    system, rng = drawn_in.given.linear, np.random.default_rng(seed)
-    if drawn_in.model is None:
+    system, rng = tightened.given.linear, np.random.default_rng(seed)
+    if tightened.model is None:
         return lambda k, x, u: system.successor(x, u)
-    vertices, X = drawn_in.model.error.vertices, Inequalities.of(drawn_in.given.state_set)
+    vertices, X = tightened.model.error.vertices, Inequalities.of(tightened.given.state_set)
     same = int(rng.integers(len(vertices)))
 
     def moved(k: int, x: Array, u: Array) -> Array:
@@ -84,9 +84,9 @@ def plant_of(kind: str, drawn_in: Tightening, seed: int) -> Successor:
     return moved
 
 
-def noise(drawn_in: Tightening, seed: int) -> Disturbances | None:
+def noise(tightened: Tightening, seed: int) -> Disturbances | None:
     """Return noise drawn from V, if the state is measured with noise; it has nothing to do with disturbances drawn."""
-    return None if drawn_in.noise is None else drawn(drawn_in.noise, 10**6 + seed)
+    return None if tightened.noise is None else drawn(tightened.noise, 10**6 + seed)
 
 
 def start(Z: InvariantSet, seed: int) -> Array:
@@ -97,24 +97,24 @@ def start(Z: InvariantSet, seed: int) -> Array:
     return np.asarray(e)
 
 
-def many_runs(drawn_in: Tightening, window: Window, first_step: int) -> tuple[Runs, int]:
+def many_runs(tightened: Tightening, window: Window, first_step: int) -> tuple[Runs, int]:
     """Return runs along the window of a robust reference, and how often a bound was broken in them.
 
     The measured state begins in x_r ⊕ Z. There the tube controller applies u = u_r + K (y − x_r): its plan is the
     reference, and no program is solved. Every third run has drawn, greedy or constant disturbances; noise is drawn.
     """
-    runs = np.array([_run(drawn_in, window, first_step, r) for r in range(COUNT)])
-    n, given = window.states.shape[1], drawn_in.given
+    runs = np.array([_run(tightened, window, first_step, r) for r in range(COUNT)])
+    n, given = window.states.shape[1], tightened.given
     broken = np.sum(given.state_set.margin(runs[:, 1:, :n]) < 0) + np.sum(given.input_set.margin(runs[..., n:]) < 0)
     steps = first_step + np.arange(runs.shape[1], dtype=float)
     return Runs(steps, runs.min(axis=0), runs.max(axis=0), runs[:KEPT]), int(broken)
 
 
-def _run(drawn_in: Tightening, window: Window, first_step: int, r: int) -> Array:
+def _run(tightened: Tightening, window: Window, first_step: int, r: int) -> Array:
     """Return states and inputs (K, n + m) of one run."""
-    Z, kind = drawn_in.invariant, ("drawn", "greedy", "constant")[r % 3]
+    Z, kind = tightened.invariant, ("drawn", "greedy", "constant")[r % 3]
     assert Z is not None, "loops are disturbed where there is a set"
-    pushed, move, measured = disturbances(kind, drawn_in, r), plant_of(kind, drawn_in, r), noise(drawn_in, r)
+    pushed, move, measured = disturbances(kind, tightened, r), plant_of(kind, tightened, r), noise(tightened, r)
     y, x, course = window.states[0] + start(Z, r), None, []
     for k, (x_r, u_r) in enumerate(zip(window.states, window.inputs, strict=False)):
         v = np.zeros(len(x_r)) if measured is None else measured(first_step + k, x_r)
@@ -139,30 +139,30 @@ def disturbed_loops(
     All of them begin on the reference, or in the tube around it, and last as long as figures show, 300 steps at most.
     After 30 steps without a plan a loop ends.
     """
-    drawn_in = experiment.tightening
-    assert drawn_in, "asked for where there is a disturbance"
+    tightened = experiment.tightening
+    assert tightened, "asked for where there is a disturbance"
     loops: dict[str, dict[str, dict[str, LoopTrajectory]]] = {}
     numbers: dict[str, dict[str, dict[str, Numbers]]] = {}
     for name, reference in references.items():
         loops[name], numbers[name] = {}, {}
-        for controller, of in _controllers(experiment, drawn_in).items():
-            found = {kind: _loop(experiment, drawn_in, of, reference, kind) for kind in KINDS}
+        for controller, of in _controllers(experiment, tightened).items():
+            found = {kind: _loop(experiment, tightened, of, reference, kind) for kind in KINDS}
             loops[name][controller] = {kind: LoopTrajectory.of(loop) for kind, loop in found.items()}
-            numbers[name][controller] = {kind: _numbers(loop, drawn_in.given) for kind, loop in found.items()}
+            numbers[name][controller] = {kind: _numbers(loop, tightened.given) for kind, loop in found.items()}
     steps = _steps(experiment)
-    runs, broken = many_runs(drawn_in, references[ROBUST.name].window(steps.start, len(steps)), steps.start)
+    runs, broken = many_runs(tightened, references[ROBUST.name].window(steps.start, len(steps)), steps.start)
     of_runs = {"runs": COUNT, "steps": COUNT * len(steps), "broken": broken}
     return Disturbed(loops, runs), {**numbers, "tube": of_runs}
 
 
-def _controllers(experiment: Experiment, drawn_in: Tightening) -> dict[str, SteppedController]:
+def _controllers(experiment: Experiment, tightened: Tightening) -> dict[str, SteppedController]:
     wanted = experiment.control
-    nominal: Controller = scaled_controller(drawn_in.given, wanted.horizon, wanted.input_weight)
-    return {"nominal": nominal, "tube": TubeController(drawn_in, wanted.horizon, nominal.Q, nominal.R)}
+    nominal: Controller = scaled_controller(tightened.given, wanted.horizon, wanted.input_weight)
+    return {"nominal": nominal, "tube": TubeController(tightened, wanted.horizon, nominal.Q, nominal.R)}
 
 
 def _loop(
-    experiment: Experiment, drawn_in: Tightening, controller: SteppedController, reference: TrackedReference, kind: str
+    experiment: Experiment, tightened: Tightening, controller: SteppedController, reference: TrackedReference, kind: str
 ) -> ClosedLoop:
     """Run one loop from the reference on. Where there is no plan, the fallback is applied."""
     steps = _steps(experiment)
@@ -173,9 +173,9 @@ def _loop(
         len(steps),
         first_step=steps.start,
         on_infeasible=apply_fallback_for(_PATIENCE),
-        disturbances=disturbances(kind, drawn_in, 0),
-        measurement_noise=noise(drawn_in, 0),
-        successor=plant_of(kind, drawn_in, 0),
+        disturbances=disturbances(kind, tightened, 0),
+        measurement_noise=noise(tightened, 0),
+        successor=plant_of(kind, tightened, 0),
     )
 
 
@@ -208,8 +208,8 @@ def prices(experiment: Experiment, fitted: Fitted) -> Columns:
     hyperparameters of their neighbours, for the same feedback, and proved. Sizes without a proved reference are left
     out. `largest` is the size at which nothing is left of the bounds.
     """
-    drawn_in = experiment.tightening
-    assert drawn_in, "asked for where there is a disturbance"
+    tightened = experiment.tightening
+    assert tightened, "asked for where there is a disturbance"
     assert experiment.disturbance, "bounds are tightened for one"
     least = fitted.learned[UNCONSTRAINED.name].nlml
     rows = {
@@ -218,7 +218,7 @@ def prices(experiment: Experiment, fitted: Fitted) -> Columns:
     }
     start = fitted.learned[ROBUST.name].prior.log_hyperparameters
     for size in sorted(experiment.disturbance.sizes):
-        found = _learned_for(experiment, fitted.sampled, drawn_in, size, start)
+        found = _learned_for(experiment, fitted.sampled, tightened, size, start)
         if found is not None:
             rows[size] = (found.solution.objective - least, _misfit(fitted.sampled, found.reference))
             start = found.solution.posterior.prior.log_hyperparameters
@@ -226,34 +226,34 @@ def prices(experiment: Experiment, fitted: Fitted) -> Columns:
         "sizes": sorted(rows),
         "price": [rows[size][0] for size in sorted(rows)],
         "misfit": [rows[size][1] for size in sorted(rows)],
-        "largest": drawn_in.largest_fraction,
+        "largest": tightened.largest_fraction,
     }
 
 
-def scaled(drawn_in: Tightening, size: float) -> Tightening:
+def scaled(tightened: Tightening, size: float) -> Tightening:
     """Return the bounds tightened for sets and a model's error of another size.
 
     Raises ValueError where nothing is left of them.
     """
-    W, V, by = drawn_in.disturbance, drawn_in.noise, Fraction(size)
+    W, V, by = tightened.disturbance, tightened.noise, Fraction(size)
     assert W is not None, "asked for where there is a disturbance"
-    assert drawn_in.invariant is not None, "it belongs to a disturbance"
+    assert tightened.invariant is not None, "it belongs to a disturbance"
     noise, wrong = None if V is None else V.scaled(by), None
-    if drawn_in.model:
-        model = drawn_in.given.linear
+    if tightened.model:
+        model = tightened.given.linear
         nominal = np.column_stack([model.A, model.B, model.c])
-        whole = [np.column_stack([v.A, v.B, v.c]) for v in drawn_in.model.error.vertices]
+        whole = [np.column_stack([v.A, v.B, v.c]) for v in tightened.model.error.vertices]
         parts = np.array([nominal + size * (each - nominal) for each in whole])
         n = len(model.A)
         wrong = ModelError.of([(of[:, :n], of[:, n:-1], of[:, -1]) for of in parts])
-    return tightening(drawn_in.given, W.scaled(by), drawn_in.invariant.feedback, drawn_in.margin, noise, wrong)
+    return tightening(tightened.given, W.scaled(by), tightened.invariant.feedback, tightened.margin, noise, wrong)
 
 
 def _learned_for(
-    experiment: Experiment, sampled: Sampled, drawn_in: Tightening, size: float, start: Array
+    experiment: Experiment, sampled: Sampled, tightened: Tightening, size: float, start: Array
 ) -> Certified | None:
     try:
-        plant = scaled(drawn_in, size).plant
+        plant = scaled(tightened, size).plant
     except ValueError:  # nothing is left
         return None
     task = experiment.task(sampled.samples)

@@ -255,16 +255,16 @@ def test_the_price_of_room_rises_from_the_nominal_reference_over_the_robust_one(
 @pytest.mark.parametrize("name", ["example1", "hand"])
 def test_a_run_is_that_of_the_tube_controller(name: str) -> None:
     of = committed(name)
-    drawn_in, reference = of.experiment.tightening, of.fitted.learned["robust"].reference
-    course = runs._run(drawn_in, reference.window(0, 40), 0, 4)
+    tightening, reference = of.experiment.tightening, of.fitted.learned["robust"].reference
+    course = runs._run(tightening, reference.window(0, 40), 0, 4)
     nominal = scaled_controller(of.experiment.plant, 20)
     loop = simulate(
-        TubeController(drawn_in, 20, nominal.Q, nominal.R),
+        TubeController(tightening, 20, nominal.Q, nominal.R),
         reference,
-        course[0, : len(drawn_in.given.system.states)],
+        course[0, : len(tightening.given.system.states)],
         40,
-        disturbances=runs.disturbances("greedy", drawn_in, 4),
-        successor=runs.plant_of("greedy", drawn_in, 4),
-        measurement_noise=runs.noise(drawn_in, 4),
+        disturbances=runs.disturbances("greedy", tightening, 4),
+        successor=runs.plant_of("greedy", tightening, 4),
+        measurement_noise=runs.noise(tightening, 4),
     )
     np.testing.assert_allclose(np.column_stack([loop.states[:-1], loop.inputs]), course, atol=1e-12)

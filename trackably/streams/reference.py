@@ -116,7 +116,7 @@ class StreamReference(ProvedReference):
     def save(self, path: Path | str) -> None:
         """Write everything as JSON, losslessly and atomically. Raises OSError."""
         stream, (start, end) = self.stream, window_of(self.certificate)
-        drawn_in = SavedTightening.maybe(self.tightening)
+        tightening = SavedTightening.maybe(self.tightening)
         saved = SavedStream(
             self.learned,
             stream.samples,
@@ -125,7 +125,7 @@ class StreamReference(ProvedReference):
             start,
             end,
             self.condensed,
-            drawn_in,
+            tightening,
             stream.pinned,
         )
         saved.write(new_file("save", path))
@@ -150,7 +150,7 @@ class StreamReference(ProvedReference):
                 found_or_raise(saved.proof()),
                 saved.stream,
                 saved.condensed,
-                saved.drawn_in,
+                saved.computed_tightening,
                 found_or_raise(prove_pinned(saved.learned, saved.pinned)),
             ),
         )

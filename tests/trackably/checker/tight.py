@@ -22,7 +22,7 @@ def tight(kernel, end: float) -> Reference:
     """A reference that comes within a thousandth of all four bounds (as far as they are reached)."""
     unit = np.array([[1.0]])
     loose = ConstrainedSystem(LinearSystem.scalar(0.9, 0.5, 0.01, sampling_time=0.1), wide(unit), wide(unit))
-    return drawn_in(Reference((KernelSum(kernel, 0.05, CENTRES, WEIGHTS),), loose), end)
+    return tightened(Reference((KernelSum(kernel, 0.05, CENTRES, WEIGHTS),), loose), end)
 
 
 def tight_axis(end: float) -> Reference:
@@ -36,7 +36,7 @@ def tight_axis(end: float) -> Reference:
     )
     states, inputs = np.array([[1.0, 0.0], [1.0, 1.0]]), np.array([[1.0]])
     signal = KernelSum(SquaredExponential(1.0, 1.0), 0.05, CENTRES, WEIGHTS)
-    return drawn_in(Reference((signal,), ConstrainedSystem(system, wide(states), wide(inputs))), end)
+    return tightened(Reference((signal,), ConstrainedSystem(system, wide(states), wide(inputs))), end)
 
 
 def tight_plane(end: float) -> Reference:
@@ -51,14 +51,14 @@ def tight_plane(end: float) -> Reference:
         KernelSum(SquaredExponential(1.0, 1.5), 0.05, CENTRES[:1], WEIGHTS[:1]),
         KernelSum(Matern52(0.8, 2.0), -0.1, CENTRES[1:], WEIGHTS[1:]),
     )
-    return drawn_in(Reference(signals, ConstrainedSystem(system, wide(states), wide(inputs))), end)
+    return tightened(Reference(signals, ConstrainedSystem(system, wide(states), wide(inputs))), end)
 
 
 def wide(rows: np.ndarray) -> Polytope:
     return Polytope(rows, np.full(len(rows), -9.0), np.full(len(rows), 9.0))
 
 
-def drawn_in(loose: Reference, end: float) -> Reference:
+def tightened(loose: Reference, end: float) -> Reference:
     """With each bound a thousandth of the width from what is reached, and from what is at rest."""
     bounds = []
     for quantity in loose.quantities:

@@ -222,7 +222,7 @@ def learned_first(at: Waypoints, **options: Any) -> TrackableReference:
 
 @pytest.mark.parametrize("name", DRAWN_IN)
 def test_what_a_feedback_or_a_margin_excludes_is_not_called_impossible(name):
-    options, drawn_in, instead = DRAWN_IN[name]
+    options, tightened, instead = DRAWN_IN[name]
     with pytest.raises(NotTrackableError) as raised:
         learned_first(JUMP, **options)
     outcome = raised.value.outcome
@@ -230,7 +230,7 @@ def test_what_a_feedback_or_a_margin_excludes_is_not_called_impossible(name):
     assert not isinstance(outcome, Impossible)
     assert outcome.explanation.startswith("no reference keeps the bounds tightened ")
     assert "no reference exists" not in outcome.explanation
-    assert drawn_in in outcome.explanation
+    assert tightened in outcome.explanation
     assert f"; {instead} may leave more room: x = 0.506832 at t = 1.1 s is out of reach" in outcome.explanation
 
 

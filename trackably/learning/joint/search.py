@@ -43,7 +43,7 @@ _FIRST, _FIRST_OF_FORMULAS, _SHORTER, _SHORTEST = 2.0, 0.5, 4.0, 1e-3  # steps i
 _ALMOST = 3e-3
 _ROUGH = 1e-6  # relative to a width: a function with larger violations needs too many places for steps in θ
 _MANY_BENDS = 500  # active places
-_DRAWN_IN = 0.1, 0.03, 0.01, 0.0  # back-offs relative to a width, one after the other
+_BACKOFFS = 0.1, 0.03, 0.01, 0.0  # back-offs relative to a width, one after the other
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9  # relative to 1 + |J|
 _OF_GAP = 0.1  # with formulas: a smaller part of the allowed gap does not count as a gain
 _EXACT = 1e-2  # relative to a gain: precision with which a relaxation is minimised
@@ -235,8 +235,8 @@ class JointSearch:
         """
         starts = starts_for(self.problem, self.problem.posterior(log_theta))
         paths, ends = [(no_places(self.problem), start) for start in starts], list[tuple[Point, ConstrainedProblem]]()
-        for drawn_in in _DRAWN_IN:
-            further = self._distinct(log_theta, paths, drawn_in)
+        for backoff in _BACKOFFS:
+            further = self._distinct(log_theta, paths, backoff)
             if ends and not further:
                 break
             ends = further
@@ -248,7 +248,7 @@ class JointSearch:
         return point
 
     def _distinct(
-        self, log_theta: Array, paths: Sequence[tuple[Places, Signals]], drawn_in: float
+        self, log_theta: Array, paths: Sequence[tuple[Places, Signals]], backoff: float
     ) -> list[tuple[Point, ConstrainedProblem]]:
         """Return the functions that keep bounds tightened by this part of their width, one for each J, with the bounds.
 
@@ -256,7 +256,7 @@ class JointSearch:
         """
         found = list[tuple[Point, ConstrainedProblem]]()
         for places, near in paths:
-            point, problem = self._tighten(log_theta, places, near, drawn_in)
+            point, problem = self._tighten(log_theta, places, near, backoff)
             if point is not None and point.is_solution:
                 same = _OF_GAP * point.allowed_gap
                 if all(abs(point.objective - other.objective) > same for other, _ in found):

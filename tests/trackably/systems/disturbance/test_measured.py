@@ -26,8 +26,8 @@ def test_the_disturbance_of_the_measured_state_is_what_noise_and_pushes_do_to_it
 @pytest.mark.parametrize("corner", [(0.999, 0.0), (-0.999, 0.0), (0.0, 0.999), (0.0, -0.999)])
 def test_the_true_state_and_the_input_keep_the_given_bounds(corner):
     """At a constant nominal state near a corner of what is left, with greedy pushes and noise for each row."""
-    drawn_in = tightening(CART, PUSH, noise=NOISE)
-    Z, left, system = drawn_in.invariant, drawn_in.plant.state_set, CART.system
+    tightened = tightening(CART, PUSH, noise=NOISE)
+    Z, left, system = tightened.invariant, tightened.plant.state_set, CART.system
     z = np.array([part * (left.upper[i] if part > 0 else -left.lower[i]) for i, part in enumerate(corner)])
     for aim in np.vstack([np.eye(2), -np.eye(2), Z.feedback, -Z.feedback]):
         v = np.zeros(2)
@@ -37,16 +37,16 @@ def test_the_true_state_and_the_input_keep_the_given_bounds(corner):
             e = Z.closed_loop @ e + w - system.A @ v + following
             v = following
             assert CART.state_set.margin(z + e - v) >= 0
-            assert np.max(np.abs(Z.feedback @ e)) <= float(CART.input_set.upper[0] - drawn_in.plant.input_set.upper[0])
+            assert np.max(np.abs(Z.feedback @ e)) <= float(CART.input_set.upper[0] - tightened.plant.input_set.upper[0])
 
 
 def test_bounds_of_states_are_drawn_in_by_the_noise_beside_the_errors():
-    drawn_in = tightening(CART, PUSH, noise=NOISE)
-    of_errors = tightening(CART, NOISY.of_measured_state(CART.system.A), drawn_in.invariant.feedback)
-    assert of_errors.plant.state_set.upper - drawn_in.plant.state_set.upper == pytest.approx([0.004, 0.006])
-    assert drawn_in.plant.state_set.lower - of_errors.plant.state_set.lower == pytest.approx([0.002, 0.01])
-    assert np.array_equal(of_errors.plant.input_set.upper, drawn_in.plant.input_set.upper)
-    assert (drawn_in.disturbance, drawn_in.noise) == (PUSH, NOISE)
+    tightened = tightening(CART, PUSH, noise=NOISE)
+    of_errors = tightening(CART, NOISY.of_measured_state(CART.system.A), tightened.invariant.feedback)
+    assert of_errors.plant.state_set.upper - tightened.plant.state_set.upper == pytest.approx([0.004, 0.006])
+    assert tightened.plant.state_set.lower - of_errors.plant.state_set.lower == pytest.approx([0.002, 0.01])
+    assert np.array_equal(of_errors.plant.input_set.upper, tightened.plant.input_set.upper)
+    assert (tightened.disturbance, tightened.noise) == (PUSH, NOISE)
 
 
 def test_without_noise_nothing_changes():

@@ -107,12 +107,12 @@ def test_the_depth_is_met_by_a_point_and_by_no_better_one(polytope):
     assert 0 < polytope.depth <= 0.5 + 1e-9
     for part, possible in ((0.999 * polytope.depth, True), (1.001 * polytope.depth + 1e-6, False)):
         if part < 0.5:
-            drawn_in = polytope.rows, polytope.lower + part * width, polytope.upper - part * width
+            tightened = polytope.rows, polytope.lower + part * width, polytope.upper - part * width
             if possible:
-                Polytope(*drawn_in)
+                Polytope(*tightened)
             else:
                 with pytest.raises(ValueError, match="must have an interior"):
-                    Polytope(*drawn_in)
+                    Polytope(*tightened)
 
 
 @given(polytopes(), st.integers(0, 100))
