@@ -11,6 +11,7 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
+from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
@@ -18,7 +19,7 @@ from trackably.systems.polytopes import Interval
 
 _BETWEEN = 10  # points of the program from one sample to the next
 _NEGLIGIBLE = 1e-12  # of the largest eigenvalue
-_MOST_POINTS = 4000  # of a dense covariance
+_MOST_ENTRIES = 2_500_000  # of the matrix from coefficients to points
 
 
 def smoothed(samples: Samples, bounds: Mapping[int, Interval], step: float, weight: float, seen: Array) -> Array:
@@ -60,8 +61,8 @@ def likeliest(samples: Samples, prior: Prior, values: Interval, slopes: Interval
 
     There are ten points between samples. For Matérn kernels it is the sparse state-space form: the process and its
     derivatives at all points are the unknowns, and each step costs what it differs from its prediction, in the unit of
-    the process noise. For others it is the low-rank form: the process at all points by the eigenvectors of its
-    covariance that are not negligible, whose coefficients are standard normal.
+    the process noise. For others it is the low-rank form: the process at all points by a pivoted Cholesky factor of its
+    covariance, whose coefficients are standard normal.
     """
     import cvxpy as cp
 
@@ -91,12 +92,27 @@ def _process(cp: Any, prior: Prior, count: int, step: float) -> tuple[Any, Any]:
         innovations = (x[1:] - x[:-1] @ transition.T) @ np.linalg.inv(root).T
         begun = np.linalg.inv(np.linalg.cholesky(before)) @ x[0]
         return x[:, 0], cp.sum_squares(innovations) + cp.sum_squares(begun)
-    if count > _MOST_POINTS:
-        raise RuntimeError(f"a dense covariance of {count} points is not decomposed")
-    powers, vectors = np.linalg.eigh(kernel(step * np.subtract.outer(np.arange(count), np.arange(count))))
-    kept = powers > _NEGLIGIBLE * powers[-1]
-    coefficients = cp.Variable(int(np.count_nonzero(kept)))
-    return (vectors[:, kept] * np.sqrt(powers[kept])) @ coefficients, cp.sum_squares(coefficients)
+    columns = _columns(kernel, step * np.arange(count))
+    coefficients = cp.Variable(len(columns))
+    return columns.T @ coefficients, cp.sum_squares(coefficients)
+
+
+def _columns(kernel: Kernel, times: Array) -> Array:
+    """Return the columns of a pivoted Cholesky factor of the covariance at these times, as rows (m, n).
+
+    RuntimeError: the program would be too large.
+    """
+    left = np.full(len(times), kernel(np.zeros(())).item())
+    negligible, found = _NEGLIGIBLE * left[0], np.empty((0, len(times)))
+    while (largest := int(np.argmax(left))) >= 0 and left[largest] > negligible:
+        if found.size > _MOST_ENTRIES:
+            raise RuntimeError(
+                f"a program of {len(times)} points with more than {len(found)} coefficients is too large"
+            )
+        column = kernel(times - times[largest]) - found[:, largest] @ found
+        found = np.vstack([found, column / np.sqrt(left[largest])])
+        left = left - found[-1] ** 2
+    return found
 
 
 def _covariance(kernel: Matern32 | Matern52, lag: float) -> Array:
