@@ -1,7 +1,7 @@
 """Fits of both examples under their constraints, certified ones among them, and Algorithm 1.
 
 Beside them are the same problems as one would write them down without this library: every constraint on the grid, at
-every step. Hyperparameters are ln θ, bounds drawn in as the library does; what breaks a bound by less than 1e-7 of its
+every step. Hyperparameters are ln θ, bounds tightened as the library does; what breaks a bound by less than 1e-7 of its
 width is feasible. Derivatives are finite differences for SciPy, and exact ones, of second order too, for CasADi.
 """
 

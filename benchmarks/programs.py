@@ -57,7 +57,7 @@ class Minimiser:
 
 
 def likeliest(samples: Samples, prior: Prior, values: Interval, slopes: Interval, backoff: float = 0.0) -> Minimiser:
-    """Find the likeliest function for these hyperparameters whose bounds are drawn in by a part of their widths.
+    """Find the likeliest function for these hyperparameters whose bounds are tightened by a part of their widths.
 
     There are ten points between samples. For Matérn kernels it is the sparse state-space form: the process and its
     derivatives at all points are the unknowns, and each step costs what it differs from its prediction, in the unit of

@@ -14,7 +14,7 @@ import click
 import numpy as np
 
 from pipeline.experiments import load_experiments
-from pipeline.loops.disturbed import disturbances, noise, plant_of, start
+from pipeline.loops.disturbed import disturbed_plant, noise, start
 from pipeline.methods import JOINT, ROBUST
 from pipeline.storage.archive import read_fit
 from pipeline.storage.results import Results
@@ -172,7 +172,7 @@ def disturbed_runs(case: Case, steps: int) -> Counts:
         measured = _noise_of(case, i)
         first = case.robust.state(0) + _start_of(case, i)
         first = first if measured is None else first - measured(0, case.robust.state(0))
-        pushed, noise_again = _kind(case, i), _noise_of(case, i)
+        (moved, pushed), noise_again = _plant_of(case, i), _noise_of(case, i)
         loop = simulate(
             case.tube,
             case.robust,
@@ -180,7 +180,7 @@ def disturbed_runs(case: Case, steps: int) -> Counts:
             case.steps,
             disturbances=pushed,
             measurement_noise=noise_again,
-            successor=_plant_of(case, i),
+            successor=moved,
         )
         found.runs += 1
         found.steps += len(loop.inputs)
@@ -195,14 +195,9 @@ def disturbed_runs(case: Case, steps: int) -> Counts:
     return found
 
 
-def _kind(case: Case, i: int) -> Disturbances:
-    """Return the disturbances of run i, the same each time."""
-    return disturbances(_KINDS[i % 3], case.tightening, i)
-
-
-def _plant_of(case: Case, i: int) -> Successor:
-    """Return the plant of run i, the same each time."""
-    return plant_of(_KINDS[i % 3], case.tightening, i)
+def _plant_of(case: Case, i: int) -> tuple[Successor, Disturbances]:
+    """Return the plant and the disturbances of run i, the same each time."""
+    return disturbed_plant(_KINDS[i % 3], case.tightening, i)
 
 
 def _noise_of(case: Case, i: int) -> Disturbances | None:
@@ -224,7 +219,7 @@ def _start_of(case: Case, i: int) -> Array:
 
 def _nominal_fails(case: Case, reference: Reference, i: int) -> int | None:
     """Return the first step at which the nominal controller has no plan or a bound is broken, from the reference on."""
-    pushed, measured = _kind(case, i), _noise_of(case, i)
+    (moved, pushed), measured = _plant_of(case, i), _noise_of(case, i)
     loop = simulate(
         case.controller,
         reference,
@@ -232,7 +227,7 @@ def _nominal_fails(case: Case, reference: Reference, i: int) -> int | None:
         case.steps,
         disturbances=pushed,
         measurement_noise=measured,
-        successor=_plant_of(case, i),
+        successor=moved,
     )
     outside = np.flatnonzero(case.tightening.given.state_set.margin(loop.states) < 0).tolist()
     steps = [*outside[:1], *(result.k for result in loop.without_plan[:1])]

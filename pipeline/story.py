@@ -105,12 +105,12 @@ def told_of_theorems(results: Results, theory: Path = THEORY) -> Told:
         return Told("")
     versions = _listed(sorted({one.coq for one in proved.values()}))
     files: list[Any] = [read_json(results.certificate(name)) for name in proved]
-    silent = ["evaluation in float64"]
-    silent += ["distances from true signals"] if any("truth" in file for file in files) else []
-    silent += (
-        ["plants that differ from their model"] if any("model" in file.get("disturbance", ()) for file in files) else []
-    )
-    but = f"but for {_listed(silent)}"
+    silent = {
+        "evaluation in float64": True,
+        "distances from true signals": any("truth" in file for file in files),
+        "plants that differ from their model": any("model" in file.get("disturbance", ()) for file in files),
+    }
+    but = f"but for {_listed([what for what, left_out in silent.items() if left_out])}"
     begun = f"What these files state, {but}, is a theorem, checked by Coq {versions}. Of each statement the SHA-256:"
     each = (f"- `{name}`, `{'` and `'.join(of.theorems.values())}`: `{of.statement}`" for name, of in proved.items())
     return Told("\n".join((begun, "", *each)))

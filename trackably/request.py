@@ -37,8 +37,9 @@ def priors_by_name(
     noise_std: Noise,
     mean: float | Mapping[str, float],
 ) -> dict[str, Prior]:
-    """Return the prior of each name. TypeError or ValueError with the name in question:
-    something is invalid or missing.
+    """Return the prior of each name.
+
+    TypeError or ValueError, with the name in question: something is invalid or missing.
     """
     names = tuple(names)
     for what, given in (("kernel", kernel), ("noise_std", noise_std), ("mean", mean)):

@@ -54,7 +54,7 @@ def violations(rows: Sequence[Row]) -> Figure:
 
 @with_style
 def tightness(rows: Sequence[Row]) -> Figure:
-    """The error to the truth as the upper bound of the state is drawn in; an open marker breaks its bounds."""
+    """The error to the truth as the upper bound of the state is tightened; an open marker breaks its bounds."""
     figure = Figure(figsize=(WIDTH, 2.8))
     axes = figure.add_subplot()
     shown = [row for row in rows if row.tightness is not None and row.error is not None]

@@ -1,4 +1,4 @@
-"""The problems: those of this project, and families in which one bound is drawn in."""
+"""The problems: those of this project, and families in which one bound is tightened."""
 
 from collections.abc import Iterator
 from functools import cache
@@ -89,7 +89,7 @@ def problems() -> Iterator[Problem]:
 
 
 def family() -> Iterator[Problem]:
-    """Return Example 1 with the upper bound of the state drawn in, from easy to hard."""
+    """Return Example 1 with the upper bound of the state tightened, from easy to hard."""
     for upper in TIGHTNESS:
         yield Problem(experiment("example1").with_upper_bound(upper), family="tightness", tightness=upper)
 

@@ -51,37 +51,34 @@ def greedy(of: DisturbanceSet, state_set: Polytope) -> Disturbances:
 
 
 COUNT, KEPT = 300, 9
+KINDS = ("drawn", "greedy", "constant")
 _WARM_UP = 60
 
 
-def disturbances(kind: str, tightened: Tightening, seed: int) -> Disturbances:
-    """Return disturbances of W of this kind: drawn, greedy or constant."""
-    W, rng = tightened.disturbance, np.random.default_rng(seed)
+def disturbed_plant(kind: str, tightened: Tightening, seed: int) -> tuple[Successor, Disturbances]:
+    """Return how the plant moves, and what W adds to it: drawn, greedy or constant.
+
+    The plant moves as its model, or as a vertex where the model may be wrong: drawn, as another vertex at each step;
+    greedy, as the one that takes the state nearest to a bound; constant, as the same at all steps.
+    """
+    W, of_disturbance, of_plant = tightened.disturbance, np.random.default_rng(seed), np.random.default_rng(seed)
     assert W is not None, "loops are disturbed where there is a set"
     if kind == "greedy":
-        return greedy(W, tightened.given.state_set)
-    return drawn(W, seed) if kind == "drawn" else constant(W, rng.standard_normal(W.dimension))
-
-
-def plant_of(kind: str, tightened: Tightening, seed: int) -> Successor:
-    """Return how the plant moves: as its model, or as a vertex where the model may be wrong.
-
-    Drawn, it is another vertex at each step; greedy, the one that takes the state nearest to a bound; constant, the
-    same at all steps.
-    """
-    system, rng = tightened.given.linear, np.random.default_rng(seed)
+        pushed = greedy(W, tightened.given.state_set)
+    else:
+        pushed = drawn(W, seed) if kind == "drawn" else constant(W, of_disturbance.standard_normal(W.dimension))
     if tightened.model is None:
-        return lambda k, x, u: system.successor(x, u)
+        return lambda k, x, u: tightened.given.linear.successor(x, u), pushed
     vertices, X = tightened.model.error.vertices, Inequalities.of(tightened.given.state_set)
-    same = int(rng.integers(len(vertices)))
+    same = int(of_plant.integers(len(vertices)))
 
     def moved(k: int, x: Array, u: Array) -> Array:
         found = [v.A @ x + v.B @ u + v.c for v in vertices]
         if kind == "greedy":
             return min(found, key=lambda successor: float(np.min((X.bounds - X.rows @ successor) / X.widths)))
-        return found[int(rng.integers(len(found))) if kind == "drawn" else same]
+        return found[int(of_plant.integers(len(found))) if kind == "drawn" else same]
 
-    return moved
+    return moved, pushed
 
 
 def noise(tightened: Tightening, seed: int) -> Disturbances | None:
@@ -112,9 +109,9 @@ def many_runs(tightened: Tightening, window: Window, first_step: int) -> tuple[R
 
 def _run(tightened: Tightening, window: Window, first_step: int, r: int) -> Array:
     """Return states and inputs (K, n + m) of one run."""
-    Z, kind = tightened.invariant, ("drawn", "greedy", "constant")[r % 3]
+    Z, kind = tightened.invariant, KINDS[r % 3]
     assert Z is not None, "loops are disturbed where there is a set"
-    pushed, move, measured = disturbances(kind, tightened, r), plant_of(kind, tightened, r), noise(tightened, r)
+    (move, pushed), measured = disturbed_plant(kind, tightened, r), noise(tightened, r)
     y, x, course = window.states[0] + start(Z, r), None, []
     for k, (x_r, u_r) in enumerate(zip(window.states, window.inputs, strict=False)):
         v = np.zeros(len(x_r)) if measured is None else measured(first_step + k, x_r)
@@ -126,7 +123,6 @@ def _run(tightened: Tightening, window: Window, first_step: int, r: int) -> Arra
     return np.array(course)
 
 
-KINDS = ("drawn", "greedy", "constant")
 _MOST_STEPS, _PATIENCE = 300, 30
 Numbers = dict[str, float | int | str | None]
 
@@ -165,7 +161,7 @@ def _loop(
     experiment: Experiment, tightened: Tightening, controller: SteppedController, reference: TrackedReference, kind: str
 ) -> ClosedLoop:
     """Run one loop from the reference on. Where there is no plan, the fallback is applied."""
-    steps = _steps(experiment)
+    steps, (moved, pushed) = _steps(experiment), disturbed_plant(kind, tightened, 0)
     return simulate(
         controller,
         reference,
@@ -173,9 +169,9 @@ def _loop(
         len(steps),
         first_step=steps.start,
         on_infeasible=apply_fallback_for(_PATIENCE),
-        disturbances=disturbances(kind, tightened, 0),
+        disturbances=pushed,
         measurement_noise=noise(tightened, 0),
-        successor=plant_of(kind, tightened, 0),
+        successor=moved,
     )
 
 

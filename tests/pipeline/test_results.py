@@ -258,13 +258,14 @@ def test_a_run_is_that_of_the_tube_controller(name: str) -> None:
     tightening, reference = of.experiment.tightening, of.fitted.learned["robust"].reference
     course = runs._run(tightening, reference.window(0, 40), 0, 4)
     nominal = scaled_controller(of.experiment.plant, 20)
+    moved, pushed = runs.disturbed_plant("greedy", tightening, 4)
     loop = simulate(
         TubeController(tightening, 20, nominal.Q, nominal.R),
         reference,
         course[0, : len(tightening.given.system.states)],
         40,
-        disturbances=runs.disturbances("greedy", tightening, 4),
-        successor=runs.plant_of("greedy", tightening, 4),
+        disturbances=pushed,
+        successor=moved,
         measurement_noise=runs.noise(tightening, 4),
     )
     np.testing.assert_allclose(np.column_stack([loop.states[:-1], loop.inputs]), course, atol=1e-12)

@@ -81,6 +81,13 @@ def test_a_theorem_is_told_of_the_very_certificate_that_is_on_record(tmp_path: P
     assert told(text, words, {}) == ""
 
 
+def test_what_a_theorem_leaves_out_is_told() -> None:
+    """Files of `hand` state distances from true signals, and one of them a model that may be wrong; others do not."""
+    sentence = told_of_theorems(Results("hand", COMMITTED))
+    assert "but for evaluation in float64, distances from true signals and plants that differ from their" in sentence
+    assert "but for evaluation in float64, is a theorem" in told_of_theorems(Results("example1", COMMITTED))
+
+
 @pytest.mark.parametrize("name", EXPERIMENTS)
 def test_every_committed_result_can_be_told(name: str) -> None:
     results = Results(name, COMMITTED)

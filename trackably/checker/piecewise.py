@@ -346,7 +346,7 @@ def keeps(subject: Subject, row: Functional, times: tuple[float, float], ends: t
 
 
 def tightened_rows(subject: Subject, bound: Bound, error: Fraction) -> Iterator[_Side]:
-    """Yield the row of a bound, and the two numbers between which it has to stay: the ends, drawn in by an error.
+    """Yield the row of a bound, and the two numbers between which it has to stay: the ends, tightened by an error.
 
     Where an end moves, it is yielded by itself: the row less the end, which is one signal more, has to stay between the
     error and a number larger than whatever is proved of the row by the other end.

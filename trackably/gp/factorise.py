@@ -104,7 +104,7 @@ def candidates(prior: Prior, samples: Samples, covariance: Covariance) -> list[C
     return found
 
 
-def _fewer(columns: float, n: int) -> float:
+def _within_memory(columns: float, n: int) -> float:
     """Return so many columns of n samples, or as many as fit into memory."""
     return min(columns, _LARGEST_MATRIX / n)
 
@@ -117,7 +117,7 @@ def waves(prior: Prior, samples: Samples, covariance: Covariance) -> Candidate |
     n, stencil, noise = len(samples), samples.stencil, prior.noise_std**2
     assert isinstance(stencil, Stencil), "covariances of several kinds of samples have no such structure"
     density = stencil.spectral_density(prior.kernel)
-    if density is None or (rung := samples.ladder.rung(density, _fewer(_MOST_WAVES * n, n))) is None:
+    if density is None or (rung := samples.ladder.rung(density, _within_memory(_MOST_WAVES * n, n))) is None:
         return None
     least = noise * samples.ladder.least_variance
     if n <= LARGEST_DENSE and not ROUNDING * density.largest * math.sqrt(n) <= _AGREEMENT * least:
@@ -169,7 +169,7 @@ def _points(prior: Prior, samples: Samples, covariance: Covariance) -> int | Non
     placed = rounding.slope * moved <= rounding.tolerance * (1 if n <= LARGEST_DENSE else _LOOSENED)
     error = ROUNDING * rounding.largest + rounding.lengths(samples.bases.span)
     resolved = placed and prior.kernel.is_analytic and error <= rounding.allowed
-    return samples.bases.points_for(covariance, int(_fewer(n / 2, n))) if resolved else None
+    return samples.bases.points_for(covariance, int(_within_memory(n / 2, n))) if resolved else None
 
 
 def _basis(prior: Prior, samples: Samples, covariance: Covariance) -> Basis | None:

@@ -28,7 +28,7 @@ Fields = Mapping[str, object]
 class Case:
     """A system with its signal: samples are drawn up to step `last`, every so many steps in `spacings`.
 
-    `upper` is the upper bound that is drawn in, one for each of the `LEVELS`; `fields` are the parts of an experiment
+    `upper` is the upper bound that is tightened, one for each of the `LEVELS`; `fields` are the parts of an experiment
     that depend on it. Bounds are judged up to step `until`.
     """
 

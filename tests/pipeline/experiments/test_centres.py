@@ -15,6 +15,7 @@ from pipeline.verify import metrics_of
 from tests.pipeline.params import changed, written_to
 from trackably import Samples
 from trackably.condensed import condense, condensed_enough
+from trackably.errors import InputError
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
 
@@ -61,6 +62,13 @@ def test_centres_stand_for_all_samples(line: str, wanted: Samples, with_line: Wr
     for name in ("times", "values", "relative_noise"):
         np.testing.assert_array_equal(getattr(found, name), getattr(wanted, name))
     assert found.scatter == wanted.scatter
+
+
+def test_centres_are_refused_where_the_true_signal_is_bounded(with_line: Written) -> None:
+    """A bound on the noise holds for each sample, and for no mean of several."""
+    experiment = with_line("centres: 60\n    truth: {level: {noise: 0.5, slope: 0.1}}")
+    with pytest.raises(InputError, match=r"tank: truth: centres stand for samples of level; set centres: null"):
+        experiment.signals(sampled_by(experiment).by_name)
 
 
 def test_numbers_are_those_of_all_samples(with_line: Written) -> None:

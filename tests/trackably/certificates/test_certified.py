@@ -59,7 +59,7 @@ def test_a_function_that_a_back_off_made_worse_than_hyperparameters_alone_is_not
 
 
 def test_hyperparameters_alone_that_a_back_off_made_worse_are_not_the_answer():
-    """As where no function is found: bounds are drawn in by more than hyperparameters alone would need."""
+    """As where no function is found: bounds are tightened by more than hyperparameters alone would need."""
     samples, prior, plant, space = PROBLEMS["example1"]
 
     def without_function(problem):

@@ -253,7 +253,7 @@ def test_what_the_own_bounds_exclude_is_impossible_for_every_feedback_and_margin
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_no_margin_makes_an_admissible_trajectory_impossible(seed):
-    """Only drawn in bounds exclude it, and only in their own words."""
+    """Only tightened bounds exclude it, and only in their own words."""
     rng = np.random.default_rng(seed)
     plant = random_plant(rng)
     states = trajectory(plant, rng, 30)

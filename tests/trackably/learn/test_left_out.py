@@ -136,7 +136,7 @@ def beforehand(
 
 @pytest.mark.parametrize("name", INSTANCES)
 def test_a_mean_left_out_is_the_likeliest_admissible_equilibrium(name: str) -> None:
-    """Naively: l is minimised over the means, under the bounds drawn in by a hundredth of their widths."""
+    """Naively: l is minimised over the means, under the bounds tightened by a hundredth of their widths."""
     plant, given = INSTANCES[name]
     measured, found = beforehand(plant, given)
     means = [part.mean for part in found.prior.parts]

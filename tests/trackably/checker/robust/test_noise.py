@@ -43,7 +43,7 @@ def test_certificates_come_back_as_they_were():
     assert encode_certificate(decode_certificate(noisy_data())) == noisy_data()
 
 
-# One hair is enough, as bounds are drawn in exactly.
+# One hair is enough, as bounds are tightened exactly.
 REFUSED = {
     "V, a hair larger": (block("noise", "generators", 1, 1), lambda v: str(Fraction(v) * (1 + Fraction(1, 2**50)))),
     "V, moved": (block("noise", "centre", 0), lambda v: "-1/100"),

@@ -82,7 +82,7 @@ def halved(value: int) -> int:
     return value // 2
 
 
-# What is put in the place of each part, and what the checker says. One hair is enough, as bounds are drawn in exactly.
+# What is put in the place of each part, and what the checker says. One hair is enough, as bounds are tightened exactly.
 REFUSED = {
     "K": (block("feedback", 0, 0), lambda v: 0.5 * v, "leaves less room|does not contract"),
     "K, unstable": (block("feedback", 0, 1), lambda v: -v, "does not contract"),

@@ -102,7 +102,7 @@ def test_margins_against_a_loop(polytope, seed, shape):
 
 @given(polytopes())
 def test_the_depth_is_met_by_a_point_and_by_no_better_one(polytope):
-    """A point that lies deeper would lie inside the set drawn in by more."""
+    """A point that lies deeper would lie inside the set tightened by more."""
     width = polytope.upper - polytope.lower
     assert 0 < polytope.depth <= 0.5 + 1e-9
     for part, possible in ((0.999 * polytope.depth, True), (1.001 * polytope.depth + 1e-6, False)):
