@@ -143,14 +143,16 @@ class _Kinks:
     def cuts(self, start: float, end: float) -> list[float]:
         """Return the times at which to divide a box: at the largest kink near its middle.
 
-        Without kinks, in the middle.
+        In the middle where there is no kink, or where the box lies within what a kink takes.
         """
         of = self.inside(start, end)
         off = np.abs((self.lower[of] + self.upper[of]) - (start + end)) / (end - start)
+        middle = [start + (end - start) / 2]
         if not len(off):
-            return [start + (end - start) / 2]
+            return middle
         at = of.start + int(np.argmax(np.where(off < _CENTRAL, self.sizes[of], -off)))
-        return sorted({float(self.lower[at]), float(self.upper[at])} - {start, end})
+        ends = {float(self.lower[at]), float(self.upper[at])}
+        return sorted(t for t in ends if start < t < end) or middle
 
 
 def _split(boxes: Array, missing: Flags, kinks: _Kinks) -> tuple[Array, Flags]:

@@ -71,6 +71,8 @@ class Sums(NamedTuple):
 # Bounds are tightened by this part of their width: the optimiser's rounding errors are smaller.
 ROUNDING_BACKOFF = 1e-9
 PARTS = 8  # the time between two places is divided into so many parts
+INNER = (np.arange(1, PARTS) / PARTS)[:, None]  # the ends of parts that lie inside
+CLOSER = 2  # times: beside a kink a margin may be negative for a hundredth of the way to the next one
 
 
 class Signalled(Protocol):
@@ -149,7 +151,7 @@ class Constraint(Bounded):
 
     def missed_minima(self, posterior: Signalled) -> tuple[Array, Array]:
         times, margins = self.unseen(posterior)
-        rough, broken = self.between(posterior, self.suspect_centres(posterior))
+        rough, broken = self.between(posterior, self.suspect_centres(posterior), CLOSER)
         return np.concatenate([times, rough]), np.concatenate([margins, broken])
 
     def unseen(self, posterior: Signalled) -> tuple[Array, Array]:
@@ -168,14 +170,23 @@ class Constraint(Bounded):
             return self.none
         return self.index_set.suspect_centres(self._turns(posterior))
 
-    def between(self, posterior: Signalled, places: Array) -> tuple[Array, Array]:
+    def between(self, posterior: Signalled, places: Array, closer: int = 0) -> tuple[Array, Array]:
+        """As that of all bounds; `closer` several times around the lowest margins found before."""
         if len(places) < 2:
             return self.none, np.empty(0)
-        times = self.index_set.nearest(np.linspace(places[:-1], places[1:], PARTS + 1)[1:-1])
-        margins = self.relative_margin(posterior, times)
-        lowest, pick = np.argmin(margins, axis=0), np.arange(len(places) - 1)
-        at, margin = times[lowest, pick], margins[lowest, pick]
+        starts, reach = places[:-1], np.diff(places)
+        at, margin = self._lowest(posterior, starts, reach)
+        for _ in range(closer):
+            reach = 2 * reach / PARTS
+            at, margin = self._lowest(posterior, at - reach / 2, reach)
         return at[margin < 0], margin[margin < 0]
+
+    def _lowest(self, posterior: Signalled, starts: Array, reach: Array) -> tuple[Array, Array]:
+        """Return the lowest margins at times that divide what begins at `starts`, and is `reach` [s] long."""
+        times = self.index_set.nearest(starts + INNER * reach)
+        margins = self.relative_margin(posterior, times)
+        lowest, pick = np.argmin(margins, axis=0), np.arange(len(starts))
+        return times[lowest, pick], margins[lowest, pick]
 
     def _turns(self, posterior: Signalled) -> Array:
         """Return the times at which q(t) = Σ_j w_j g(t + j T_s) may have kinks: each kink of g appears once for each j.

@@ -64,10 +64,11 @@ def test_centres_stand_for_all_samples(line: str, wanted: Samples, with_line: Wr
     assert found.scatter == wanted.scatter
 
 
-def test_centres_are_refused_where_the_true_signal_is_bounded(with_line: Written) -> None:
+def test_centres_are_refused_where_the_true_signal_is_bounded(tmp_path: Path) -> None:
     """A bound on the noise holds for each sample, and for no mean of several."""
-    experiment = with_line("centres: 60\n    truth: {level: {noise: 0.5, slope: 0.1}}")
-    with pytest.raises(InputError, match=r"tank: truth: centres stand for samples of level; set centres: null"):
+    few = changed("hand", ("claim: all_times\n", "claim: all_times\n    centres: 10\n"))
+    experiment = load_experiment("hand", written_to(tmp_path, few))
+    with pytest.raises(InputError, match=r"hand: truth: centres stand for samples of position; set centres: null"):
         experiment.signals(sampled_by(experiment).by_name)
 
 

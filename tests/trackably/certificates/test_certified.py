@@ -6,8 +6,11 @@ import pytest
 
 from tests.trackably.certificates.references import PROBLEMS, certified
 from tests.trackably.systems.instances import bounded
+from trackably.certificates.certificate import Certificate
 from trackably.certificates.certified import Certified, learn_certified
+from trackably.certificates.goal import for_all_times
 from trackably.certificates.outcome import Counterexample, Unproved
+from trackably.checker.certificate import Window
 from trackably.learning.learner import HYPERPARAMETERS, JOINT
 from trackably.learning.problem import NothingFactored, NothingFeasible, Pin
 from trackably.systems.polytopes import Interval
@@ -70,3 +73,25 @@ def test_hyperparameters_alone_that_a_back_off_made_worse_are_not_the_answer():
     found = learn_certified(samples, prior, plant, space, learner=lost)
     assert isinstance(found, Certified)
     assert found.solution.objective == certified("example1").solution.objective
+
+
+@pytest.mark.parametrize("violation", [1e-5, 1e-4])
+def test_the_next_back_off_removes_what_breaks_a_bound(violation):
+    """Bounds are tightened by half of the back-off. Doubling it alone would take a dozen proofs."""
+    samples, prior, plant, space = PROBLEMS["example1"]
+    goal, attempts = for_all_times(samples, prior, plant), []
+
+    def prove(reference):
+        outcome = goal.prove(reference)
+        width = plant.quantities[0].bounds.width
+        if attempts or not isinstance(outcome, Certificate):
+            return outcome
+        return Counterexample("state", plant.quantities[0].bounds, 0.1, violation * width, reference, Window(0.0, 1.0))
+
+    found = learn_certified(
+        samples, prior, plant, space, replace(goal, prove=prove), on_attempt=attempts.append, learner=JOINT
+    )
+    assert isinstance(found, Certified)
+    first, second, *_ = attempts
+    assert not first.proved
+    assert second.backoff >= first.backoff + 2 * violation

@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tests.trackably.certificates.instances import case, general_case
 from trackably.certificates.certificate import Certificate
+from trackably.certificates.cover import _Kinks
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove, prove_on_window
 from trackably.checker import Proved, boxes, check
@@ -52,3 +55,16 @@ def test_boxes_end_at_kinks_and_none_is_left_to_exact_arithmetic(kernel, monkeyp
     assert sum(len(cover.radii) for cover in found.proof.boxes.values()) < 2000
     monkeypatch.setattr(boxes, "enclose_signal", None)
     assert isinstance(check(encode_certificate(found)), Proved)
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, 40), st.integers(0, 3), st.floats(0.1, 10.0)), max_size=6),
+    st.integers(0, 39),
+    st.integers(1, 9),
+)
+def test_boxes_are_divided_within(kinks, start, length):
+    """Kinks that are no float64 take a while each, in which boxes may begin or end, and which may overlap."""
+    rows = sorted((float(t - half), float(t + half), size) for t, half, size in kinks)
+    cuts = _Kinks(*np.array(rows).reshape(-1, 3).T).cuts(float(start), float(start + length))
+    assert cuts
+    assert np.all(np.diff([start, *cuts, start + length]) > 0)

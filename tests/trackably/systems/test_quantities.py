@@ -8,9 +8,14 @@ import pytest
 from tests.trackably.certificates.instances import case, general_case
 from tests.trackably.systems.nonlinear_instances import INSTANCES, moving
 from trackably.checker.certificate import Window
+from trackably.gp.kernels.matern import Matern32, Matern52
+from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import RealTimes, Steps
 from trackably.learning.joint.places import MarginScan
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantities
 
@@ -85,3 +90,23 @@ def test_local_minima_are_those_of_each_constraint_alone(reference, steps):
         for x in range(2):
             np.testing.assert_allclose(once[x], np.concatenate([closest[x], between[x]]), rtol=1e-6, atol=1e-6 * end)
             np.testing.assert_allclose(twice[x], np.concatenate([once[x], overlooked[x]]), rtol=1e-6, atol=1e-6 * end)
+
+
+@pytest.mark.parametrize("kernel", [Matern32(1.0, 2.0), Matern52(1.0, 2.0)])
+def test_what_hides_beside_a_kink_is_found(kernel):
+    """A function that leaves its lower bound after the centre at 0, for a fortieth of the way to the next one."""
+    centres, steepness, room = np.arange(-1.0, 3.0), 0.13, 1e-4
+    jets = np.array([kernel.jet(np.array([0.0]) - c, 2)[:, 0] for c in centres]).T
+    weights, *_ = np.linalg.lstsq(jets, np.array([room, -steepness, 10.0]))
+    signal = KernelSum(kernel, 0.0, centres, weights)
+    plant = ConstrainedSystem(
+        LinearSystem.scalar(1.0, 0.1, sampling_time=0.1), Polytope.box([0.0], [1e3]), Polytope.box([-1e3], [1e3])
+    )
+    state = plant.quantities[0]
+    t = np.linspace(0.0, 1.0, 10_001)
+    broken = t[state((signal,), t) < 0]
+    assert 0 < broken[0] < broken[-1] < 1 / 8
+    seen = MarginScan([Constraint(state, RealTimes(Window(0.0, 1.0)))], (signal,))
+    nowhere = [(np.empty(0), np.empty(0))]
+    ((times, margins),) = seen.with_overlooked(nowhere)
+    assert np.any((broken[0] < times) & (times < broken[-1]) & (margins < 0))

@@ -78,13 +78,14 @@ def exchange_bounds(
             return best
         seen = MarginScan(problem.constraints, bent.signals)
         minima = seen.closest(places)
-        if min((np.min(margins, initial=np.inf) for _, margins in minima), default=np.inf) >= 0:
+        # What hides beside a kink may be the largest violation: rough functions are looked at closely in each round.
+        if not _is_smooth(problem) or _worst(minima)[0] >= 0:
             minima = seen.with_overlooked(minima)
         margin, constraint, time = _worst(minima)
         kept = places_of(bent.active_bounds, [constraint.quantity.name for constraint in problem.constraints])
         crowded = sum(np.count_nonzero(margins < 0) for _, margins in minima) > _CROWDED
         gain, price = bent.price - price, bent.price
-        is_stuck, was_thinned = 0 <= gain <= _NO_GAIN * price, is_thinned
+        is_stuck, was_thinned = abs(gain) <= _NO_GAIN * price, is_thinned
         is_thinned = bool(is_convex and crowded and not is_stuck and (tolerance or _count(kept) > CROWD))
         if is_thinned:
             apart = apart or spacings(problem, posterior)
@@ -114,7 +115,7 @@ def at_steps(problem: ConstrainedProblem, places: Places, known: Places) -> Plac
     that can be a thousand times larger. A place is not moved onto a known place. Functions with analytic kernels are
     smooth and touch a bound at single times, so their places are not moved.
     """
-    if all(part.kernel.is_analytic for part in problem.prior.parts):
+    if _is_smooth(problem):
         return places
     return tuple(_at_steps(problem, *of_one) for of_one in zip(problem.constraints, places, known, strict=True))
 
@@ -129,6 +130,10 @@ def _at_steps(problem: ConstrainedProblem, constraint: Bounded, places: Array, k
     stay = flags((moved,), (known,)) | (moved[:, 0] < first) | (moved[:, 0] > last)
     moved[stay] = places[stay]
     return moved
+
+
+def _is_smooth(problem: ConstrainedProblem) -> bool:
+    return all(part.kernel.is_analytic for part in problem.prior.parts)
 
 
 def same_time(signals: tuple[KernelSum, ...]) -> float:

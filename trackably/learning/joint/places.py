@@ -16,7 +16,7 @@ from trackably.arrays import Array, Flags
 from trackably.cached import cached
 from trackably.gp.rows import Rows, Terms
 from trackably.gp.signal import KernelSum, Remembered
-from trackably.learning.constraint import PARTS, Bounded, Constraint, local_minima
+from trackably.learning.constraint import CLOSER, INNER, PARTS, Bounded, Constraint, local_minima
 from trackably.learning.index_set import Indices
 from trackably.learning.problem import ActiveBound, ConstrainedProblem, Side
 from trackably.systems.trajectories import Functional, Quantities, Signals, Trajectory
@@ -171,7 +171,7 @@ def _linearise(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Arr
     return offsets, parts
 
 
-_PARTS = (np.arange(1, PARTS) / PARTS)[:, None]
+_FEW = 0.1  # of the violated minima: so few regular times hardly change the function
 _CLOSE = 0.05  # relative to a width: local minima with a smaller margin become places, for the next steps of θ
 _IN_REACH = 0.5  # relative to a width: with formulas, places with a smaller slack matter for steps of θ
 _NEW = 0.1  # relative to the distance of regular times: a time so close to a place is not new
@@ -201,7 +201,7 @@ class MarginScan:
     def with_overlooked(self, found: Minima) -> Minima:
         """Add the places where a bound is violated that the coarse grid of `closest` missed."""
         unseen = [constraint.unseen(self) for constraint in self._known]
-        rough = self._between([constraint.suspect_centres(self) for constraint in self._known])
+        rough = self._between([constraint.suspect_centres(self) for constraint in self._known], closer=CLOSER)
         return _join(_join(found, unseen), rough)
 
     def thinned(self, found: Minima, places: Places, apart: Sequence[float], by: float) -> Minima:
@@ -216,7 +216,7 @@ class MarginScan:
         regular = [self._regular(k, times, by, apart[k]) for k, (times, _) in enumerate(found)]
         known = [np.sort(at[:, 0]) for at in places]
         new = [_distances(times, at) > _NEW * d for (times, _), at, d in zip(regular, known, apart, strict=True)]
-        if not any(np.any(each) for each in new):
+        if sum(map(np.count_nonzero, new)) < _FEW * sum(len(times) for times, _ in found):
             return found
         kept = []
         for (times, margins), (at, least), known_at, d, fresh in zip(found, regular, known, apart, new, strict=True):
@@ -258,24 +258,32 @@ class MarginScan:
     def _minima(self) -> Minima:
         return local_minima(self._known, [signal.kernel for signal in self.signals], self._several)
 
-    def _between(self, places: Sequence[Array]) -> Minima:
-        """Return for each constraint the lowest margins between neighbouring places, in order,
-        where these are negative.
+    def _between(self, places: Sequence[Array], closer: int = 0) -> Minima:
+        """Return for each constraint the lowest margins between neighbouring places, in order, where negative.
+
+        They are looked for `closer` several times around the lowest found before.
         """
         if all(len(at) < 2 for at in places):
             return [(np.empty(0), np.empty(0)) for _ in places]
-        times = [
-            constraint.index_set.nearest(at[:-1] + _PARTS * (at[1:] - at[:-1]))
-            for constraint, at in zip(self._known, places, strict=True)
-        ]
-        if times and all(np.array_equal(at, times[0]) for at in times[1:]):  # signals are evaluated there once
-            found = [_lowest(*pair) for pair in zip(times, self._all.margins(times[0]), strict=True)]
-        else:
-            pairs, every = [at[0] for at in times], np.concatenate([np.empty((PARTS - 1, 0)), *times], axis=1)
-            parts = [_part(of_all, pairs) for of_all in _lowest(every, self._all.margins_of(_owners(pairs), every))]
-            found = list(zip(*parts, strict=True))
+        starts, reach = [at[:-1] for at in places], [np.diff(at) for at in places]
+        found = self._lowest(starts, reach)
+        for _ in range(closer):
+            reach = [2 * each / PARTS for each in reach]
+            found = self._lowest([at - each / 2 for (at, _), each in zip(found, reach, strict=True)], reach)
         widths = [constraint.quantity.bounds.width for constraint in self._known]
         return [(at[least < 0], least[least < 0] / w) for (at, least), w in zip(found, widths, strict=True)]
+
+    def _lowest(self, starts: Sequence[Array], reach: Sequence[Array]) -> Minima:
+        """Return the lowest margins at times that divide what begins at `starts`, and is `reach` [s] long."""
+        times = [
+            constraint.index_set.nearest(first + INNER * length)
+            for constraint, first, length in zip(self._known, starts, reach, strict=True)
+        ]
+        if times and all(np.array_equal(at, times[0]) for at in times[1:]):  # signals are evaluated there once
+            return [_lowest(*pair) for pair in zip(times, self._all.margins(times[0]), strict=True)]
+        pairs, every = [at[0] for at in times], np.concatenate([np.empty((PARTS - 1, 0)), *times], axis=1)
+        parts = [_part(of_all, pairs) for of_all in _lowest(every, self._all.margins_of(_owners(pairs), every))]
+        return list(zip(*parts, strict=True))
 
     @cached
     def _all(self) -> Quantities:
