@@ -209,8 +209,8 @@ class _Learning:
                 return outcome
             if not self._leave_room_for(errors, backoff, _ROUGH_ROOM if found.is_rough else _ROOM):
                 backoff = self._larger(backoff, found)
-            # Bounds are tightened by half of the back-off: this much more and what is broken now would be kept.
-            backoff = max(backoff, min(backoff + 2 * _missing(outcome), self._enough(found)))
+            if isinstance(outcome, Counterexample):  # half of the back-off tightens: with so much more it would be kept
+                backoff = max(backoff, min(backoff + 2 * _missing(outcome), self._enough(found)))
             found = learner.continued(found, self._problem(goal, backoff))
         return _of_given_bounds(found, self.plant) if isinstance(found, NothingFeasible) else found
 

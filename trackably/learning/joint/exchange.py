@@ -67,8 +67,9 @@ def exchange_bounds(
     best: ExchangeResult | None = None
     kept: Places | None = None
     apart: tuple[float, ...] = ()
-    is_thinned = False
+    is_thinned = is_close = False
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
+    is_rough = not _is_smooth(problem)
     most = max(_MOST_PLACES, _MORE * _count(places))
     if not is_convex:  # places of other hyperparameters may be too far apart for these
         places = with_regular(problem, posterior, places)
@@ -78,14 +79,15 @@ def exchange_bounds(
             return best
         seen = MarginScan(problem.constraints, bent.signals)
         minima = seen.closest(places)
-        # What hides beside a kink may be the largest violation: rough functions are looked at closely in each round.
-        if not _is_smooth(problem) or _worst(minima)[0] >= 0:
+        least, gain, price = _worst(minima)[0], bent.price - price, bent.price
+        is_stuck, was_thinned = abs(gain) <= _NO_GAIN * price, is_thinned
+        # What hides beside kinks is looked for near the end only: before, it would be thousands of places.
+        was_close, is_close = is_close, is_rough and (is_close or is_stuck or least >= -_MATTERS)
+        if is_close or least >= 0:
             minima = seen.with_overlooked(minima)
         margin, constraint, time = _worst(minima)
         kept = places_of(bent.active_bounds, [constraint.quantity.name for constraint in problem.constraints])
         crowded = sum(np.count_nonzero(margins < 0) for _, margins in minima) > _CROWDED
-        gain, price = bent.price - price, bent.price
-        is_stuck, was_thinned = abs(gain) <= _NO_GAIN * price, is_thinned
         is_thinned = bool(is_convex and crowded and not is_stuck and (tolerance or _count(kept) > CROWD))
         if is_thinned:
             apart = apart or spacings(problem, posterior)
@@ -98,7 +100,7 @@ def exchange_bounds(
         if margin >= -tolerance or bent.contradicts or price > ceiling or is_same(met, places):
             return best
         is_small = _count(met) > _MANY_PLACES and margin >= -_MATTERS
-        if (is_stuck and not was_thinned) or is_small or _count(met) > most:
+        if (is_stuck and (was_close or not is_rough) and not was_thinned) or is_small or _count(met) > most:
             return best
         places = met
         if is_convex or margin >= -_JUMPED:

@@ -171,7 +171,6 @@ def _linearise(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Arr
     return offsets, parts
 
 
-_FEW = 0.1  # of the violated minima: so few regular times hardly change the function
 _CLOSE = 0.05  # relative to a width: local minima with a smaller margin become places, for the next steps of θ
 _IN_REACH = 0.5  # relative to a width: with formulas, places with a smaller slack matter for steps of θ
 _NEW = 0.1  # relative to the distance of regular times: a time so close to a place is not new
@@ -216,7 +215,7 @@ class MarginScan:
         regular = [self._regular(k, times, by, apart[k]) for k, (times, _) in enumerate(found)]
         known = [np.sort(at[:, 0]) for at in places]
         new = [_distances(times, at) > _NEW * d for (times, _), at, d in zip(regular, known, apart, strict=True)]
-        if sum(map(np.count_nonzero, new)) < _FEW * sum(len(times) for times, _ in found):
+        if not any(np.any(each) for each in new):
             return found
         kept = []
         for (times, margins), (at, least), known_at, d, fresh in zip(found, regular, known, apart, new, strict=True):
