@@ -31,6 +31,8 @@ def test_a_controller_that_leaves_no_room_is_counted(monkeypatch):
     """Disturbances that are thirty times too large break bounds, and the counts tell."""
     case = case_of(11)
     pushed = constant(case.tube.invariant.disturbance, np.ones(1))
-    monkeypatch.setattr(counts, "_kind", lambda case, i: lambda k, x: 30 * pushed(k, x))
+    as_modelled = case.tightening.given.linear.successor
+    plant = (lambda k, x, u: as_modelled(x, u), lambda k, x: 30 * pushed(k, x))
+    monkeypatch.setattr(counts, "_plant_of", lambda case, i: plant)
     found = disturbed_runs(case, 1)
     assert found.broken + found.without_plan > 0
