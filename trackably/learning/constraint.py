@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from typing import NamedTuple, Protocol, Self
 
 import numpy as np
@@ -70,8 +70,8 @@ class Sums(NamedTuple):
 
 # Bounds are tightened by this part of their width: the optimiser's rounding errors are smaller.
 ROUNDING_BACKOFF = 1e-9
-PARTS = 8  # the time between two places is divided into so many parts
-INNER = (np.arange(1, PARTS) / PARTS)[:, None]  # the ends of parts that lie inside
+_PARTS = 8  # the time between two places is divided into so many parts
+_INNER = (np.arange(1, _PARTS) / _PARTS)[:, None]  # the ends of parts that lie inside
 CLOSER = 2  # times: beside a kink a margin may be negative for a hundredth of the way to the next one
 
 
@@ -105,10 +105,6 @@ class Bounded(ABC):
 
     def missed_minima(self, posterior: Signalled) -> tuple[Array, Array]:
         """Return places of violations that the coarse grid of `closest` missed, and the relative margins there."""
-        return self.none, np.empty(0)
-
-    def between(self, posterior: Signalled, places: Array) -> tuple[Array, Array]:
-        """Return places between neighbouring `places` where a bound is violated, and the relative margins there."""
         return self.none, np.empty(0)
 
     @abstractmethod
@@ -151,7 +147,8 @@ class Constraint(Bounded):
 
     def missed_minima(self, posterior: Signalled) -> tuple[Array, Array]:
         times, margins = self.unseen(posterior)
-        rough, broken = self.between(posterior, self.suspect_centres(posterior), CLOSER)
+        alone = Quantities((self.quantity,), posterior.signals)
+        ((rough, broken),) = between([self], alone, [self.suspect_centres(posterior)], CLOSER)
         return np.concatenate([times, rough]), np.concatenate([margins, broken])
 
     def unseen(self, posterior: Signalled) -> tuple[Array, Array]:
@@ -169,24 +166,6 @@ class Constraint(Bounded):
         if all(signal.kernel.is_analytic for signal in posterior.signals):
             return self.none
         return self.index_set.suspect_centres(self._turns(posterior))
-
-    def between(self, posterior: Signalled, places: Array, closer: int = 0) -> tuple[Array, Array]:
-        """As that of all bounds; `closer` several times around the lowest margins found before."""
-        if len(places) < 2:
-            return self.none, np.empty(0)
-        starts, reach = places[:-1], np.diff(places)
-        at, margin = self._lowest(posterior, starts, reach)
-        for _ in range(closer):
-            reach = 2 * reach / PARTS
-            at, margin = self._lowest(posterior, at - reach / 2, reach)
-        return at[margin < 0], margin[margin < 0]
-
-    def _lowest(self, posterior: Signalled, starts: Array, reach: Array) -> tuple[Array, Array]:
-        """Return the lowest margins at times that divide what begins at `starts`, and is `reach` [s] long."""
-        times = self.index_set.nearest(starts + INNER * reach)
-        margins = self.relative_margin(posterior, times)
-        lowest, pick = np.argmin(margins, axis=0), np.arange(len(starts))
-        return times[lowest, pick], margins[lowest, pick]
 
     def _turns(self, posterior: Signalled) -> Array:
         """Return the times at which q(t) = Σ_j w_j g(t + j T_s) may have kinks: each kink of g appears once for each j.
@@ -271,3 +250,56 @@ def closest(constraints: Sequence[Bounded], posterior: Signalled) -> list[TimesA
 
     found = iter(local_minima(timed, [signal.kernel for signal in posterior.signals], together))
     return [next(found) if isinstance(each, Constraint) else each.closest(posterior) for each in constraints]
+
+
+def between(
+    constraints: Sequence[Constraint], together: Quantities, places: Sequence[Array], closer: int = 0
+) -> list[TimesAndMargins]:
+    """Return for each constraint the lowest margins between its neighbouring `places`, in order, where negative.
+
+    `together` has the constraints' quantities. The margins are relative, and looked for `closer` several times around
+    the lowest found before.
+    """
+    if all(len(at) < 2 for at in places):
+        return [(np.empty(0), np.empty(0)) for _ in places]
+    starts, reach = [at[:-1] for at in places], [np.diff(at) for at in places]
+    found = _lowest(constraints, together, starts, reach)
+    for _ in range(closer):
+        reach = [2 * each / _PARTS for each in reach]
+        starts = [at - each / 2 for (at, _), each in zip(found, reach, strict=True)]
+        found = _lowest(constraints, together, starts, reach)
+    widths = [constraint.quantity.bounds.width for constraint in constraints]
+    return [(at[least < 0], least[least < 0] / width) for (at, least), width in zip(found, widths, strict=True)]
+
+
+def _lowest(
+    constraints: Sequence[Constraint], together: Quantities, starts: Sequence[Array], reach: Sequence[Array]
+) -> list[TimesAndMargins]:
+    """Return the lowest margins at times that divide what begins at `starts`, and is `reach` [s] long."""
+    times = [
+        constraint.index_set.nearest(first + _INNER * length)
+        for constraint, first, length in zip(constraints, starts, reach, strict=True)
+    ]
+    if all(np.array_equal(at, times[0]) for at in times[1:]):  # signals are evaluated there once
+        return [_lowest_of_each(*pair) for pair in zip(times, together.margins(times[0]), strict=True)]
+    firsts = [at[0] for at in times]
+    every = np.concatenate(times, axis=1)
+    found = _lowest_of_each(every, together.margins_of(owners(firsts), every))
+    return list(zip(*(parts(of_all, firsts) for of_all in found), strict=True))
+
+
+def _lowest_of_each(times: Array, margins: Array) -> tuple[Array, Array]:
+    """Return the time of the lowest margin in each column, and that margin."""
+    lowest, every = np.argmin(margins, axis=0), np.arange(margins.shape[1])
+    return times[lowest, every], margins[lowest, every]
+
+
+def owners(of_each: Sequence[Array]) -> Indices:
+    """Return, for each entry of the joined arrays, the index of its array."""
+    return np.repeat(np.arange(len(of_each)), [len(part) for part in of_each])
+
+
+def parts(joined: Array, like: Sequence[Array]) -> list[Array]:
+    """Split an array into parts as long as those of `like`."""
+    ends = list(accumulate(map(len, like), initial=0))
+    return [joined[first:last] for first, last in pairwise(ends)]

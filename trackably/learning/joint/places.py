@@ -6,7 +6,7 @@ New places are where a function comes near to its bounds: local minima of all ma
 from bisect import bisect
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import accumulate, pairwise
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -16,8 +16,7 @@ from trackably.arrays import Array, Flags
 from trackably.cached import cached
 from trackably.gp.rows import Rows, Terms
 from trackably.gp.signal import KernelSum, Remembered
-from trackably.learning.constraint import CLOSER, INNER, PARTS, Bounded, Constraint, local_minima
-from trackably.learning.index_set import Indices
+from trackably.learning.constraint import CLOSER, Bounded, Constraint, between, local_minima, owners, parts
 from trackably.learning.problem import ActiveBound, ConstrainedProblem, Side
 from trackably.systems.trajectories import Functional, Quantities, Signals, Trajectory
 
@@ -235,12 +234,12 @@ class MarginScan:
     def places(self, found: Minima) -> Places:
         """Return the minima with a small margin as places (n, 2), each at the nearer bound."""
         times = [at[np.isfinite(margins) & (margins < _CLOSE)] for at, margins in found]
-        which = _owners(times)
+        which = owners(times)
         places = np.empty((len(which), 2))
         places[:, 0] = np.concatenate([np.empty(0), *times])
         values, (lower, upper) = (of(which, places[:, 0]) for of in (self._all.values_of, self._all.ends_of))
         places[:, 1] = np.where(values - lower < upper - values, LOWER, UPPER)
-        return tuple(_part(places, times))
+        return tuple(parts(places, times))
 
     def near(self, places: Places) -> Places:
         """Return the places at which a moderate change of the function may reach the bound."""
@@ -258,31 +257,7 @@ class MarginScan:
         return local_minima(self._known, [signal.kernel for signal in self.signals], self._several)
 
     def _between(self, places: Sequence[Array], closer: int = 0) -> Minima:
-        """Return for each constraint the lowest margins between neighbouring places, in order, where negative.
-
-        They are looked for `closer` several times around the lowest found before.
-        """
-        if all(len(at) < 2 for at in places):
-            return [(np.empty(0), np.empty(0)) for _ in places]
-        starts, reach = [at[:-1] for at in places], [np.diff(at) for at in places]
-        found = self._lowest(starts, reach)
-        for _ in range(closer):
-            reach = [2 * each / PARTS for each in reach]
-            found = self._lowest([at - each / 2 for (at, _), each in zip(found, reach, strict=True)], reach)
-        widths = [constraint.quantity.bounds.width for constraint in self._known]
-        return [(at[least < 0], least[least < 0] / w) for (at, least), w in zip(found, widths, strict=True)]
-
-    def _lowest(self, starts: Sequence[Array], reach: Sequence[Array]) -> Minima:
-        """Return the lowest margins at times that divide what begins at `starts`, and is `reach` [s] long."""
-        times = [
-            constraint.index_set.nearest(first + INNER * length)
-            for constraint, first, length in zip(self._known, starts, reach, strict=True)
-        ]
-        if times and all(np.array_equal(at, times[0]) for at in times[1:]):  # signals are evaluated there once
-            return [_lowest(*pair) for pair in zip(times, self._all.margins(times[0]), strict=True)]
-        pairs, every = [at[0] for at in times], np.concatenate([np.empty((PARTS - 1, 0)), *times], axis=1)
-        parts = [_part(of_all, pairs) for of_all in _lowest(every, self._all.margins_of(_owners(pairs), every))]
-        return list(zip(*parts, strict=True))
+        return between(self._known, self._all, places, closer)
 
     @cached
     def _all(self) -> Quantities:
@@ -315,25 +290,8 @@ def _distances(times: Array, others: Array) -> Array:
     return np.asarray(np.minimum(times - padded[after - 1], padded[after] - times))
 
 
-def _lowest(times: Array, margins: Array) -> tuple[Array, Array]:
-    """Return the time of the lowest margin in each column, and that margin."""
-    lowest, every = np.argmin(margins, axis=0), np.arange(margins.shape[1])
-    return times[lowest, every], margins[lowest, every]
-
-
 def _join(one: Minima, other: Minima) -> Minima:
     return [
         (np.concatenate([times, more]), np.concatenate([margins, below]))
         for (times, margins), (more, below) in zip(one, other, strict=True)
     ]
-
-
-def _owners(parts: Sequence[Array]) -> Indices:
-    """Return, for each entry of the joined parts, the index of its part."""
-    return np.repeat(np.arange(len(parts)), [len(part) for part in parts])
-
-
-def _part(joined: Array, parts: Sequence[Array]) -> list[Array]:
-    """Split an array into parts with the given lengths."""
-    ends = list(accumulate(map(len, parts), initial=0))
-    return [joined[first:last] for first, last in pairwise(ends)]
