@@ -41,9 +41,14 @@ class Contact:
 
     def __str__(self) -> str:
         bound = "the given value of " + self.name if self.side == "equal" else f"the {self.name} {self.side} bound"
-        start, end = f"{self.start:.3g}", f"{self.end:.3g}"
+        start, end = _seconds(self.start), _seconds(self.end)
         when = f"at {start} s" if start == end else f"between {start} and {end} s"
         return f"{bound} costs {self.price:.3g} {when}"
+
+
+def _seconds(time: float) -> str:
+    """Format a time with three digits at least, and to a hundredth of a second."""
+    return f"{time:.3g}" if abs(time) < 10 else f"{round(time, 2):.12g}"
 
 
 def contacts(active: Iterable[ActiveBound], apart: float) -> tuple[Contact, ...]:

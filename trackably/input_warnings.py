@@ -61,14 +61,15 @@ def _of_times(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
                 f"claim: the window from {claim.start:g} s to {claim.end:g} s is {gap:g} s away from the samples of "
                 f"{name}, which lie between {first:g} s and {last:g} s: are both counted from the same zero?"
             )
-    elif isinstance(claim, AllTimes) and last < 0:
+    if isinstance(claim, AllTimes) and last < 0:
         yield (
             f"samples: all of {name} lie before t = 0, where the claim begins (from {first:g} s to {last:g} s): should "
             "times count from the first of them?"
         )
-    elif isinstance(claim, AllTimes) and first > _LATE * (last - first) > 0:
+    if first > _LATE * (last - first) > 0:
         yield (
-            f"samples: those of {name} begin {first:.10g} s after t = 0, and last only {last - first:.4g} s: if these "
+            f"samples: those of {name} begin {first:.10g} s after t = 0, and last only {last - first:.4g} s: float64 "
+            f"tells such times apart by {np.spacing(first):.2g} s, which may not suffice for smooth kernels; if these "
             'stamps count from 1970, subtract the first, as read_csv(..., origin="first") does'
         )
 

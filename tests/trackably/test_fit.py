@@ -130,6 +130,7 @@ def test_contacts_join_what_is_close_on_one_side_of_one_quantity():
             active("v", "lower", 0.7, 0.5),
             active("x", "upper", 0.7, 7.0),
             active("v", "upper", 2.0, 0.25),
+            active("v", "upper", 1234.5678, 0.125),
             active("x", "equal", 0.0, 4.0),
             active("x", "equal", 0.1, 3.5),
         ],
@@ -142,4 +143,5 @@ def test_contacts_join_what_is_close_on_one_side_of_one_quantity():
         "the v upper bound costs 3 between 0.6 and 0.9 s",
         "the v lower bound costs 0.5 at 0.7 s",
         "the v upper bound costs 0.25 at 2 s",
+        "the v upper bound costs 0.125 at 1234.57 s",
     ]

@@ -1,6 +1,7 @@
 """Bounds of the true signal hold for every signal of the class, are nearly the best there are, and are checked."""
 
 import copy
+import re
 from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
@@ -21,6 +22,7 @@ from trackably import (
     Zonotope,
     learn_reference,
 )
+from trackably.certificates.certificate import _truth
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.outcome import TooFar
 from trackably.checker import Contradicted, Failed, NotACertificate, Proved, check
@@ -71,6 +73,13 @@ def measured(of: BangBang, draw: np.random.Generator, count: int = 12) -> Signal
     return SignalClass(
         Measured(tuple(t), tuple(values), noise), Measured(tuple(s), tuple(rates), 0.0101), steepest, LIMIT
     )
+
+
+def test_the_sentence_is_about_no_time_outside_of_the_cells() -> None:
+    first, last = 1000 / 7, 1000 / 7 + 2 / 3
+    claim = TrueSignal("x", measured(BangBang(0), np.random.default_rng(0)), (first, last), (), 0, (), (), (0.1,))
+    said, until = (float(of) for of in re.findall(r"\d+\.\d+ (?=s)", _truth(claim)))
+    assert first <= said < until <= last
 
 
 @pytest.mark.parametrize("seed", range(12))

@@ -9,7 +9,7 @@ from trackably.certificates.claim import times_of
 from trackably.certificates.robust import Robust
 from trackably.checker.certificate import AllPhases, Claim, Cover, Steps, TrueSignal
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.polytopes import rounded_text
+from trackably.systems.polytopes import ends_within, rounded_text
 from trackably.systems.reference import Reference
 
 _TIME_TOLERANCE, TIME_TOLERANCE_OF_PIECES = 1e-12, 2.0**-50
@@ -114,8 +114,9 @@ class Certificate:
 
 def _truth(of: TrueSignal) -> str:
     plant = "" if of.plant is None else f", and so is the plant at steps, within {rounded_text(of.plant, 'up')}"
+    first, last = ends_within(of.ends[0], of.ends[-1])
     return (
-        f"; from {of.ends[0]:g} s to {of.ends[-1]:g} s {of.state} is within {rounded_text(of.error, 'up')} of every "
+        f"; from {first} s to {last} s {of.state} is within {rounded_text(of.error, 'up')} of every "
         f"true signal that explains its samples{plant}"
     )
 

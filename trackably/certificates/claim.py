@@ -9,7 +9,7 @@ from trackably.arguments import is_number
 from trackably.checker.certificate import KINDS, AllPhases, AllTimes, Claim, Instants, Window
 from trackably.gp.joint import JointPrior, has_period
 from trackably.gp.samples import Samples
-from trackably.systems.polytopes import rounded_text
+from trackably.systems.polytopes import ends_within
 
 Written = Claim | Literal["all_times", "all_phases", "recorded"] | tuple[float, float]
 """How users may write claims about real times: a window as (start, end) [s], or as that of all samples."""
@@ -50,7 +50,8 @@ def kind_of(claim: Claim) -> str:
 def times_of(claim: Claim) -> str:
     """Return the times of a claim in words, those of a window rounded inwards."""
     if isinstance(claim, Window):
-        return f"all real t from {rounded_text(claim.start, 'up', 6)} s to {rounded_text(claim.end, 'down', 6)} s"
+        start, end = ends_within(claim.start, claim.end)
+        return f"all real t from {start} s to {end} s"
     return "all sampled instants k T_s, k ≥ 0" if isinstance(claim, Instants) else str(claim)
 
 

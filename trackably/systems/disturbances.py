@@ -21,7 +21,7 @@ from trackably.checker.subject import Pieces, Row
 from trackably.checker.subject import Polytope as Rows
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import PolynomialPieces
-from trackably.systems.polytopes import End, Polytope, box_ends, deepest, rounded_text
+from trackably.systems.polytopes import End, Polytope, box_ends, deepest, ends_within
 from trackably.systems.rationals import exact, row_echelon, whole
 
 Vector = tuple[Fraction, ...]
@@ -165,7 +165,7 @@ class Zonotope(_ExactSet):
         if all(len(axis) == 1 for axis in axes) and len({axis[0] for axis in axes}) == len(axes):
             half = {axis[0]: abs(generator[axis[0]]) for axis, generator in zip(axes, self.generators, strict=True)}
             ends = [(float(c - half.get(i, 0)), float(c + half.get(i, 0))) for i, c in enumerate(self.centre)]
-            return " × ".join(f"[{rounded_text(low, 'up', 6)}, {rounded_text(high, 'down', 6)}]" for low, high in ends)
+            return " × ".join(f"[{', '.join(ends_within(*of))}]" for of in ends)
         return f"a zonotope with {len(self.generators)} generators"
 
 

@@ -38,6 +38,12 @@ def ends_shown(lower: float, upper: float) -> tuple[str, str]:
     return rounded_text(lower, "down", digits), rounded_text(upper, "up", digits)
 
 
+def ends_within(lower: float, upper: float) -> tuple[str, str]:
+    """Format the ends of what is proved, or covered: as `ends_shown`, but rounded inwards."""
+    digits = _digits(lower, upper)
+    return rounded_text(lower, "up", digits), rounded_text(upper, "down", digits)
+
+
 def _digits(lower: float, upper: float) -> int:
     largest, width = max(abs(lower), abs(upper)), abs(upper - lower)
     if not (0 < width < math.inf and largest < math.inf):

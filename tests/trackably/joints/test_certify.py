@@ -1,5 +1,7 @@
 """Verdicts about trajectories of joints are true, repairs keep limits, and the least slowdown is the least."""
 
+import re
+
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
@@ -102,6 +104,17 @@ def test_what_is_kept_is_returned_as_it_is() -> None:
         assert isinstance(found, CertifiedTrajectory)
         assert found.trajectory is given
         assert not found.moved
+
+
+@pytest.mark.parametrize("rests", [True, False])
+def test_printed_times_are_proved_ones(rests: bool) -> None:
+    first, last = 1000 / 7, 1000 / 7 + 2 / 3
+    given = JointTrajectory(["lift"], [first, last], [[[0.5]]], rests)
+    found = certify_joints(given, Joints(velocity=1.0, names=given.names))
+    assert isinstance(found, CertifiedTrajectory)
+    said, until = (float(of) for of in re.findall(r"\d+\.\d+", found.explanation))
+    assert first <= said < first + 1e-3
+    assert (last <= until < last + 1e-3) if rests else (last - 1e-3 < until <= last)
 
 
 def test_a_repair_that_cannot_be_is_unproved() -> None:

@@ -63,5 +63,4 @@ def test_printed_bounds_contain_the_bounds_and_a_printed_window_is_inside_of_the
     assert _numbers(Interval(*ends).exactly) == ends
     if ends[0] < ends[1]:
         first, last = _numbers(times_of(Window(*ends)))
-        assert ends[0] <= first
-        assert last <= ends[1]
+        assert ends[0] <= first <= last <= ends[1]
