@@ -56,7 +56,7 @@ def cover(
         tried = np.vstack([boxes, _radii(draft, reference, *boxes)])
         missing, reasons = _refusals(draft, tried, wanted, exactly=False)
         refused = np.any(missing, axis=0)
-        if halvings >= _EXACT_FROM and 0 < refused.sum() <= _MOST_EXACT and not kinks.are_in(boxes[:, refused]):
+        if halvings >= _EXACT_FROM and 0 < refused.sum() <= _MOST_EXACT and not kinks.are_in(boxes[:, refused]).any():
             before = missing
             missing, reasons = _refusals(draft, tried, missing, exactly=True)
             exact.update(Box(*box) for box in tried[:, np.any(before & ~missing, axis=0)].T.tolist())
@@ -65,7 +65,7 @@ def cover(
                 found[box[0]] = Box(*box)
                 done("box")
         if np.any(missing):
-            given_up = _hopeless(draft, reference, boxes, missing, 0 if kinks.are_in(boxes[:, refused]) else halvings)
+            given_up = _hopeless(draft, reference, boxes, missing, halvings, ~kinks.are_in(boxes))
             if given_up is not None:
                 q, b = given_up
                 name, first = draft.quantities[q].name, float(boxes[0, b])
@@ -81,21 +81,22 @@ def cover(
 
 
 def _hopeless(
-    draft: Draft, reference: Reference, boxes: Array, missing: Flags, halvings: int
+    draft: Draft, reference: Reference, boxes: Array, missing: Flags, halvings: int, is_smooth: Flags
 ) -> tuple[int, int] | None:
     """Return a quantity and a box for which halving does not help, or would give too many boxes.
 
-    None if it may help.
+    None if it may help. Boxes that are `is_smooth` hold no kink at which they can be divided.
     """
-    count, split = boxes.shape[1], np.any(missing, axis=0)
+    split = np.any(missing, axis=0)
     starts, ends = boxes
     middles, hopeless = _middles(boxes), np.zeros_like(missing)
     margins = Quantities(reference.quantities, [signal.summed for signal in reference.kernel_sums])
     errors = np.array([draft.errors[q.name] for q in draft.quantities])
     hopeless[:, split] = margins.margins(middles[split]) <= errors[:, None]
     hopeless = missing & (hopeless | ~((starts < middles) & (middles < ends)))
-    # If narrow boxes are refused nearly everywhere, rounding errors exceed the margins: halving does not help.
-    is_in_vain = halvings >= _NARROW_ENOUGH and split.sum() > max(_MOST_EXACT, 0.875 * count)
+    # If narrow boxes without kinks are refused nearly everywhere, rounding errors exceed the margins.
+    refused = (split & is_smooth).sum()
+    is_in_vain = halvings >= _NARROW_ENOUGH and refused > max(_MOST_EXACT, 0.875 * is_smooth.sum())
     most = _MOST_BOXES + _MOST_BY_CENTRE * sum(len(signal.centres) for signal in draft.subject.signals)
     if np.any(hopeless) or is_in_vain or split.sum() > most or halvings == _MOST_HALVINGS - 1:
         q, b = np.argwhere(hopeless if np.any(hopeless) else missing)[0]
@@ -136,9 +137,11 @@ class _Kinks:
             int(np.searchsorted(self.upper, start, side="right")), int(np.searchsorted(self.lower, end, side="left"))
         )
 
-    def are_in(self, boxes: Array) -> bool:
-        """Whether some of the boxes hold a kink that is not at their ends."""
-        return any(of.stop > of.start for of in (self.inside(*box) for box in boxes.T.tolist()))
+    def are_in(self, boxes: Array) -> Flags:
+        """Whether each of the boxes holds a kink at which it can be divided: no box within what a kink takes."""
+        cuts = np.sort(np.concatenate([self.lower, self.upper]))
+        before, after = np.searchsorted(cuts, boxes[0], side="right"), np.searchsorted(cuts, boxes[1], side="left")
+        return np.asarray(before < after)
 
     def cuts(self, start: float, end: float) -> list[float]:
         """Return the times at which to divide a box: at the largest kink near its middle.

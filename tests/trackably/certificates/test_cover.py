@@ -8,7 +8,9 @@ from hypothesis import strategies as st
 from tests.trackably.certificates.instances import case, general_case
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.cover import _Kinks
+from trackably.certificates.draft import Draft
 from trackably.certificates.form import encode_certificate
+from trackably.certificates.outcome import Unproved
 from trackably.certificates.prove import prove, prove_on_window
 from trackably.checker import Proved, boxes, check
 from trackably.gp.kernels.base import Kernel
@@ -55,6 +57,20 @@ def test_boxes_end_at_kinks_and_none_is_left_to_exact_arithmetic(kernel, monkeyp
     assert sum(len(cover.radii) for cover in found.proof.boxes.values()) < 2000
     monkeypatch.setattr(boxes, "enclose_signal", None)
     assert isinstance(check(encode_certificate(found)), Proved)
+
+
+@pytest.mark.parametrize("kernel", [Matern32(2.0, 15.0), Matern52(2.0, 5.0)])
+def test_where_all_narrow_boxes_are_refused_no_more_of_them_are_tried(kernel, monkeypatch):
+    """Some kinks are still in the middle of nowhere then; but boxes without kinks show that rounding is too large."""
+    reference, asked = rough_on_its_bounds(kernel, 1e-4), list[int]()
+
+    def refuse(self, held, exactly):
+        asked.append(len(held))
+        return ((box, q, "rounding") for box, of in held.items() for q in of)
+
+    monkeypatch.setattr(Draft, "refusals", refuse)
+    assert isinstance(prove_on_window(reference, 0.0, 39.0), Unproved)
+    assert sum(asked) < 2000
 
 
 @given(
