@@ -162,9 +162,29 @@ def test_the_message_says_which_vertex_costs_what_and_which_share_would_do() -> 
 def test_intervals_of_entries_are_all_their_corners() -> None:
     found = ModelError.intervals(SYSTEM, {("velocity", "acceleration"): (0.01, 0.03), ("position", "1"): (-1e-3, 1e-3)})
     assert {(v.B[1, 0], v.c[0]) for v in found.vertices} == {(b, c) for b in (0.01, 0.03) for c in (-1e-3, 1e-3)}
-    for wrong in ({("speed", "acceleration"): (0, 1)}, {("velocity", "force"): (0, 1)}, {}):
-        with pytest.raises(ValueError, match="intervals"):
-            ModelError.intervals(SYSTEM, wrong)
+
+
+GAIN = ("velocity", "acceleration")
+
+
+@pytest.mark.parametrize(
+    ("make", "error", "said"),
+    [
+        (lambda: ModelError.intervals(SYSTEM, {("speed", "acceleration"): (0, 1)}), ValueError, "one of position, vel"),
+        (lambda: ModelError.intervals(SYSTEM, {("velocity", "force"): (0, 1)}), ValueError, r"and one of position, .*"),
+        (lambda: ModelError.intervals(SYSTEM, {"velocity": (0, 1)}), ValueError, "a pair of names, .* got 'velocity'"),
+        (lambda: ModelError.intervals(SYSTEM, {GAIN: 0.1}), ValueError, r"velocity, acceleration must have shape \(2,"),
+        (lambda: ModelError.intervals(SYSTEM, {GAIN: (2, 1)}), ValueError, r"needs lower ≤ upper, got \(2, 1\)"),
+        (lambda: ModelError.intervals(SYSTEM, {}), ValueError, "up to 6 entries, got 0"),
+        (lambda: ModelError.intervals(A, {GAIN: (0, 1)}), TypeError, "expected a LinearSystem"),
+        (lambda: ModelError.of([]), TypeError, r"expected a list of vertices, \(A, B\) or \(A, B, c\), got \[\]"),
+        (lambda: ModelError.of([(A, B), (A,)]), TypeError, r"vertex 2: expected \(A, B\) or \(A, B, c\), got"),
+        (lambda: ModelError.sampled(SYSTEM, T), TypeError, "expected a list of vertices, .* got LinearSystem"),
+    ],
+)
+def test_what_is_no_model_error_is_refused(make, error, said) -> None:
+    with pytest.raises(error, match=f"^model_error: .*{said}"):
+        make()
 
 
 def test_continuous_plants_are_sampled_only_where_that_is_exact() -> None:

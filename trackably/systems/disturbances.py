@@ -8,11 +8,12 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from itertools import combinations, product
-from typing import TYPE_CHECKING, Self, cast
+from reprlib import repr as short
+from typing import TYPE_CHECKING, Any, Self, cast
 
 import numpy as np
 
-from trackably.arguments import instance, numbers
+from trackably.arguments import array, instance, numbers
 from trackably.arrays import Array, ArrayLike
 from trackably.checker import disturbances as checker
 from trackably.checker import model_error as checked
@@ -357,8 +358,8 @@ class Vertex:
     c: Array
 
     def __post_init__(self) -> None:
-        for array in (self.A, self.B, self.c):
-            array.flags.writeable = False
+        for matrix in (self.A, self.B, self.c):
+            matrix.flags.writeable = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -373,32 +374,43 @@ class ModelError:
 
     @classmethod
     def of(cls, vertices: Sequence[tuple[ArrayLike, ArrayLike] | tuple[ArrayLike, ArrayLike, ArrayLike]]) -> Self:
-        """Return the hull of (A, B) or (A, B, c), of shapes (n, n), (n, m), (n,). ValueError: shapes do not fit."""
-        found = []
-        for i, given in enumerate(vertices):
-            system = LinearSystem(*given, sampling_time=1.0)  # its checks are those of a vertex
-            found.append(Vertex(system.A, system.B, system.c))
-            if system.B.shape != found[0].B.shape:
+        """Return the hull of (A, B) or (A, B, c), of shapes (n, n), (n, m), (n,).
+
+        TypeError: these are no vertices. ValueError: shapes do not fit.
+        """
+        # The checks of a system are those of a vertex.
+        systems = [LinearSystem(A, B, *c, sampling_time=1.0) for A, B, *c in _matrices(vertices)]
+        for i, system in enumerate(systems):
+            if system.B.shape != systems[0].B.shape:
                 raise ValueError(f"model_error: vertex {i + 1} must have the shapes of the first one")
-        if not found:
-            raise ValueError("model_error: expected a vertex at least")
-        return cls(tuple(found))
+        return cls(tuple(Vertex(system.A, system.B, system.c) for system in systems))
 
     @classmethod
     def intervals(cls, system: LinearSystem, entries: Mapping[tuple[str, str], tuple[float, float]]) -> Self:
         """Return all systems with some entries in intervals, for example {("velocity", "force"): (0.018, 0.022)}.
 
         The first name is the state of the row; the second one the state or the input of the column, or "1" for c. The
-        other entries are those of `system`. ValueError: an unknown name, or more than 6 entries.
+        other entries are those of `system`. TypeError: an argument is of another type. ValueError: an unknown name, no
+        interval, or more than 6 entries.
         """
+        instance("model_error: intervals: system", system, LinearSystem, "a LinearSystem")
+        instance("model_error: intervals", entries, Mapping, "intervals by the names of row and column")
         columns = (*system.states, *system.inputs, "1")
         if not 0 < len(entries) <= _MOST_ENTRIES:
             raise ValueError(f"model_error: intervals: expected up to {_MOST_ENTRIES} entries, got {len(entries)}")
-        for row, column in entries:
-            if row not in system.states or column not in columns:
-                raise ValueError(f"model_error: intervals: expected a state and one of {columns}, got {row}, {column}")
+        intervals = []
+        for entry, given in entries.items():
+            if entry not in product(system.states, columns):
+                raise ValueError(
+                    f"model_error: intervals: expected a pair of names, one of {', '.join(system.states)}, and one of "
+                    f"{', '.join(columns)}, got {entry!r}"
+                )
+            lower, upper = array(f"model_error: intervals: {', '.join(entry)}", given, 2).tolist()
+            if lower > upper:
+                raise ValueError(f"model_error: intervals: {', '.join(entry)}: needs lower ≤ upper, got {given!r}")
+            intervals.append((lower, upper))
         found = []
-        for ends in product(*entries.values()):
+        for ends in product(*intervals):
             whole = np.column_stack([system.A, system.B, system.c])
             for (row, column), value in zip(entries, ends, strict=True):
                 whole[system.states.index(row), columns.index(column)] = value
@@ -419,12 +431,13 @@ class ModelError:
         differs. Sampling is nonlinear in A, so that sampled vertices do not enclose the systems between them; then
         enclose the discrete matrices by `of` or `intervals`.
         """
-        if any(not np.array_equal(numbers("model_error: A", A), vertices[0][0]) for A, *_ in vertices):
+        known = _matrices(vertices)
+        if any(not np.array_equal(numbers("model_error: A", A), known[0][0]) for A, *_ in known):
             raise ValueError(
                 "model_error: sampled: A of continuous time is not known exactly, and exp(A T) is curved: the hull of "
                 "sampled end points does not hold what lies between them; enclose the discrete matrices instead"
             )
-        systems = [LinearSystem.discretised(A, B, sampling_time, c[0] if c else None) for A, B, *c in vertices]
+        systems = [LinearSystem.discretised(A, B, sampling_time, c[0] if c else None) for A, B, *c in known]
         return cls.of([(system.A, system.B, system.c) for system in systems])
 
     def generators(self, system: LinearSystem, state_set: Polytope, input_set: Polytope) -> list[Sequence[Fraction]]:
@@ -452,6 +465,16 @@ class ModelError:
 
     def __str__(self) -> str:
         return f"the convex hull of {len(self.vertices)} systems"
+
+
+def _matrices(vertices: object) -> Sequence[Any]:
+    """Return (A, B) or (A, B, c) of each vertex. TypeError: there is none, or one is something else."""
+    if not isinstance(vertices, list | tuple) or not vertices:
+        raise TypeError(f"model_error: expected a list of vertices, (A, B) or (A, B, c), got {short(vertices)}")
+    for i, given in enumerate(vertices):
+        if not isinstance(given, list | tuple) or len(given) not in (2, 3):
+            raise TypeError(f"model_error: vertex {i + 1}: expected (A, B) or (A, B, c), got {short(given)}")
+    return vertices
 
 
 def _rows(bounded: Polytope) -> Rows:

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from trackably.arguments import array, numbers
+from trackably.arguments import array, instance, numbers, positive, real
 from trackably.arrays import Array, ArrayLike
 from trackably.gp.signal import KernelSum
 
@@ -204,9 +204,9 @@ class PolynomialPieces:
 
         With a `period` [s], the last value holds until one period after the first time, and the whole repeats.
         """
-        times = _rising(values)
-        last = times[0] + period if period else times[-1] + 1.0
-        return cls([*times, last], [[values[t]] for t in times], "period" if period else "rest")
+        known, period = _rising(values, period)
+        end = min(known) + period if period else max(known) + 1.0
+        return cls([*known, end], [[value] for value in known.values()], "period" if period else "rest")
 
     @classmethod
     def lines(cls, values: Mapping[float, float], period: float | None = None) -> Self:
@@ -214,8 +214,9 @@ class PolynomialPieces:
 
         With a `period` [s], a line leads from the last value to the first one, one period after its time.
         """
-        times = _rising(values)
-        ends = {**values, times[0] + period: values[times[0]]} if period else values
+        ends, period = _rising(values, period)
+        if period:
+            ends[min(ends) + period] = ends[min(ends)]
         return cls(
             list(ends),
             [[ends[a], (ends[b] - ends[a]) / (b - a)] for a, b in pairwise(ends)],
@@ -345,12 +346,16 @@ def pieces_of_spline(given: PPoly | BPoly | BSpline) -> tuple[Array, Array]:
     return np.append(given.x[kept], given.x[kept[-1] + 1]), given.c[::-1, kept]
 
 
-def _rising(values: Mapping[float, float]) -> list[float]:
-    """Return the times of values. ValueError: there are none, or they do not increase."""
-    times = list(values)
-    if not times or any(a >= b for a, b in pairwise(times)):
-        raise ValueError(f"pieces: values need rising times [s], got {times}")
-    return times
+def _rising(values: Mapping[float, float], period: float | None) -> tuple[dict[float, float], float | None]:
+    """Return values by their times, and the period, as floats.
+
+    TypeError: these are no numbers. ValueError: no time, times that do not increase, or a period that is not positive.
+    """
+    instance("pieces: values", values, Mapping, "values by their times [s], as {0.0: 0.05, 2.5: 0.08}")
+    found = {real("pieces: time", t): real("pieces: value", value) for t, value in values.items()}
+    if not found or any(a >= b for a, b in pairwise(found)):
+        raise ValueError(f"pieces: values need rising times [s], got {list(found)}")
+    return found, None if period is None else positive("pieces: period", period)
 
 
 # What a reference is made of: signals that can be evaluated here, and enclosed by a proof.

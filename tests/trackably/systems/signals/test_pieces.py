@@ -59,6 +59,23 @@ def test_what_is_no_signal_is_refused_in_a_sentence(breakpoints, coefficients, b
         PolynomialPieces(breakpoints, coefficients, beyond)
 
 
+@pytest.mark.parametrize("make", [PolynomialPieces.steps, PolynomialPieces.lines])
+@pytest.mark.parametrize(
+    ("values", "period", "error", "said"),
+    [
+        ({}, None, ValueError, r"rising times \[s\], got \[\]"),
+        ({1.0: 0.0, 0.5: 1.0}, None, ValueError, "rising times"),
+        ({0.0: 1.0, 0.5: "high"}, None, TypeError, "value: expected a number, got 'high'"),
+        ({0.0: 1.0, "0.5": 1.0}, None, TypeError, "time: expected a number, got '0.5'"),
+        ([0.0, 1.0], None, TypeError, "expected values by their times"),
+        ({0.0: 1.0, 0.5: 2.0}, 0.0, ValueError, "period must be positive, got 0"),
+    ],
+)
+def test_values_by_time_are_numbers(make, values, period, error, said):
+    with pytest.raises(error, match=f"^pieces: .*{said}"):
+        make(values, period)
+
+
 def test_references_of_pieces_are_written_and_read_losslessly():
     reference = Reference((pieces(PARTNERS["akima"], "period"),), AXIS)
     data = encode(reference)
