@@ -175,7 +175,9 @@ def _distance(misfit: Misfit) -> str:
 
 def _help(fit: Fit) -> str:
     if fit.method == "hyperparameters":
-        return "only the hyperparameters were learned: wider bounds or another prior mean may help"
+        return (
+            "only the hyperparameters were learned: wider bounds, a longer sampling time or another prior mean may help"
+        )
     dearest = fit.contacts[0] if fit.contacts else None
     if dearest is None:
         return "wider bounds or another prior mean may help"

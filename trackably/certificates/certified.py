@@ -32,6 +32,7 @@ from trackably.threads import one_blas_thread
 _LENGTHSCALE = "lengthscale"
 _LARGEST_BACKOFF = 1e-2
 _MOST_ATTEMPTS = 30
+_HOPELESS = 1.0  # of a width: length scales would have to be halved several times for so large errors to become small
 _SAME_VALUE = 1e-6  # relative to 1 + |J|: the unavoidable cost of a back-off
 _ROOM, _ROUGH_ROOM = 4.0, 8.0  # back-off for each error of evaluation; the proof of a smaller margin takes more boxes
 _NEARLY = 1e-3  # relative to 1 + |J|: more than a smaller back-off can gain
@@ -93,11 +94,14 @@ def learn_certified(
     samples of a window. The solution's `fits` counts the nonlinear programs of all attempts.
     """
     goal = goal or for_all_times(samples, prior, plant)
-    learning = _Learning(samples, prior, plant, space, on_attempt, learner, pins, last=last)
+    first = _Learning(samples, prior, plant, space, on_attempt, learner, pins)
+    learning = replace(first, last=last)
     found = _learn(goal, learning)
-    if learner.fallback is None or pins or (isinstance(found, Certified) and not _may_cost_more(found.solution)):
+    fallback = first.fallback
+    if fallback is None or (isinstance(found, Certified) and not _may_cost_more(found.solution)):
         return found
-    other = _learn(goal, replace(learning, learner=learner.fallback, attempts=0, last=None))
+    # From the given space on: length scales that are too long for a function may do for hyperparameters alone.
+    other = _learn(goal, replace(first, learner=fallback, fits=learning.fits))
     if not isinstance(found, Certified):
         return other if isinstance(other, Certified) else _nearer(found, other)
     is_better = isinstance(other, Certified) and other.solution.objective < found.solution.objective
@@ -150,7 +154,8 @@ def _learn(goal: Goal, learning: "_Learning") -> Certified | NoSolution | Failur
 class _Learning:
     """The data of the learning problem, and counts of the attempts and nonlinear programs so far.
 
-    `rounding` has, by quantity, the least back-off for which errors of float64 evaluation leave room for a proof.
+    `error` and `alone` are the last error of evaluation that was too large for a proof, and the least J of
+    hyperparameters alone. `rounding` has, by quantity, the least back-off for which errors of evaluation leave room.
     """
 
     samples: tuple[Samples, ...]
@@ -164,7 +169,13 @@ class _Learning:
     fits: int = 0
     last: Solution | None = None
     error: float = np.inf
+    alone: float = np.inf
     rounding: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def fallback(self) -> Learner | None:
+        """What to learn instead; None with given values, as hyperparameters alone cannot meet them."""
+        return None if self.pins else self.learner.fallback
 
     @property
     def may_go_on(self) -> bool:
@@ -182,8 +193,11 @@ class _Learning:
             self.last = found
             self.fits += found.fits
             reference = Reference(found.signals, self.plant)
+            errors = _relative_errors(reference)
+            error = max(errors.values())
             is_broken = found.missed > backoff and backoff < _LARGEST_BACKOFF
-            if is_broken or (found.is_rough and 3 * backoff < self._enough(found)):  # a proof fails, or takes long
+            takes_long = found.is_rough and 3 * backoff < self._enough(found)
+            if (is_broken or takes_long) and error < _LARGEST_BACKOFF:  # no back-off leaves room for larger errors
                 backoff = self._larger(backoff, found)
                 found = learner.continued(found, self._problem(goal, backoff))
                 continue
@@ -199,8 +213,6 @@ class _Learning:
                 return Certified(solution, reference, outcome, largest, cost, self.attempts, self.space)
             if goal.extends_to(_failure_time(outcome)) or not self.may_go_on:
                 return outcome
-            errors = _relative_errors(reference)
-            error = max(errors.values())
             if error >= _LARGEST_BACKOFF and self._shortened(found, error):
                 backoff, self.rounding = learner.first_backoff, {}
                 first = found = learner.solve(self._problem(goal, backoff))
@@ -241,8 +253,11 @@ class _Learning:
     def _shortened(self, found: Solution, error: float) -> bool:
         """Halve the upper limits of the searched length scales below those found.
 
-        Return False if this does not help.
+        Return False if this does not help: errors do not fall, or the fallback is better than what a few halvings find.
         """
+        self.alone = min(self.alone, found.alone)
+        if self.fallback and (error >= _HOPELESS or found.objective > self.alone):
+            return False
         bounds, values = dict(self.space.bounds), found.posterior.prior.hyperparameters
         for name, interval in self.space.bounds.items():
             if name.endswith(_LENGTHSCALE) and values[name] / 2 > interval.lower:

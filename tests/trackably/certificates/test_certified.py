@@ -1,9 +1,11 @@
 """Learning with a proof: the same optimum as Algorithm 1's sound reading, and a stronger claim."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 
+import trackably.certificates.certified as module
 from tests.trackably.certificates.references import PROBLEMS, certified
 from tests.trackably.systems.instances import bounded
 from trackably.certificates.certificate import Certificate
@@ -95,3 +97,33 @@ def test_the_next_back_off_removes_what_breaks_a_bound(violation):
     first, second, *_ = attempts
     assert not first.proved
     assert second.backoff >= first.backoff + 2 * violation
+
+
+def test_a_function_that_float64_cannot_evaluate_leaves_all_length_scales_to_its_second_choice(monkeypatch):
+    """Shorter and shorter ones are tried for the function, until hyperparameters alone cost less in the given space."""
+    samples, prior, plant, space = PROBLEMS["example1"]
+    goal, limits, alone, errors = for_all_times(samples, prior, plant), [], [], module._relative_errors
+
+    def solve(learner, seen):
+        def solved(problem):
+            seen.append(problem.space.bounds["lengthscale"].upper)
+            return learner.solve(problem)
+
+        return replace(learner, solve=solved)
+
+    def prove(reference):
+        outcome, bounds = goal.prove(reference), plant.quantities[0].bounds
+        return outcome if alone else Counterexample("state", bounds, 0.1, 1e-3, reference, Window(0.0, 1.0))
+
+    def planted(reference):
+        return errors(reference) if alone else dict.fromkeys(errors(reference), 0.9 / (1 + len(limits)))
+
+    monkeypatch.setattr(module, "_relative_errors", planted)
+    learner = replace(solve(JOINT, limits), fallback=solve(HYPERPARAMETERS, alone))
+    found = learn_certified(samples, prior, plant, space, replace(goal, prove=prove), learner=learner)
+    assert isinstance(found, Certified)
+    assert found.solution.objective == certified("example1").solution.objective
+    assert found.space == space
+    assert 1 < len(limits) < 10
+    assert limits[0] == alone[0] == space.bounds["lengthscale"].upper
+    assert all(shorter < longer for longer, shorter in pairwise(limits))

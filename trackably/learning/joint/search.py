@@ -43,6 +43,7 @@ _FIRST, _FIRST_OF_FORMULAS, _SHORTER, _SHORTEST = 2.0, 0.5, 4.0, 1e-3  # steps i
 _ALMOST = 3e-3
 _ROUGH = 1e-6  # relative to a width: a function with larger violations needs too many places for steps in θ
 _MANY_BENDS = 500  # active places
+_MANY_FOR_STEPS = 100  # active places: with more of them than samples, small gains of J take minutes
 _BACKOFFS = 0.1, 0.03, 0.01, 0.0  # back-offs relative to a width, one after the other
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9  # relative to 1 + |J|
 _OF_GAP = 0.1  # with formulas: a smaller part of the allowed gap does not count as a gain
@@ -194,7 +195,8 @@ class JointSearch:
         fine = self._at(coarse.log_theta, coarse.function.places, coarse.function.mean.signals, tolerance)
         if fine is not None and fine.function.margin >= -max(tolerance, _ROUGH) and not crowded:
             again = replace(path, point=fine, reach=max(path.reach, _NEARBY))
-            fine = self._descend(again, tolerance, _FINE_GAIN if is_linear(self.problem) else gain).point
+            is_quick = is_linear(self.problem) and not self._is_bent(fine, _MANY_FOR_STEPS, samples=1.0)
+            fine = self._descend(again, tolerance, _FINE_GAIN if is_quick else gain).point
         found = fine if fine is not None and fine.is_solution else coarse
         if not self._is_no_better(found.objective):
             self.best = found
@@ -323,8 +325,12 @@ class JointSearch:
 
         Each further program would take many seconds, and hardly lead to a function that keeps its bounds.
         """
-        bent = sum(map(len, point.function.active))
-        return not point.is_solution and bent > max(_MANY_BENDS, sum(map(len, self.problem.samples)) / 2)
+        return not point.is_solution and self._is_bent(point, _MANY_BENDS, samples=0.5)
+
+    def _is_bent(self, point: Point, many: int, samples: float) -> bool:
+        """Whether a function has more than `many` active places, and more than so many for each of the `samples`."""
+        count = sum(map(len, self.problem.samples))
+        return sum(map(len, point.function.active)) > max(many, samples * count)
 
     def _is_known(self, value: float, path: "_Descent", least_gain: float) -> bool:
         """Whether a relaxation with this value promises too small a gain, or nothing better than the best point."""
