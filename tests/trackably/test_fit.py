@@ -84,7 +84,7 @@ def test_a_reference_that_ignores_its_samples_is_announced_first(tmp_path):
     assert caught[0].filename == __file__
     assert collapsed.explanation.startswith(sentence.removesuffix(', or method="joint"'))
     assert sentence.startswith("the reference keeps its bounds but does not follow its samples: it is 0.")
-    assert sentence.endswith('wider bounds or another prior mean may help, or method="joint"')
+    assert sentence.endswith('a longer sampling time or another prior mean may help, or method="joint"')
     assert collapsed.misfit["state"] > 20 * 0.01
     followed = learn_reference(*given, noise_std=0.01, mean=0.0)
     assert followed.misfit["state"] < 0.01
