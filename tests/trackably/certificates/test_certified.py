@@ -127,3 +127,37 @@ def test_a_function_that_float64_cannot_evaluate_leaves_all_length_scales_to_its
     assert 1 < len(limits) < 10
     assert limits[0] == alone[0] == space.bounds["lengthscale"].upper
     assert all(shorter < longer for longer, shorter in pairwise(limits))
+
+
+@pytest.mark.parametrize(("error", "above"), [(10.0, 0.0), (0.5, 1.0)])
+def test_no_back_off_and_no_length_scale_is_tried_where_the_second_choice_is_better(error, above, monkeypatch):
+    """Errors of ten widths, or a function that costs more than hyperparameters alone; bounds are broken by much."""
+    samples, prior, plant, space = PROBLEMS["example1"]
+    goal, tried, alone, errors = for_all_times(samples, prior, plant), [], [], module._relative_errors
+
+    def solve(problem):
+        found = JOINT.solve(problem)
+        tried.append("solve")
+        return replace(found, missed=5e-3, objective=found.alone + above)
+
+    def continued(found, problem):
+        tried.append("continued")
+        return JOINT.continued(found, problem)
+
+    def instead(problem):
+        alone.append(problem)
+        return HYPERPARAMETERS.solve(problem)
+
+    def prove(reference):
+        outcome, bounds = goal.prove(reference), plant.quantities[0].bounds
+        return outcome if alone else Counterexample("state", bounds, 0.1, 1e-3, reference, Window(0.0, 1.0))
+
+    def planted(reference):
+        return errors(reference) if alone else dict.fromkeys(errors(reference), error)
+
+    monkeypatch.setattr(module, "_relative_errors", planted)
+    learner = replace(JOINT, solve=solve, continued=continued, fallback=replace(HYPERPARAMETERS, solve=instead))
+    found = learn_certified(samples, prior, plant, space, replace(goal, prove=prove), learner=learner)
+    assert isinstance(found, Certified)
+    assert tried == ["solve"]
+    assert found.solution.method == "hyperparameters"

@@ -54,6 +54,29 @@ def test_of_many_samples_function_and_hyperparameters_are_no_worse_than_these_al
     assert many.objective == pytest.approx(whole.objective, rel=1e-6)
 
 
+@pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning")
+def test_small_gains_do_not_count_where_more_places_are_active_than_there_are_samples(monkeypatch):
+    """Six samples of a sine whose accelerations are at their bounds most of the time: each step in θ takes long."""
+    times, exchanged = np.linspace(0.0, 3.0, 6), []
+    axis = LinearSystem.discretised([[0, 1], [0, 0]], [[0], [1]], 0.1, states=("position", "velocity"))
+    plant = ConstrainedSystem(axis, Polytope.box([-0.8, -9.0], [0.8, 9.0]), Polytope.box([-2.63], [2.63]))
+    asked = (Samples(times, np.sin(2 * np.pi * times / 3)), plant, SquaredExponential(), (0.0, 2.6))
+
+    def exchange(*given):
+        exchanged.append(exchange_bounds(*given))
+        return exchanged[-1]
+
+    monkeypatch.setattr(search, "exchange_bounds", exchange)
+    found, counts = [], []
+    for many in (10**6, 10):
+        monkeypatch.setattr(search, "_MANY_FOR_STEPS", many)
+        exchanged.clear()
+        found.append(learn_reference(*asked, noise_std=0.01, mean=0.0, starts=1).objective)
+        counts.append(len(exchanged))
+    assert found[1] == pytest.approx(found[0], rel=1e-3)
+    assert counts[1] < counts[0]
+
+
 def held_for_long() -> ConstrainedProblem:
     """Speeds of 1.6 where 0.8 are allowed, with a kernel whose speeds are rough."""
     times = 0.1 * np.arange(150.0)
