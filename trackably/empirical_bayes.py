@@ -20,7 +20,7 @@ from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import NOISE, Prior
-from trackably.gp.samples import Samples
+from trackably.gp.samples import Samples, Scatter
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
@@ -42,6 +42,9 @@ _SEEN = 10.0  # times the lower end of the noise's search interval: a smaller no
 _ROOM = 1e-2, 1e-4, 1e-6  # slacks of a chosen mean, relative to a width; the first that is possible is used
 _MOST_STEPS = 50  # to an admissible equilibrium; a linear system takes two
 _FAR_LIKELIER = 10.0  # in −2 ln p: odds of 150 to 1
+_AS_LIKELY = 4.0  # in −2 ln p: 2 for each of a kernel's two hyperparameters, as Akaike's criterion counts them
+_UNRELATED = 0.2  # correlation of neighbouring samples: with less, the mean between them falls back to the prior mean
+_FEWEST = 10  # samples: fewer than that may be waypoints
 _SAME = 1e-9  # relative difference of two steps that count as equal
 
 
@@ -158,16 +161,32 @@ class LikelierKernel:
         )
 
 
+@dataclass(frozen=True)
+class NoiseAlone:
+    """Noise of `noise_std` about a level explains the samples of `name` as well as a motion does."""
+
+    name: str
+    noise_std: float
+
+    def __str__(self) -> str:
+        return (
+            f"samples: those of {self.name} look like noise, as neighbours are not alike: σ_n = {self.noise_std:.4g} "
+            "is learned; if they show a motion, give its noise_std"
+        )
+
+
 def _likelier(
     likeliest: JointPosterior, prior: JointPrior, between: Ends, left_out: Sequence[bool], starts: int
-) -> Iterator[LikelierKernel]:
-    """Yield a kernel with which σ_n is learned instead, for each name whose squared exponential is too smooth.
+) -> Iterator[LikelierKernel | NoiseAlone]:
+    """Yield what σ_n is learned with instead, for each name whose kernel takes motion for noise, or noise for motion.
 
-    Otherwise the misfit of the kernel would count as sensor noise. Only names with a σ_n that was `left_out` are
-    examined.
+    Only names with a σ_n that was `left_out` are examined.
     """
     parts = zip(prior.names, prior.parts, likeliest.parts, between, left_out, strict=True)
     for name, part, posterior, ends, may in parts:
+        if may and (noise_std := _noise_alone(posterior)):
+            yield NoiseAlone(name, noise_std)
+            continue
         if not may or not isinstance(part.kernel, SquaredExponential) or not _go_on(posterior):
             continue
         alone = JointPrior((replace(part, kernel=Matern52()),), (name,))
@@ -177,6 +196,24 @@ def _likelier(
             gain = posterior.negative_log_marginal_likelihood()[0] - found.objective
             if gain > _FAR_LIKELIER:
                 yield LikelierKernel(name, gain, float(found.posterior.prior.parts[0].noise_std))
+
+
+def _noise_alone(posterior: Posterior) -> float | None:
+    """Return the σ_n of samples that are as likely noise about the level at rest; None if a motion is likelier.
+
+    Length scales below the spacing of samples explain noise too: then the likelihood does not tell noise from motion.
+    """
+    samples, prior = posterior.samples, posterior.prior
+    spacings = np.diff(np.unique(samples.times))
+    if len(samples) < _FEWEST or prior.kernel(np.median(spacings)) > _UNRELATED * prior.kernel(np.zeros(())):
+        return None
+    off = (samples.values - samples.stencil.at_rest(prior.mean)) / samples.relative_noise
+    alone = samples.scatter + Scatter(len(off), float(off @ off), float(np.sum(np.log(samples.relative_variance))))
+    noise_std = float(np.sqrt(alone.squares / alone.count))
+    if not noise_std:
+        return None
+    worse = alone.negative_log_likelihood(noise_std)[0] - posterior.negative_log_likelihood
+    return noise_std if worse < _AS_LIKELY else None
 
 
 def _holding_noise(prior: JointPrior, noises: Mapping[str, float]) -> JointPrior:

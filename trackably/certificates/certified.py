@@ -213,11 +213,12 @@ class _Learning:
                 return Certified(solution, reference, outcome, largest, cost, self.attempts, self.space)
             if goal.extends_to(_failure_time(outcome)) or not self.may_go_on:
                 return outcome
-            if error >= _LARGEST_BACKOFF and self._shortened(found, error):
+            largest = max(error, self.rounding.get(outcome.quantity, 0.0))
+            if largest >= _LARGEST_BACKOFF and self._shortened(found, error):
                 backoff, self.rounding = learner.first_backoff, {}
                 first = found = learner.solve(self._problem(goal, backoff))
                 continue
-            if max(backoff, error) >= _LARGEST_BACKOFF:
+            if max(backoff, largest) >= _LARGEST_BACKOFF:
                 return outcome
             if not self._leave_room_for(errors, backoff, _ROUGH_ROOM if found.is_rough else _ROOM):
                 backoff = self._larger(backoff, found)
@@ -229,7 +230,8 @@ class _Learning:
     def _leave_room_for(self, errors: dict[str, float], backoff: float, room: float) -> bool:
         """Raise the back-offs of single quantities to what these errors take. Return whether one has grown."""
         known = self.rounding
-        self.rounding = {name: max(room * error, known.get(name, 0.0)) for name, error in errors.items()}
+        needed = {name: min(room * error, _LARGEST_BACKOFF) for name, error in errors.items()}
+        self.rounding = {name: max(least, known.get(name, 0.0)) for name, least in needed.items()}
         return any(least > max(backoff, known.get(name, 0.0)) for name, least in self.rounding.items())
 
     def _larger(self, backoff: float, found: Solution) -> float:
@@ -271,9 +273,7 @@ class _Learning:
         """Return the problem with one half of the back-off for times between places, and one as
         the optimiser's tolerance.
         """
-        halves = [
-            min(max(backoff, self.rounding.get(q.name, 0.0)), _LARGEST_BACKOFF) / 2 for q in self.plant.quantities
-        ]
+        halves = [max(backoff, self.rounding.get(q.name, 0.0)) / 2 for q in self.plant.quantities]
         constraints = tuple(
             Constraint(_tighten(q, half), RealTimes(goal.times), half)
             for q, half in zip(self.plant.quantities, halves, strict=True)

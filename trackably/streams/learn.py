@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Never
+
+import numpy as np
 
 from trackably.arguments import real
 from trackably.arrays import ArrayLike
@@ -41,7 +44,7 @@ from trackably.waypoints import Waypoints, waypoints
 
 _CALLER = 3  # stack frames up to the user's line, counting the decorator of `learn_stream`
 _INSTEAD = {
-    "method": "a stream is always learned as a function, with the hyperparameters of its first window; leave it out",
+    "method": "a stream is always learned as a function, with hyperparameters from one of its windows; leave it out",
     "learn_from": "learn hyperparameters by `learn_reference` from these samples, and give them as known: numbers in "
     "the kernel and for noise_std",
 }
@@ -82,8 +85,8 @@ def learn_stream(
     ----------
     samples, plant, kernel, noise_std, mean, centres, starts, progress
         As in `learn_reference`; "auto" condenses more than 500 samples. Kernels have to decay. Unknown hyperparameters
-        are learned from the first window, with its bounds; means and noise that are left out are learned from it
-        without bounds.
+        are learned from the window with most motion, with its bounds; means and noise that are left out are learned
+        from it without bounds.
     claim
         "all_times", "recorded", or (start, end) in seconds: the claim about the whole reference.
     window
@@ -125,7 +128,7 @@ def learn_stream(
     ask(doubts(claim, measured.given, plant), _CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
-    begun = _first(measured, length)
+    begun = _busiest(measured, length)
 
     def beforehand(of: tuple[Samples, ...]) -> EmpiricalPrior:
         ends = levels(between, measured.names, of)
@@ -157,15 +160,31 @@ def _refuse(others: Mapping[str, object]) -> None:
         raise TypeError(f"learn_stream: takes no {name!r}: {instead}")
 
 
-def _first(measured: Measurements, length: float) -> Measurements:
-    """Return the samples of the first window. ValueError: a name has no sample there."""
-    start = min(float(of.times[0]) for of in measured.given.values())
-    begun = {name: part_of(of, -float("inf"), start + length) for name, of in measured.given.items()}
-    found = {name: of for name, of in begun.items() if of is not None}
-    if missing := [name for name in begun if name not in found]:
-        raise ValueError(f"window: the first one, of {length:g} s, holds no sample of {missing[0]}; give a longer one")
-    share = max(len(of) / len(measured.given[name]) for name, of in found.items())
-    return replace(measured, given=found, centres=_part_of(measured.centres, share))
+def _busiest(measured: Measurements, length: float) -> Measurements:
+    """Return the samples of the window with most motion, as others may show a machine at rest.
+
+    Windows overlap by half, and motion is the sum of |y − median|, in units of that of all samples of the name.
+    ValueError: no window has samples of each name.
+    """
+    given = measured.given
+    start = min(float(of.times[0]) for of in given.values())
+    end = max(float(of.times[-1]) for of in given.values())
+    most, best = -1.0, dict[str, Samples]()
+    for i in range(max(1, math.ceil(2 * (end - start) / length) - 1)):
+        since = start + i * length / 2
+        parts = {name: part_of(of, since, since + length) for name, of in given.items()}
+        found = {name: of for name, of in parts.items() if of is not None}
+        motion = sum(_motion(of) / (_motion(given[name]) or 1.0) for name, of in found.items())
+        if len(found) == len(given) and motion > most:
+            most, best = motion, found
+    if not best:
+        raise ValueError(f"window: none of {length:g} s holds samples of all of {', '.join(given)}; give a longer one")
+    share = max(len(of) / len(given[name]) for name, of in best.items())
+    return replace(measured, given=best, centres=_part_of(measured.centres, share))
+
+
+def _motion(samples: Samples) -> float:
+    return float(np.sum(np.abs(samples.values - np.median(samples.values))))
 
 
 def _part_of(centres: Centres, share: float) -> Centres:
@@ -193,7 +212,7 @@ def _as_known(begun: Measurements, first: EmpiricalPrior, plant: ConstrainedSyst
         sentence := ignores_samples(Fit.of(Reference(solution.signals, plant), solution, solution.unconstrained, ()))
     ):
         warnings.warn(
-            f"in the first window, from which hyperparameters are learned, {sentence}",
+            f"in the window with most motion, from which hyperparameters are learned, {sentence}",
             IgnoresSamplesWarning,
             stacklevel=_CALLER + 1,
         )

@@ -92,7 +92,7 @@ class StreamReference(ProvedReference):
 
     @property
     def hyperparameters(self) -> dict[str, float]:
-        """All hyperparameters, learned from the first window or known, in natural units."""
+        """All hyperparameters, learned from the window with most motion or known, in natural units."""
         return {name: float(value) for name, value in self.stream.prior.hyperparameters.items()}
 
     @property
