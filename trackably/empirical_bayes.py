@@ -205,7 +205,10 @@ def _noise_alone(posterior: Posterior) -> float | None:
     """
     samples, prior = posterior.samples, posterior.prior
     spacings = np.diff(np.unique(samples.times))
-    if len(samples) < _FEWEST or prior.kernel(np.median(spacings)) > _UNRELATED * prior.kernel(np.zeros(())):
+    if len(samples) < _FEWEST or not len(spacings):
+        return None
+    near, same = prior.kernel(np.array([np.median(spacings), 0.0])).tolist()
+    if near > _UNRELATED * same:
         return None
     off = (samples.values - samples.stencil.at_rest(prior.mean)) / samples.relative_noise
     alone = samples.scatter + Scatter(len(off), float(off @ off), float(np.sum(np.log(samples.relative_variance))))

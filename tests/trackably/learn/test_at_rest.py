@@ -1,0 +1,56 @@
+"""Samples of a machine at rest are noise, though length scales below their spacing explain them as well."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+from trackably import (
+    ConstrainedSystem,
+    DoubtfulInputWarning,
+    LinearSystem,
+    Matern52,
+    Polytope,
+    Samples,
+    SquaredExponential,
+    learn_reference,
+    learn_stream,
+)
+
+AXIS = ConstrainedSystem(
+    LinearSystem.discretised([[0, 1], [0, 0]], [[0], [1]], 0.05, states=["position", "velocity"], inputs=["force"]),
+    Polytope.box([-1.0, -0.3], [1.0, 0.3]),
+    Polytope.box([-0.3], [0.3]),
+)
+
+
+@pytest.mark.parametrize("kernel", [SquaredExponential(), Matern52()], ids=["squared exponential", "Matern 5/2"])
+@pytest.mark.parametrize("seed", [14, 20, 26, 34, 37, 39])
+def test_noise_of_a_machine_at_rest_is_learned_as_noise(seed, kernel):
+    rng = np.random.default_rng(seed)
+    times = 0.25 * np.arange(int(rng.integers(8, 200)))
+    samples = Samples(times, 0.01 * rng.standard_normal(times.size))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DoubtfulInputWarning)
+        found = learn_reference({"position": samples}, AXIS, kernel, "recorded")
+    assert found.hyperparameters["noise_std"] == pytest.approx(float(np.std(samples.values)), rel=0.05)
+
+
+def test_the_user_is_asked_whether_it_is_a_motion():
+    samples = Samples(0.25 * np.arange(40), 0.01 * np.random.default_rng(26).standard_normal(40))
+    with pytest.warns(DoubtfulInputWarning, match="^samples: those of position look like noise"):
+        learn_reference({"position": samples}, AXIS, SquaredExponential(), "recorded")
+
+
+@pytest.mark.parametrize("values", [[0, 1, 0, 1], [0, 0, 0, 1], [0.0, 0.5, 1.0, 0.2, -0.7, 0.3]])
+def test_few_samples_are_waypoints(values, recwarn):
+    wide = ConstrainedSystem(LinearSystem([[0.9]], [[0.5]], 0.01), Polytope.box([-3.0], [3.0]), Polytope.box([-9], [9]))
+    learn_reference(Samples(np.arange(len(values)), values), wide, SquaredExponential(), "recorded")
+    assert not [each for each in recwarn if "look like noise" in str(each.message)]
+
+
+def test_a_stream_that_begins_at_rest_follows_later_motion():
+    times = np.arange(0, 80, 0.25)
+    values = np.where((times // 20) % 2 == 0, 0.0, 0.5) + 0.01 * np.random.default_rng(1).standard_normal(times.size)
+    found = learn_stream({"position": Samples(times, values)}, AXIS, SquaredExponential(), (0.0, 79.0), window=20.0)
+    assert found.misfit["position"] < 0.06
