@@ -37,7 +37,7 @@ def test_noise_of_a_machine_at_rest_is_learned_as_noise(seed, kernel):
 
 
 def test_the_user_is_asked_whether_it_is_a_motion():
-    samples = Samples(0.25 * np.arange(40), 0.01 * np.random.default_rng(26).standard_normal(40))
+    samples = Samples(0.25 * np.arange(40), 0.01 * np.random.default_rng(20).standard_normal(40))
     with pytest.warns(DoubtfulInputWarning, match="^samples: those of position look like noise"):
         learn_reference({"position": samples}, AXIS, SquaredExponential(), "recorded")
 
