@@ -161,3 +161,18 @@ def test_no_back_off_and_no_length_scale_is_tried_where_the_second_choice_is_bet
     assert isinstance(found, Certified)
     assert tried == ["solve"]
     assert found.solution.method == "hyperparameters"
+
+
+def test_attempts_end_where_errors_leave_room_at_no_back_off(monkeypatch):
+    """Errors of evaluation grow from attempt to attempt, but bounds are not drawn in any further."""
+    samples, prior, plant, space = PROBLEMS["example1"]
+    attempts, unproved = [], Unproved("state", plant.quantities[0].bounds, (0.1, 0.1), 1e-4, "planted")
+
+    def growing(_):
+        return {q.name: 3e-3 * 1.01 ** len(attempts) for q in plant.quantities}
+
+    monkeypatch.setattr(module, "_relative_errors", growing)
+    goal = replace(for_all_times(samples, prior, plant), prove=lambda reference: unproved)
+    learner = replace(JOINT, fallback=None)
+    assert learn_certified(samples, prior, plant, space, goal, attempts.append, learner) is unproved
+    assert len(attempts) < 10
