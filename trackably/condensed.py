@@ -194,7 +194,7 @@ def _mean_square(scatter: Scatter) -> float:
     return scatter.squares / max(scatter.count, 1)
 
 
-MANY = 2000
+MANY = 500
 """Largest number of samples of one name that are not condensed by default."""
 
 Centres = int | Literal["auto"] | None
@@ -217,16 +217,15 @@ def condense_by_name(
     kinds: Iterable[Iterable[str]],
     centres: Centres,
     noise_std: object,
-    many: int = MANY,
     times: int = 1,
 ) -> dict[str, Samples]:
-    """Return the samples to learn from; with "auto", up to `many` samples of a name are not condensed.
+    """Return the samples to learn from; with "auto", up to `MANY` samples of a name are not condensed.
 
     `kinds` are the names that depend on each flat output, the first with σ_n. "auto" chooses as many centres as the
     samples need, multiplied by `times` if the kernel needs more; all samples if that is more than half of them.
     """
     known = {name: _known_noise(noise_std, first) for first, *others in map(tuple, kinds) for name in (first, *others)}
-    return {name: _condense(samples, centres, known[name], many, times) for name, samples in given.items()}
+    return {name: _condense(samples, centres, known[name], times) for name, samples in given.items()}
 
 
 def cost_of(
@@ -245,8 +244,8 @@ def cost_of(
     return tuple(Condensation.of(name, part, one, other) for name, part, one, other in parts if one.scatter.count)
 
 
-def _condense(samples: Samples, centres: Centres, noise_std: float | None, many: int, times: int) -> Samples:
-    if centres is None or (centres == "auto" and len(samples) <= many):
+def _condense(samples: Samples, centres: Centres, noise_std: float | None, times: int) -> Samples:
+    if centres is None or (centres == "auto" and len(samples) <= MANY):
         return samples
     if centres != "auto":
         return condense(samples, centres)

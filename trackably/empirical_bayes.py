@@ -180,22 +180,22 @@ def _likelier(
 ) -> Iterator[LikelierKernel | NoiseAlone]:
     """Yield what σ_n is learned with instead, for each name whose kernel takes motion for noise, or noise for motion.
 
-    Only names with a σ_n that was `left_out` are examined.
+    Only names with a σ_n that was `left_out` are examined, and samples that are not all equal.
     """
     parts = zip(prior.names, prior.parts, likeliest.parts, between, left_out, strict=True)
     for name, part, posterior, ends, may in parts:
-        if may and (noise_std := _noise_alone(posterior)):
+        if not may or not np.ptp(posterior.samples.values):
+            continue
+        if noise_std := _noise_alone(posterior):
             yield NoiseAlone(name, noise_std)
-            continue
-        if not may or not isinstance(part.kernel, SquaredExponential) or not _go_on(posterior):
-            continue
-        alone = JointPrior((replace(part, kernel=Matern52()),), (name,))
-        space = SearchSpace.around((posterior.samples,), alone, starts)
-        found = best_solution(ConstrainedProblem((posterior.samples,), alone, space, means=(ends,)))
-        if isinstance(found, Solution):
-            gain = posterior.negative_log_marginal_likelihood()[0] - found.objective
-            if gain > _FAR_LIKELIER:
-                yield LikelierKernel(name, gain, float(found.posterior.prior.parts[0].noise_std))
+        elif isinstance(part.kernel, SquaredExponential) and _go_on(posterior):
+            alone = JointPrior((replace(part, kernel=Matern52()),), (name,))
+            space = SearchSpace.around((posterior.samples,), alone, starts)
+            found = best_solution(ConstrainedProblem((posterior.samples,), alone, space, means=(ends,)))
+            if isinstance(found, Solution):
+                gain = posterior.negative_log_marginal_likelihood()[0] - found.objective
+                if gain > _FAR_LIKELIER:
+                    yield LikelierKernel(name, gain, float(found.posterior.prior.parts[0].noise_std))
 
 
 def _noise_alone(posterior: Posterior) -> float | None:

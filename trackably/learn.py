@@ -124,7 +124,7 @@ def learn_reference(
     centres
         The largest number of kernel centres for the samples of each name. None: one centre for each sample. A whole
         number: time is divided into bins, and the samples in each bin are replaced by four that have the same
-        likelihood for every signal that is a cubic polynomial in each bin, noise included. "auto", with more than 2000
+        likelihood for every signal that is a cubic polynomial in each bin, noise included. "auto", with more than 500
         samples: so few centres that, at the learned hyperparameters, the exact l differs by less than 4, and the exact
         mean by less than a tenth of σ_n at samples, at centres and halfway between them; one for each sample if half as
         many do not suffice, as for many kernels with kinks. With more than 4000 samples, this comparison is with twice

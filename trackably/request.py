@@ -11,7 +11,7 @@ import numpy.typing as npt
 from trackably.arguments import is_number, numbers, real
 from trackably.arrays import Array
 from trackably.checker.certificate import AllPhases, AllTimes, Claim, Window
-from trackably.condensed import MANY, Centres, Condensation, checked_centres, condense_by_name, cost_of
+from trackably.condensed import Centres, Condensation, checked_centres, condense_by_name, cost_of
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
@@ -148,7 +148,7 @@ class Measurements:
     """Samples of a `plant` by name, with the noise `noise_std` of each.
 
     `kinds` are the names that depend on each flat output; noise is relative to that of the first of them. If a name has
-    more than `many` samples, they are condensed according to `centres`; see `condense_by_name` for `times`.
+    many samples, they are condensed according to `centres`; see `condense_by_name` for `times`.
     """
 
     plant: ConstrainedSystem
@@ -156,7 +156,6 @@ class Measurements:
     kinds: list[tuple[str, ...]]
     noise_std: Noise
     centres: Centres
-    many: int = MANY
     times: int = 1
 
     @classmethod
@@ -166,12 +165,11 @@ class Measurements:
         plant: ConstrainedSystem,
         noise_std: Noise,
         centres: Centres,
-        many: int = MANY,
     ) -> Self:
         """Check and return the samples. TypeError and ValueError as in `learn_reference`."""
         require_plant(plant)
         given, centres = samples_by_name(samples, plant), checked_centres(centres)
-        return cls(plant, given, names_of_each(plant, given), noise_std, centres, many)
+        return cls(plant, given, names_of_each(plant, given), noise_std, centres)
 
     @cached_property
     def all(self) -> dict[str, Samples]:
@@ -181,7 +179,7 @@ class Measurements:
     @cached_property
     def fewer(self) -> dict[str, Samples]:
         """The samples to learn from, by name."""
-        return condense_by_name(self.all, self.kinds, self.centres, self.noise_std, self.many, self.times)
+        return condense_by_name(self.all, self.kinds, self.centres, self.noise_std, self.times)
 
     @cached_property
     def names(self) -> tuple[str, ...]:

@@ -18,6 +18,7 @@ import numpy as np
 from trackably.arguments import instance, real
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
+from trackably.certificates.cover import radii
 from trackably.certificates.form import as_written, encode_subject
 from trackably.certificates.judge import NotTrackableError, found_or_raise, judge_contradiction
 from trackably.certificates.outcome import NoSignal, TooFar, Unproved
@@ -28,6 +29,7 @@ from trackably.checker.contradiction import Value
 from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.form import subject_of
 from trackably.checker.moving import compose
+from trackably.checker.quantities import states_of
 from trackably.checker.truth import (
     CONTRADICTION,
     VERSION,
@@ -51,7 +53,6 @@ _NEAR = 30
 """Number of measurements on each side of a time whose pairs are all examined; more distant ones bound little."""
 
 _CELLS, _TERMS = 300, 12
-_RATIOS = (3.0, 6.0, 12.0, 24.0)  # of a disc's radius to a cell's half width
 _ROUNDING = 1e-9  # of ε
 _STEPS = 3000  # of the linear program for the least ε
 _KNOTS = 4000  # of linear programs for signals
@@ -140,8 +141,10 @@ def true_signals(
 def _class_of(name: str, truth: object, samples: Mapping[str, Samples], plant: ConstrainedSystem) -> SignalClass:
     instance(f"truth of {name}", truth, Truth, "a Truth(noise=…, slope=… or second_derivative=…)")
     assert isinstance(truth, Truth), "instance has refused anything else"
-    if not isinstance(plant.system, LinearSystem) or name not in plant.system.states:
-        raise ValueError(f"truth: expected names of states of a linear system, got {name}")
+    if not isinstance(plant.system, LinearSystem):
+        raise ValueError("truth: signals are known of states of a linear system only")
+    if name not in plant.system.states:
+        raise ValueError(f"truth: expected names of states, {', '.join(plant.system.states)}, got {name}")
     for sampled in filter(None, (name, truth.rate)):
         if sampled not in samples:
             raise ValueError(f"truth: {sampled} is not sampled; there are samples of {', '.join(samples)}")
@@ -269,20 +272,15 @@ def true_signal(
     edges, state = _edges(name, of, claim, _CELLS, sought.derived), reference.plant.system.states.index(name)
     course = [(times := np.linspace(a, b, 5), reference.state_at(times)[:, state]) for a, b in pairwise(edges)]
     upper, lower, derived = _choose(of, edges, course, sought.derived)
-    halves, count = np.diff(edges) / 2, len(edges) - 1
-    best = TrueSignal(name, of, tuple(edges), (), _TERMS, upper, lower, (np.inf,) * count, None, derived)
     subject = subject_of(encode_subject(reference))
-    errors, radii = np.full(count, np.inf), np.ones(count)
-    for ratio in _RATIOS:
-        tried = replace(best, radii=tuple((ratio * halves).tolist()))
-        found = np.array([_bound(models) for models in gaps(subject, tried, FIRST_PASS)])
-        is_less = found < errors
-        errors, radii = np.where(is_less, found, errors), np.where(is_less, tried.radii, radii)
+    discs = radii(subject, reference, [states_of(subject)[state]], np.array(edges[:-1]), np.array(edges[1:]), _TERMS)
+    found = TrueSignal(name, of, tuple(edges), tuple(discs.tolist()), _TERMS, upper, lower, (), None, derived)
+    errors = np.array([_bound(models) for models in gaps(subject, found, FIRST_PASS)])
     if not np.all(np.isfinite(errors)):
         raise ValueError(f"truth: the {name} of the reference is not enclosed between all its samples")
     smallest = float(np.max(errors)) * _ROUNDING or _ROUNDING
     errors = np.maximum(errors, 0.0) + smallest
-    proved = replace(best, radii=tuple(radii.tolist()), errors=tuple(errors.tolist()))
+    proved = replace(found, errors=tuple(errors.tolist()))
     return replace(proved, plant=None if robust is None else _of_plant(proved, robust, state))
 
 

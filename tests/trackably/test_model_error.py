@@ -119,6 +119,22 @@ def test_the_sentence_adds_both_errors_up(learned: TrackableReference) -> None:
     assert f"the state of the system is within {truth.plant!r} of f" in verdict.statement
 
 
+@pytest.mark.parametrize(
+    ("disturbance", "said"), [(None, "under every plant in"), (W, f"under every disturbance in {W} and plant in")]
+)
+def test_the_explanation_names_only_what_there_is(disturbance: Zonotope | None, said: str) -> None:
+    found = learn_reference(
+        SAMPLES,
+        PLANT,
+        SquaredExponential(),
+        (0.0, 1.9),
+        noise_std=0.001,
+        disturbance=disturbance,
+        model_error=ModelError.of([(A, 0.9 * B), (A, 1.1 * B)]),
+    )
+    assert f"; {said}" in found.explanation
+
+
 def test_what_is_saved_is_proved_again(learned: TrackableReference, tmp_path) -> None:
     learned.save(tmp_path / "reference.json")
     again = TrackableReference.load(tmp_path / "reference.json")
@@ -175,7 +191,7 @@ GAIN = ("velocity", "acceleration")
         (lambda: ModelError.intervals(SYSTEM, {"velocity": (0, 1)}), ValueError, "a pair of names, .* got 'velocity'"),
         (lambda: ModelError.intervals(SYSTEM, {GAIN: 0.1}), ValueError, r"velocity, acceleration must have shape \(2,"),
         (lambda: ModelError.intervals(SYSTEM, {GAIN: (2, 1)}), ValueError, r"needs lower ≤ upper, got \(2, 1\)"),
-        (lambda: ModelError.intervals(SYSTEM, {}), ValueError, "up to 6 entries, got 0"),
+        (lambda: ModelError.intervals(SYSTEM, {}), ValueError, "1 to 6 entries, got 0"),
         (lambda: ModelError.intervals(A, {GAIN: (0, 1)}), TypeError, "expected a LinearSystem"),
         (lambda: ModelError.of([]), TypeError, r"expected a list of vertices, \(A, B\) or \(A, B, c\), got \[\]"),
         (lambda: ModelError.of([(A, B), (A,)]), TypeError, r"vertex 2: expected \(A, B\) or \(A, B, c\), got"),

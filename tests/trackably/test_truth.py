@@ -291,6 +291,17 @@ def test_learning_refuses_samples_that_no_signal_explains() -> None:
     assert isinstance(raised.value.outcome, NoSignal)
 
 
+def test_a_truth_of_an_unknown_state_is_refused_with_those_there_are() -> None:
+    with pytest.raises(ValueError, match=r"^truth: expected names of states, position, velocity, got place$"):
+        learn_reference(
+            Samples([0.0, 0.5, 1.0], [0.0, 0.1, 0.0]),
+            PLANT,
+            SquaredExponential(),
+            (0.0, 1.0),
+            truth={"place": Truth(1e-3, slope=1.0)},
+        )
+
+
 @pytest.mark.parametrize(
     "wrong",
     [

@@ -1,6 +1,6 @@
 """Propose boxes that cover a window: the checker tells in which of them bounds are kept, and the others are halved."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
@@ -13,7 +13,8 @@ from trackably.certificates.draft import TERMS, Draft, has_periodic_part
 from trackably.checker.boxes import Box
 from trackably.checker.certificate import Boxes
 from trackably.checker.floats.intervals import Floats
-from trackably.checker.quantities import Quantity
+from trackably.checker.quantities import LinearCombination, Quantity
+from trackably.checker.subject import Subject
 from trackably.progress.work import done
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantities
@@ -48,12 +49,12 @@ def cover(
     edges = _first_edges(draft, reference, start, end, asks)
     boxes, wanted = np.stack([edges[:-1], edges[1:]]), np.ones((len(draft.quantities), len(edges) - 1), dtype=bool)
     if not asks:
-        one = _join(start, [np.vstack([boxes, _radii(draft, reference, *boxes)])])
+        one = _join(start, [np.vstack([boxes, radii(draft.subject, reference, draft.arguments, *boxes)])])
         return {q.name: one for q in draft.quantities}
     kinks, accepted = _Kinks.of(draft), [dict[float, Box]() for _ in draft.quantities]
     exact = set[Box]()
     for halvings in range(_MOST_HALVINGS):
-        tried = np.vstack([boxes, _radii(draft, reference, *boxes)])
+        tried = np.vstack([boxes, radii(draft.subject, reference, draft.arguments, *boxes)])
         missing, reasons = _refusals(draft, tried, wanted, exactly=False)
         refused = np.any(missing, axis=0)
         if halvings >= _EXACT_FROM and 0 < refused.sum() <= _MOST_EXACT and not kinks.are_in(boxes[:, refused]).any():
@@ -120,7 +121,7 @@ class _Kinks:
     @classmethod
     def of(cls, draft: Draft) -> Self:
         found = list[tuple[float, float, float]]()
-        for s, shift in _shifts(draft):
+        for s, shift in _shifts(draft.subject, draft.arguments):
             signal = draft.subject.signals[s]
             if not signal.kernel.has_kink:
                 continue
@@ -221,7 +222,7 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float, a
     is_linear = all(q.combination is not None and not q.needs for q in draft.quantities)
     shortest = min(signal.kernel.correlation_time for signal in reference.kernel_sums)
     widest = (_WIDTH if is_linear and asks else _NARROW) * shortest
-    shifts = sorted({float(shift) for _, shift in _shifts(draft)})
+    shifts = sorted({float(shift) for _, shift in _shifts(draft.subject, draft.arguments)})
     centres = np.sort(
         np.concatenate([np.subtract.outer(signal.centres, shifts).ravel() for signal in draft.subject.signals])
     )
@@ -235,9 +236,8 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float, a
         edges = np.sort(np.concatenate([edges, edges[:-1][split] + widths[split] / 2]))
 
 
-def _shifts(draft: Draft) -> list[tuple[int, Fraction]]:
-    """Return the pairs of a signal's index s and a shift j T [s] that occur in the quantities."""
-    arguments = [argument for q in draft.quantities for argument in q.arguments.values()]
+def _shifts(subject: Subject, arguments: Iterable[LinearCombination]) -> list[tuple[int, Fraction]]:
+    """Return the pairs of a signal's index s and a shift j T [s] that occur in linear combinations."""
     found = {
         (s, j)
         for argument in arguments
@@ -245,26 +245,33 @@ def _shifts(draft: Draft) -> list[tuple[int, Fraction]]:
         for j, w in enumerate(weights)
         if w
     }
-    return [(s, j * Fraction(draft.subject.system.sampling_time)) for s, j in sorted(found)]
+    return [(s, j * Fraction(subject.system.sampling_time)) for s, j in sorted(found)]
 
 
-def _radii(draft: Draft, reference: Reference, starts: Array, ends: Array) -> Array:
+def radii(
+    subject: Subject,
+    reference: Reference,
+    arguments: Iterable[LinearCombination],
+    starts: Array,
+    ends: Array,
+    terms: int = TERMS,
+) -> Array:
     """Return radii [s] of discs that make the errors of Taylor polynomials small. Every radius is valid."""
     halves, middles = (ends - starts) / 2, starts + (ends - starts) / 2
-    radii, bounds = halves * _RATIOS[:, None], np.zeros((len(_RATIOS), len(starts)))
+    tried, bounds = halves * _RATIOS[:, None], np.zeros((len(_RATIOS), len(starts)))
     with np.errstate(all="ignore"):
-        for s, shift in _shifts(draft):
-            signal, kernel = draft.subject.signals[s], reference.kernel_sums[s].kernel
+        for s, shift in _shifts(subject, arguments):
+            signal, kernel = subject.signals[s], reference.kernel_sums[s].kernel
             on_disc: Any = signal.kernel.largest_on_disc  # of intervals of either arithmetic
             centres, times = np.sort(signal.centres), middles + float(shift)
             after = np.minimum(np.searchsorted(centres, times), len(centres) - 1)
             nearest = np.minimum(np.abs(times - centres[after]), np.abs(times - centres[np.maximum(after - 1, 0)]))
             if has_periodic_part(kernel):  # maxima are near everywhere
                 nearest = np.zeros_like(nearest)
-            bounds += on_disc(Floats.exact(nearest), Floats.exact(radii)).high
-        sizes = bounds * (halves / radii) ** TERMS
+            bounds += on_disc(Floats.exact(nearest), Floats.exact(tried)).high
+        sizes = bounds * (halves / tried) ** terms
     best = np.argmin(np.where(np.isfinite(sizes), sizes, np.inf), axis=0)
-    return np.asarray(radii[best, np.arange(len(starts))])
+    return np.asarray(tried[best, np.arange(len(starts))])
 
 
 def _join(start: float, found: Sequence[Array]) -> Boxes:

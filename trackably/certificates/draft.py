@@ -19,7 +19,7 @@ from trackably.checker.boxes import Box, Enclosures, refusals
 from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.form import a_kernel, subject_of
 from trackably.checker.intervals import Real, UndefinedError, at_most, exactly, ratio
-from trackably.checker.quantities import Quantity, quantities, value_at
+from trackably.checker.quantities import LinearCombination, Quantity, quantities, value_at
 from trackably.checker.rounding import FlatNeeds, FlatValues, check_sizes, constants, error_of, signal_errors
 from trackably.checker.subject import Subject
 from trackably.checker.tail import check_tail
@@ -130,6 +130,11 @@ class Draft:
     @property
     def subject(self) -> Subject:
         return self.certificate.subject
+
+    @property
+    def arguments(self) -> list[LinearCombination]:
+        """The linear combinations of signals on which the quantities depend."""
+        return [argument for q in self.quantities for argument in q.arguments.values()]
 
     @property
     def errors(self) -> Mapping[str, float]:

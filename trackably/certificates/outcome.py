@@ -41,7 +41,7 @@ class Counterexample:
 class Unproved:
     """Neither a proof nor a counterexample was found: the margin is too small by `shortfall` (the quantity's unit).
 
-    The proof of `quantity` fails in `box` [s]; `reason` is the cause.
+    It is 0 if that is not known. The proof of `quantity` fails in `box` [s]; `reason` is the cause.
     """
 
     quantity: str
@@ -57,7 +57,7 @@ class Unproved:
             return f"it is not proved at any time that the {self.quantity} stays in {self.bounds}: {self.reason}"
         return (
             f"from t = {start:.9g} s to {end:.9g} s it is not proved that the {self.quantity} stays in {self.bounds}: "
-            f"{self.reason} (short by {self.shortfall:.3g})"
+            f"{self.reason}{f' (short by {self.shortfall:.3g})' if self.shortfall else ''}"
         )
 
     def __repr__(self) -> str:

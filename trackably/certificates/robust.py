@@ -34,16 +34,16 @@ class Robust:
             for side in ("state", "input")
         )
         kept = ", ".join(filter(None, (states, inputs)))
-        given, W, noise = "x", self.invariant.disturbance, ""
+        W = (self.model or self.measured or self.invariant).disturbance
+        seen, K = "y" if self.measured else "x", self.invariant.feedback.tolist()
+        under = [f"disturbance in {W}"] if any(map(any, W.vectors)) else []
         if self.measured:
-            given, W, noise = "y", self.measured.disturbance, f" and measurement noise in {self.measured.noise}"
-        plants = ""
+            under.append(f"measurement noise in {self.measured.noise}")
         if self.model:
-            W, plants = self.model.disturbance, f" of every plant in {self.model.error}"
-        K = self.invariant.feedback.tolist()
+            under.append(f"plant in {self.model.error}")
         return (
-            f"under every disturbance in {W}{noise}{plants}, from every start in x_r ⊕ Z at one of these times and for "
-            f"all later steps among them, u = u_r + K ({given} - x_r) with K = {K} keeps {kept}"
+            f"under every {' and '.join(under)}, from every start in x_r ⊕ Z at one of these times and for all later "
+            f"steps among them, u = u_r + K ({seen} - x_r) with K = {K} keeps {kept}"
         )
 
 

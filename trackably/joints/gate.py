@@ -71,6 +71,9 @@ class Gate:
         q, t = numbers("gate: positions", positions), real("gate: now", now)
         if q.shape != (len(self.joints.names),):
             raise ValueError(f"gate: expected {len(self.joints.names)} positions, got shape {q.shape}")
+        for name, at, (low, high) in zip(self.joints.names, q.tolist(), self.joints.position.tolist(), strict=True):
+            if not low <= at <= high:
+                raise ValueError(f"gate: the position of {name} must be in [{low:g}, {high:g}], got {at:g}")
         return self._prove(t + np.array([0.0, 1.0]), q[:, None, None])
 
     def __call__(self, chunk: Any, running: CertifiedTrajectory, now: float) -> GateAnswer:

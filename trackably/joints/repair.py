@@ -22,6 +22,7 @@ from scipy.interpolate import PPoly
 from trackably.arguments import numbers
 from trackably.arrays import Array
 from trackably.certificates.outcome import Unproved
+from trackably.checker.joints import ORDERS
 from trackably.control.programs import Program
 from trackably.given.repair import Splines
 from trackably.joints.certify import (
@@ -36,6 +37,7 @@ from trackably.joints.limits import Joints
 from trackably.joints.trajectory import JointTrajectory
 
 _DEGREE, _FEWEST, _LOOKS, _TIMES = 5, 40, 4, 4001
+_ROUNDING = 1e-6
 _BACKOFFS = (1e-7, 1e-5, 1e-3)
 """Back-offs relative to the widths of limits, for the solver's tolerance."""
 
@@ -79,12 +81,14 @@ def repair_joints(
     if start is None or np.all(np.abs(given.state(given.span[0], len(held)) - held) <= tolerance):
         with suppress(NotAcceptedError):
             return CertifiedTrajectory(given, joints, tolerance)
-    splines, reason = HeldSplines.of(given, joints.order), "no spline was found within the limits in the same time"
+    if reason := _beyond_limits(joints, held):
+        return make_unproved(given, joints, reason)
+    splines = HeldSplines.of(given, joints.order)
     for backoff in _BACKOFFS:
         columns = list(_solve(splines, given, joints, held, backoff, until))
         if len(columns) < len(joints.names):
-            if perf_counter() > until:
-                reason = f"no spline was found in {seconds:g} s"
+            within = f"{seconds:g} s" if perf_counter() > until else "the same time within its limits"
+            reason = f"no spline of {joints.names[len(columns)]} was found in {within}"
             break
         found = splines.trajectory(np.array(columns), given)
         try:
@@ -106,6 +110,15 @@ def _start_values(given: JointTrajectory, joints: Joints, start: Any) -> Array:
             f"joints, got shape {held.shape}"
         )
     return np.vstack([held[:R], np.zeros((max(R - len(held), 0), held.shape[1]))])
+
+
+def _beyond_limits(joints: Joints, held: Array) -> str:
+    """Return which value of a fixed start is outside of its limits by more than rounding; empty if none is."""
+    lower, upper = np.moveaxis(joints.widened(_ROUNDING).limits[: len(held)], 2, 0)
+    for r, j in np.argwhere((held < lower) | (held > upper)).tolist():
+        low, high = joints.limits[r, j]
+        return f"it starts with a {ORDERS[r]} of {joints.names[j]} of {held[r, j]:.6g}, outside of [{low:g}, {high:g}]"
+    return ""
 
 
 @dataclass(frozen=True, eq=False)

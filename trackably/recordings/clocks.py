@@ -39,6 +39,8 @@ def parse(text: str, mark: str) -> Decimal:
             raise ValueError(f"expected a number of {_LONGEST} digits at most, got {shorten(text)}")
         return number
     hint = f' (with layout=CsvLayout(decimal="{other}") it would be one)' if _is_number(stripped, other) else ""
+    if _ISO.fullmatch(stripped):
+        hint = ' (times of this form have the unit "ISO 8601")'
     raise ValueError(f"expected a number, got {shorten(text)}{hint}")
 
 

@@ -48,7 +48,6 @@ _INSTEAD = {
     "learn_from": "learn hyperparameters by `learn_reference` from these samples, and give them as known: numbers in "
     "the kernel and for noise_std",
 }
-_MANY = 500  # samples of one name; more are condensed by default
 
 
 @one_blas_thread()
@@ -84,7 +83,7 @@ def learn_stream(
     Parameters
     ----------
     samples, plant, kernel, noise_std, mean, centres, starts, progress
-        As in `learn_reference`; "auto" condenses more than 500 samples. Kernels have to decay. Unknown hyperparameters
+        As in `learn_reference`. Kernels have to decay. Unknown hyperparameters
         are learned from the window with most motion, with its bounds; means and noise that are left out are learned
         from it without bounds.
     claim
@@ -115,7 +114,7 @@ def learn_stream(
     """
     _refuse(others)
     plant, tightening = tighten_plant(plant, disturbance, feedback, margin, measurement_noise)
-    measured = Measurements.of(samples, plant, noise_std, centres, _MANY)
+    measured = Measurements.of(samples, plant, noise_std, centres)
     claim = as_claim(claim, measured.given, plant.sampling_time)
     if (length := real("window", window)) <= 0:
         raise ValueError(f"window: must be a positive number of seconds, got {length:g}")
@@ -169,12 +168,12 @@ def _busiest(measured: Measurements, length: float) -> Measurements:
     given = measured.given
     start = min(float(of.times[0]) for of in given.values())
     end = max(float(of.times[-1]) for of in given.values())
-    most, best = -1.0, dict[str, Samples]()
+    most, best, whole = -1.0, dict[str, Samples](), {name: _motion(of) or 1.0 for name, of in given.items()}
     for i in range(max(1, math.ceil(2 * (end - start) / length) - 1)):
         since = start + i * length / 2
         parts = {name: part_of(of, since, since + length) for name, of in given.items()}
         found = {name: of for name, of in parts.items() if of is not None}
-        motion = sum(_motion(of) / (_motion(given[name]) or 1.0) for name, of in found.items())
+        motion = sum(_motion(of) / whole[name] for name, of in found.items())
         if len(found) == len(given) and motion > most:
             most, best = motion, found
     if not best:

@@ -397,7 +397,7 @@ class ModelError:
         instance("model_error: intervals", entries, Mapping, "intervals by the names of row and column")
         columns = (*system.states, *system.inputs, "1")
         if not 0 < len(entries) <= _MOST_ENTRIES:
-            raise ValueError(f"model_error: intervals: expected up to {_MOST_ENTRIES} entries, got {len(entries)}")
+            raise ValueError(f"model_error: intervals: expected 1 to {_MOST_ENTRIES} entries, got {len(entries)}")
         intervals = []
         for entry, given in entries.items():
             if entry not in product(system.states, columns):

@@ -70,7 +70,7 @@ def _breaks_any_bound(rng: np.random.Generator, honest: Any) -> Any:
 
 LIES: dict[str, tuple[Any, str, Lie]] = {
     "every box holds": (cover, "_refusals", _refuses_nothing),
-    "any radius will do": (cover, "_radii", _after(lambda rng, r: r * 10 ** rng.uniform(-3, 3, r.shape))),
+    "any radius will do": (cover, "radii", _after(lambda rng, r: r * 10 ** rng.uniform(-3, 3, r.shape))),
     "a box is lost": (cover, "_join", _after(_loses_a_box)),
     "an end is moved": (cover, "_join", _after(_moves_an_end)),
     "boxes are as wide as the window": (cover, "_first_edges", _after(lambda rng, e: e[[0, -1]])),

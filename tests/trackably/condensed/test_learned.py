@@ -8,7 +8,6 @@ import pytest
 
 from tests.trackably.plants import AXIS
 from trackably import Samples, SquaredExponential, TrackableReference, learn_reference
-from trackably.condensed import condense_by_name
 from trackably.gp.joint import JointPosterior
 
 RANDOM = np.random.default_rng(3)
@@ -83,8 +82,7 @@ def test_positions_and_velocities_are_condensed_by_name():
 
 
 def test_many_samples_are_condensed_without_being_asked(monkeypatch):
-    few = lambda *given: condense_by_name(*given[:-2], 400, given[-1])  # noqa: E731
-    monkeypatch.setattr("trackably.request.condense_by_name", few)
+    monkeypatch.setattr("trackably.condensed.MANY", 400)
     (cost,) = learned({"position": DENSE}).fit.condensed
     assert cost.centres <= 125
     assert abs(cost.change_of_l) < 1.0

@@ -120,7 +120,9 @@ def test_printed_times_are_proved_ones(rests: bool) -> None:
 def test_a_repair_that_cannot_be_is_unproved() -> None:
     given = JointTrajectory.through([0.0, 0.1], [[0.0], [1.0]])
     joints = Joints(velocity=1.0, acceleration=1.0, names=given.names)
-    assert isinstance(repair_joints(given, joints, start=[[0.0], [2.0]]), Unproved)
+    beyond = repair_joints(given, joints, start=[[0.0], [2.0]])
+    assert isinstance(beyond, Unproved)
+    assert beyond.explanation.endswith(f"a velocity of {given.names[0]} of 2, outside of [-1, 1]")
     late = repair_joints(given, joints, seconds=0.0)
     assert isinstance(late, Unproved)
     assert "0 s" in late.explanation

@@ -49,6 +49,13 @@ def test_few_samples_are_waypoints(values, recwarn):
     assert not [each for each in recwarn if "look like noise" in str(each.message)]
 
 
+def test_of_samples_that_are_all_equal_nothing_is_asked(recwarn):
+    learn_reference(
+        {"position": Samples(0.25 * np.arange(40), np.full(40, 0.1))}, AXIS, SquaredExponential(), "recorded"
+    )
+    assert not recwarn.list
+
+
 def test_a_stream_that_begins_at_rest_follows_later_motion():
     times = np.arange(0, 80, 0.25)
     values = np.where((times // 20) % 2 == 0, 0.0, 0.5) + 0.01 * np.random.default_rng(1).standard_normal(times.size)

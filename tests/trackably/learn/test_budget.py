@@ -99,7 +99,7 @@ def test_where_a_stream_is_faster_and_as_good_it_is_said():
     times = np.arange(800) * 0.1 + 0.04 * rng.uniform(0, 1, 800)
     samples = Samples(times, -0.45 + 0.6 * np.sin(times) + 0.05 * rng.standard_normal(800))
     given = samples, AXIS, SquaredExponential(0.5, 1.5), (0.0, 80.0)
-    whole = learn_reference(*given, noise_std=0.05, mean=-0.45)
+    whole = learn_reference(*given, noise_std=0.05, mean=-0.45, centres=None)
     assert "`learn_stream` with window=36 is faster and hardly differs" in whole.explanation
     stream = learn_stream(*given, noise_std=0.05, mean=-0.45, window=36.0)
     assert stream.misfit["position"] == pytest.approx(whole.misfit["position"], rel=0.01)

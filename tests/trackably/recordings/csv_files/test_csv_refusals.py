@@ -41,6 +41,12 @@ REFUSALS: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
         {},
         ", line 2, column 'x': expected a number, got '1,5' (with layout=CsvLayout(decimal=\",\") it would be one)",
     ),
+    "dates unsaid": (
+        "t,x\n2024-05-01T12:00:00.25Z,1\n",
+        {},
+        ", line 2, column 't': expected a number, got '2024-05-01T12:00:00.25Z' "
+        '(times of this form have the unit "ISO 8601")',
+    ),
     "thousands": ("t;x\n0;1.234,5\n", {"layout": COMMAS}, ", line 2, column 'x': expected a number, got '1.234,5'"),
     "too large": (
         "t,x\n0,1e400\n",
