@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from trackably.arrays import Array, Flags
 from trackably.certificates.pinned import Pinned
 from trackably.fit import Fit, Misfit
 from trackably.gp.hyperparameter import Learned
@@ -17,9 +18,11 @@ _DEAREST = 3
 _SHOWN = 4  # times of given values
 _OF_NOISE = 0.5  # by which noise learned with the bounds may differ from that without them
 
-# A sample is far off if it is so by more than both; more than a few are no outliers, but noise of another kind.
+# A sample is far off if it is so by more than both, and beyond those before and after it by a part of that: where a
+# signal jumps, samples are off a smooth fit, but between their neighbours. More than a few are noise of another kind.
 _TIMES_TYPICAL = 10.0
 _TIMES_NOISE = 5.0
+_BEYOND = 0.5
 _FEW = 0.1  # of all samples
 _FEWEST = 10
 _WINDOW = 24.0  # correlation times: twice the memory of a stream
@@ -188,10 +191,11 @@ def _help(fit: Fit) -> str:
 def _outliers(misfit: Misfit) -> str:
     off = np.abs(misfit.unconstrained) / misfit.samples.relative_noise
     typical = float(np.median(off)) / _NORMAL
-    far = np.flatnonzero(off > max(_TIMES_TYPICAL * typical, _TIMES_NOISE * misfit.noise_unconstrained))
-    if len(off) < _FEWEST or not typical or not 0 < len(far) <= _FEW * len(off):
+    is_far = off > max(_TIMES_TYPICAL * typical, _TIMES_NOISE * misfit.noise_unconstrained)
+    far = np.flatnonzero(is_far & (_beyond_others(misfit.samples, ~is_far) > _BEYOND * np.abs(misfit.unconstrained)))
+    if len(off) < _FEWEST or not typical or not 0 < len(far) <= np.sum(is_far) <= _FEW * len(off):
         return ""
-    i = int(np.argmax(off))
+    i = int(far[np.argmax(off[far])])
     others = f" (and {len(far) - 1} more are far off)" if len(far) > 1 else ""
     harm = " It raises the noise that is learned" if misfit.is_learned else ""
     return (
@@ -199,3 +203,14 @@ def _outliers(misfit: Misfit) -> str:
         f"{abs(misfit.unconstrained[i]):.3g} off the fit without bounds, {off[i] / typical:.3g} times as far as most"
         f"{others}: is it an outlier to be left out?{harm}"
     )
+
+
+def _beyond_others(samples: Samples, are_near: Flags) -> Array:
+    """Return how far each value lies outside of those before and after it that are near the fit, shape (n,)."""
+    values, near = samples.values, np.flatnonzero(are_near)
+    if not len(near):
+        return np.zeros(len(values))
+    after = np.searchsorted(near, np.arange(len(values)))
+    before, after = near[np.maximum(after - 1, 0)], near[np.minimum(after, len(near) - 1)]
+    beside = np.stack([values[before], values[after]])
+    return np.asarray(np.maximum(values - beside.max(axis=0), beside.min(axis=0) - values))

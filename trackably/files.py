@@ -154,7 +154,8 @@ def from_yaml(data: bytes) -> object:
         _require_small(YAML(typ="safe", pure=True).parse(text))
         content: object = YAML(typ="safe", pure=True).load(text)
     except (YAMLError, ValueError) as error:
-        raise ValueError(f"is not YAML: {' '.join(str(error).split())}") from error
+        said = str(error).partition("To suppress this check")[0]
+        raise ValueError(f"is not YAML: {' '.join(said.split())}") from error
     return content
 
 

@@ -17,6 +17,8 @@ _FEW = 0.1  # part of the samples that may be outliers
 _FEWEST = 5  # samples at least, to tell outliers from the others
 _LATE = 1e4  # times start late if they exceed this many times the span of the samples
 _SLOW = 500.0  # time steps from one sample to the next; about 0.5 is usual
+_TURNS = {2 * np.pi: "np.unwrap(values)", 360.0: "np.unwrap(values, period=360)"}  # of an angle
+_OF_TURN, _LARGEST_MOVE = 0.02, 0.15  # parts of a turn: a jump is one up to this, and up to other moves, all smaller
 _BEYOND = 10.0  # widths of the bounds: most samples lie this far outside
 _MOST = 0.75  # part of the samples that counts as most of them
 
@@ -36,6 +38,7 @@ def doubts(claim: Claim, samples: Mapping[str, Samples], plant: ConstrainedSyste
         yield from _of_span(name, of_name, plant.sampling_time)
         yield from _of_gaps(name, of_name)
         yield from _of_values(name, of_name)
+        yield from _of_turns(name, of_name)
         if name in bounds:
             yield from _of_bounds(name, of_name, bounds[name])
 
@@ -115,6 +118,21 @@ def _of_values(name: str, samples: Samples) -> Iterator[str]:
             f"from the median as most others, which lie within {spread:.3g} of {np.median(samples.values):g}: is it an "
             "outlier to be left out?"
         )
+
+
+def _of_turns(name: str, samples: Samples) -> Iterator[str]:
+    """Warn if a value jumps by a whole turn between two samples, and moves little between the others."""
+    moves = np.abs(np.diff(samples.values))
+    for turn, remedy in _TURNS.items():
+        jumps = moves > turn / 2
+        largest = float(np.max(moves[~jumps], initial=0.0))
+        are_turns = np.all(np.abs(moves[jumps] - turn) <= largest + _OF_TURN * turn)
+        if np.any(jumps) and are_turns and largest <= _LARGEST_MOVE * turn:
+            i = int(np.argmax(jumps))
+            yield (
+                f"samples: {name} jumps from {samples.values[i]:.6g} to {samples.values[i + 1]:.6g} at "
+                f"{samples.times[i + 1]:.6g} s, nearly a whole turn: is it an angle? {remedy} counts turns"
+            )
 
 
 def _of_bounds(name: str, samples: Samples, bounds: Interval) -> Iterator[str]:

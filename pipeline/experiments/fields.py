@@ -164,24 +164,25 @@ def _mean(written: Any) -> object:
                 return float(lower), float(upper)
             case int() | float():
                 return float(written)
-    raise ValueError("expected a number (known) or [lower, upper] with lower < upper (learned)")
+    raise ValueError("expected a number (known) or [lower, upper] with lower < upper (learned); or leave it out")
 
 
 class PriorFields(Fields):
     """The prior mean, the kernel, and the noise; hyperparameters and the mean are known or learned in an interval.
 
-    Hyperparameters that are left out, noise_std among them, are learned in an interval chosen from the samples.
+    Hyperparameters that are left out, noise_std among them, are learned in an interval chosen from the samples. A mean
+    that is left out is learned in any.
     """
 
-    mean: Annotated[float | tuple[float, float], BeforeValidator(_mean)]
+    mean: Annotated[float | tuple[float, float] | None, BeforeValidator(_mean)] = None
     kernel: Annotated[Kernel, PlainValidator(parse_kernel)]
     noise_std: Annotated[float, PlainValidator(parse_hyperparameter)] = hyperparameter(None)
 
     @property
     def prior(self) -> Prior:
-        """The prior of what is sampled; a mean that is to be learned is in the middle of its interval."""
+        """The prior of what is sampled; a mean that is to be learned is in the middle of its interval, or zero."""
         mean = sum(self.mean) / 2 if isinstance(self.mean, tuple) else self.mean
-        return Prior(self.kernel, self.noise_std, mean)
+        return Prior(self.kernel, self.noise_std, mean or 0.0)
 
 
 class NoiseFields(Fields):

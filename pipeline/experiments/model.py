@@ -42,13 +42,14 @@ from pipeline.yaml_file import Fields, raise_all
 from trackably.certificates.claim import refusal
 from trackably.certificates.goal import Goal, goal_for
 from trackably.checker.certificate import AllPhases, Window
-from trackably.empirical_bayes import EmpiricalPrior, empirical_prior, levels
+from trackably.empirical_bayes import EmpiricalPrior, empirical_prior, levels, split_means
 from trackably.errors import DoubtfulInputWarning, InputError, NoReferenceError
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.prior import prior_for
 from trackably.learning.space import SearchSpace
+from trackably.request import quantities_at_rest
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.sampling import kinds_by_name, relative_to_first
@@ -410,27 +411,31 @@ def _right_fields(model: type[Experiment], written: Any, wrong: Set[Any]) -> Exp
 
 
 def with_learned_means(experiment: Experiment, samples: tuple[Samples, ...]) -> Experiment:
-    """Return the experiment with known prior means: those that were intervals are learned from the samples.
+    """Return the experiment with known prior means: those that were not are learned from the samples.
 
     Raises NoReferenceError where the likelihood of the samples cannot be evaluated.
     """
-    between = {
-        name: fields.mean
-        for name, fields in experiment.prior.items()
-        if isinstance(fields, PriorFields) and isinstance(fields.mean, tuple)
-    }
+    given = {name: of.mean for name, of in experiment.prior.items() if isinstance(of, PriorFields)}
+    names = experiment.learned_prior.names
+    of_level = {name: of.of_level for name, of in zip(names, samples, strict=True)}
+    begun, between = split_means(given, names, of_level)
     if not between:
         return experiment
-    prior = experiment.learned_prior
-    ends = levels(between, prior.names, samples)
-    found = empirical_prior(samples, prior, ends, experiment.search.starts, keep=False)
+    prior, ends = _with_means(experiment, begun).learned_prior, levels(between, names, samples)
+    at_rest = quantities_at_rest(experiment.claim, experiment.plant)
+    found = empirical_prior(samples, prior, ends, experiment.search.starts, keep=False, at_rest=at_rest)
     if not isinstance(found, EmpiricalPrior):
         raise NoReferenceError(f"experiment {experiment.name}: prior.mean: {found.explanation}")
     for question in found.questions:
         warnings.warn(f"experiment {experiment.name}: {question}", DoubtfulInputWarning, stacklevel=2)
     named = zip(prior.names, found.prior.parts, samples, strict=True)
     learned = {name: float(of.of_level.stencil.at_rest(part.mean)) for name, part, of in named if name in between}
-    known = {name: {"mean": learned[name]} if name in learned else {} for name in experiment.prior}
-    return experiment.model_copy(
-        update={"prior": {name: of.model_copy(update=known[name]) for name, of in experiment.prior.items()}}
-    )
+    return _with_means(experiment, learned)
+
+
+def _with_means(experiment: Experiment, means: Mapping[str, float]) -> Experiment:
+    prior = {
+        name: of.model_copy(update={"mean": means[name]} if name in means else {})
+        for name, of in experiment.prior.items()
+    }
+    return experiment.model_copy(update={"prior": prior})

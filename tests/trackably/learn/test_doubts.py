@@ -21,6 +21,7 @@ from trackably.input_warnings import doubts
 KNOWN = SquaredExponential(0.1, 0.5)
 X, U = Polytope.box([-9, -9], [9, 9]), Polytope.box([-9], [9])
 CONTINUOUS = ConstrainedSystem(LinearSystem([[0, 1], [0, 0]], [[0], [1]], sampling_time=0.01), X, U)
+WIDE = ConstrainedSystem(AXIS.system, Polytope.box([-200, -900], [200, 900]), U)
 SPIKE = np.where(np.arange(len(SAMPLES)) == 3, 1e6, SAMPLES.values)
 
 
@@ -49,6 +50,10 @@ DOUBTFUL = {
               r"outside of its bounds \[-1\.1, 0\.2\], around 9\d\.\d+: are both in the same unit\?"),
     "a gap": (asked(samples=Samples(SAMPLES.times + 5.0 * (TIMES > 1.3), SAMPLES.values)), "there is none of position "
               r"for 5\.2 s after 1\.2 s, where there is usually one every 0\.2 s: is a part missing\?"),
+    "radians": (asked(samples=Samples(TIMES, np.mod(4 * TIMES, 2 * np.pi)), plant=WIDE), r"position jumps from 5\.6 to "
+              r"0\.11\d+ at 1\.6 s, nearly a whole turn: is it an angle\? np.unwrap\(values\) counts turns"),
+    "degrees": (asked(samples=Samples(TIMES, np.mod(5 - 99 * TIMES, 360) - 180), plant=WIDE), r"is it an angle\? "
+              r"np.unwrap\(values, period=360\) counts turns"),
     "an outlier": (asked(samples=Samples(SAMPLES.times, SPIKE)), r"samples: position is 1e\+06 at 0\.6 s, more than"),
 }  # fmt: skip
 
@@ -66,6 +71,9 @@ ORDINARY = {
     "few samples": asked(samples=Samples([0, 1, 2], [0, 0.1, 1e6])),
     "mostly outside": asked(samples=Samples(TIMES, 5 + TIMES)),
     "slow": asked(samples=Samples(20.0 * np.arange(9), [0.1] * 9)),
+    "a setpoint that changes by a turn, and by others": asked(
+        samples=Samples(TIMES, np.repeat([0.0, 6.28, 3.0, 4.0], 4)), plant=WIDE
+    ),
     "a step": asked(samples=Samples(SAMPLES.times, np.where(np.arange(16) < 8, 1e-6, 1e6))),
     "regular": asked(plant=CART, name="a"),
 }

@@ -44,6 +44,14 @@ def test_so_is_one_of_many_that_fewer_centres_stand_for():
     assert said.startswith(f"samples: position is {values[1234]:.6g} at 1.234 s, 0.148 off")
 
 
+def test_a_jump_is_no_outlier():
+    """Before and after it, samples are far off a smooth fit, but no further out than their neighbours."""
+    off = np.sign(np.arange(-20.0, 20.0) + 0.5) * np.exp(-np.abs(np.arange(-20.0, 20.0) + 0.5))
+    values = np.where(off > 0, 1.0, -1.0) + 0.001 * np.random.default_rng(0).standard_normal(40)
+    samples = Samples(np.arange(40), values)
+    assert outlying([Misfit("x", samples, off, off, 0.1, 0.1, True)]) is None
+
+
 def test_without_it_nothing_is_asked():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
