@@ -15,6 +15,7 @@ from trackably.certificates.draft import evaluated_until, evaluation_errors
 from trackably.certificates.goal import Goal, for_all_times
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import Failure
+from trackably.gp.compact import compact
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.constraint import Constraint
@@ -192,7 +193,7 @@ class _Learning:
         while isinstance(found, Solution):
             self.last = found
             self.fits += found.fits
-            reference = Reference(found.signals, self.plant)
+            reference = Reference(tuple(map(compact, found.signals)), self.plant)
             errors = _relative_errors(reference)
             error = max(errors.values())
             is_broken = found.missed > backoff and backoff < _LARGEST_BACKOFF

@@ -1,0 +1,59 @@
+"""Fewer kernels are the same function up to rounding, and float64 evaluates them more accurately."""
+
+import numpy as np
+import pytest
+
+from trackably.gp.compact import compact
+from trackably.gp.kernels.base import Kernel
+from trackably.gp.kernels.matern import Matern52
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.rational_quadratic import RationalQuadratic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.signal import KernelSum
+
+SMOOTH = [SquaredExponential(1.5, 2.0), RationalQuadratic(1.5, 6.0, 2.0), Periodic(1.5, 4.0, 9.0)]
+
+
+def long_at_bounds(kernel: Kernel, step: float = 0.01, seed: int = 0) -> KernelSum:
+    """Return a function as bounds of an acceleration make it: second differences at a hundred places."""
+    rng = np.random.default_rng(seed)
+    places, weights = np.sort(rng.uniform(-10, 20, 100)), rng.uniform(0, 1, 100) / step**2
+    centres = np.concatenate([places, places + step, places + 2 * step])
+    return KernelSum.of_terms(kernel, 0.3, centres, np.concatenate([weights, -2 * weights, weights]))
+
+
+@pytest.mark.parametrize("kernel", SMOOTH)
+@pytest.mark.parametrize("seed", range(3))
+def test_the_function_stays_the_same_with_half_the_kernels_at_most(kernel, seed):
+    given = long_at_bounds(kernel, seed=seed)
+    found, t = compact(given), np.linspace(-30, 40, 3001)
+    size = np.sum(np.abs(given.weights)) * kernel(np.zeros(()))
+    assert len(found.centres) <= len(given.centres) // 2
+    assert np.max(np.abs(found(t) - given(t))) < 1e-14 * size
+    assert np.max(np.abs(found.derivative(t) - given.derivative(t))) < 1e-12 * size
+
+
+def test_rounding_errors_fall():
+    given = long_at_bounds(SMOOTH[0])
+    found = compact(given)
+    bounds = [len(of.centres) * float(np.sum(np.abs(of.weights))) for of in (given, found)]
+    assert bounds[1] < bounds[0] / 20
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        long_at_bounds(Matern52(1.5, 2.0)),
+        KernelSum(SMOOTH[0], 0.0, np.linspace(0, 9, 40), np.ones(40)),
+        KernelSum(SMOOTH[0], 0.0, np.linspace(0, 4000, 400), np.ones(400)),
+        KernelSum(SMOOTH[0], 0.0, np.zeros(0), np.zeros(0)),
+    ],
+    ids=["with kinks", "few", "far apart", "none"],
+)
+def test_what_no_fewer_kernels_make_is_returned_as_it_is(given):
+    assert compact(given) is given
+
+
+def test_all_centres_at_one_time_are_no_interval():
+    given = KernelSum(SMOOTH[0], 0.0, np.full(100, 3.0), np.ones(100))
+    assert compact(given) is given

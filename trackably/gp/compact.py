@@ -1,0 +1,53 @@
+"""Write a function as a sum of fewer kernels, so that float64 evaluates it more accurately and faster.
+
+A smooth kernel is nearly a polynomial in its centre: κ(t − s) = Σ_k L_k(s) κ(t − s_k) with the Lagrange polynomials L_k
+of Chebyshev points s_k, up to an error that falls geometrically with their number. So
+
+    Σ_i c_i κ(t − t_i) = Σ_k (Σ_i c_i L_k(t_i)) κ(t − s_k).
+
+Bounds that are long active add hundreds of kernels with large weights that cancel: the input of a chain of integrators
+is a difference of order r, which adds weights of the size 1/T^r with alternating signs. With few points they are added
+up before anything is rounded. Rounding errors are bounded by the number of kernels times the sum of |c|, and both fall.
+"""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from trackably.gp.factors.low_rank import interpolation, nodes
+from trackably.gp.signal import KernelSum
+
+_FEWEST = 64  # kernels: of fewer, rounding errors are small
+_LEAST, _GROWTH = 2.0, 1.125  # points in a correlation time that are tried first, and how their number grows
+_ROUNDINGS = 8.0  # by which values may differ; bounds of the rounding errors of sums are many times larger
+_BEYOND = 2.0  # correlation times before the first centre and after the last at which functions are compared
+_EPS = float(np.finfo(float).eps)
+
+
+def compact(signal: KernelSum) -> KernelSum:
+    """Return the function as a sum of at most half as many kernels, or as it is where these do not suffice.
+
+    They suffice if values differ by less than a few roundings of Σ_i |c_i| κ(0), by which the given sum may be off
+    itself. Values are compared at many times, which is no proof: bounds are proved of the result.
+    """
+    centres, kernel = signal.centres, signal.kernel
+    if len(centres) < _FEWEST or not kernel.is_analytic or not np.ptp(centres):
+        return signal
+    first, last, around = np.min(centres), np.max(centres), _BEYOND * kernel.correlation_time
+    times = nodes(first - around, last + around, 2 * len(centres))
+    values, size = signal(times), float(np.sum(np.abs(signal.weights)) * kernel(np.zeros(())))
+    for count in _counts((last - first) / kernel.correlation_time, len(centres) // 2):
+        weights = signal.weights @ interpolation(centres, first, last, count)
+        found = KernelSum(kernel, signal.mean, nodes(first, last, count), weights)
+        if float(np.max(np.abs(found(times) - values))) <= _ROUNDINGS * _EPS * size:
+            return found
+    return signal
+
+
+def _counts(span: float, most: int) -> Iterator[int]:
+    """Yield the numbers of points that are tried, for a span in correlation times."""
+    count = max(_FEWEST // 4, math.ceil(min(_LEAST * span, most + 1.0)))
+    while count <= most:
+        yield count
+        count = math.ceil(_GROWTH * count)
