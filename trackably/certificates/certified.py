@@ -54,9 +54,10 @@ class Attempt:
 class Certified:
     """A learned reference with its proof.
 
-    Bounds were tightened by up to `backoff` (a part of their width). `cost` is the increase of l compared with the
-    smallest back-off, which is the optimiser's tolerance. `attempts` counts the fits; each solves several nonlinear
-    programs. `space` is the searched box, without the length scales at which float64 cannot evaluate the reference.
+    Its signals, and those of the `solution`, are sums of as few kernels as do. Bounds were tightened by up to `backoff`
+    (a part of their width). `cost` is the increase of l compared with the smallest back-off, which is the optimiser's
+    tolerance. `attempts` counts the fits; each solves several nonlinear programs. `space` is the searched box, without
+    the length scales at which float64 cannot evaluate the reference.
     """
 
     solution: Solution
@@ -209,7 +210,7 @@ class _Learning:
             if isinstance(outcome, Certificate):
                 assert isinstance(first, Solution), "every later fit follows a first one"
                 cost = found.objective - first.objective
-                solution = replace(found, fits=self.fits)
+                solution = replace(found, fits=self.fits, signals=outcome.reference.kernel_sums)
                 largest = max([backoff, *self.rounding.values()])
                 return Certified(solution, reference, outcome, largest, cost, self.attempts, self.space)
             if goal.extends_to(_failure_time(outcome)) or not self.may_go_on:
