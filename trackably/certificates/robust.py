@@ -36,7 +36,8 @@ class Robust:
         kept = ", ".join(filter(None, (states, inputs)))
         W = (self.model or self.measured or self.invariant).disturbance
         seen, K = "y" if self.measured else "x", self.invariant.feedback.tolist()
-        under = [f"disturbance in {W}"] if any(map(any, W.vectors)) else []
+        named = any(map(any, W.vectors)) or not (self.measured or self.model)
+        under = [f"disturbance in {W}"] if named else []
         if self.measured:
             under.append(f"measurement noise in {self.measured.noise}")
         if self.model:
