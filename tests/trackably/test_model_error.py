@@ -119,10 +119,22 @@ def test_the_sentence_adds_both_errors_up(learned: TrackableReference) -> None:
     assert f"the state of the system is within {truth.plant!r} of f" in verdict.statement
 
 
+GAIN = ModelError.of([(A, 0.9 * B), (A, 1.1 * B)])
+ZERO = Zonotope.box([0.0, 0.0], [0.0, 0.0])
+
+
 @pytest.mark.parametrize(
-    ("disturbance", "said"), [(None, "under every plant in"), (W, f"under every disturbance in {W} and plant in")]
+    ("disturbance", "model_error", "said"),
+    [
+        (None, GAIN, "under every plant in"),
+        (W, GAIN, f"under every disturbance in {W} and plant in"),
+        (ZERO, GAIN, "under every plant in"),
+        (ZERO, None, f"under every disturbance in {ZERO}, from every start"),
+    ],
 )
-def test_the_explanation_names_only_what_there_is(disturbance: Zonotope | None, said: str) -> None:
+def test_the_explanation_names_only_what_there_is(
+    disturbance: Zonotope | None, model_error: ModelError | None, said: str
+) -> None:
     found = learn_reference(
         SAMPLES,
         PLANT,
@@ -130,7 +142,7 @@ def test_the_explanation_names_only_what_there_is(disturbance: Zonotope | None, 
         (0.0, 1.9),
         noise_std=0.001,
         disturbance=disturbance,
-        model_error=ModelError.of([(A, 0.9 * B), (A, 1.1 * B)]),
+        model_error=model_error,
     )
     assert f"; {said}" in found.explanation
 
