@@ -1,7 +1,7 @@
 """Stage 3: references → margins at finely sampled times, certificates or counterexamples, metrics."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -255,7 +255,7 @@ def prove_for(experiment: Experiment, method: str, sampled: Sampled, reference: 
     if not isinstance(proof, Certificate):
         return proof
     robust = robust_of(experiment.tightening) if METHODS[method].is_robust else None
-    return with_truth(replace(proof, robust=robust), experiment.signals(sampled.by_name))
+    return with_truth(proof.with_robust(robust), experiment.signals(sampled.by_name))
 
 
 def _profiles(wanted: Verification, reference: Reference) -> list[MarginProfile]:

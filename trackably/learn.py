@@ -262,7 +262,7 @@ def learn_reference(
         solution, ended = certified.solution, None if is_whole else budget
         assert solution.unconstrained, "it is beside the one without bounds"
         fit = Fit.of(certified.reference, solution, solution.unconstrained, pinned, cost, limited, ended)
-    certificate = with_truth(replace(certified.certificate, robust=robust_of(tightening)), signals)
+    certificate = with_truth(certified.certificate.with_robust(robust_of(tightening)), signals)
     learned = TrackableReference(fit, certificate, proofs, tightening)
     if sentence := ignores_samples(learned.fit):
         sentence += ', or method="joint"' if method == "hyperparameters" else ""

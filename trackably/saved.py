@@ -123,7 +123,7 @@ class Saved(ABC):
             found = prove(self.reference)
         else:
             found = prove_on_window(self.reference, self.proved_from, self.proved_until)
-        return replace(found, robust=robust_of(self.computed_tightening)) if isinstance(found, Certificate) else found
+        return found.with_robust(robust_of(self.computed_tightening)) if isinstance(found, Certificate) else found
 
 
 @dataclass(frozen=True, repr=False)

@@ -662,4 +662,4 @@ def with_truth(certificate: Certificate, signals: Mapping[str, Sought]) -> Certi
             box, why = (truth.ends[worst], truth.ends[worst + 1]), "the tolerance is too small"
             raise NotTrackableError(Unproved(f"error of {name}", bounds, box, truth.error - most, why))
         found.append(truth)
-    return replace(certificate, truth=tuple(found))
+    return replace(certificate, truth=tuple(found)) if found else certificate

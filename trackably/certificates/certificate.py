@@ -1,6 +1,6 @@
 """A certificate: a claim about a stored reference, with everything that a checker needs to verify it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -49,6 +49,13 @@ class Certificate:
 
     def __repr__(self) -> str:
         return f"Certificate({self.explanation})"
+
+    def with_robust(self, robust: Robust | None) -> "Certificate":
+        """Return the certificate with the consequence for the disturbed system.
+
+        Without one it is the same object, so that what the checker has accepted is not checked again.
+        """
+        return self if robust is None else replace(self, robust=robust)
 
     @property
     def last_time(self) -> float:

@@ -141,7 +141,7 @@ def _may_cost_more(solution: Solution) -> bool:
 
 
 def _learn(goal: Goal, learning: "_Learning") -> Certified | NoSolution | Failure:
-    """Learn towards the goal; if the proof fails at a time after all constraints, extend the window and repeat."""
+    """Learn towards the goal; if the proof fails before or after all constraints, extend the window and repeat."""
     outcome = learning.towards(goal)
     while isinstance(outcome, Failure) and goal.extends_to(_failure_time(outcome)) and learning.may_go_on:
         longer = goal.longer(_failure_time(outcome))
@@ -186,7 +186,7 @@ class _Learning:
     def towards(self, goal: Goal) -> Certified | NoSolution | Failure:
         """Fit and try to prove, each time with a larger back-off.
 
-        Stop if the proof fails at a time after all constraints.
+        Stop if the proof fails before or after all constraints.
         """
         backoff, learner = self.learner.first_backoff, self.learner
         problem = self._problem(goal, backoff)

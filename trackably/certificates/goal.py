@@ -21,7 +21,8 @@ _LONGER, _FAR = 1.5, 1e3
 class Goal:
     """Bounds are constrained at `times` and proved by `prove`.
 
-    If the goal `is_extensible`, the proof covers later times too, and `times` is extended if the proof fails there.
+    If the goal `is_extensible`, the proof covers other times t ≥ 0 too, and `times` is extended if the proof fails
+    there.
     """
 
     times: AllPhases | Window
@@ -29,15 +30,20 @@ class Goal:
     is_extensible: bool = False
 
     def extends_to(self, failed_at: float) -> bool:
-        """Whether the window is extended if the proof fails at this time [s], after all constraints."""
-        return self.is_extensible and isinstance(self.times, Window) and failed_at > self.times.end
+        """Whether the window is extended if the proof fails at this time [s], before or after all constraints."""
+        if not (self.is_extensible and isinstance(self.times, Window)):
+            return False
+        return failed_at < self.times.start or failed_at > self.times.end
 
     def longer(self, failed_at: float) -> Self | None:
-        """Return the goal with constraints up to beyond `failed_at` [s]; None if that is too far away."""
+        """Return the goal with constraints that reach beyond `failed_at` [s]; None if that is too far away."""
         assert isinstance(self.times, Window), "only a window can be extended"
-        if not failed_at < _FAR * self.times.end:
+        start, end = self.times.span
+        if failed_at < start:
+            return replace(self, times=Window(max(end - _LONGER * (end - failed_at), 0.0), end))
+        if not failed_at - start < _FAR * (end - start):
             return None
-        return replace(self, times=Window(self.times.start, _LONGER * failed_at))
+        return replace(self, times=Window(start, start + _LONGER * (failed_at - start)))
 
 
 def goal_for(claim: Claim, samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem) -> Goal:
@@ -67,13 +73,15 @@ def _refusal_of_bounds(claim: Claim, prior: JointPrior, plant: ConstrainedSystem
 def for_all_times(samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem) -> Goal:
     """Return the goal for every real t ≥ 0, by the claim that suits the kernels.
 
-    If all kernels have one period, all phases are constrained. Otherwise a window from 0 on is constrained, and a
-    decaying envelope proves later times. The window is extended if the proof fails at a later time.
+    If all kernels have one period, all phases are constrained. Otherwise a window around the samples is constrained, as
+    long before and after them as they last, and a decaying envelope proves later times. The window is extended if the
+    proof fails at other times.
     """
     if has_period(prior):
         return Goal(AllPhases(), prove)
     first, last = min(float(s.times[0]) for s in samples), max(float(s.times[-1]) for s in samples)
-    return Goal(Window(0.0, 2 * last - first + plant.sampling_time), prove_while_settling, is_extensible=True)
+    window = Window(max(2 * first - last, 0.0), 2 * last - first + plant.sampling_time)
+    return Goal(window, prove_while_settling, is_extensible=True)
 
 
 def for_all_times_again(samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem) -> Goal:

@@ -242,16 +242,17 @@ class _ProofProblem:
             return self._broken_for_certain(start, end) or self._unbounded_error(self.reference.quantity(name))
         drawn = sketches(self.reference, start, end)
         for quantity, seen in zip(self.reference.quantities, drawn, strict=True):
-            if not seen.least > self.draft.errors[quantity.name] and (
-                failure := self._failure_at(quantity, seen.worst_time)
-            ):
-                return failure
+            if seen.least > self.draft.errors[quantity.name]:
+                continue
+            for time in seen.worst_times:
+                if failure := self._failure_at(quantity, time):
+                    return failure
         return jump_of(self.reference, drawn)
 
     def _broken_for_certain(self, start: float, end: float) -> Counterexample | None:
         """Return a counterexample near one of the worst times; None if none is found."""
         drawn = zip(self.reference.quantities, sketches(self.reference, start, end), strict=True)
-        failures = (self._failure_near(quantity, seen.worst_time) for quantity, seen in drawn)
+        failures = (self._failure_near(quantity, seen.worst_times[0]) for quantity, seen in drawn)
         return next((failure for failure in failures if isinstance(failure, Counterexample)), None)
 
     @property

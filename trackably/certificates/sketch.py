@@ -18,6 +18,7 @@ from trackably.systems.trajectories import Quantities, Signals, Trajectory
 _POINTS_PER_CORRELATION_TIME, _MOST_POINTS = 12, 50_000
 _FEWEST_POINTS, _FEWEST_OF_FORMULAS = 65, 1025
 _FEW_CENTRES = 100
+_TRIED = 8  # of the worst times
 _REFINEMENTS, _NARROWER, _AROUND = 2, 0.1, np.array([[-1.0], [0.0], [1.0]])
 
 
@@ -29,8 +30,13 @@ class Sketch:
     margins: Array
 
     @property
-    def worst_time(self) -> float:
-        return float(self.times[np.argmin(self.margins)])
+    def worst_times(self) -> list[float]:
+        """The times [s] of the smallest margins, the worst first: NaN, where a quantity is undefined, is below all.
+
+        The worst alone is not enough: at a jump, its exact time may be on the side that keeps the bounds.
+        """
+        order = np.argsort(np.nan_to_num(self.margins, nan=-np.inf, posinf=np.inf, neginf=-np.inf), kind="stable")
+        return [float(time) for time in self.times[order[:_TRIED]]]
 
     @property
     def least(self) -> float:

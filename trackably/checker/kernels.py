@@ -541,7 +541,7 @@ ELEMENTARY: dict[str, type[Elementary]] = {
 COMBINATIONS: dict[str, type[Combination]] = {"sum": Sum, "product": Product}
 
 
-_HALVINGS = 15
+_DOUBLINGS, _HALVINGS = 10, 15
 
 
 class Reach(NamedTuple):
@@ -553,9 +553,9 @@ class Reach(NamedTuple):
 
 @lru_cache
 def reach(kernel: Kernel, span: float, part: float) -> Reach:
-    """Return a small distance beyond which |κ| ≤ `part` · κ(0), among some distances below the `span` [s]."""
+    """Return a small distance beyond which |κ| ≤ `part` · κ(0), among some multiples of the centres' `span` [s]."""
     most, found = kernel.peak.size * part, Reach(float("inf"), Decay(ZERO, ZERO))
-    for k in range(1, 4 * _HALVINGS):
+    for k in (*range(-4 * _DOUBLINGS, 0, 4), *range(1, 4 * _HALVINGS)):
         tick()
         distance = span * 2.0 ** (-k / 4)
         decay = kernel.beyond(exactly(distance))

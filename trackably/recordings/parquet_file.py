@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import timedelta
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -84,9 +85,10 @@ def read_cells(path: Path, names: Sequence[str]) -> Cells:
         raise InputError(f"{path}: cannot be read as Parquet ({error})") from error
     if not table.num_rows:
         raise InputError(f"{path}: there are no rows")
+    is_date = [types.is_timestamp(of.type) or types.is_date(of.type) for of in table.schema]
     columns = {
-        name: _nanoseconds(column) if types.is_timestamp(column.type) else column.to_pylist()
-        for name, column in zip(table.column_names, table.columns, strict=True)
+        name: _nanoseconds(column) if has_dates else column.to_pylist()
+        for name, column, has_dates in zip(table.column_names, table.columns, is_date, strict=True)
     }
     return Cells(columns, [f"row {row}" for row in range(1, table.num_rows + 1)])
 
@@ -121,6 +123,9 @@ def _date(clock: DateTimes, cell: object) -> Decimal:
 
 
 def _count(cell: object) -> Decimal:
-    if isinstance(cell, _Instant):
-        raise ValueError('the column holds dates: "ISO 8601" is their time unit')
+    match cell:
+        case _Instant():
+            raise ValueError('the column holds dates: "ISO 8601" is their time unit')
+        case timedelta():
+            raise ValueError("the column holds durations: save them as numbers (in pandas: .dt.total_seconds())")
     return exact(cell)

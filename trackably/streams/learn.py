@@ -143,7 +143,7 @@ def learn_stream(
         reference, certificate = found_or_raise(learn_proved(stream))
         pinned = tuple(at.found(reference) for at in pinned)
         proofs = found_or_raise(prove_pinned(reference, pinned))
-    certificate = replace(certificate, robust=robust_of(tightening))
+    certificate = certificate.with_robust(robust_of(tightening))
     learned = StreamReference(reference, certificate, replace(stream, pinned=pinned), cost, tightening, proofs)
     if large := [misfit for misfit in learned.misfits if misfit.is_large]:
         off = "; ".join(f"it is {misfit.size:.3g} off those of {misfit.name}" for misfit in large)

@@ -217,5 +217,5 @@ def _certify(reference: TrackableReference) -> Certified:
 def _with_proof(found: Certified, last: TrackableReference) -> TrackableReference:
     """Return the result as a reference for the plant of the last one; its l without bounds is that of the same θ."""
     fit = Fit.of(found.reference, found.solution, found.solution.posterior, ())
-    certificate = replace(found.certificate, robust=robust_of(last.tightening))
+    certificate = found.certificate.with_robust(robust_of(last.tightening))
     return TrackableReference(fit, certificate, tightening=last.tightening)

@@ -56,7 +56,7 @@ class KernelCurve(Curve):
 def _worst(reference: Reference, window: tuple[float, float]) -> Violation:
     """Return the violation at the worst times that are seen in float64."""
     drawn = zip(reference.quantities, sketches(reference, *window), strict=True)
-    times = {quantity.name: of.worst_time for quantity, of in drawn}
+    times = {quantity.name: of.worst_times[0] for quantity, of in drawn}
     each = [_at(reference, name, time) for name, time in times.items()]
     return max(each, key=lambda violation: violation.least)
 

@@ -82,8 +82,8 @@ LIES: dict[str, tuple[Any, str, Lie]] = {
     "nothing is broken": (prove._ProofProblem, "broken", _always(None)),
     "the worst is elsewhere": (
         Sketch,
-        "worst_time",
-        lambda rng, honest: property(lambda s: float(rng.choice(s.times))),
+        "worst_times",
+        lambda rng, honest: property(lambda s: [float(rng.choice(s.times))]),
     ),
     "violations are larger": (prove._ProofProblem, "_failure_at", _after(_exaggerates)),
     "bounds are broken anywhere": (prove._ProofProblem, "_failure_at", _breaks_any_bound),

@@ -14,4 +14,6 @@ def test_no_finer_grid_finds_lower_margins(make, seed):
     signals, fine = [signal.summed for signal in chosen.reference.kernel_sums], np.linspace(0.0, chosen.end, 20_001)
     for quantity, drawn in zip(chosen.reference.quantities, sketches(chosen.reference, 0.0, chosen.end), strict=True):
         assert drawn.least <= np.min(quantity.margin(signals, fine)) + 1e-9
-        assert drawn.least == pytest.approx(float(quantity.margin(signals, np.array([drawn.worst_time]))[0]), abs=1e-12)
+        assert drawn.least == pytest.approx(
+            float(quantity.margin(signals, np.array(drawn.worst_times[:1]))[0]), abs=1e-12
+        )

@@ -47,6 +47,16 @@ CURVES = {
 }
 
 
+@pytest.mark.parametrize("B", [[[0.005], [0.1]], [[0.0], [0.1]]])
+def test_a_curve_that_jumps_is_refuted_where_it_does(B):
+    """At the exact time of the worst float64 value, the jump may be over: then other times nearby are tried."""
+    plant = Plant(LinearSystem([[1.0, 0.1], [0.0, 1.0]], B, sampling_time=0.1), AXIS.state_set, AXIS.input_set)
+    found = certify(PPoly([[0.0, 0.0], [-1.0, 0.0]], [0.0, 1.0, 2.0]), plant)
+    assert isinstance(found, Counterexample)
+    assert 0.9 <= found.time <= 1.0
+    assert found.violation > 3
+
+
 @pytest.mark.parametrize("name", CURVES)
 @pytest.mark.parametrize("claim", [None, "all_times", (0.5, 2.0)])
 def test_what_is_said_of_a_curve_is_so(name, claim, tmp_path):

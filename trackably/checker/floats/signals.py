@@ -52,7 +52,7 @@ class CentresBefore:
         at, which = np.unique(last, return_inverse=True)
         is_any, half = self.before > 0, abs(self.along)
         time = self.middles - Floats.exact(self.centres[last])
-        x = self.kernel.rate * time.choose(is_any, time, half)
+        x = self.kernel.rate * time.choose(is_any, time, radii)  # of no centre: e^(y − x) must not overflow
         moments = [m.choose(is_any, m.at((slice(None), which)), 0.0) for m in self.moments(at)]
         terms = self.kernel.along([m.at(0) for m in moments], x, self.kernel.rate * self.along, n)
         ratio: Any = half / radii
@@ -159,9 +159,9 @@ class Models:
         return Models(self.coefficients.at((slice(None), where)), self.missed.at(where))
 
     @classmethod
-    def spread(cls, parts: Sequence[tuple[Indices, "Models"]], n: int, count: int) -> "Models":
-        """Return models with n coefficients in `count` boxes, of which these are some; NaN in the others."""
-        ends = np.full((2, n + 1, count), np.nan)
+    def spread(cls, parts: Sequence[tuple[Indices, "Models"]], n: int, count: int, rest: float = np.nan) -> "Models":
+        """Return models with n coefficients in `count` boxes, of which these are some; the `rest` in the others."""
+        ends = np.full((2, n + 1, count), rest)
         for where, of in parts:
             every = join([of.coefficients, of.missed.at(None)], axis=0)
             ends[:, :, where] = every.low, every.high
@@ -215,11 +215,13 @@ class ManyCentres:
         if self.kernel.has_kink:
             oddness = self.kernel.oddness(1.01 * boxes.halves, Floats.exact(boxes.radii), n)
         first, stop = self._inside(boxes) if isinstance(self.kernel, Matern) else self._near(boxes)
+        inner = np.flatnonzero(stop > first)
+        blocks = [inner[some] for some in _blocks((stop - first)[inner])]
         parts = [
-            self._in_blocks(boxes.at(some), first[some], stop[some], oddness.at(some), n)
-            for some in _blocks(stop - first)
+            (some, Models(*self._in_blocks(boxes.at(some), first[some], stop[some], oddness.at(some), n)))
+            for some in blocks
         ]
-        found = Models(*(join([part[i] for part in parts]) for i in range(2)))
+        found = Models.spread(parts, n, len(first), rest=0.0)
         if not isinstance(self.kernel, Matern):
             return Models(found.coefficients, found.missed + self.reach[1])
         return found + self._outside(boxes, first, stop, n)
@@ -238,27 +240,22 @@ class ManyCentres:
         return coefficients, missed
 
     def _near(self, boxes: Boxes) -> tuple[Indices, Indices]:
-        """Return the index of the first near centre of each box, and of the first one after the near ones.
-
-        At least one is near.
-        """
+        """Return the index of the first near centre of each box, and of the first one after the near ones."""
         reach, shift = self.reach[0], float(self.exact_shift.low)
         sizes = np.abs(boxes.starts) + np.abs(boxes.ends) + abs(shift)
         # Enlarged by more than the rounding of a few numbers of these sizes, so omitted centres are beyond the reach.
         reaches = reach * (1 + 2.0**-20) + 2.0**-48 * sizes
         first = np.searchsorted(self.centres, boxes.starts + shift - reaches)
-        first = np.minimum(first, len(self.centres) - 1)
-        return first, np.maximum(np.searchsorted(self.centres, boxes.ends + shift + reaches, side="right"), first + 1)
+        return first, np.searchsorted(self.centres, boxes.ends + shift + reaches, side="right")
 
     def _inside(self, boxes: Boxes) -> tuple[Indices, Indices]:
         """Return the index of the first centre that may be inside each box, and of the first one certainly after it.
 
-        Centres before the first one are certainly before the box. At least one centre counts as possibly inside.
+        Centres before the first one are certainly before the box.
         """
         start, end = (Floats.exact(times) + self.exact_shift for times in (boxes.starts, boxes.ends))
         first = np.searchsorted(self.centres, start.low, side="right")
-        first = np.minimum(first, len(self.centres) - 1)
-        return first, np.maximum(np.searchsorted(self.centres, end.high), first + 1)
+        return first, np.maximum(np.searchsorted(self.centres, end.high), first)
 
     def _outside(self, boxes: Boxes, first: Indices, stop: Indices, n: int) -> Models:
         """Return models of all centres before and after the boxes, of a Matérn kernel."""
@@ -322,4 +319,5 @@ def _blocks(counts: Indices) -> Iterator[slice]:
             yield slice(begin, b)
             begin, pairs = b, 0
         pairs += count
-    yield slice(begin, len(counts))
+    if pairs:
+        yield slice(begin, len(counts))

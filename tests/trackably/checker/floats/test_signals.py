@@ -16,6 +16,7 @@ from trackably.checker.floats.intervals import Floats
 from trackably.checker.floats.signals import Boxes, ManyCentres
 from trackably.checker.form import a_kernel
 from trackably.checker.intervals import ZERO
+from trackably.checker.kernels import Matern
 from trackably.checker.kernels import Matern52 as CheckedMatern52
 from trackably.checker.kernels import PiecewisePolynomial2 as CheckedCompact
 from trackably.checker.kernels import SquaredExponential as CheckedSquaredExponential
@@ -47,6 +48,14 @@ def boxes_around(of: ManyCentres, scale: float, rng: np.random.Generator) -> Box
     starts = at - halves * rng.choice([0.0, 1.0, 0.3, 1e-9], 10)
     ends = at + halves * np.where(starts < at, rng.choice([0.0, 1.0, 0.7], 10), 1.0)
     return Boxes(starts, ends, (ends - starts) / 2 * rng.choice([1.3, 2.0, 6.0, 64.0], 10))
+
+
+def wide_boxes_beside(of: ManyCentres, scale: float, rng: np.random.Generator) -> Boxes:
+    """Boxes far before and after all centres, as wide as a hundred or ten thousand time scales."""
+    wide = scale * np.tile([1e2, 1e4], 2)
+    gaps = wide * rng.uniform(1, 4, 4)
+    starts = np.where([True, True, False, False], of.centres[0] - gaps - wide, of.centres[-1] + gaps) - float(of.shift)
+    return Boxes(starts, starts + wide, wide / 2 + gaps * rng.choice([0.3, 0.9], 4))
 
 
 def escapes(kernel: Kernel, seed: int) -> Iterator[bool]:
@@ -103,6 +112,18 @@ def _ends(coefficients: Floats, missed: float, x: mp.mpf) -> tuple[mp.mpf, mp.mp
 @pytest.mark.parametrize("seed", range(2))
 def test_models_hold_the_signal(kernel, seed):
     assert not any(escapes(kernel, seed))
+
+
+@over(KERNELS)
+def test_models_in_wide_boxes_far_from_all_centres_hold_the_signal_and_say_that_it_rests(kernel):
+    rng, kappa, scale = np.random.default_rng(1), formula(kernel), time_scale(kernel)
+    of = drawn(kernel, rng)
+    boxes = wide_boxes_beside(of, scale, rng)
+    with np.errstate(all="ignore"):
+        models = of.enclose(boxes, TERMS)
+    assert not any(_outside(of, boxes, models, kappa, rng))
+    if of.reach[0] < 50 * scale or isinstance(of.kernel, Matern):
+        assert np.all(models.missed.high <= 1e-6)
 
 
 @over(KERNELS)

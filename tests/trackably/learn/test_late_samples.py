@@ -1,0 +1,66 @@
+"""Samples that begin long after t = 0 are learned and proved for all t ≥ 0 as well as those that begin there."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.trackably.plants import AXIS, SAMPLES
+from trackably import (
+    Kernel,
+    Matern32,
+    Matern52,
+    Matern72,
+    Periodic,
+    Proved,
+    RationalQuadratic,
+    Relearner,
+    Samples,
+    SquaredExponential,
+    TrackableReference,
+    check,
+    learn_reference,
+)
+from trackably.certificates import judge
+
+KERNELS: dict[str, Kernel] = {
+    "squared exponential": SquaredExponential(),
+    "matern32": Matern32(),
+    "matern52": Matern52(),
+    "matern72": Matern72(),
+    "rational quadratic": RationalQuadratic(),
+    "locally periodic": SquaredExponential() * Periodic(1.0, 2.0, 6.0),
+    "sum": SquaredExponential(0.5, 1.0) + Matern52(0.1, 0.7),
+}
+pytestmark = pytest.mark.filterwarnings("ignore:samples. those of position begin")  # float64 suffices here
+DAY = 86_400.0  # s
+OPTIONS: dict[str, Any] = {"noise_std": 0.02, "mean": -0.4, "starts": 1, "progress": False}
+
+
+def late(by: float) -> Samples:
+    return Samples(SAMPLES.times + by, SAMPLES.values)
+
+
+@pytest.mark.parametrize("name", KERNELS)
+@pytest.mark.parametrize("by", [4096.0, DAY])
+def test_late_samples_cost_no_more_and_are_proved_from_zero_on(name, by, tmp_path):
+    early, found = (learn_reference(late(t), AXIS, KERNELS[name], "all_times", **OPTIONS) for t in (0.0, by))
+    assert found.certificate.claim.span == (0.0, np.inf)
+    assert found.objective == pytest.approx(early.objective, abs=0.05)
+    found.save_certificate(tmp_path / "certificate.json")
+    assert isinstance(check(tmp_path / "certificate.json"), Proved)
+
+
+@pytest.mark.parametrize("by", [0.0, 10 * DAY])
+def test_a_loop_that_has_run_for_days_learns_its_windows_and_checks_no_file_twice(by, monkeypatch):
+    first = learn_reference(late(by), AXIS, SquaredExponential(0.5, 0.5), "all_times", **OPTIONS)
+    relearn, asked, right = Relearner(first), list[object](), judge.judged_file
+
+    def counted(content):
+        asked.append(content)
+        return right(content)
+
+    monkeypatch.setattr(judge, "judged_file", counted)
+    for i in range(3):
+        assert isinstance(relearn(late(by + 0.5 * i)), TrackableReference)
+    assert len(set(map(repr, asked))) == len(asked) >= 3
