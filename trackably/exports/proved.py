@@ -13,7 +13,7 @@ import numpy as np
 from trackably.arguments import numbers, whole
 from trackably.arrays import Array, ArrayLike
 from trackably.certificates.certificate import Certificate
-from trackably.checker.certificate import AllTimes, Instants, Steps, TrueSignal
+from trackably.checker.certificate import AllTimes, Cover, Instants, TrueSignal
 from trackably.extras import optional
 from trackably.gp.samples import Samples
 from trackably.systems.pieces import PolynomialPieces
@@ -84,20 +84,18 @@ class Reached:
 def ends(proved: Proved) -> tuple[float, float]:
     """Return the first and the last time [s] worth showing, within the claim.
 
-    If all times are proved, the last one is when the reference has settled, but at most twice the time of its last
-    kernel or piece: kernels with heavy tails are near their bounds for hours, and hardly move.
+    If all times are proved, the first one is as long before the kernels or pieces as these last, and the last one is
+    when the reference has settled, but at most so long after them as from the first time to the last kernel or piece:
+    kernels with heavy tails are near their bounds for hours, and hardly move.
     """
     claim, proof = proved.certificate.claim, proved.certificate.proof
-    if isinstance(proof, Steps):
-        return 0.0, min(float(proved.reference.instants(max(proof.last, 1))), _twice(proved))
-    return proof.start, min(proof.end, _twice(proved)) if isinstance(claim, AllTimes) else proof.end
-
-
-def _twice(proved: Proved) -> float:
-    """Return twice the time of the last kernel or piece [s], and 200 sampling times at least."""
-    signals = proved.reference.signals
-    lasts = [z.breakpoints[-1] if isinstance(z, PolynomialPieces) else np.max(z.centres) for z in signals]
-    return 2 * max(*map(float, lasts), 100 * proved.reference.plant.sampling_time)
+    if isinstance(proof, Cover) and not isinstance(claim, AllTimes):
+        return proof.start, proof.end
+    every = [z.breakpoints if isinstance(z, PolynomialPieces) else z.centres for z in proved.reference.signals]
+    first, last = float(min(map(np.min, every))), float(max(map(np.max, every)))
+    start, step = max(2 * first - last, 0.0), proved.reference.plant.sampling_time
+    settled = proof.end if isinstance(proof, Cover) else float(proved.reference.instants(max(proof.last, 1)))
+    return start, min(settled, start + 2 * max(last - start, 100 * step))
 
 
 def shown_times(proved: Proved, count: int, start: float | None = None, end: float | None = None) -> Array:

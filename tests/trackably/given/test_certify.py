@@ -57,6 +57,18 @@ def test_a_curve_that_jumps_is_refuted_where_it_does(B):
     assert found.violation > 3
 
 
+@pytest.mark.parametrize("kind", ["natural", "clamped"])
+@pytest.mark.parametrize("claim", ["all_times", (0.0, 2.0)])
+def test_a_curve_that_starts_at_once_is_refuted_with_advice(kind, claim):
+    """Only where its rest before the first piece is what breaks a bound: a faster curve breaks others in its middle."""
+    for size in (0.5, 5.0):
+        found = certify(CubicSpline([0.0, 1.0, 2.0], [-0.5, -0.5 + size * 0.8, -0.5 + size], bc_type=kind), AXIS, claim)
+        starts = isinstance(found, Counterexample) and found.time <= 0.1
+        is_advised = "let it begin and end with a slope of zero, or claim a window" in found.explanation
+        assert is_advised == (starts and claim == "all_times" and kind == "natural")
+        assert starts or size > 1 or kind == "clamped" or claim != "all_times"
+
+
 @pytest.mark.parametrize("name", CURVES)
 @pytest.mark.parametrize("claim", [None, "all_times", (0.5, 2.0)])
 def test_what_is_said_of_a_curve_is_so(name, claim, tmp_path):

@@ -51,6 +51,15 @@ def test_late_samples_cost_no_more_and_are_proved_from_zero_on(name, by, tmp_pat
     assert isinstance(check(tmp_path / "certificate.json"), Proved)
 
 
+def test_what_is_shown_and_written_by_default_is_about_the_samples(tmp_path):
+    early, found = (learn_reference(late(t), AXIS, KERNELS["matern52"], "all_times", **OPTIONS) for t in (0.0, DAY))
+    written = [of.to_csv(tmp_path / f"{i}.csv") for i, of in enumerate((early, found))]
+    (_, settled), (first, last) = (np.loadtxt(path, delimiter=",", skiprows=1)[[0, -1], 0] for path in written)
+    assert DAY - 4 < first < DAY
+    assert DAY + 3 < last < DAY + 2 * settled
+    assert found.plot().axes[0].get_xlim() == pytest.approx((first, last), abs=0.2)
+
+
 @pytest.mark.parametrize("by", [0.0, 10 * DAY])
 def test_a_loop_that_has_run_for_days_learns_its_windows_and_checks_no_file_twice(by, monkeypatch):
     first = learn_reference(late(by), AXIS, SquaredExponential(0.5, 0.5), "all_times", **OPTIONS)
