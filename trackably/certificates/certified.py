@@ -223,7 +223,11 @@ class _Learning:
             if max(backoff, largest) >= _LARGEST_BACKOFF:
                 return outcome
             if not self._leave_room_for(errors, backoff, _ROUGH_ROOM if found.is_rough else _ROOM):
-                backoff = self._larger(backoff, found)
+                own = self.rounding.get(outcome.quantity, 0.0)
+                if own > backoff:  # a larger back-off of all would not tighten this one
+                    self.rounding[outcome.quantity] = min(2 * own, _LARGEST_BACKOFF)
+                else:
+                    backoff = self._larger(backoff, found)
             if isinstance(outcome, Counterexample):  # half of the back-off tightens: with so much more it would be kept
                 backoff = max(backoff, min(backoff + 2 * _missing(outcome), self._enough(found)))
             found = learner.continued(found, self._problem(goal, backoff))

@@ -9,7 +9,7 @@ import trackably.certificates.certified as module
 from tests.trackably.certificates.references import PROBLEMS, certified
 from tests.trackably.systems.instances import bounded
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.certified import Certified, learn_certified
+from trackably.certificates.certified import Attempt, Certified, learn_certified
 from trackably.certificates.goal import for_all_times
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.checker.certificate import Window
@@ -97,6 +97,24 @@ def test_the_next_back_off_removes_what_breaks_a_bound(violation):
     first, second, *_ = attempts
     assert not first.proved
     assert second.backoff >= first.backoff + 2 * violation
+
+
+def test_a_bound_that_rounding_keeps_from_being_proved_is_tightened_alone(monkeypatch):
+    """A larger back-off of all bounds would not tighten it, as long as its own is larger still."""
+    samples, prior, plant, space = PROBLEMS["example1"]
+    goal, attempts, name = for_all_times(samples, prior, plant), list[Attempt](), plant.quantities[0].name
+
+    def prove(reference):
+        outcome = goal.prove(reference)
+        return outcome if len(attempts) > 2 else Unproved(name, plant.quantities[0].bounds, (0.1, 0.2), 0.0, "planted")
+
+    monkeypatch.setattr(module, "_relative_errors", lambda reference: {name: 1e-4})
+    found = learn_certified(
+        samples, prior, plant, space, replace(goal, prove=prove), on_attempt=attempts.append, learner=JOINT
+    )
+    assert isinstance(found, Certified)
+    assert [attempt.backoff for attempt in attempts] == [JOINT.first_backoff] * 4
+    assert found.backoff == 4 * module._ROOM * 1e-4
 
 
 def test_a_function_that_float64_cannot_evaluate_leaves_all_length_scales_to_its_second_choice(monkeypatch):
