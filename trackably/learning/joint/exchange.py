@@ -19,6 +19,7 @@ _MAX_ROUNDS = 40
 # Rough functions touch a bound at ever more times. Beyond many places, those only close to a bound are left out; beyond
 # the largest number, the exchange ends, and a larger back-off has to remove the remaining violations.
 _MANY_PLACES, _MOST_PLACES = 1000, 1500
+_MANY_BENDS, _MORE_BENDS = 500, 1.5  # active places, and times the places that an exchange begins with
 _MORE = 1.1  # times the places that an exchange begins with, where these are more
 CROWD = 800  # active places; beyond, a larger back-off is used instead of more places
 _CROWDED = 100  # violated places; so many are neighbours along stretches of an active bound
@@ -61,7 +62,8 @@ def exchange_bounds(
     """Return the function that keeps all bounds at all times of their index sets, or the last function of the exchange.
 
     The exchange ends when bounds are violated by at most `tolerance`, a part of their width, or when the price exceeds
-    the `ceiling`, as more places would only raise it. None if the function cannot be computed, which may happen with
+    the `ceiling`, as more places would only raise it. With a ceiling, it also ends when far more places are active than
+    the known function has, which the `places` are from: each further program would take seconds. None if the function cannot be computed, which may happen with
     formulas. Raises IllConditioned.
     """
     best: ExchangeResult | None = None
@@ -70,7 +72,7 @@ def exchange_bounds(
     is_thinned = is_close = False
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
     is_rough = not _is_smooth(problem)
-    most = max(_MOST_PLACES, _MORE * _count(places))
+    most, bends = max(_MOST_PLACES, _MORE * _count(places)), max(_MANY_BENDS, _MORE_BENDS * _count(places))
     if not is_convex:  # places of other hyperparameters may be too far apart for these
         places = with_regular(problem, posterior, places)
     for count in range(1, _MAX_ROUNDS + 1):
@@ -97,7 +99,8 @@ def exchange_bounds(
         if _count(met) > _MANY_PLACES:
             met = merge(kept, at_steps(problem, seen.places(_broken(minima)), places), same)
         best = ExchangeResult(bent, met, kept, margin, constraint, time, count)
-        if margin >= -tolerance or bent.contradicts or price > ceiling or is_same(met, places):
+        is_worse = ceiling < np.inf and _count(kept) > bends
+        if margin >= -tolerance or bent.contradicts or price > ceiling or is_worse or is_same(met, places):
             return best
         is_small = _count(met) > _MANY_PLACES and margin >= -_MATTERS
         if (is_stuck and (was_close or not is_rough) and not was_thinned) or is_small or _count(met) > most:

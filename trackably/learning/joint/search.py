@@ -422,12 +422,12 @@ def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
     """
     search = JointSearch(problem)
     places = solution.active if solution.active_bounds else None
-    if solution.missed or solution.is_rough:  # hyperparameters hardly move where J does not
-        search.settle(solution.posterior.prior.log_hyperparameters, places, solution.signals)
-        if search.best and search.best.objective - solution.objective <= 2 * solution.allowed_gap:
-            return replace(
-                _solution(search.best, search, solution.unconstrained), alone=solution.alone, spread=solution.spread
-            )
+    # hyperparameters hardly move where J does not
+    search.settle(solution.posterior.prior.log_hyperparameters, places, solution.signals)
+    if search.best and search.best.objective - solution.objective <= 2 * solution.allowed_gap:
+        return replace(
+            _solution(search.best, search, solution.unconstrained), alone=solution.alone, spread=solution.spread
+        )
     search.follow(solution.posterior.prior.log_hyperparameters, places, solution.signals)
     if search.best:
         return replace(
