@@ -30,7 +30,7 @@ class Learner:
 HYPERPARAMETERS = Learner(best_solution, continued, lambda _, problem: best_solution(problem), ROUNDING_BACKOFF)
 """The hyperparameters alone, as in the paper: the reference is a posterior mean."""
 
-JOINT = Learner(joint.learn_jointly, joint.continued, joint.continued, first_backoff=1e-6, fallback=HYPERPARAMETERS)
+JOINT = Learner(joint.learn_jointly, joint.continued, joint.extended, first_backoff=1e-6, fallback=HYPERPARAMETERS)
 """The function together with its hyperparameters; the hyperparameters alone where that cannot be proved."""
 
 FUNCTION = Learner(

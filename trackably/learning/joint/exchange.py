@@ -63,8 +63,8 @@ def exchange_bounds(
 
     The exchange ends when bounds are violated by at most `tolerance`, a part of their width, or when the price exceeds
     the `ceiling`, as more places would only raise it. With a ceiling, it also ends when far more places are active than
-    the known function has, which the `places` are from: each further program would take seconds. None if the function cannot be computed, which may happen with
-    formulas. Raises IllConditioned.
+    it began with, those of a known function: each further program would take seconds. None if the function cannot be
+    computed, which may happen with formulas. Raises IllConditioned.
     """
     best: ExchangeResult | None = None
     kept: Places | None = None

@@ -415,30 +415,54 @@ def learn_from(starts: Sequence[Array], problem: ConstrainedProblem) -> Solution
 
 
 def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
-    """Solve a problem whose bounds or times differ slightly from those of `solution`, starting at its minimiser.
+    """Solve a problem whose bounds differ slightly from those of `solution`.
+
+    Its hyperparameters are kept if J hardly rises: they hardly move where J does not. Otherwise they are learned again,
+    as in `extended`.
+    """
+    return _with_same_hyperparameters(solution, problem) or _searched_on(solution, problem)
+
+
+def extended(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
+    """Solve a problem whose samples or times differ slightly from those of `solution`, starting at its minimiser.
 
     If no function is found, a solution with hyperparameters alone is continued as such, and any other problem is solved
     anew. The result may cost more than hyperparameters alone would: `alone` is taken from `solution`, and shows this.
     """
+    takes_long = solution.missed or solution.is_rough
+    kept = _with_same_hyperparameters(solution, problem) if takes_long else None
+    return kept or _searched_on(solution, problem)
+
+
+def _with_same_hyperparameters(solution: Solution, problem: ConstrainedProblem) -> Solution | None:
+    """Return the function for the hyperparameters of `solution`; None if J rises by more than the allowed gap."""
     search = JointSearch(problem)
     places = solution.active if solution.active_bounds else None
-    # hyperparameters hardly move where J does not
     search.settle(solution.posterior.prior.log_hyperparameters, places, solution.signals)
-    if search.best and search.best.objective - solution.objective <= 2 * solution.allowed_gap:
-        return replace(
-            _solution(search.best, search, solution.unconstrained), alone=solution.alone, spread=solution.spread
-        )
+    if search.best is None or search.best.objective - solution.objective > 2 * solution.allowed_gap:
+        return None
+    return _like(solution, _solution(search.best, search, solution.unconstrained))
+
+
+def _searched_on(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
+    search = JointSearch(problem)
+    places = solution.active if solution.active_bounds else None
     search.follow(solution.posterior.prior.log_hyperparameters, places, solution.signals)
     if search.best:
-        return replace(
-            _solution(search.best, search, solution.unconstrained), alone=solution.alone, spread=solution.spread
-        )
+        return _like(solution, _solution(search.best, search, solution.unconstrained))
     if solution.method == "hyperparameters" and not problem.pins:
         alone = continued_alone(solution, problem)
-        if not isinstance(alone, Solution):
-            return alone
-        return replace(alone, unconstrained=solution.unconstrained, alone=solution.alone, spread=solution.spread)
+        return (
+            _like(solution, replace(alone, unconstrained=solution.unconstrained))
+            if isinstance(alone, Solution)
+            else alone
+        )
     return learn_jointly(problem)
+
+
+def _like(solution: Solution, found: Solution) -> Solution:
+    """Return what was found, with what is known of a similar problem: J of hyperparameters alone, and its spread."""
+    return replace(found, alone=solution.alone, spread=solution.spread)
 
 
 def _alone(problem: ConstrainedProblem, free: Solution, best: Point | None) -> Solution | NoSolution | None:
