@@ -174,8 +174,13 @@ class JointSearch:
     def __post_init__(self) -> None:
         self.problem = keep_off_singularities(self.problem)
 
-    def follow(self, start: Array, places: Places | None = None, near: Signals | None = None) -> None:
-        """Minimise J from a start: first with functions that almost keep their bounds, then with solutions."""
+    def follow(
+        self, start: Array, places: Places | None = None, near: Signals | None = None, farthest: float = np.inf
+    ) -> None:
+        """Minimise J from a start: first with functions that almost keep their bounds, then with solutions.
+
+        The first step in each ln θ goes no further than `farthest`.
+        """
         if near is None and not is_linear(self.problem):
             begun = self._begin_with_formulas(start)
             if begun is None:
@@ -184,7 +189,7 @@ class JointSearch:
         point = self._at(start, no_places(self.problem) if places is None else places, near, _ALMOST)
         if point is None:
             return
-        reach = _FIRST if is_linear(self.problem) else _FIRST_OF_FORMULAS
+        reach = min(_FIRST if is_linear(self.problem) else _FIRST_OF_FORMULAS, farthest)
         gain = _COARSE_GAIN if is_linear(self.problem) else _OF_GAP * point.allowed_gap / (1 + abs(point.objective))
         path = self._descend(_Descent(point, point.function.places, reach=reach), _ALMOST, gain)
         coarse = path.point
@@ -447,7 +452,7 @@ def _with_same_hyperparameters(solution: Solution, problem: ConstrainedProblem) 
 def _searched_on(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
     search = JointSearch(problem)
     places = solution.active if solution.active_bounds else None
-    search.follow(solution.posterior.prior.log_hyperparameters, places, solution.signals)
+    search.follow(solution.posterior.prior.log_hyperparameters, places, solution.signals, farthest=_NEARBY)
     if search.best:
         return _like(solution, _solution(search.best, search, solution.unconstrained))
     if solution.method == "hyperparameters" and not problem.pins:
