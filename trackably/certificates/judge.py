@@ -39,8 +39,9 @@ def judge(outcome: T) -> T | Unproved:
         times = outcome.time, outcome.time
     if not reason:
         return outcome
-    first = outcome.reference.quantities[0]
-    return Unproved(first.name, first.bounds, times, 0.0, reason)
+    every = outcome.reference.quantities
+    refused = next((q for q in every if f"the {q.name} " in reason), every[0])
+    return Unproved(refused.name, refused.bounds, times, 0.0, reason)
 
 
 def judge_contradiction(found: OutOfReach) -> OutOfReach | NotExcluded:

@@ -19,6 +19,8 @@ from trackably.arguments import is_number
 from trackably.arrays import Array
 from trackably.errors import DoubtfulInputWarning, InputError
 from trackably.recordings.clocks import (
+    EXACT,
+    NANOSECOND,
     Clock,
     DateTimes,
     Origin,
@@ -256,6 +258,8 @@ def recording_of(*tables: tuple[TableReading, Cells]) -> Recording:
         seen = chain.from_iterable(of.stamps_with_values(cells, stamps) for of, cells, stamps in stamped)
         origin = zero_of(origin, absolute, min(seen, default=Decimal(0)))
         inside = [rows_between(stamps, reading.between, origin) for _, _, stamps in stamped]
+        if not any(inside):
+            raise InputError(f"{reading.source}: between: {_outside(stamped, reading.between, origin)}")
         stamped = [
             (of, cells.part(rows), [stamps[i] for i in rows])
             for rows, (of, cells, stamps) in zip(inside, stamped, strict=True)
@@ -265,6 +269,21 @@ def recording_of(*tables: tuple[TableReading, Cells]) -> Recording:
     for question in (question for cleaning in found.cleanings for question in cleaning.questions):
         warnings.warn(question, DoubtfulInputWarning, stacklevel=3)
     return found
+
+
+def _outside(
+    stamped: Sequence[tuple[TableReading, Cells, Sequence[Decimal | None]]], between: tuple[float, float], origin: int
+) -> str:
+    """Say that no sample lies in a window [s], and from when to when there are samples."""
+    every = [stamp for of, cells, stamps in stamped for stamp in of.stamps_with_values(cells, stamps)]
+    begun, zero = (
+        f"there is no sample from {between[0]:g} s to {between[1]:g} s",
+        EXACT.multiply(Decimal(origin), NANOSECOND),
+    )
+    if not every:
+        return begun
+    first, last = (float(EXACT.subtract(stamp, zero)) for stamp in (min(every), max(every)))
+    return f"{begun}; they are from {first:g} s to {last:g} s"
 
 
 def _column(signal: str, wanted: object) -> Column:

@@ -21,6 +21,7 @@ from tests.trackably.plants import AXIS, CART, MIXED
 from trackably import (
     CertifiedReference,
     Counterexample,
+    Failed,
     LinearSystem,
     PolynomialPieces,
     Polytope,
@@ -32,6 +33,7 @@ from trackably import (
     check,
 )
 from trackably import ConstrainedSystem as Plant
+from trackably.certificates import judge
 from trackably.certificates.form import encode_counterexample
 
 X, Y = [0.0, 1.0, 2.0, 3.0], [-1.0, -0.6, -0.5, 0.0]
@@ -55,6 +57,14 @@ def test_a_curve_that_jumps_is_refuted_where_it_does(B):
     assert isinstance(found, Counterexample)
     assert 0.9 <= found.time <= 1.0
     assert found.violation > 3
+
+
+def test_a_refusal_is_told_of_the_bound_that_the_checker_names(monkeypatch):
+    refused = Failed("cell: the force is not shown to stay inside its bounds")
+    monkeypatch.setattr(judge, "judged_file", lambda content: (b"", refused))
+    found = certify(CURVES["cubic"], AXIS, (0.5, 2.0))
+    assert isinstance(found, Unproved)
+    assert found.quantity == "force"
 
 
 @pytest.mark.parametrize("kind", ["natural", "clamped"])
