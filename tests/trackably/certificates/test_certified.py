@@ -10,7 +10,7 @@ from tests.trackably.certificates.references import PROBLEMS, certified
 from tests.trackably.systems.instances import bounded
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.certified import Attempt, Certified, learn_certified
-from trackably.certificates.goal import for_all_times
+from trackably.certificates.goal import Goal, for_all_times
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.checker.certificate import Window
 from trackably.learning.learner import HYPERPARAMETERS, JOINT
@@ -194,3 +194,33 @@ def test_attempts_end_where_errors_leave_room_at_no_back_off(monkeypatch):
     learner = replace(JOINT, fallback=None)
     assert learn_certified(samples, prior, plant, space, goal, attempts.append, learner) is unproved
     assert len(attempts) < 10
+
+
+@pytest.mark.parametrize(("failed_at", "span"), [(9.0, (3.5, 20.0)), (5.0, (0.0, 20.0)), (30.0, (10.0, 40.0))])
+def test_constraints_reach_beyond_a_time_at_which_a_proof_fails(failed_at, span):
+    """Before the window and after it, by half of its distance from the other end; never before zero."""
+    goal = Goal(Window(10.0, 20.0), lambda reference: None, is_extensible=True)
+    assert goal.extends_to(failed_at)
+    assert goal.longer(failed_at).times == Window(*span)
+    assert not any(goal.extends_to(inside) for inside in (10.0, 15.0, 20.0))
+
+
+def test_constraints_are_extended_to_where_a_proof_failed_before_them():
+    samples, prior, plant, space = PROBLEMS["example1"]
+    moved = tuple(replace(of, times=of.times + 16.0) for of in samples)
+    goal, windows = for_all_times(moved, prior, plant), list[Window]()
+
+    def prove(reference):
+        failed = Unproved("state", plant.quantities[0].bounds, (2.0, 2.5), 0.0, "planted")
+        return goal.prove(reference) if windows else failed
+
+    def extended(solution, problem):
+        windows.append(problem.constraints[0].index_set.of)
+        return JOINT.extended(solution, problem)
+
+    assert goal.times.start > 2.5
+    learner = replace(JOINT, extended=extended)
+    assert isinstance(
+        learn_certified(moved, prior, plant, space, replace(goal, prove=prove), learner=learner), Certified
+    )
+    assert windows == [Window(0.0, goal.times.end)]

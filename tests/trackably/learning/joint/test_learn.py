@@ -10,8 +10,9 @@ from tests.trackably.learning.instances import Instance, instance, tight, wild
 from tests.trackably.learning.joint import naive
 from tests.trackably.learning.joint.instances import Case
 from trackably.gp.joint import JointPosterior
+from trackably.learning.joint import exchange
 from trackably.learning.joint.exchange import exchange_bounds, no_places
-from trackably.learning.joint.search import JointProgram, continued, learn_jointly
+from trackably.learning.joint.search import JointProgram, continued, extended, learn_jointly
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
 
@@ -120,3 +121,45 @@ def test_tighter_bounds_cost_more(name):
         steps = np.arange(constraint.index_set.first, constraint.index_set.last + 1)
         margins = constraint.relative_margin(again, steps * INSTANCES[name].plant.sampling_time)
         assert np.min(margins) >= 1e-3 * (1 - 1e-6)
+
+
+def with_less_room(problem: ConstrainedProblem, by: float) -> ConstrainedProblem:
+    """The problem with bounds that are closer by this part of their width."""
+    drawn = [
+        replace(c, quantity=replace(c.quantity, bounds=c.quantity.bounds.shrunk(by * c.quantity.bounds.width)))
+        for c in problem.constraints
+    ]
+    return replace(problem, constraints=tuple(drawn))
+
+
+@pytest.mark.parametrize("name", ["tight_2", "tight_4"])
+def test_hyperparameters_are_kept_where_bounds_hardly_change_and_learned_again_where_they_do(name):
+    first = jointly(name)
+    nearly, tighter = (continued(first, with_less_room(problem_of(name), by)) for by in (1e-5, 0.05))
+    assert nearly.posterior.prior == first.posterior.prior
+    assert nearly.objective <= first.objective + 2 * first.allowed_gap
+    assert tighter.posterior.prior != first.posterior.prior
+
+
+@pytest.mark.parametrize("name", ["tight_2", "tight_4"])
+def test_a_search_goes_on_near_the_hyperparameters_of_a_similar_problem(name, monkeypatch):
+    reaches, right = list[float](), JointProgram.minimise
+
+    def recorded(program, start, curvature, reach, *others):
+        reaches.append(reach)
+        return right(program, start, curvature, reach, *others)
+
+    first = jointly(name)
+    monkeypatch.setattr(JointProgram, "minimise", recorded)
+    assert isinstance(extended(first, with_less_room(problem_of(name), 0.05)), Solution)
+    assert reaches[0] == 0.1
+
+
+@pytest.mark.parametrize("name", ["tight_2", "tight_3"])
+def test_a_step_that_takes_far_more_places_than_a_known_function_is_given_up(name, monkeypatch):
+    monkeypatch.setattr(exchange, "_MANY_BENDS", 0)
+    problem, posterior = problem_of(name), jointly(name).posterior
+    anew, beside = (exchange_bounds(problem, posterior, no_places(problem), ceiling=of) for of in (np.inf, 1e9))
+    assert anew.margin >= 0
+    assert beside.margin < 0
+    assert beside.rounds < anew.rounds
