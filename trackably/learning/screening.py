@@ -88,10 +88,10 @@ def _rays(
     objective += [[samples.scatter.negative_log_likelihood(each)[0]] for each in noise.tolist()]
     damped = amplitudes[:, None] ** 2 * along[:, None] / powers
     weights = stencil.spread(damped @ (vectors / relative[:, None]).mT).mT
-    phases = np.arange(_PHASES) / _PHASES * period[:, None]
+    phases = (np.arange(_PHASES) / _PHASES * period[:, None])[..., None]  # the last axis is that of the amplitudes
     broken = np.zeros(objective.shape)
     for constraint in constraints:
-        means = (lambda t: prior.mean + kernel(t[..., None] - centres) @ weights,)  # one for each amplitude
+        means = (lambda t: prior.mean + kernel(t - centres) @ weights,)
         margin = np.min(constraint.quantity.margin(means, phases), axis=1) / constraint.quantity.bounds.width
         broken = np.maximum(broken, -margin)
     return broken, objective

@@ -243,6 +243,17 @@ def test_what_is_learned_keeps_bounds_that_move() -> None:
         learn_reference(samples, plant, Periodic(period=6.0), "all_phases", noise_std=0.02, progress=False)
 
 
+def test_motions_that_repeat_are_learned_beside_bounds_that_repeat() -> None:
+    t = np.arange(25) / 5
+    upper = PolynomialPieces.steps({0.0: 0.35, 1.0: 0.29}, period=4.0)
+    plant = ConstrainedSystem(SCALAR, Polytope.box([-1.0], [upper]), Polytope.box(-1.0, 1.0))
+    samples, kernel = Samples(t, 0.3 * np.sin(np.pi / 2 * t)), Periodic(period=4.0)
+    learned = learn_reference(samples, plant, kernel, "all_phases", noise_std=0.02, progress=False)
+    times = np.linspace(0, 12, 2001)
+    assert min(learned.reference.quantities[0].margin(learned.reference.signals, times)) >= 0
+    assert any(bound.name == "state" for bound in learned.fit.active_bounds)
+
+
 def test_a_vehicle_passes_a_corridor_that_is_narrow_for_a_while() -> None:
     """Between 3 s and 5 s there are walls at y = 0.2 and y = 0.6; samples of y cut their corners."""
     A, B = np.eye(4, k=2), np.vstack([np.zeros((2, 2)), np.eye(2)])
