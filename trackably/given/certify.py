@@ -36,6 +36,7 @@ from trackably.systems.sampling import default_sample, sampled_names, stencils_b
 
 # Compute flat outputs of a sampled system from curves of states, and the distance of its states from the curves.
 
+_LEAD = 0.25  # of the time that a motion takes
 _CLOSER, _POINTS = 9, 33
 _PARTS = tuple(1e-13 * 8.0**k for k in range(16))
 """Allowances, relative to the size of a curve, that are added to a distance found in float64 until it is proved."""
@@ -264,12 +265,19 @@ class Given:
 
     @property
     def span(self) -> tuple[float, float]:
-        """The first and the last time [s] at which the claimed motion is not at rest, or the first period."""
-        last = max(float(curve.breakpoints[-1]) for curve in self.curves.values())
+        """The first and the last time [s] at which the claimed motion is not at rest, or the first period.
+
+        Before a motion that begins after t = 0, there is a quarter of its time at rest, in which a repair may begin.
+        """
+        if self.window:
+            return self.window.span
+        first, last = (
+            end(float(curve.breakpoints[i]) for curve in self.curves.values()) for end, i in ((min, 0), (max, -1))
+        )
         if self.beyond == "period":
-            first = min(float(curve.breakpoints[0]) for curve in self.curves.values())
             return first, last
-        return self.window.span if self.window else (0.0, last)
+        last = max(last, self.plant.sampling_time)  # a motion that ends before t = 0 is at rest at all claimed times
+        return max(0.0, first - _LEAD * (last - max(0.0, first))), last
 
     def prove(self) -> Outcome:
         """Prove the claim about the reference. ValueError: the claim does not fit the curves."""

@@ -96,8 +96,14 @@ class Nearest:
 
     @cached_property
     def instants(self) -> Array:
-        """Times [s] at which bounds are imposed first: some in each interval between knots."""
+        """Times [s] at which bounds are imposed first: some in each interval between knots.
+
+        Also the steps before the first knot at which inputs look ahead to the motion, where these are claimed.
+        """
         first, last = self.given.span
+        if self.given.beyond == "rest" and first > 0:
+            plant = self.given.plant
+            first = max(0.0, first - max(plant.flatness.orders) * plant.sampling_time)
         return np.linspace(first, last, _INSTANTS * (len(self.splines.knots) - 1) + 1)
 
     def signals(self, coefficients: Array) -> tuple[PolynomialPieces, ...]:

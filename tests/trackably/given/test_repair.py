@@ -84,3 +84,20 @@ def test_a_start_that_breaks_a_bound_is_moved():
     assert -1.1 < found.state(0)[0] < -1.09
     with pytest.raises(ValueError, match="start must be one of given, free"):
         repair(curve, AXIS, "all_times", start="anywhere")
+
+
+@pytest.mark.parametrize("late", [0.7, 1e4, 1e6])
+def test_a_late_motion_is_repaired_as_nearly_as_one_from_the_start(late):
+    soon, later = (
+        repair(CubicSpline(np.add(X, t), [-1.0, 0.6, 0.0, 0.1], bc_type="clamped"), AXIS, "all_times")
+        for t in (0.0, late)
+    )
+    assert later.moved["position"].most <= 1.05 * soon.moved["position"].most
+    assert later.state(0) == pytest.approx([-1.0, 0.0], abs=1e-6)
+
+
+@pytest.mark.parametrize("end", [-1.0, 0.0])
+def test_of_a_motion_before_the_claim_its_end_is_repaired(end):
+    found = repair(CubicSpline([end - 2, end - 1, end], [-1.0, 0.0, 0.6], bc_type="clamped"), AXIS, "all_times")
+    assert isinstance(found, CertifiedReference)
+    assert found.state(0) == pytest.approx(found.state(1000), abs=1e-6)
