@@ -217,7 +217,8 @@ def _refusals(draft: Draft, boxes: Array, wanted: Flags, exactly: bool) -> tuple
 def _first_edges(draft: Draft, reference: Reference, start: float, end: float, asks: bool) -> Array:
     """Return the ends [s] of the boxes that are tried first, by repeated halving, with narrow boxes near centres.
 
-    A box is not halved if no centre is closer than its width, as signals change slowly far from all centres.
+    A box is not halved if no centre is closer than its width, as signals change slowly far from all centres. A box
+    near a centre is also halved while every disc around it holds a singularity of a kernel, as of a rational quadratic.
     """
     is_linear = all(q.combination is not None and not q.needs for q in draft.quantities)
     shortest = min(signal.kernel.correlation_time for signal in reference.kernel_sums)
@@ -230,7 +231,8 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float, a
     while True:
         widths = np.diff(edges)
         near = np.searchsorted(centres, edges[1:] + widths) > np.searchsorted(centres, edges[:-1] - widths)
-        split = near & (widths > widest)
+        _, sizes = _on_discs(draft.subject, reference, draft.arguments, edges[:-1], edges[1:], TERMS)
+        split = near & ((widths > widest) | ~np.isfinite(sizes).any(axis=0))
         if not np.any(split):
             return edges
         edges = np.sort(np.concatenate([edges, edges[:-1][split] + widths[split] / 2]))
@@ -257,6 +259,14 @@ def radii(
     terms: int = TERMS,
 ) -> Array:
     """Return radii [s] of discs that make the errors of Taylor polynomials small. Every radius is valid."""
+    tried, sizes = _on_discs(subject, reference, arguments, starts, ends, terms)
+    return np.asarray(tried[np.argmin(sizes, axis=0), np.arange(len(starts))])
+
+
+def _on_discs(
+    subject: Subject, reference: Reference, arguments: Iterable[LinearCombination], starts: Array, ends: Array, n: int
+) -> tuple[Array, Array]:
+    """Return radii [s] of discs around boxes, and sizes of the errors of n terms on them, infinite if singular."""
     halves, middles = (ends - starts) / 2, starts + (ends - starts) / 2
     tried, bounds = halves * _RATIOS[:, None], np.zeros((len(_RATIOS), len(starts)))
     with np.errstate(all="ignore"):
@@ -269,9 +279,8 @@ def radii(
             if has_periodic_part(kernel):  # maxima are near everywhere
                 nearest = np.zeros_like(nearest)
             bounds += on_disc(Floats.exact(nearest), Floats.exact(tried)).high
-        sizes = bounds * (halves / tried) ** terms
-    best = np.argmin(np.where(np.isfinite(sizes), sizes, np.inf), axis=0)
-    return np.asarray(tried[best, np.arange(len(starts))])
+        sizes = bounds * (halves / tried) ** n
+    return tried, np.where(np.isfinite(sizes), sizes, np.inf)
 
 
 def _join(start: float, found: Sequence[Array]) -> Boxes:

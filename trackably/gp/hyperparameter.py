@@ -17,12 +17,16 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True)
 class Scales:
-    """Scales of `count` samples: the signal's `amplitude`, and the `span` and smallest `spacing` [s] of the times."""
+    """Scales of `count` samples: the signal's `amplitude`, and the `span` and smallest `spacing` [s] of the times.
+
+    Times over which the signal changes are not sought below the `shortest` [s].
+    """
 
     amplitude: float
     span: float
     spacing: float
     count: int
+    shortest: float = 0.0
 
 
 class Search(NamedTuple):
@@ -133,7 +137,8 @@ def noise(scales: Scales) -> Search:
 
 def duration(scales: Scales) -> Search:
     """Search for a time [s] over which the signal changes."""
-    return Search((scales.spacing / 10, 100 * scales.span))
+    most = 100 * scales.span
+    return Search((min(max(scales.spacing / 10, scales.shortest), most), most))
 
 
 def fraction_of_period(_: Scales) -> Search:
@@ -153,7 +158,7 @@ def repetition(scales: Scales) -> Search:
 
 def tail_weight(_: Scales) -> Search:
     """Search for the shape of a rational quadratic kernel, which has no unit."""
-    return Search((1e-2, 1e4), (0.3, 30.0))
+    return Search((0.1, 1e4), (0.3, 30.0))
 
 
 def _times(scale: float, bounds: Interval, starts: Interval) -> tuple[Interval, Interval]:

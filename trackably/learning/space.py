@@ -42,15 +42,16 @@ class SearchSpace:
         samples: tuple[Samples, ...],
         prior: JointPrior,
         starts: int = 8,
+        shortest: float = 0.0,
     ) -> Self:
         """Return the search intervals of the prior's learned hyperparameters, as given or chosen from the samples.
 
         Chosen intervals scale with the samples: amplitudes with the root mean square of y − m, times with the span and
-        the smallest spacing.
+        the smallest spacing. Chosen length scales are no shorter than `shortest` [s].
         """
         if not prior.learned:
             return cls({}, starts)
-        scales = [_scales(s, part) for s, part in zip(samples, prior.parts, strict=True)]
+        scales = [_scales(s, part, shortest) for s, part in zip(samples, prior.parts, strict=True)]
         found = {name: prior.search(name, scales) for name in prior.learned}
         return cls(
             {name: Interval(*search.bounds) for name, search in found.items()},
@@ -108,7 +109,7 @@ def amplitude(samples: Samples, prior: Prior) -> float:
     return size / abs(sum(stencil.weights)) if isinstance(stencil, Stencil) and stencil.measures_levels else size
 
 
-def _scales(samples: Samples, prior: Prior) -> Scales:
+def _scales(samples: Samples, prior: Prior, shortest: float) -> Scales:
     span = float(samples.times[-1] - samples.times[0]) or 1.0
     spacing = float(np.min(np.diff(np.unique(samples.times)), initial=span))
-    return Scales(amplitude(samples, prior), span, spacing, len(samples))
+    return Scales(amplitude(samples, prior), span, spacing, len(samples), shortest)

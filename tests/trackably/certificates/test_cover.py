@@ -15,6 +15,7 @@ from trackably.certificates.prove import prove, prove_on_window
 from trackably.checker import Proved, boxes, check
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.matern import Matern32, Matern52
+from trackably.gp.kernels.rational_quadratic import RationalQuadratic
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
@@ -84,3 +85,16 @@ def test_boxes_are_divided_within(kinks, start, length):
     cuts = _Kinks(*np.array(rows).reshape(-1, 3).T).cuts(float(start), float(start + length))
     assert cuts
     assert np.all(np.diff([start, *cuts, start + length]) > 0)
+
+
+@pytest.mark.parametrize("shape", [2e-2, 2e-3, 5e-4])
+def test_kernels_with_singularities_close_by_are_enclosed_in_narrower_boxes(shape):
+    """Taylor series of a rational quadratic diverge beyond θ₂ √(2α), far below its length scale."""
+    times = np.arange(0, 8, 0.1)
+    posterior = Posterior(Prior(RationalQuadratic(1.0, 1.0, shape), 1e-5), Samples(times, 0.4 * np.sin(2 * times)))
+    plant = ConstrainedSystem(
+        LinearSystem.scalar(0.9, 0.5, sampling_time=0.05), Polytope.box([-1], [1]), Polytope.box([-1], [1])
+    )
+    found = prove_on_window(Reference((posterior.signal,), plant), 0.5, 7.0)
+    assert isinstance(found, Certificate)
+    assert isinstance(check(encode_certificate(found)), Proved)

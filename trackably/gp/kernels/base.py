@@ -264,7 +264,7 @@ class Kernel(ABC):
 
     @cached_property
     def correlation_time(self) -> float:
-        """√(κ(0)/|κ̈(0)|) [s]: the time scale on which a signal of this kernel changes."""
+        """√(κ(0)/|κ̈(0)|) [s] or less: the time scale on which a signal of this kernel changes."""
         jet = self.jet(np.zeros(()), 2)
         return float(np.sqrt(jet[0] / np.abs(jet[2])))
 

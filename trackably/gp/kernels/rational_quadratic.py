@@ -54,5 +54,13 @@ class RationalQuadratic(Radial):
         return psi
 
     @property
+    def correlation_time(self) -> float:
+        """√(3 |κ̈(0)|/κ⁗(0)) [s]: the time scale on which a signal bends, the shorter the more length scales there are.
+
+        Beyond θ₂ √(2α), Taylor series diverge: for small α, this is far below θ₂ = √(κ(0)/|κ̈(0)|).
+        """
+        return self.lengthscale * math.sqrt(self.shape / (self.shape + 1))
+
+    @property
     def decay_distance(self) -> float:
         return self.lengthscale * math.sqrt(2 * self.shape / (2 * self.shape + 1))

@@ -18,7 +18,13 @@ from trackably.learning import sqp
 from trackably.learning.joint.constrained_mean import ConstrainedMean, WorkingSet, constrained_mean, is_linear
 from trackably.learning.joint.exchange import CROWD, ExchangeResult, exchange_bounds, no_places, same_time
 from trackably.learning.joint.places import MarginScan, Places, demands, fewer, flags, merge, select
-from trackably.learning.joint.sequential import keep_off_singularities, starts_for, with_backoff, with_regular
+from trackably.learning.joint.sequential import (
+    keep_off_short_times,
+    keep_off_singularities,
+    starts_for,
+    with_backoff,
+    with_regular,
+)
 from trackably.learning.problem import (
     LEAST_GAP,
     RELATIVE_GAP,
@@ -43,6 +49,7 @@ _FIRST, _FIRST_OF_FORMULAS, _SHORTER, _SHORTEST = 2.0, 0.5, 4.0, 1e-3  # steps i
 _ALMOST = 3e-3
 _ROUGH = 1e-6  # relative to a width: a function with larger violations needs too many places for steps in θ
 _MANY_BENDS = 500  # active places
+_AT_ONCE = 2  # rounds of an exchange: a step that it gives up so soon costs little, and a shorter one may do
 _MANY_FOR_STEPS = 100  # active places: with more of them than samples, small gains of J take minutes
 _BACKOFFS = 0.1, 0.03, 0.01, 0.0  # back-offs relative to a width, one after the other
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9  # relative to 1 + |J|
@@ -172,7 +179,7 @@ class JointSearch:
     spread: float = 0.0
 
     def __post_init__(self) -> None:
-        self.problem = keep_off_singularities(self.problem)
+        self.problem = keep_off_short_times(keep_off_singularities(self.problem))
 
     def follow(
         self, start: Array, places: Places | None = None, near: Signals | None = None, farthest: float = np.inf
@@ -181,6 +188,7 @@ class JointSearch:
 
         The first step in each ln θ goes no further than `farthest`.
         """
+        start = np.clip(start, self.problem.space.log_lower, self.problem.space.log_upper)
         if near is None and not is_linear(self.problem):
             begun = self._begin_with_formulas(start)
             if begun is None:
@@ -313,11 +321,17 @@ class JointSearch:
                 break
             there = self._at(found.x, active, signals, tolerance, point.ceiling)
             if there is None or there.is_unfinished(point.ceiling) or self._is_hopeless(there):
-                if is_linear(self.problem) or not point.is_solution:
+                is_quick = there is not None and there.function.rounds <= _AT_ONCE
+                may_do = is_quick and not self._is_bent(point, _MANY_FOR_STEPS, samples=4.0)
+                if not point.is_solution or (is_linear(self.problem) and not may_do):
                     break
                 there = None  # a shorter step may lead to a function
             if there is not None and there.is_solution and there.objective < point.ceiling:
                 path = _Descent(there, path.met(there), found.curvature, 2 * path.reach)
+                if point.objective - there.objective < there.allowed_gap and self._is_bent(
+                    there, _MANY_FOR_STEPS, samples=1.0
+                ):
+                    break
             elif point.is_solution:
                 reach = float(np.max(np.abs(found.x - point.log_theta))) / _SHORTER
                 path = _Descent(point, path.met(there or point), found.curvature, reach)

@@ -26,6 +26,7 @@ from trackably.learning.constraint import Bounded, Constraint, Sums
 from trackably.learning.index_set import RealTimes
 from trackably.learning.joint.places import LOWER, UPPER, Places, merge
 from trackably.learning.problem import ConstrainedProblem
+from trackably.learning.space import SearchSpace
 from trackably.progress.work import done
 from trackably.systems.polytopes import Corridor, Interval
 from trackably.systems.trajectories import Functional, Quantity, Signals
@@ -251,6 +252,21 @@ def _keep_off_rest(constraint: Bounded, levels: Sequence[float]) -> Bounded:
     lower = max(bounds.lower, rest + off) if abs(rest - bounds.lower) < off else bounds.lower
     upper = min(bounds.upper, rest - off) if abs(rest - bounds.upper) < off else bounds.upper
     return replace(constraint, quantity=replace(quantity, bounds=Interval(lower, upper)))
+
+
+def keep_off_short_times(problem: ConstrainedProblem) -> ConstrainedProblem:
+    """Return the problem without length scales below two steps, unless bounds hold at steps only, or these are given.
+
+    Bounds that cut the samples favour them: for signals that move between two steps, as no input can make them.
+    """
+    at_all_times = (c for c in problem.constraints if isinstance(c, Constraint) and isinstance(c.index_set, RealTimes))
+    steps = [q.sampling_time for each in at_all_times for _, q in each.quantity.trajectory.arguments]
+    least = SearchSpace.around(problem.samples, problem.prior, shortest=2 * min(steps, default=0.0)).bounds
+    bounds = {
+        name: Interval(max(sought.lower, min(least[name].lower, sought.upper)), sought.upper)
+        for name, sought in problem.space.bounds.items()
+    }
+    return replace(problem, space=replace(problem.space, bounds=bounds))
 
 
 def is_smooth_at_rest(quantity: Quantity, levels: Sequence[float]) -> bool:

@@ -9,12 +9,18 @@ import pytest
 from tests.trackably.learning.instances import Instance, instance, tight, wild
 from tests.trackably.learning.joint import naive
 from tests.trackably.learning.joint.instances import Case
-from trackably.gp.joint import JointPosterior
-from trackably.learning.joint import exchange
+from trackably.checker.certificate import Window
+from trackably.gp.joint import JointPosterior, JointPrior
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.learning.index_set import RealTimes
+from trackably.learning.joint import exchange, search
 from trackably.learning.joint.exchange import exchange_bounds, no_places
-from trackably.learning.joint.search import JointProgram, continued, extended, learn_jointly
+from trackably.learning.joint.search import JointProgram, continued, extended, learn_from, learn_jointly
+from trackably.learning.joint.sequential import keep_off_short_times
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
+from trackably.learning.space import SearchSpace
+from trackably.systems.polytopes import Interval
 
 INSTANCES = {
     **{f"loose_{seed}": instance(seed) for seed in (0, 1)},
@@ -155,11 +161,50 @@ def test_a_search_goes_on_near_the_hyperparameters_of_a_similar_problem(name, mo
     assert reaches[0] == 0.1
 
 
-@pytest.mark.parametrize("name", ["tight_2", "tight_3"])
-def test_a_step_that_takes_far_more_places_than_a_known_function_is_given_up(name, monkeypatch):
+@pytest.mark.parametrize("other_rule", ["_MORE_BENDS", "_MANY_MET"])
+def test_a_step_that_takes_far_more_places_than_a_known_function_is_given_up(other_rule, monkeypatch):
+    """Far more active ones, or far more that it meets at all."""
     monkeypatch.setattr(exchange, "_MANY_BENDS", 0)
-    problem, posterior = problem_of(name), jointly(name).posterior
-    anew, beside = (exchange_bounds(problem, posterior, no_places(problem), ceiling=of) for of in (np.inf, 1e9))
+    monkeypatch.setattr(exchange, other_rule, 1e9)
+    problem, known = problem_of("tight_3"), jointly("tight_3")
+    one = tuple(places[:1] for places in known.active)
+    anew, beside = (exchange_bounds(problem, known.posterior, one, ceiling=of) for of in (np.inf, 1e9))
     assert anew.margin >= 0
     assert beside.margin < 0
     assert beside.rounds < anew.rounds
+
+
+@pytest.mark.parametrize("name", ["tight_2", "tight_3", "tight_4"])
+def test_a_far_step_that_is_soon_given_up_is_followed_by_a_shorter_one(name, monkeypatch):
+    right, given_up = exchange_bounds, list[bool]()
+
+    def give_up_the_first_fine_step(problem, posterior, places, near=None, tolerance=0.0, ceiling=np.inf):
+        found = right(problem, posterior, places, near, tolerance, ceiling)
+        if given_up or tolerance or ceiling == np.inf:
+            return found
+        given_up.append(True)
+        return replace(found, margin=-1.0, rounds=1)
+
+    problem, expected = problem_of(name), jointly(name)
+    monkeypatch.setattr(search, "exchange_bounds", give_up_the_first_fine_step)
+    found = learn_from([expected.unconstrained.prior.log_hyperparameters], problem)
+    assert given_up
+    assert found.objective == pytest.approx(expected.objective, abs=1e-4)
+
+
+@pytest.mark.parametrize("sought", [None, (0.01, 0.06)])
+@pytest.mark.parametrize("name", ["tight_2", "wild_0"])
+def test_no_length_scale_below_two_steps_is_sought_for_bounds_at_all_times(name, sought):
+    """Unless its interval is given, or bounds hold at steps only: between these, signals may do what no input can."""
+    case = problem_of(name)
+    (part,) = case.prior.parts
+    prior = JointPrior((replace(part, kernel=SquaredExponential(lengthscale=sought)),))
+    step = INSTANCES[name].plant.sampling_time
+    given = Interval(*sought) if sought else case.space.bounds["lengthscale"]
+    at_steps = replace(case, prior=prior, space=SearchSpace({**case.space.bounds, "lengthscale": given}))
+    at_all_times = replace(
+        at_steps, constraints=tuple(replace(c, index_set=RealTimes(Window(0.0, 2.0))) for c in case.constraints)
+    )
+    assert keep_off_short_times(at_steps) == at_steps
+    least = keep_off_short_times(at_all_times).space.bounds["lengthscale"]
+    assert least == (given if sought else Interval(2 * step, given.upper))
