@@ -19,7 +19,7 @@ _MAX_ROUNDS = 40
 # Rough functions touch a bound at ever more times. Beyond many places, those only close to a bound are left out; beyond
 # the largest number, the exchange ends, and a larger back-off has to remove the remaining violations.
 _MANY_PLACES, _MOST_PLACES = 1000, 1500
-_MANY_BENDS, _MORE_BENDS = 500, 1.5  # active places, and times the places that an exchange begins with
+MANY_BENDS, _MORE_BENDS = 500, 1.5  # active places, and times the places that an exchange begins with
 _MANY_MET = 3.0  # times the places that an exchange begins with, where a far step in θ meets bounds everywhere
 _MORE = 1.1  # times the places that an exchange begins with, where these are more
 CROWD = 800  # active places; beyond, a larger back-off is used instead of more places
@@ -74,7 +74,7 @@ def exchange_bounds(
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
     is_rough = not _is_smooth(problem)
     begun = _count(places)
-    most, bends = max(_MOST_PLACES, _MORE * begun), max(_MANY_BENDS, _MORE_BENDS * begun)
+    most, bends = max(_MOST_PLACES, _MORE * begun), max(MANY_BENDS, _MORE_BENDS * begun)
     if not is_convex:  # places of other hyperparameters may be too far apart for these
         places = with_regular(problem, posterior, places)
     for count in range(1, _MAX_ROUNDS + 1):
@@ -101,7 +101,7 @@ def exchange_bounds(
         if _count(met) > _MANY_PLACES:
             met = merge(kept, at_steps(problem, seen.places(_broken(minima)), places), same)
         best = ExchangeResult(bent, met, kept, margin, constraint, time, count)
-        is_worse = ceiling < np.inf and (_count(kept) > bends or _count(met) > max(_MANY_BENDS, _MANY_MET * begun))
+        is_worse = ceiling < np.inf and (_count(kept) > bends or _count(met) > max(MANY_BENDS, _MANY_MET * begun))
         if margin >= -tolerance or bent.contradicts or price > ceiling or is_worse or is_same(met, places):
             return best
         is_small = _count(met) > _MANY_PLACES and margin >= -_MATTERS

@@ -16,7 +16,7 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import IllConditioned
 from trackably.learning import sqp
 from trackably.learning.joint.constrained_mean import ConstrainedMean, WorkingSet, constrained_mean, is_linear
-from trackably.learning.joint.exchange import CROWD, ExchangeResult, exchange_bounds, no_places, same_time
+from trackably.learning.joint.exchange import CROWD, MANY_BENDS, ExchangeResult, exchange_bounds, no_places, same_time
 from trackably.learning.joint.places import MarginScan, Places, demands, fewer, flags, merge, select
 from trackably.learning.joint.sequential import (
     keep_off_short_times,
@@ -48,7 +48,6 @@ _FIRST, _FIRST_OF_FORMULAS, _SHORTER, _SHORTEST = 2.0, 0.5, 4.0, 1e-3  # steps i
 # those with large rounding errors: a larger back-off mends them, other starts would not.
 _ALMOST = 3e-3
 _ROUGH = 1e-6  # relative to a width: a function with larger violations needs too many places for steps in θ
-_MANY_BENDS = 500  # active places
 _AT_ONCE = 2  # rounds of an exchange: a step that it gives up so soon costs little, and a shorter one may do
 _MANY_FOR_STEPS = 100  # active places: with more of them than samples, small gains of J take minutes
 _BACKOFFS = 0.1, 0.03, 0.01, 0.0  # back-offs relative to a width, one after the other
@@ -344,7 +343,7 @@ class JointSearch:
 
         Each further program would take many seconds, and hardly lead to a function that keeps its bounds.
         """
-        return not point.is_solution and self._is_bent(point, _MANY_BENDS, samples=0.5)
+        return not point.is_solution and self._is_bent(point, MANY_BENDS, samples=0.5)
 
     def _is_bent(self, point: Point, many: int, samples: float) -> bool:
         """Whether a function has more than `many` active places, and more than so many for each of the `samples`."""
