@@ -208,3 +208,15 @@ def test_no_length_scale_below_two_steps_is_sought_for_bounds_at_all_times(name,
     assert keep_off_short_times(at_steps) == at_steps
     least = keep_off_short_times(at_all_times).space.bounds["lengthscale"]
     assert least == (given if sought else Interval(2 * step, given.upper))
+
+
+def test_where_many_bounds_are_active_steps_end_with_one_that_gains_less_than_the_allowed_gap(monkeypatch):
+    problem = problem_of("tight_4")
+    theta = jointly("tight_4").unconstrained.prior.log_hyperparameters
+    of = search.JointSearch(problem)
+    begun = search._Descent(of._at(theta, no_places(problem), None, 0.0), no_places(problem))
+    at_last = of._descend(begun, 0.0, 1e-9).point.objective
+    monkeypatch.setattr(search.JointSearch, "_is_bent", lambda *_, **__: True)
+    monkeypatch.setattr(search.Point, "allowed_gap", np.inf)
+    after_one = of._descend(begun, 0.0, 1e-9).point.objective
+    assert at_last < after_one - 1e-6 < begun.point.objective - 1e-3
