@@ -21,19 +21,19 @@ from typing import NamedTuple
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.gp.factors.band import Band, blocks, reach
 from trackably.gp.factors.dense import Dense
 from trackably.gp.factors.factorisation import Covariance, Factorisation
 from trackably.gp.factors.fourier import Fourier
 from trackably.gp.factors.low_rank import ROUNDING, Basis, LowRank
-from trackably.gp.factors.markov_bands import Markov
-from trackably.gp.kernels.matern import Matern
+from trackably.gp.factors.quasiseparable import Quasiseparable, blocks, reach, tails
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.gp.stencil import Stencil, Stencils
 
 LARGEST_DENSE = 4000  # samples: a larger dense matrix takes gigabytes of memory and minutes of time
 _LARGEST_MATRIX = 2**28  # entries: 2 GiB, of which a factorisation holds two
+_WITHIN_A_LAG = 1.0  # as λ times a lag: covariances of tails and of samples within lags differ by e^λ
+_BLOCK = 64  # samples
 _LARGEST_BLOCK = LARGEST_DENSE // 2
 _FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for structure
 _FEWEST_OF_WAVES = 50  # samples: for fewer, the dense matrix is always faster
@@ -193,15 +193,16 @@ def _structured_factorisations(prior: Prior, samples: Samples, covariance: Covar
     if spectral := waves(prior, samples, covariance):
         yield spectral
 
+    longest, far = lags[-1][1], tails(kernel, lags)
+    if rounding.entries <= rounding.allowed and far and max(tail.rate for tail in far) * longest <= _WITHIN_A_LAG:
+        rows = blocks(times, longest, _BLOCK)
+        yield Candidate(_cost_of(rows), partial(Quasiseparable.of, times, rows, covariance, variances, far, longest > 0))
+
     if rounding.entries <= rounding.allowed and math.isfinite(kernel.decay_distance):
         negligible = _NEGLIGIBLE * variance / samples.stencil.largest_gain
-        rows = blocks(times, reach(kernel, samples.bases.span, negligible) + abs(lags[-1][1]))
+        rows = blocks(times, reach(kernel, samples.bases.span, negligible) + abs(longest))
         if len(rows) > 2 and max(row.stop - row.start for row in rows) <= _LARGEST_BLOCK:
-            yield Candidate(_cost_of_band(rows), partial(Band.of, times, rows, covariance, variances))
-
-    if rounding.entries <= rounding.allowed and isinstance(kernel, Matern) and all(rho > 0 for rho, _ in lags):
-        (decay,) = kernel.decays
-        yield Candidate(800.0 * n + 6.5e5, partial(Markov.of, times, decay, lags, variances, _PRECISE))
+            yield Candidate(_cost_of(rows), partial(Quasiseparable.of, times, rows, covariance, variances, [], True))
 
     if m := _points(prior, samples, covariance):
         known = samples.relative_noise, prior.noise_std**2
@@ -209,7 +210,7 @@ def _structured_factorisations(prior: Prior, samples: Samples, covariance: Covar
         yield Candidate(cost, lambda: LowRank.of(samples.bases.of(m), covariance, *known))
 
 
-def _cost_of_band(rows: list[slice]) -> float:
+def _cost_of(rows: list[slice]) -> float:
     own = np.array([row.stop - row.start for row in rows], dtype=float)
     after = np.append(own[1:], 0.0)
     return float(np.sum(0.06 * own**3 + 0.12 * own * after * (own + after) + 12 * own * (own + after) + 7.5e4))

@@ -5,11 +5,10 @@ import pytest
 
 from tests.trackably.gp.factors.factors import dense, disagreement, factorisations, posterior_at, with_factor
 from tests.trackably.gp.instances import KERNELS, over
-from trackably.gp.factors.band import Band
 from trackably.gp.factors.dense import Dense
 from trackably.gp.factors.fourier import Fourier
 from trackably.gp.factors.low_rank import LowRank
-from trackably.gp.factors.markov_bands import Markov
+from trackably.gp.factors.quasiseparable import Quasiseparable
 from trackably.gp.kernels.base import Product, Sum
 from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.kernels.periodic import Periodic
@@ -109,20 +108,20 @@ def test_fewer_centres_represent_the_posterior_mean(kernel, stencil):
         (SquaredExponential(1.0, 0.5), TIMES["random"](40), Dense),
         (SquaredExponential(1.0, 0.1), TIMES["even"](180), Dense),
         (Matern32(1.0, 2.0), TIMES["random"](100), Dense),
-        (SquaredExponential(1.0, 0.1), TIMES["random"](1000), Band),
+        (SquaredExponential(1.0, 0.1), TIMES["random"](1000), Quasiseparable),
         (SquaredExponential(1.0, 5.0), TIMES["random"](1000), Fourier),
         (SquaredExponential(1.0, 5.0), TIMES["even"](1000), Fourier),
         (RationalQuadratic(1.0, 9.0, 1.0), TIMES["random"](1000), LowRank),
         (SquaredExponential(1.0, 0.5), TIMES["even"](1000), Fourier),
-        (Matern32(1.0, 2.0), TIMES["random"](500), Dense),
-        (Matern32(1.0, 2.0), TIMES["even"](500), Markov),
-        (Matern32(1.0, 2.0), TIMES["even"](2000), Markov),
-        (Matern52(1.0, 2.0), 0.1 * np.arange(2000) + random(2000, 0, 0.05), Markov),
-        (Matern32(1.0, 0.02), TIMES["random"](500), Markov),
-        (PiecewisePolynomial2(1.0, 0.3), TIMES["random"](1000), Band),
-        (PiecewisePolynomial3(1.0, 0.5), TIMES["random"](1000), Band),
+        (Matern32(1.0, 2.0), TIMES["random"](500), Quasiseparable),
+        (Matern32(1.0, 2.0), TIMES["even"](500), Quasiseparable),
+        (Matern32(1.0, 2.0), TIMES["even"](2000), Quasiseparable),
+        (Matern52(1.0, 2.0), 0.1 * np.arange(2000) + random(2000, 0, 0.05), Quasiseparable),
+        (Matern32(1.0, 0.02), TIMES["random"](500), Quasiseparable),
+        (PiecewisePolynomial2(1.0, 0.3), TIMES["random"](1000), Quasiseparable),
+        (PiecewisePolynomial3(1.0, 0.5), TIMES["random"](1000), Quasiseparable),
         (Periodic(1.0, 1.0, 10.0), TIMES["random"](1000), LowRank),
-        (SquaredExponential(1.0, 1e-3), np.append(np.sort(random(400, 0, 1e-3)), 1 + 7e-4 * np.arange(400)), Band),
+        (SquaredExponential(1.0, 1e-3), np.append(np.sort(random(400, 0, 1e-3)), 1 + 7e-4 * np.arange(400)), Quasiseparable),
     ],
     ids=str,
 )
@@ -156,7 +155,7 @@ def test_what_rounding_decides_is_left_to_the_dense_path(kernel):
 
 
 def test_samples_that_no_factorisation_holds_in_memory_are_refused():
-    """A sum of two kernels is neither a Markov process nor smooth, and correlates thousands of these samples."""
+    """A sum with a smooth kernel is no sum of tails, nor smooth, and correlates thousands of these samples."""
     kernel, times = Sum(Matern32(1.0, 50.0), SquaredExponential(1.0, 50.0)), np.sort(random(100_000, 0, 1e4))
     with pytest.raises(ValueError, match=r"^samples: 100000 are too many for a correlation time of 35.4 s within 99"):
         posterior_at(kernel, times, 0.1).negative_log_marginal_likelihood()

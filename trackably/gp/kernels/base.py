@@ -258,6 +258,11 @@ class Kernel(ABC):
         return ()
 
     @property
+    def gradient_decays(self) -> tuple[tuple[Decay, ...], ...]:
+        """The same of ∂κ/∂ln θ_j, with the rates of `decays`."""
+        return ()
+
+    @property
     def spectral_density(self) -> SpectralDensity | None:
         """The spectral density of κ; None if it decays slowly, or if it is not a function."""
         return None
@@ -347,6 +352,11 @@ class Sum(_Pair):
     @property
     def decays(self) -> tuple[Decay, ...]:
         left, right = self.left.decays, self.right.decays
+        return left + right if left and right else ()
+
+    @property
+    def gradient_decays(self) -> tuple[tuple[Decay, ...], ...]:
+        left, right = self.left.gradient_decays, self.right.gradient_decays
         return left + right if left and right else ()
 
     @property

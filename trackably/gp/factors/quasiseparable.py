@@ -1,0 +1,284 @@
+"""Samples in blocks, whose covariances with later blocks pass through a small state: quasiseparable matrices.
+
+The covariance of block i with a later block k is
+
+    A_ki = P_k Φ_{k−1} ⋯ Φ_{i+1} Q_i.
+
+Two kinds of covariances have this form:
+
+- polynomials times e^(−λ|r|), and sums of them (Matérn kernels). What lies behind covaries with later samples as the same
+  polynomial moved on: the state holds its coefficients;
+- covariances that are lost in rounding beyond some distance. If no block is shorter than that, only neighbouring blocks
+  are correlated: the state is the covariance with the samples of the next block.
+
+Samples that depend on the process at several instants need both: the polynomials begin after the last of these instants.
+
+Time and memory are linear in the number of samples. Only covariances of samples given all earlier ones are factorised, as
+by a dense Cholesky factorisation, and rounding errors are like its own. (D. Foreman-Mackey, E. Agol, S. Ambikasaran and
+R. Angus: Fast and scalable Gaussian process modeling with applications to astronomical time series, Astron. J. 154
+(2017), for blocks of one sample.)
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import comb
+from typing import NamedTuple, Self
+
+import numpy as np
+import scipy
+from numpy.polynomial import Polynomial
+
+from trackably.arrays import Array
+from trackably.gp.factors.factorisation import Covariance, Factorisation
+from trackably.gp.kernels.base import Kernel
+
+_HALVINGS, _PARTS = 12, 16  # the shortest reach is span / 2^12; it is found up to a factor 2^(1/16)
+
+
+def blocks(times: Array, reach: float, fewest: int = 1) -> list[slice]:
+    """Cut increasing `times` [s] into blocks of at least the `fewest` samples, except for the last one.
+
+    Only neighbouring blocks have times within `reach` [s].
+    """
+    cuts = [0]
+    while (cut := max(int(np.searchsorted(times, times[cuts[-1]] + reach, "right")), cuts[-1] + fewest)) < len(times):
+        cuts.append(cut)
+    return [slice(*pair) for pair in zip(cuts, [*cuts[1:], len(times)], strict=True)]
+
+
+def reach(kernel: Kernel, span: float, negligible: float) -> float:
+    """Return the distance [s] beyond which a kernel and its derivatives stay below `negligible`.
+
+    The kernel must decrease (finite `decay_distance`). If there is no such distance, the result is at least `span`.
+    """
+    distances = span * 2.0 ** (-np.arange(_HALVINGS * _PARTS) / _PARTS)
+    value, gradient = kernel.value_and_gradient(distances)
+    matters = np.any(np.abs(np.concatenate([value[None], gradient])) > negligible, axis=0)
+    first = int(np.argmax(matters)) if np.any(matters) else len(distances)
+    return float(span * 2.0 ** ((1 - first) / _PARTS))
+
+
+@dataclass(frozen=True)
+class Tail:
+    """Covariances Σ_j a_j x^j e^(−x), x = λ r, of two samples r [s] apart, beyond the `lags` of their stencil.
+
+    `coefficients` has a, and that of each ∂/∂ln θ_j: shape (1 + p, degree + 1).
+    """
+
+    rate: float
+    coefficients: Array
+    lags: Sequence[tuple[float, float]]
+
+    @property
+    def size(self) -> int:
+        """The number of coefficients."""
+        return int(self.coefficients.shape[1])
+
+    def values(self, elapsed: Array) -> Array:
+        """Return x^j e^(−x) after so many seconds, shape (n,): shape (n, size)."""
+        x = self.rate * elapsed
+        return np.asarray(x[:, None] ** np.arange(self.size) * np.exp(-x)[:, None])
+
+    def moved(self, by: Array) -> Array:
+        """Return the matrices that take a polynomial to later times, `by` [s] of shape (n,): shape (n, size, size)."""
+        x, found = self.rate * by, np.zeros((len(by), self.size, self.size))
+        for j in range(self.size):
+            for k in range(j + 1):
+                found[:, k, j] = comb(j, k) * x ** (j - k)
+        return np.asarray(found * np.exp(-x)[:, None, None])
+
+    def of_samples(self, until: Array) -> Array:
+        """Return the coefficients after samples that lie so many seconds back, (n,): shape (1 + p, size, n)."""
+        after = sum(rho * self.moved(until + lag) for rho, lag in self.lags)
+        return np.einsum("pj,nkj->pkn", self.coefficients, after)
+
+
+def tails(kernel: Kernel, lags: Sequence[tuple[float, float]]) -> list[Tail]:
+    """Return the covariance of two samples beyond all `lags` (see `Stencil.lags`), by rate; empty if it is no such sum."""
+    if not kernel.gradient_decays:
+        return []
+    found, parts = list[Tail](), [kernel.decays, *kernel.gradient_decays]
+    for rate in sorted({decay.rate for decay in kernel.decays}):
+        sums = [sum((d.polynomial for d in part if d.rate == rate), Polynomial([0.0])) for part in parts]
+        size = max(len(polynomial) for polynomial in sums)
+        scaled = [np.pad(each.coef, (0, size - len(each))) / rate ** np.arange(size) for each in sums]
+        found.append(Tail(rate, np.array(scaled), lags))
+    return found
+
+
+class Block(NamedTuple):
+    """Samples `rows`: their covariance A_ii without noise, Q_i, the part of P_i for tails, and the same of Φ_i.
+
+    `own` and `into` begin with the values, and ∂/∂ln θ_j follow: shapes (1 + p, b, b) and (1 + p, r, b). If `is_next`,
+    the state ends with the covariance with these samples themselves.
+    """
+
+    rows: slice
+    own: Array
+    into: Array
+    by_tails: Array
+    move: Array
+    is_next: bool
+
+    def seen(self, state: Array) -> Array:
+        """Return P x for a state x, (r, …)."""
+        count = self.by_tails.shape[1]
+        found = self.by_tails @ state[:count]
+        return found + state[count:] if self.is_next else found
+
+    def shown(self, values: Array) -> Array:
+        """Return Pᵀ v for values v at the samples, (b, …)."""
+        by_tails = self.by_tails.T @ values
+        return np.concatenate([by_tails, values]) if self.is_next else by_tails
+
+    def past(self, state: Array) -> Array:
+        """Return the part of Φ x that is not zero: that of the tails."""
+        return np.asarray(self.move @ state[: len(self.move)])
+
+    def back(self, state: Array) -> Array:
+        """Return the part of Φᵀ x that is not zero."""
+        return np.asarray(self.move.T @ state[: len(self.move)])
+
+
+def _cut(times: Array, rows: list[slice], covariance: Covariance, own: list[Tail], is_near: bool) -> Iterator[Block]:
+    """Yield the blocks; with `is_near`, neighbours covary in other ways than their tails."""
+    begins = times[[row.start for row in rows]]
+    ends, sizes = np.append(begins[1:], times[-1]), [row.stop - row.start for row in rows]
+    since, until = times - np.repeat(begins, sizes), np.repeat(ends, sizes) - times
+    seen = np.hstack([np.empty((len(times), 0)), *(tail.values(since) for tail in own)])
+    into = [tail.of_samples(until) for tail in own]
+    moves = np.zeros((len(rows), seen.shape[1], seen.shape[1]))
+    for tail, last in zip(own, np.cumsum([tail.size for tail in own]).tolist(), strict=True):
+        moves[:, last - tail.size : last, last - tail.size : last] = tail.moved(ends - begins)
+    for i, row in enumerate(rows):
+        after = rows[i + 1] if is_near and i + 1 < len(rows) else slice(row.stop, row.stop)
+        value, gradient = covariance(times[row.start : after.stop, None] - times[row])
+        both = np.concatenate([value[None], gradient])
+        within, beside = both[:, : sizes[i]], both[:, sizes[i] :]
+        told = np.concatenate([both[:, :0], *(part[:, :, row] for part in into)], axis=1)
+        if is_near:
+            told = np.concatenate([told, beside - seen[after] @ told], axis=1)
+        yield Block(row, within, told, seen[row], moves[i], is_near and i > 0)
+
+
+class Factor(NamedTuple):
+    """Of the covariance S of a block's samples given all earlier ones, the Cholesky factor, and X = S⁻¹ Bᵀ.
+
+    B says how the samples move the state.
+    """
+
+    cholesky: Array
+    gain: Array
+
+    def solve(self, right: Array) -> Array:
+        """Return S⁻¹ r for r (b,) or (b, m)."""
+        return np.asarray(scipy.linalg.lapack.dpotrs(self.cholesky, right, lower=True)[0].reshape(right.shape))
+
+    def inverse(self) -> Array:
+        """Return S⁻¹."""
+        inverse, _ = scipy.linalg.lapack.dtrtri(self.cholesky, lower=True)
+        return np.asarray(inverse.T @ inverse)
+
+
+@dataclass(frozen=True)
+class Quasiseparable(Factorisation):
+    """A = L S Lᵀ with block diagonal S and L_ki = P_k Φ_{k−1} ⋯ Φ_{i+1} X_iᵀ, block for block."""
+
+    blocks: list[Block]
+    factors: list[Factor]
+    noise_variance: Array
+
+    @classmethod
+    def of(
+        cls,
+        times: Array,
+        rows: list[slice],
+        covariance: Covariance,
+        noise_variance: Array,
+        own_tails: list[Tail],
+        is_near: bool,
+    ) -> Self | None:
+        """Factorise for n `times` [s] in blocks, with noise variances (n,); None if A is not positive definite.
+
+        Without `own_tails`, only neighbouring blocks are correlated. With `is_near`, so are neighbours in other ways.
+        """
+        cut, factors = list(_cut(times, rows, covariance, own_tails, is_near)), list[Factor]()
+        explained = np.zeros((len(cut[0].move),) * 2)  # F, the covariance of the state with itself that is known
+        for block in cut:
+            seen = block.seen(explained)
+            left = block.own[0] - block.seen(seen.T)
+            left[np.diag_indices(len(left))] += noise_variance[block.rows]
+            cholesky, info = scipy.linalg.lapack.dpotrf(left, lower=True)
+            if info:
+                return None
+            moved, count = block.into[0].copy(), len(block.move)
+            moved[:count] -= block.past(seen.T)
+            factor = Factor(cholesky, np.empty(0))
+            factor = factor._replace(gain=factor.solve(moved.T))
+            known, explained = explained, moved @ factor.gain
+            explained[:count, :count] += block.past(block.past(known)[:, :count].T)
+            factors.append(factor)
+        return cls(cut, factors, noise_variance)
+
+    @cached_property
+    def log_determinant(self) -> float:
+        return 2 * float(sum(np.log(factor.cholesky.diagonal()).sum() for factor in self.factors))
+
+    def solve(self, right: Array) -> Array:
+        solution = np.array(right, dtype=float)
+        state = self._nothing(*right.shape[1:])
+        for block, factor in zip(self.blocks, self.factors, strict=True):
+            solution[block.rows] -= block.seen(state)
+            state = _plus(factor.gain.T @ solution[block.rows], block.past(state))
+            solution[block.rows] = factor.solve(solution[block.rows])
+        state = self._nothing(*right.shape[1:])
+        for block, factor in self._backwards():
+            solution[block.rows] -= factor.gain @ state
+            state = _plus(block.shown(solution[block.rows]), block.back(state))
+        return solution
+
+    def gradient_times(self, c: Array) -> Array:
+        product = np.empty((len(self.blocks[0].own) - 1, len(c)))
+        state = self._nothing(len(product))
+        for block in self.blocks:
+            product[:, block.rows] = block.own[1:] @ c[block.rows] + block.seen(state).T
+            state = _plus((block.into[1:] @ c[block.rows]).T, block.past(state))
+        state = self._nothing()
+        for block, _ in self._backwards():
+            product[:, block.rows] += state @ block.into[1:]
+            state = _plus(block.shown(c[block.rows]), block.back(state))
+        return product
+
+    def likelihood_traces(self, c: Array) -> tuple[Array, float]:
+        """Return the traces from the blocks Z_ii of A⁻¹, and from Y_i = Σ_{k > i} (P_k Φ_{k−1} ⋯ Φ_{i+1})ᵀ Z_ki.
+
+        With N_i = Σ_{k, l > i} (P_k Φ ⋯)ᵀ Z_kl (P_l Φ ⋯) they are Y_i = −N_i Xᵀ and Z_ii = S⁻¹ + X N_i Xᵀ. N is a sum of
+        positive semidefinite matrices, N_{i−1} = Pᵀ S⁻¹ P + Ψᵀ N_i Ψ with Ψ = Φ − Xᵀ P, so that no digits cancel.
+        """
+        by_kernel, by_noise = np.zeros(len(self.blocks[0].own) - 1), 0.0
+        known, state = self._nothing(len(self.blocks[0].move)), self._nothing()
+        for block, factor in self._backwards():
+            own, later, inverse = c[block.rows], -known @ factor.gain.T, factor.inverse()
+            among = inverse - factor.gain @ later - own[:, None] * own
+            by_kernel += np.einsum("pij,ij->p", block.own[1:], among)
+            by_kernel += 2 * np.einsum("pri,ri->p", block.into[1:], later - state[:, None] * own)
+            by_noise += float(among.diagonal() @ self.noise_variance[block.rows])
+            passed = -block.shown(factor.gain).T
+            passed[: len(block.move), : len(block.move)] += block.move
+            known = block.shown(block.shown(inverse).T) + passed.T @ known @ passed
+            state = _plus(block.shown(own), block.back(state))
+        return by_kernel, by_noise
+
+    def _nothing(self, *shape: int) -> Array:
+        """Return the state before the first block, or that after the last one."""
+        return np.zeros((len(self.blocks[0].move), *shape))
+
+    def _backwards(self) -> Iterator[tuple[Block, Factor]]:
+        return zip(reversed(self.blocks), reversed(self.factors), strict=True)
+
+
+def _plus(state: Array, of_tails: Array) -> Array:
+    """Return a state with numbers added to its tails."""
+    state[: len(of_tails)] += of_tails
+    return state
