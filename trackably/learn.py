@@ -226,7 +226,7 @@ def learn_reference(
     at_rest, keep = quantities_at_rest(claim, plant), learn_from is not None
     pins = tuple(pin for values in pinned for pin in values.pins(plant))
 
-    def beforehand(of: tuple[Samples, ...]) -> EmpiricalPrior:
+    def beforehand(of: tuple[Samples, ...], _: EmpiricalPrior | None) -> EmpiricalPrior:
         ends = levels(between, measured.names, of)
         return found_or_raise(empirical_prior(of, prior, ends, starts, keep, method == "joint", at_rest))
 
@@ -238,12 +238,15 @@ def learn_reference(
         refuse_mean(claim, first.prior, plant, tightening)
 
         def learn(first: EmpiricalPrior, learner: Learner, starts: int = starts) -> Found:
-            def certified(of: tuple[Samples, ...], prior: JointPrior) -> Certified | NoSolution | Failure:
+            def certified(
+                of: tuple[Samples, ...], before: Certified | None, prior: JointPrior
+            ) -> Certified | NoSolution | Failure:
                 space = SearchSpace.around(measured.signals, prior, starts)
-                return learn_certified(of, prior, plant, space, goal, learner=learner, pins=pins)
+                last = before.solution if before and before.is_with(prior) else None
+                return learn_certified(of, prior, plant, space, goal, learner=learner, pins=pins, last=last)
 
             found, cost = measured.learn_enough(
-                lambda of: found_or_raise(first.best(partial(certified, of))),
+                lambda of, before: found_or_raise(first.best(partial(certified, of, before))),
                 lambda found: found.solution.posterior.prior.as_known(),
             )
             sought = SearchSpace.around(measured.signals, first.with_noise or first.prior, starts).bounds

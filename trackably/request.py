@@ -201,15 +201,18 @@ class Measurements:
         return replace(self, given=_of_states(what, samples, self.plant, self.kinds), times=1)
 
     def learn_enough(
-        self, learn: Callable[[tuple[Samples, ...]], T], prior_of: Callable[[T], JointPrior]
+        self,
+        learn: Callable[[tuple[Samples, ...], T | None], T],
+        prior_of: Callable[[T], JointPrior],
+        before: T | None = None,
     ) -> tuple[T, tuple[Condensation, ...]]:
         """Return the result of learning from samples of each flat output, and the effect of condensing them.
 
-        If the learned hyperparameters need more centres, learning is repeated.
+        If the learned hyperparameters need more centres, learning is repeated, with the result from fewer centres.
         """
-        found = learn(self.signals)
+        found = learn(self.signals, before)
         enough, cost = self.enough_for(prior_of(found))
-        return (found, cost) if enough is self else enough.learn_enough(learn, prior_of)
+        return (found, cost) if enough is self else enough.learn_enough(learn, prior_of, found)
 
     def enough_for(self, prior: JointPrior) -> tuple[Self, tuple[Condensation, ...]]:
         """Return the measurements with enough centres for a prior with known hyperparameters, and

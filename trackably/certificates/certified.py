@@ -68,6 +68,10 @@ class Certified:
     attempts: int
     space: SearchSpace
 
+    def is_with(self, prior: JointPrior) -> bool:
+        """Whether it was learned with this prior, or with one that has the same hyperparameters to learn."""
+        return self.solution.posterior.prior.learned == prior.learned
+
     @property
     def explanation(self) -> str:
         drawn = f"bounds tightened by up to {self.backoff:.1g} of their width, at a cost of {self.cost:.2g} in l"
@@ -253,9 +257,8 @@ class _Learning:
         return min((10 if 10 * backoff <= enough else 2) * backoff, _LARGEST_BACKOFF)
 
     def _enough(self, found: Solution) -> float:
-        """Return the back-off that raises J by the allowed gap: the rise is at most 2 Σ_a λ_a · back-off · width."""
-        widths = {quantity.name: quantity.bounds.width for quantity in self.plant.quantities}
-        rise = 2 * sum(abs(bound.multiplier) * widths.get(bound.name, 0.0) for bound in found.active_bounds)
+        """Return the back-off that raises J by the allowed gap."""
+        rise = found.rise(1.0, self.plant.quantities)
         return min(found.allowed_gap / rise, _LARGEST_BACKOFF) if rise else _LARGEST_BACKOFF
 
     def _shortened(self, found: Solution, error: float) -> bool:

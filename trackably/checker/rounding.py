@@ -25,6 +25,8 @@ from trackably.checker.intervals import (
     either,
     exact_sum,
     exactly,
+    lesser,
+    max_of,
     ratio,
     require,
     require_nonzero,
@@ -34,10 +36,13 @@ from trackably.checker.intervals import (
     slope_of_power,
     total,
 )
+from trackably.checker.kernels import Decay
 from trackably.checker.models import Model, Models
 from trackably.checker.quantities import ITSELF, LinearCombination, Quantity, functionals
 from trackably.checker.subject import NonlinearSystem, Signal, Subject, single_bounds
+from trackably.checker.watch import tick
 
+_HALVINGS = 12  # of the span of the centres, from which they are sorted by their distance
 _UNDERFLOW = exactly(2) ** -1000
 _OVERFLOW = exactly(10) ** 300
 
@@ -199,15 +204,42 @@ def _signal_error(subject: Subject, until: float, signal: Signal) -> Tracked:
     # six roundings of the argument of κ, and n + 2 of the dot product. A time that was moved by whole periods may be
     # off by u until instead; j T adds u j T, k T + j T adds u (until + j T), and r adds u (until + j T + |t_i|). That
     # is less than 3 u times `farthest`, and where all kernels repeat, `stretch` is `farthest` times `slope`.
-    each = (
-        kernel.roundings
-        + 9 * kernel.stretch
-        + 3 * (latest + ahead) * kernel.slope
-        + (len(signal.weights) + 3) * kernel.size
-    )
-    weight = total(abs(c) for _, c in signal.pairs)
-    largest = abs(exactly(signal.mean)) + weight * kernel.size
-    return _interval(SIGN * largest, UNIT * (weight * each + 3 * largest))
+    weight, near = total(abs(c) for _, c in signal.pairs), largest_sums(signal)
+    of_all = weight * (kernel.roundings + 9 * kernel.stretch)
+    of_near = 3 * (latest + ahead) * near.slope + (len(signal.weights) + 3) * near.size
+    largest = abs(exactly(signal.mean)) + near.size
+    return _interval(SIGN * largest, UNIT * (of_all + of_near + 3 * largest))
+
+
+def largest_sums(signal: Signal) -> Decay:
+    """Over-estimate Σ_i |c_i| |κ(t − t_i)| for all times t, and the same sum of κ̇.
+
+    Few centres are near t, and kernels at the others are small. Times are cut into cells of equal width. Centres within
+    one width of t lie in three neighbouring cells, whatever t is: these weigh no more than the `heaviest` three. For
+    them, sizes beyond the width are replaced by larger ones; and so on for half the width.
+    """
+    first = Fraction(min(signal.centres))
+    width = (Fraction(max(signal.centres)) - first) / 2**_HALVINGS
+    cells, (size, slope) = dict[int, Real](), signal.kernel.peak
+    for t, c in zip(signal.centres, signal.weights, strict=True):
+        cell = int((Fraction(t) - first) // width) if width else 0
+        cells[cell] = cells.get(cell, ZERO) + abs(exactly(c))
+    of_size = of_slope = ZERO
+    for _ in range(_HALVINGS):
+        tick()
+        heaviest = ZERO
+        for cell, own in cells.items():
+            heaviest = max_of(heaviest, own + cells.get(cell + 1, ZERO) + cells.get(cell + 2, ZERO))
+        beyond = signal.kernel.beyond(ratio(width))
+        smaller, flatter = lesser(size, beyond.size), lesser(slope, beyond.slope)
+        of_size += heaviest * (size.b - smaller.b)
+        of_slope += heaviest * (slope.b - flatter.b)
+        wider = dict[int, Real]()
+        for cell, own in cells.items():
+            wider[cell // 2] = wider.get(cell // 2, ZERO) + own
+        size, slope, cells, width = smaller, flatter, wider, 2 * width
+    weight = total(cells.values())
+    return Decay(of_size + weight * size.b, of_slope + weight * slope.b)
 
 
 def check_sizes(certificate: Certificate, quantities: list[Quantity]) -> str | None:

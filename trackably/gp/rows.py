@@ -15,7 +15,6 @@ from trackably.arrays import Array
 from trackably.cached import cached
 from trackably.gp.factors.factorisation import in_blocks
 from trackably.gp.kernels.base import Kernel, sum_by_moments
-from trackably.gp.kernels.matern import Matern
 
 
 @dataclass(frozen=True)
@@ -291,7 +290,7 @@ class Direct(RowKernel):
 
     def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
         times, u = self._weigh(multipliers)
-        if isinstance(self.kernel, Matern):
+        if self.kernel.gradient_decays:
             return self._form_gradient(times, u, t, weights)
         if groups := nearby(times, t, self.kernel.negligible_distance):
             return np.asarray(sum(self._form_gradient(times[p], u[p], t[at], weights[at]) for p, at in groups))
@@ -299,7 +298,7 @@ class Direct(RowKernel):
 
     def _form_gradient(self, times: Array, u: Array, t: Array, weights: Array) -> Array:
         """Return ∂/∂ln θ of uᵀ κ(times − t) w; for Matérn kernels, long sums are evaluated from moments."""
-        if len(times) * len(t) > _MANY and isinstance(self.kernel, Matern):
+        if len(times) * len(t) > _MANY and self.kernel.gradient_decays:
             sums = [sum_by_moments(decays, t, weights, times, 0)[0] for decays in self.kernel.gradient_decays]
             return np.asarray(sums) @ u
         _, by_theta = self.kernel.value_and_gradient(times[:, None] - t)

@@ -1,7 +1,7 @@
 """The constrained learning problem, its solution, and the explanation where there is none."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -162,6 +162,11 @@ class Solution:
     def allowed_gap(self) -> float:
         """The amount by which J may exceed the least J for these hyperparameters."""
         return max(LEAST_GAP, RELATIVE_GAP * self.price)
+
+    def rise(self, by: float, quantities: Iterable[Quantity]) -> float:
+        """Return by how much J rises if these bounds move inwards `by` a part of their width, to first order."""
+        widths = {quantity.name: quantity.bounds.width for quantity in quantities}
+        return 2 * by * sum(abs(bound.multiplier) * widths.get(bound.name, 0.0) for bound in self.active_bounds)
 
 
 class NoSolution(ABC):

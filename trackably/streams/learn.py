@@ -129,7 +129,7 @@ def learn_stream(
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
     begun = _busiest(measured, length)
 
-    def beforehand(of: tuple[Samples, ...]) -> EmpiricalPrior:
+    def beforehand(of: tuple[Samples, ...], _: EmpiricalPrior | None) -> EmpiricalPrior:
         ends = levels(between, measured.names, of)
         return found_or_raise(empirical_prior(of, prior, ends, starts, False, True, plant.quantities))
 
@@ -204,7 +204,7 @@ def _as_known(begun: Measurements, first: EmpiricalPrior, plant: ConstrainedSyst
         return learn_jointly(ConstrainedProblem(samples, prior, space, constraints_at(times, plant)))
 
     solution, _ = begun.learn_enough(
-        lambda of: found_or_raise(first.best(partial(learn_with, of))),
+        lambda of, _: found_or_raise(first.best(partial(learn_with, of))),
         lambda found: found.posterior.prior.as_known(),
     )
     if solution.unconstrained and (

@@ -121,7 +121,11 @@ def test_fewer_centres_represent_the_posterior_mean(kernel, stencil):
         (PiecewisePolynomial2(1.0, 0.3), TIMES["random"](1000), Quasiseparable),
         (PiecewisePolynomial3(1.0, 0.5), TIMES["random"](1000), Quasiseparable),
         (Periodic(1.0, 1.0, 10.0), TIMES["random"](1000), LowRank),
-        (SquaredExponential(1.0, 1e-3), np.append(np.sort(random(400, 0, 1e-3)), 1 + 7e-4 * np.arange(400)), Quasiseparable),
+        (
+            SquaredExponential(1.0, 1e-3),
+            np.append(np.sort(random(400, 0, 1e-3)), 1 + 7e-4 * np.arange(400)),
+            Quasiseparable,
+        ),
     ],
     ids=str,
 )

@@ -1,1 +1,1 @@
-"""Factorisations of the covariance matrix K + V: dense, band, Markov, Fourier, low rank; and their building blocks."""
+"""Factorisations of the covariance matrix K + V: dense, quasiseparable, Fourier, low rank."""

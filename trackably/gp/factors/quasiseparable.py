@@ -6,16 +6,17 @@ The covariance of block i with a later block k is
 
 Two kinds of covariances have this form:
 
-- polynomials times e^(−λ|r|), and sums of them (Matérn kernels). What lies behind covaries with later samples as the same
-  polynomial moved on: the state holds its coefficients;
-- covariances that are lost in rounding beyond some distance. If no block is shorter than that, only neighbouring blocks
-  are correlated: the state is the covariance with the samples of the next block.
+- polynomials in λ|r| times e^(−λ|r|), and sums of them (Matérn kernels). As a function of the later time, the
+  covariance with a sample is such a polynomial, and the state holds its coefficients. Φ takes them to a later time;
+- covariances that are lost in rounding beyond some distance. If no block is shorter than this distance, only
+  neighbouring blocks are correlated. The state is the covariance with each sample of the next block, and Φ is zero.
 
-Samples that depend on the process at several instants need both: the polynomials begin after the last of these instants.
+Samples that depend on the process at several instants need both: their covariance is a polynomial times e^(−λ|r|) only
+for samples farther apart than these instants.
 
-Time and memory are linear in the number of samples. Only covariances of samples given all earlier ones are factorised, as
-by a dense Cholesky factorisation, and rounding errors are like its own. (D. Foreman-Mackey, E. Agol, S. Ambikasaran and
-R. Angus: Fast and scalable Gaussian process modeling with applications to astronomical time series, Astron. J. 154
+Time and memory are linear in the number of samples. As in a dense Cholesky factorisation, only covariances of samples
+given all earlier ones are factorised, and rounding errors are like its own. (D. Foreman-Mackey, E. Agol, S. Ambikasaran
+and R. Angus: Fast and scalable Gaussian process modeling with applications to astronomical time series, Astron. J. 154
 (2017), for blocks of one sample.)
 """
 
@@ -91,27 +92,30 @@ class Tail:
     def of_samples(self, until: Array) -> Array:
         """Return the coefficients after samples that lie so many seconds back, (n,): shape (1 + p, size, n)."""
         after = sum(rho * self.moved(until + lag) for rho, lag in self.lags)
-        return np.einsum("pj,nkj->pkn", self.coefficients, after)
+        return np.asarray(np.einsum("pj,nkj->pkn", self.coefficients, after))
 
 
 def tails(kernel: Kernel, lags: Sequence[tuple[float, float]]) -> list[Tail]:
-    """Return the covariance of two samples beyond all `lags` (see `Stencil.lags`), by rate; empty if it is no such sum."""
+    """Return the covariance of two samples beyond all `lags` (see `Stencil.lags`), rate by rate.
+
+    Empty if it is no sum of tails.
+    """
     if not kernel.gradient_decays:
         return []
     found, parts = list[Tail](), [kernel.decays, *kernel.gradient_decays]
     for rate in sorted({decay.rate for decay in kernel.decays}):
         sums = [sum((d.polynomial for d in part if d.rate == rate), Polynomial([0.0])) for part in parts]
         size = max(len(polynomial) for polynomial in sums)
-        scaled = [np.pad(each.coef, (0, size - len(each))) / rate ** np.arange(size) for each in sums]
-        found.append(Tail(rate, np.array(scaled), lags))
+        padded = [np.pad(np.asarray(each.coef, dtype=float), (0, size - len(each))) for each in sums]
+        found.append(Tail(rate, np.array(padded) / rate ** np.arange(size), lags))
     return found
 
 
 class Block(NamedTuple):
-    """Samples `rows`: their covariance A_ii without noise, Q_i, the part of P_i for tails, and the same of Φ_i.
+    """The samples in `rows`: A_ii without noise, `own`; Q_i, `into`; and the parts of P_i and Φ_i that are of tails.
 
-    `own` and `into` begin with the values, and ∂/∂ln θ_j follow: shapes (1 + p, b, b) and (1 + p, r, b). If `is_next`,
-    the state ends with the covariance with these samples themselves.
+    `own` and `into` hold values, followed by each ∂/∂ln θ_j: shapes (1 + p, b, b) and (1 + p, r, b). If `is_next`, the
+    state before the block ends with the covariances with each of its samples.
     """
 
     rows: slice
@@ -128,7 +132,7 @@ class Block(NamedTuple):
         return found + state[count:] if self.is_next else found
 
     def shown(self, values: Array) -> Array:
-        """Return Pᵀ v for values v at the samples, (b, …)."""
+        """Return Pᵀ v for numbers v of the samples, (b, …)."""
         by_tails = self.by_tails.T @ values
         return np.concatenate([by_tails, values]) if self.is_next else by_tails
 
@@ -253,8 +257,8 @@ class Quasiseparable(Factorisation):
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
         """Return the traces from the blocks Z_ii of A⁻¹, and from Y_i = Σ_{k > i} (P_k Φ_{k−1} ⋯ Φ_{i+1})ᵀ Z_ki.
 
-        With N_i = Σ_{k, l > i} (P_k Φ ⋯)ᵀ Z_kl (P_l Φ ⋯) they are Y_i = −N_i Xᵀ and Z_ii = S⁻¹ + X N_i Xᵀ. N is a sum of
-        positive semidefinite matrices, N_{i−1} = Pᵀ S⁻¹ P + Ψᵀ N_i Ψ with Ψ = Φ − Xᵀ P, so that no digits cancel.
+        With N_i = Σ_{k, l > i} (P_k Φ ⋯)ᵀ Z_kl (P_l Φ ⋯) they are Y_i = −N_i Xᵀ and Z_ii = S⁻¹ + X N_i Xᵀ. No digits
+        cancel in N_{i−1} = Pᵀ S⁻¹ P + Ψᵀ N_i Ψ with Ψ = Φ − Xᵀ P, a sum of positive semidefinite matrices.
         """
         by_kernel, by_noise = np.zeros(len(self.blocks[0].own) - 1), 0.0
         known, state = self._nothing(len(self.blocks[0].move)), self._nothing()

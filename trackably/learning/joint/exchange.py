@@ -21,6 +21,7 @@ _MAX_ROUNDS = 40
 _MANY_PLACES, _MOST_PLACES = 1000, 1500
 MANY_BENDS, _MORE_BENDS = 500, 1.5  # active places, and times the places that an exchange begins with
 _MANY_MET = 3.0  # times the places that an exchange begins with, where a far step in θ meets bounds everywhere
+_MOST_OF_SAMPLES = 1 / 3  # places for each sample, where these are more
 _MORE = 1.1  # times the places that an exchange begins with, where these are more
 CROWD = 800  # active places; beyond, a larger back-off is used instead of more places
 _CROWDED = 100  # violated places; so many are neighbours along stretches of an active bound
@@ -74,7 +75,8 @@ def exchange_bounds(
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
     is_rough = not _is_smooth(problem)
     begun = _count(places)
-    most, bends = max(_MOST_PLACES, _MORE * begun), max(MANY_BENDS, _MORE_BENDS * begun)
+    most = max(_MOST_PLACES, _MORE * begun, _MOST_OF_SAMPLES * sum(map(len, problem.samples)))
+    bends = max(MANY_BENDS, _MORE_BENDS * begun)
     if not is_convex:  # places of other hyperparameters may be too far apart for these
         places = with_regular(problem, posterior, places)
     for count in range(1, _MAX_ROUNDS + 1):

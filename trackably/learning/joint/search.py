@@ -48,7 +48,7 @@ _FIRST, _FIRST_OF_FORMULAS, _SHORTER, _SHORTEST = 2.0, 0.5, 4.0, 1e-3  # steps i
 # those with large rounding errors: a larger back-off mends them, other starts would not.
 _ALMOST = 3e-3
 _ROUGH = 1e-6  # relative to a width: a function with larger violations needs too many places for steps in θ
-_AT_ONCE = 2  # rounds of an exchange: a step that it gives up so soon costs little, and a shorter one may do
+_MOST_GIVEN_UP = 3  # steps of a descent that meet too many bounds: shorter ones may do
 _MANY_FOR_STEPS = 100  # active places: with more of them than samples, small gains of J take minutes
 _BACKOFFS = 0.1, 0.03, 0.01, 0.0  # back-offs relative to a width, one after the other
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9  # relative to 1 + |J|
@@ -301,6 +301,7 @@ class JointSearch:
         From a contradiction, one step is taken to the minimiser of the relaxation. If the rows contradict there too,
         more places do not resolve it, and the search is given up. It is also given up if no function is found.
         """
+        given_up = 0
         for _ in range(_MAX_ROUNDS):
             point = path.point
             if not (point.is_solution or point.function.mean.contradicts):
@@ -320,8 +321,8 @@ class JointSearch:
                 break
             there = self._at(found.x, active, signals, tolerance, point.ceiling)
             if there is None or there.is_unfinished(point.ceiling) or self._is_hopeless(there):
-                is_quick = there is not None and there.function.rounds <= _AT_ONCE
-                may_do = is_quick and not self._is_bent(point, _MANY_FOR_STEPS, samples=4.0)
+                given_up += 1
+                may_do = given_up <= _MOST_GIVEN_UP and not self._is_bent(point, _MANY_FOR_STEPS, samples=4.0)
                 if not point.is_solution or (is_linear(self.problem) and not may_do):
                     break
                 there = None  # a shorter step may lead to a function
@@ -453,11 +454,15 @@ def extended(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSo
 
 
 def _with_same_hyperparameters(solution: Solution, problem: ConstrainedProblem) -> Solution | None:
-    """Return the function for the hyperparameters of `solution`; None if J rises by more than the allowed gap."""
+    """Return the function for the hyperparameters of `solution`; None if J rises by more than the allowed gap.
+
+    What the bounds that it violates would have cost is no reason to search again.
+    """
     search = JointSearch(problem)
     places = solution.active if solution.active_bounds else None
     search.settle(solution.posterior.prior.log_hyperparameters, places, solution.signals)
-    if search.best is None or search.best.objective - solution.objective > 2 * solution.allowed_gap:
+    missed = solution.rise(solution.missed, [constraint.quantity for constraint in problem.constraints])
+    if search.best is None or search.best.objective - solution.objective > 2 * (solution.allowed_gap + missed):
         return None
     return _like(solution, _solution(search.best, search, solution.unconstrained))
 

@@ -56,7 +56,7 @@ KERNELS = {
 
 
 def in_blocks(posterior, fewest, by_tails=True):
-    """The same posterior in blocks of so many samples, with tails, or as far as covariances are not lost in rounding."""
+    """The same posterior in blocks of so many samples: with tails, or without what is lost in rounding."""
     prior, samples, lags = posterior.prior, posterior.samples, posterior.samples.stencil.lags
     longest, own = lags[-1][1], tails(prior.kernel, lags) if by_tails else []
     span = samples.times[-1] - samples.times[0]

@@ -174,22 +174,24 @@ def test_a_step_that_takes_far_more_places_than_a_known_function_is_given_up(oth
     assert beside.rounds < anew.rounds
 
 
-@pytest.mark.parametrize("name", ["tight_2", "tight_3", "tight_4"])
-def test_a_far_step_that_is_soon_given_up_is_followed_by_a_shorter_one(name, monkeypatch):
+@pytest.mark.parametrize("often", [1, 2, 4])
+@pytest.mark.parametrize("name", ["tight_3", "tight_4"])
+def test_a_far_step_that_is_given_up_is_followed_by_a_shorter_one(name, often, monkeypatch):
+    """Not by ever shorter ones: each costs the time of a program with far more places."""
     right, given_up = exchange_bounds, list[bool]()
 
-    def give_up_the_first_fine_step(problem, posterior, places, near=None, tolerance=0.0, ceiling=np.inf):
+    def give_up_first_fine_steps(problem, posterior, places, near=None, tolerance=0.0, ceiling=np.inf):
         found = right(problem, posterior, places, near, tolerance, ceiling)
-        if given_up or tolerance or ceiling == np.inf:
+        if len(given_up) == often or tolerance or ceiling == np.inf:
             return found
         given_up.append(True)
-        return replace(found, margin=-1.0, rounds=1)
+        return replace(found, margin=-1.0)
 
     problem, expected = problem_of(name), jointly(name)
-    monkeypatch.setattr(search, "exchange_bounds", give_up_the_first_fine_step)
+    monkeypatch.setattr(search, "exchange_bounds", give_up_first_fine_steps)
     found = learn_from([expected.unconstrained.prior.log_hyperparameters], problem)
     assert given_up
-    assert found.objective == pytest.approx(expected.objective, abs=1e-4)
+    assert (found.objective < expected.objective + 1e-4) == (often < 4)
 
 
 @pytest.mark.parametrize("sought", [None, (0.01, 0.06)])

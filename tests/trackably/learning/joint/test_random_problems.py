@@ -61,10 +61,19 @@ def test_the_system_follows(seed):
     np.testing.assert_allclose(landed, after, atol=1e-8 * np.max(np.abs(x)))
 
 
-def test_where_the_function_would_need_too_many_places_hyperparameters_alone_are_proved(monkeypatch):
-    monkeypatch.setattr("trackably.learning.joint.exchange._MOST_PLACES", 60)
+def test_where_no_function_is_found_hyperparameters_alone_are_proved(monkeypatch):
+    monkeypatch.setattr("trackably.learning.joint.search.exchange_bounds", lambda *_, **__: None)
     found = learned(ROUGH)
     assert found.solution.method == "hyperparameters"
     assert (
         min(np.min(q.margin(found.reference.signals, np.linspace(0, 6, 3001))) for q in found.reference.quantities) > 0
     )
+
+
+def test_with_few_places_a_function_is_found_that_costs_less_than_hyperparameters_alone(monkeypatch):
+    """A larger back-off removes the violations between places."""
+    monkeypatch.setattr("trackably.learning.joint.exchange._MOST_PLACES", 60)
+    monkeypatch.setattr("trackably.learning.joint.exchange._MOST_OF_SAMPLES", 0)
+    solution = random_problem(ROUGH).learned().solution
+    assert solution.method == "joint"
+    assert solution.objective < solution.alone
