@@ -13,9 +13,11 @@ from trackably import (
     ConstrainedSystem,
     LinearSystem,
     Matern32,
+    Matern52,
     Polytope,
     Samples,
     SquaredExponential,
+    learn,
     learn_reference,
     learn_stream,
 )
@@ -94,3 +96,25 @@ def test_samples_to_learn_hyperparameters_from_are_as_many_as_these_need():
     asked = {"claim": (0.0, 5.0), "noise_std": (0.01, 0.2), "mean": MEAN, "starts": 2, "learn_from": samples}
     one, other = (learn_reference(few, CART, Matern32(), **asked, centres=given) for given in ("auto", None))
     assert one.hyperparameters == pytest.approx(other.hyperparameters, rel=0.02)
+
+
+def test_more_centres_are_learned_from_where_fewer_ended(monkeypatch):
+    """The search ends where that from all samples ends that begins anew."""
+    begun, right = list[tuple[int, bool]](), learn.learn_certified
+
+    def recorded(of, *others, last=None, **options):
+        begun.append((sum(map(len, of)), last is not None))
+        return right(of, *others, last=last, **options)
+
+    samples = drawn(700, 0.1)
+    samples = Samples(samples.times, 1.6 * samples.values + 0.3)
+    monkeypatch.setattr(learn, "learn_certified", recorded)
+    found, anew = (
+        learn_reference(samples, CART, Matern52(), "recorded", noise_std=NOISE, centres=centres)
+        for centres in ("auto", len(samples))
+    )
+    *fewer, of_all = begun
+    assert [is_continued for _, is_continued in fewer] == [False] + [True] * (len(fewer) - 1)
+    assert len(fewer) > 1
+    assert of_all == (len(samples), False)
+    assert found.objective == pytest.approx(anew.objective, abs=OF_L)

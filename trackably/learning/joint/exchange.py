@@ -103,7 +103,8 @@ def exchange_bounds(
         if _count(met) > _MANY_PLACES:
             met = merge(kept, at_steps(problem, seen.places(_broken(minima)), places), same)
         best = ExchangeResult(bent, met, kept, margin, constraint, time, count)
-        is_worse = ceiling < np.inf and (_count(kept) > bends or _count(met) > max(MANY_BENDS, _MANY_MET * begun))
+        is_far = is_convex and _count(met) > max(MANY_BENDS, _MANY_MET * begun)  # with formulas, all places are kept
+        is_worse = ceiling < np.inf and (_count(kept) > bends or is_far)
         if margin >= -tolerance or bent.contradicts or price > ceiling or is_worse or is_same(met, places):
             return best
         is_small = _count(met) > _MANY_PLACES and margin >= -_MATTERS
