@@ -147,6 +147,23 @@ def test_hyperparameters_are_kept_where_bounds_hardly_change_and_learned_again_w
     assert tighter.posterior.prior != first.posterior.prior
 
 
+@pytest.mark.parametrize("missed", [True, False])
+def test_hyperparameters_are_kept_where_violated_bounds_would_have_cost_the_rise(missed, monkeypatch):
+    steps, right = list[JointProgram](), JointProgram.minimise
+
+    def recorded(program, *others):
+        steps.append(program)
+        return right(program, *others)
+
+    problem, known = problem_of("tight_4"), jointly("tight_4")
+    by_width = known.rise(1.0, [constraint.quantity for constraint in problem.constraints])
+    cheaper = replace(known, objective=known.objective - 5 * known.allowed_gap)
+    violated = replace(cheaper, missed=5 * known.allowed_gap / by_width if missed else 0.0)
+    monkeypatch.setattr(JointProgram, "minimise", recorded)
+    assert isinstance(continued(violated, problem), Solution)
+    assert bool(steps) != missed
+
+
 @pytest.mark.parametrize("name", ["tight_2", "tight_4"])
 def test_a_search_goes_on_near_the_hyperparameters_of_a_similar_problem(name, monkeypatch):
     reaches, right = list[float](), JointProgram.minimise
