@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-import cvxpy as cp
 import numpy as np
 
 from trackably.arrays import Array
@@ -56,6 +55,8 @@ def smallest_defect(reference: Reference, last_step: int) -> float:
     Definition 1 of the paper. It is zero, up to the accuracy of the solver, if and only if the system can follow the
     reference.
     """
+    import cvxpy as cp  # noqa: PLC0415  loading it takes longer than half of the stages
+
     states = reference.state(np.arange(last_step + 2, dtype=float))
     drift, gain = reference.plant.system.affine(states[:-1])
     H, h = reference.plant.input_set.inequalities

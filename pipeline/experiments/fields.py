@@ -263,7 +263,7 @@ class Control(Fields):
     """
 
     horizon: PositiveInt = 20
-    steps: StepCount = 2000
+    steps: StepCount = 600
     input_weight: PositiveFloat = 1.0
     patience: NonNegativeInt = 100
     shown: PositiveInt = 150

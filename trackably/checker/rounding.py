@@ -222,6 +222,7 @@ def largest_sums(signal: Signal) -> Decay:
     width = (Fraction(max(signal.centres)) - first) / 2**_HALVINGS
     cells, (size, slope) = dict[int, Real](), signal.kernel.peak
     for t, c in zip(signal.centres, signal.weights, strict=True):
+        tick()
         cell = int((Fraction(t) - first) // width) if width else 0
         cells[cell] = cells.get(cell, ZERO) + abs(exactly(c))
     of_size = of_slope = ZERO

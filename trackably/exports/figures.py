@@ -57,8 +57,9 @@ def with_style(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
         with matplotlib.style.context(SHEETS):
             figure = draw(*args, **kwargs)
-            for _ in range(_LAYOUTS):
-                figure.draw_without_rendering()
+            if layout := figure.get_layout_engine():
+                for _ in range(_LAYOUTS):
+                    layout.execute(figure)
             figure.set_layout_engine("none")
             return figure
 

@@ -24,7 +24,7 @@ from trackably.gp.factors.dense import Dense
 from trackably.gp.factors.factorisation import Covariance, Factorisation
 from trackably.gp.factors.fourier import Fourier
 from trackably.gp.factors.low_rank import ROUNDING, Basis, LowRank
-from trackably.gp.factors.quasiseparable import Quasiseparable, blocks, reach, tails
+from trackably.gp.factors.quasiseparable import Cut, Quasiseparable, blocks, reach, tails
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.gp.stencil import Stencil, Stencils
@@ -193,24 +193,16 @@ def _structured_factorisations(prior: Prior, samples: Samples, covariance: Covar
 
     longest, far = lags[-1][1], tails(kernel, lags)
     if rounding.entries <= rounding.allowed and far and max(tail.rate for tail in far) * longest <= _WITHIN_A_LAG:
-        rows = blocks(times, longest, _BLOCK)
-        yield Candidate(
-            _cost_of(rows), partial(Quasiseparable.of, times, rows, covariance, variances, far, longest > 0)
-        )
+        cut = Cut(blocks(times, longest, _BLOCK), far, longest > 0)
+        yield Candidate(cut.cost, partial(Quasiseparable.of, times, cut, covariance, variances))
 
     if rounding.entries <= rounding.allowed and math.isfinite(kernel.decay_distance):
         negligible = _NEGLIGIBLE * variance / samples.stencil.largest_gain
-        rows = blocks(times, reach(kernel, samples.bases.span, negligible) + abs(longest))
-        if len(rows) > 2 and max(row.stop - row.start for row in rows) <= _LARGEST_BLOCK:
-            yield Candidate(_cost_of(rows), partial(Quasiseparable.of, times, rows, covariance, variances, [], True))
+        cut = Cut(blocks(times, reach(kernel, samples.bases.span, negligible) + longest), [], True)
+        if len(cut.rows) > 2 and max(row.stop - row.start for row in cut.rows) <= _LARGEST_BLOCK:
+            yield Candidate(cut.cost, partial(Quasiseparable.of, times, cut, covariance, variances))
 
     if m := _points(prior, samples, covariance):
         known = samples.relative_noise, prior.noise_std**2
         cost = 0.2 * m**3 + 12 * m**2 + 4 * n * m + 0.01 * n * m**2 + 2e5  # a basis is used about ten times
         yield Candidate(cost, lambda: LowRank.of(samples.bases.of(m), covariance, *known))
-
-
-def _cost_of(rows: list[slice]) -> float:
-    own = np.array([row.stop - row.start for row in rows], dtype=float)
-    after = np.append(own[1:], 0.0)
-    return float(np.sum(0.06 * own**3 + 0.12 * own * after * (own + after) + 12 * own * (own + after) + 7.5e4))

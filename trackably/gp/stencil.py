@@ -92,7 +92,7 @@ class Stencil:
         density = kernel.spectral_density
         if density is None or self.weights == POINT.weights:
             return density
-        return density.filtered(self.gain, self.largest_gain, abs(self.lags[-1][1]))
+        return density.filtered(self.gain, self.largest_gain, self.lags[-1][1])
 
     def _covariance(self, kernel: Kernel, r: Array) -> tuple[Array, Array]:
         parts = [(rho, *kernel.value_and_gradient(r + lag)) for rho, lag in self.lags]

@@ -24,7 +24,7 @@ from trackably.checker.joints import JointTrajectory as Subject
 from trackably.files import new_file, write_atomically
 from trackably.joints.limits import Joints
 from trackably.joints.trajectory import JointTrajectory, derivative
-from trackably.systems.polytopes import Interval, ends_within, rounded_text
+from trackably.systems.polytopes import Interval, ends_shown, ends_within, rounded_text
 
 TOLERANCE = 1e-9
 """Largest jump between pieces that counts as rounding, in the unit of the derivative."""
@@ -75,7 +75,7 @@ class CertifiedTrajectory:
         first, last = ends_within(*self.trajectory.span)
         times = f"t from {first} s to {last} s"
         if self.trajectory.rests:
-            times = f"t ≥ {first} s, at rest from {rounded_text(self.trajectory.span[1], 'up', 6)} s on"
+            times = f"t ≥ {first} s, at rest from {ends_shown(*self.trajectory.span)[1]} s on"
         said = [f"proved for all {times}: {', '.join(self.joints.names)} keep {_limits_text(self.joints)}"]
         said += [f"{name} was moved by {moved}" for name, moved in self.moved.items() if moved.most > 0]
         return "; ".join(said + ([f"slowed down {self.factor!r} times"] if self.factor != 1 else []))

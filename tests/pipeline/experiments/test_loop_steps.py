@@ -9,7 +9,7 @@ from tests.pipeline.params import changed, undisturbed, written_to
 from trackably.checker.certificate import Window
 
 CONTROL = """    control:
-      steps: 10000
+      steps: 2000
       online:
         first: 20
         window: 6

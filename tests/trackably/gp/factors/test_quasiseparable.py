@@ -15,7 +15,7 @@ from tests.trackably.gp.factors.factors import (
     with_factor,
 )
 from trackably.gp.factorise import noise_variance
-from trackably.gp.factors.quasiseparable import Quasiseparable, blocks, reach, tails
+from trackably.gp.factors.quasiseparable import Cut, Quasiseparable, blocks, reach, tails
 from trackably.gp.kernels.base import Product, Sum
 from trackably.gp.kernels.matern import Matern32, Matern52, Matern72
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -64,7 +64,7 @@ def in_blocks(posterior, fewest, by_tails=True):
     rows = blocks(samples.times, far, fewest)
     covariance, noise = covariance_of(posterior), noise_variance(prior, samples)
     return with_factor(
-        posterior, Quasiseparable.of(samples.times, rows, covariance, noise, own, not own or longest > 0)
+        posterior, Quasiseparable.of(samples.times, Cut(rows, own, not own or longest > 0), covariance, noise)
     )
 
 
