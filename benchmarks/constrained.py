@@ -16,6 +16,7 @@ from scipy.optimize import minimize
 
 from benchmarks.harness import Disagreement, Row, agree, duel, kept, no_worse, timed, within
 from benchmarks.problems import Task, last_step, task
+from pipeline.baselines import all_phases
 from pipeline.published.algorithm1 import AS_PUBLISHED, algorithm1, tail
 from pipeline.published.scalar import coefficients, growth_rates, interval_sets
 from trackably.arrays import Array
@@ -23,11 +24,10 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.kernels.periodic import Periodic
 from trackably.learning.constraint import ROUNDING_BACKOFF
 from trackably.learning.learner import HYPERPARAMETERS
-from trackably.learning.methods import all_phases
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.screening import screen
 from trackably.learning.search import best_solution
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 _FEASIBLE = -1e-7
 _FIRST_STEP, _LAST_STEP = 70, 300

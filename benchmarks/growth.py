@@ -22,7 +22,7 @@ from trackably import Samples, SquaredExponential, learn_many, learn_reference
 from trackably.gp.kernels.matern import Matern52
 from trackably.learning.problem import Solution
 from trackably.learning.search import best_solution
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 _FEWEST, _COUNTS = 100, (1_000, 10_000, 100_000, 1_000_000)
 _SPAN = 2.0  # seconds

@@ -35,8 +35,8 @@ from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
 from trackably.streams.relearner import WindowLearner
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Interval
 from trackably.systems.reference import Reference
 
 HORIZON = 20

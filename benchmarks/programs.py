@@ -15,7 +15,7 @@ from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 _BETWEEN = 10  # points of the program from one sample to the next
 _NEGLIGIBLE = 1e-12  # of the largest eigenvalue

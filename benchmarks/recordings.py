@@ -40,9 +40,10 @@ from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.learner import FUNCTION, HYPERPARAMETERS, JOINT
 from trackably.systems.constrained import ConstrainedSystem, System
+from trackably.systems.intervals import Interval
 from trackably.systems.library import kinematic_bicycle, mobile_robot, tank
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Interval, Polytope
+from trackably.systems.polytopes import Polytope
 
 KERNELS: dict[str, Callable[[], Kernel]] = {
     "squared exponential": SquaredExponential,

@@ -18,6 +18,7 @@ from typing import TypeVar
 import numpy as np
 from tqdm import tqdm
 
+from pipeline.baselines import all_phases, learn_unconstrained
 from pipeline.environment import environment
 from pipeline.experiments import Experiment
 from pipeline.experiments.model import with_learned_means
@@ -45,7 +46,6 @@ from trackably.files import write_json, write_text
 from trackably.fit import Fit as TrackableFit
 from trackably.gp.joint import JointPosterior, period_of
 from trackably.gp.samples import Samples
-from trackably.learning.methods import all_phases, learn_unconstrained
 from trackably.learning.problem import NoSolution, Solution
 from trackably.progress.bar import progress_bar
 from trackably.systems.constrained import ConstrainedSystem

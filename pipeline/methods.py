@@ -9,6 +9,7 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import Field, PositiveInt, model_validator
 
+from pipeline import baselines
 from pipeline.published import periodic
 from pipeline.published.algorithm1 import AS_PUBLISHED as PUBLISHED_READING
 from pipeline.published.algorithm1 import SOUND as SOUND_READING
@@ -22,7 +23,7 @@ from trackably.certificates.goal import Goal
 from trackably.certificates.prove import Outcome, prove_at_instants
 from trackably.gp.joint import JointPrior, period_of
 from trackably.gp.samples import Samples
-from trackably.learning import learner, methods
+from trackably.learning import learner
 from trackably.learning.learner import Learner
 from trackably.learning.problem import ActiveBound, NoSolution, Solution
 from trackably.learning.space import SearchSpace
@@ -181,7 +182,7 @@ class Method:
 
 def unconstrained(task: Task) -> Fit | Failed:
     """Maximise the likelihood, and constrain nothing."""
-    found = methods.learn_unconstrained(task.samples, task.prior, task.plant, task.space)
+    found = baselines.learn_unconstrained(task.samples, task.prior, task.plant, task.space)
     if not isinstance(found, Solution):
         return Failed(found.explanation)
     return Fit(found, found.fits)
@@ -286,7 +287,7 @@ def sampled(task: Task) -> Fit | Failed:
 
 def at_all_phases(task: Task) -> Solution | NoSolution:
     """Find the best reference that keeps its bounds at all phases."""
-    return methods.exact(task.samples, task.prior, task.plant, task.space, _wanted(task).backoff)
+    return baselines.exact(task.samples, task.prior, task.plant, task.space, _wanted(task).backoff)
 
 
 def on_intervals(task: Task, count: int) -> Solution | NoSolution:

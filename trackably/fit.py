@@ -24,7 +24,7 @@ from trackably.gp.samples import Samples
 from trackably.learning.joint.places import places_of
 from trackably.learning.problem import ActiveBound, Method, Side, Solution
 from trackably.learning.space import SearchSpace
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Coordinate, Functional
 

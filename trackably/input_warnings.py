@@ -9,8 +9,8 @@ from trackably.checker.certificate import AllTimes, Claim, Window
 from trackably.errors import DoubtfulInputWarning
 from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Interval
 
 _OUTLYING = 1e3  # an outlier is this many times the spread of the other samples away from their median
 _FEW = 0.1  # part of the samples that may be outliers

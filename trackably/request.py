@@ -18,7 +18,7 @@ from trackably.gp.kernels.base import Kernel
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.polytopes import ends_shown
+from trackably.systems.intervals import ends_shown
 from trackably.systems.sampling import default_sample, kinds_by_name, relative_to_first, sampled_signals
 from trackably.systems.tightening import Tightening, require_plant
 from trackably.systems.trajectories import Quantity

@@ -43,9 +43,10 @@ from trackably.checker.truth import (
 from trackably.feasibility import Courses, Steps, least, unit_rows
 from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import PolynomialPieces
-from trackably.systems.polytopes import Interval, Polytope
+from trackably.systems.polytopes import Polytope
 from trackably.systems.rationals import float_above
 from trackably.systems.reference import Reference
 

@@ -11,7 +11,7 @@ from trackably.arguments import is_number, real
 from trackably.certificates.pinned import Pinned, coordinates, extent
 from trackably.checker.certificate import Claim
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 from trackably.systems.tightening import Tightening
 
 Waypoints = Mapping[float, Mapping[str, float] | Literal["rest"]]

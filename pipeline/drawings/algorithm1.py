@@ -46,7 +46,7 @@ from trackably.exports.figures import (
 from trackably.gp.posterior import IllConditioned
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ConstrainedProblem
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
 
 

@@ -44,7 +44,8 @@ from trackably.exports.figures import (
     with_style,
 )
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.polytopes import Interval, Polytope
+from trackably.systems.intervals import Interval
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
 
 ByInitialState = Mapping[str, LoopTrajectory]

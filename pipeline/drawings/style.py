@@ -27,7 +27,7 @@ from trackably.exports.figures import (
     svg,
 )
 from trackably.files import write_atomically
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
 
 PUBLISHED: Final[dict[str, Any]] = {

@@ -21,7 +21,7 @@ from trackably.learning.search import best_solution, tightened
 from trackably.learning.space import SearchSpace
 from trackably.progress.work import done
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from trackably.arrays import Array
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
 
 _PRINTED = Path("data/paper/printed_numbers.csv")

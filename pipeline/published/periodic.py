@@ -17,7 +17,7 @@ from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 from trackably.systems.trajectories import Quantity
 
 _WHOLE = 1e-9

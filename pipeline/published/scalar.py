@@ -4,8 +4,9 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Interval, Polytope
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantity
 

@@ -7,7 +7,7 @@ from pipeline.margins import margin_profile, smallest_defect
 from pipeline.published.scalar import coefficients, interval_sets
 from tests.trackably.gp.instances import over
 from tests.trackably.systems.instances import PLANTS, SIGNAL, bounded
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
 
 

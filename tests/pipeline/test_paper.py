@@ -8,7 +8,7 @@ import pytest
 from pipeline.published.paper import period_of_curve, states_behind
 from pipeline.published.scalar import growth_rates, scalar
 from tests.project import ROOT
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 TIMES = np.linspace(0, 4, 401)
 

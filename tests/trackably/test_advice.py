@@ -10,7 +10,7 @@ from trackably import (
     SquaredExponential,
     learn_reference,
 )
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 ROOM = 20.3
 HEATED = ConstrainedSystem(

@@ -9,7 +9,7 @@ from trackably.certificates.claim import times_of
 from trackably.certificates.robust import Robust
 from trackably.checker.certificate import AllPhases, Claim, Cover, Steps, TrueSignal
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.polytopes import ends_within, rounded_text
+from trackably.systems.intervals import ends_within, rounded_text
 from trackably.systems.reference import Reference
 
 _TIME_TOLERANCE, TIME_TOLERANCE_OF_PIECES = 1e-12, 2.0**-50

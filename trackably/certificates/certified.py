@@ -25,7 +25,7 @@ from trackably.learning.problem import ConstrainedProblem, NoSolution, NothingFe
 from trackably.learning.space import SearchSpace
 from trackably.progress.work import done
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantity
 from trackably.threads import one_blas_thread

@@ -9,7 +9,7 @@ from trackably.arguments import is_number
 from trackably.checker.certificate import KINDS, AllPhases, AllTimes, Claim, Instants, Window
 from trackably.gp.joint import JointPrior, has_period
 from trackably.gp.samples import Samples
-from trackably.systems.polytopes import ends_within
+from trackably.systems.intervals import ends_within
 
 Written = Claim | Literal["all_times", "all_phases", "recorded"] | tuple[float, float]
 """How users may write claims about real times: a window as (start, end) [s], or as that of all samples."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from trackably.checker.certificate import AllTimes, Claim
 from trackably.learning.problem import NoSolution
-from trackably.systems.polytopes import Interval, rounded_text
+from trackably.systems.intervals import Interval, rounded_text
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
 

@@ -14,8 +14,9 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.prove import Failure, Outcome, prove_on_window
 from trackably.learning.problem import Pin
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.intervals import Interval, rounded_text
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Interval, Polytope, rounded_text
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Functional, Trajectory
 

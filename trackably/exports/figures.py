@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from trackably.arrays import Array
 from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
 
 P = ParamSpec("P")

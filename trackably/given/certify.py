@@ -28,9 +28,9 @@ from trackably.given.conversion import Interpolation, as_pieces, is_flat_traject
 from trackably.gp.stencil import Stencil
 from trackably.proved import ProvedReference
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.intervals import rounded_text
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import Beyond, PolynomialPieces
-from trackably.systems.polytopes import rounded_text
 from trackably.systems.reference import Reference
 from trackably.systems.sampling import default_sample, sampled_names, stencils_by_name
 

@@ -22,7 +22,7 @@ from trackably.checker.subject import Polytope
 from trackably.checker.tables import FORMAT, REFUTED, VERSION, Part, differences, value_of_row
 from trackably.files import new_file, write_json
 from trackably.systems.constrained import ConstrainedSystem, Side
-from trackably.systems.polytopes import Interval, rounded_text
+from trackably.systems.intervals import Interval, rounded_text
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ from trackably.checker.joints import JointTrajectory as Subject
 from trackably.files import new_file, write_atomically
 from trackably.joints.limits import Joints
 from trackably.joints.trajectory import JointTrajectory, derivative
-from trackably.systems.polytopes import Interval, ends_shown, ends_within, rounded_text
+from trackably.systems.intervals import Interval, ends_shown, ends_within, rounded_text
 
 TOLERANCE = 1e-9
 """Largest jump between pieces that counts as rounding, in the unit of the derivative."""

@@ -12,7 +12,7 @@ from trackably.gp.joint import JointPrior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.gp.stencil import Stencil
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 MOST_STARTS = 10_000
 """Largest number of starts: more would take days, and more memory than there is."""

@@ -11,7 +11,7 @@ from trackably.arrays import Array
 from trackably.errors import InputError
 from trackably.gp.samples import Samples
 from trackably.recordings.clocks import describe_origin
-from trackably.systems.polytopes import ends_shown
+from trackably.systems.intervals import ends_shown
 
 
 @dataclass(frozen=True)

@@ -56,11 +56,6 @@ class Rows:
         """Return a mask (n,) of the rows that have a value of the signal."""
         return ~np.isnan(self.values[signal])
 
-    @property
-    def has_value(self) -> npt.NDArray[np.bool_]:
-        """A mask (n,) of the rows that have a value of some signal."""
-        return np.asarray(np.any([self.present(name) for name in self.values], axis=0))
-
     def only(self, rows: Sequence[int]) -> "Rows":
         """Return these rows, in this order."""
         chosen = np.array(rows, dtype=int)

@@ -8,7 +8,6 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
-from itertools import chain
 from pathlib import Path
 from reprlib import repr as short
 from typing import Any, NamedTuple, Self, TypeVar
@@ -255,11 +254,11 @@ def recording_of(*tables: tuple[TableReading, Cells]) -> Recording:
             if first is not None and (question := doubt(of.clock, first)):
                 warnings.warn(f"{of.source}: {question}", DoubtfulInputWarning, stacklevel=3)
     if reading.between:
-        seen = chain.from_iterable(of.stamps_with_values(cells, stamps) for of, cells, stamps in stamped)
+        seen = [t for of, cells, stamps in stamped for t in of.stamps_with_values(cells, stamps)]
         origin = zero_of(origin, absolute, min(seen, default=Decimal(0)))
         inside = [rows_between(stamps, reading.between, origin) for _, _, stamps in stamped]
         if not any(inside):
-            raise InputError(f"{reading.source}: between: {_outside(stamped, reading.between, origin)}")
+            raise InputError(f"{reading.source}: between: {_outside(seen, reading.between, origin)}")
         stamped = [
             (of, cells.part(rows), [stamps[i] for i in rows])
             for rows, (of, cells, stamps) in zip(inside, stamped, strict=True)
@@ -271,19 +270,14 @@ def recording_of(*tables: tuple[TableReading, Cells]) -> Recording:
     return found
 
 
-def _outside(
-    stamped: Sequence[tuple[TableReading, Cells, Sequence[Decimal | None]]], between: tuple[float, float], origin: int
-) -> str:
-    """Say that no sample lies in a window [s], and from when to when there are samples."""
-    every = [stamp for of, cells, stamps in stamped for stamp in of.stamps_with_values(cells, stamps)]
-    begun, zero = (
-        f"there is no sample from {between[0]:g} s to {between[1]:g} s",
-        EXACT.multiply(Decimal(origin), NANOSECOND),
-    )
-    if not every:
-        return begun
-    first, last = (float(EXACT.subtract(stamp, zero)) for stamp in (min(every), max(every)))
-    return f"{begun}; they are from {first:g} s to {last:g} s"
+def _outside(seen: Sequence[Decimal], between: tuple[float, float], origin: int) -> str:
+    """Say that no sample lies in a window [s], and from when to when samples were `seen`."""
+    none = f"there is no sample from {between[0]:g} s to {between[1]:g} s"
+    if not seen:
+        return none
+    zero = EXACT.multiply(Decimal(origin), NANOSECOND)
+    first, last = (float(EXACT.subtract(t, zero)) for t in (min(seen), max(seen)))
+    return f"{none}; they are from {first:g} s to {last:g} s"
 
 
 def _column(signal: str, wanted: object) -> Column:

@@ -21,8 +21,9 @@ from typing import NamedTuple
 import numpy as np
 
 from trackably.arrays import Array
+from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Interval, Polytope
+from trackably.systems.polytopes import Polytope
 from trackably.systems.rationals import Rationals, exact, float_above, float_below, inverse, null_space, rank, to_floats
 
 _MAX_LAWS = 10_000

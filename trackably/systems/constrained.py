@@ -14,9 +14,10 @@ from trackably.arrays import Array
 from trackably.systems.allocation import Allocation
 from trackably.systems.flat_forms import FlatForm
 from trackably.systems.formulas import shorten, text, weighted_sum_text
+from trackably.systems.intervals import Interval
 from trackably.systems.linear import Flatness, LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
-from trackably.systems.polytopes import Interval, Polytope
+from trackably.systems.polytopes import Polytope
 from trackably.systems.trajectories import Coordinate, Quantity, weighted_sum
 
 System = LinearSystem | NonlinearSystem

@@ -20,9 +20,10 @@ from trackably.checker import model_error as checked
 from trackably.checker.subject import End as CheckedEnd
 from trackably.checker.subject import Pieces, Row
 from trackably.checker.subject import Polytope as Rows
+from trackably.systems.intervals import End, ends_within
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import PolynomialPieces
-from trackably.systems.polytopes import End, Polytope, box_ends, deepest, ends_within
+from trackably.systems.polytopes import Polytope, box_ends, deepest
 from trackably.systems.rationals import exact, row_echelon, whole
 
 Vector = tuple[Fraction, ...]

@@ -27,7 +27,7 @@ from trackably.checker.formulas import (
 from trackably.checker.inverse import UnsolvableError, inputs_of
 from trackably.checker.subject import shifted_name
 from trackably.systems.formulas import ONE, evaluate_floats, size_and_depth
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 from trackably.systems.tracing import Symbol, formulas_of
 
 MOST_SHIFTS = 12

@@ -16,8 +16,8 @@ from trackably.checker.inverse import Term, UnsolvableError, inputs_of
 from trackably.checker.limits import DEPTH
 from trackably.systems.flat_forms import FlatForm, alike, found_form, why_not_flat, with_heading_in, without_jumps
 from trackably.systems.formulas import derivative, evaluate_floats, size_and_depth, text
+from trackably.systems.intervals import Interval
 from trackably.systems.linear import Flatness, require_names
-from trackably.systems.polytopes import Interval
 from trackably.systems.tracing import Dynamics, require_same_values, trace
 from trackably.systems.trajectories import Coordinate, Functional, Trajectory, one_of, shifted_outputs
 

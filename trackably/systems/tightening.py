@@ -20,9 +20,10 @@ from trackably.systems.disturbances import (
     require_disturbance,
     with_noise_set,
 )
+from trackably.systems.intervals import End
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import PolynomialPieces
-from trackably.systems.polytopes import End, Polytope, deepest, squares_in_widths, unit_scales
+from trackably.systems.polytopes import Polytope, deepest, squares_in_widths, unit_scales
 from trackably.systems.rationals import exact, float_below, whole
 
 # How fast the error decays under a feedback, and how far disturbances take it, in float64.

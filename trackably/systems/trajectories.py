@@ -18,7 +18,7 @@ from trackably.checker.subject import shifted_name
 from trackably.gp.stencil import Stencil
 from trackably.systems.flat_forms import FlatForm
 from trackably.systems.formulas import derivative, evaluate_floats
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 # Functionals: exact weighted sums of the learned signals at shifted times, plus a constant.
 

@@ -15,7 +15,7 @@ from benchmarks.rivals.model import Curve, Problem, Violation
 from trackably.arrays import Array
 from trackably.gp.stencil import POINT, Stencil
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 from trackably.systems.trajectories import Quantity
 
 _TOLERANCE = Fraction(1, 10**9)  # of the bound's width

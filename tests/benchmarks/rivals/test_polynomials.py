@@ -6,7 +6,7 @@ from scipy.interpolate import PPoly
 
 from benchmarks.rivals.judge.curves import PolynomialCurve
 from benchmarks.rivals.judge.polynomials import Combination, Pieces, bernstein, halved, largest
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 _TOLERANCE = Fraction(1, 10**9)
 

@@ -19,7 +19,7 @@ from trackably.learning.learner import JOINT
 from trackably.learning.problem import NoSolution
 from trackably.learning.space import SearchSpace
 from trackably.streams.relearner import LearningResult
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 PLANT = instances.example1().plant
 PRIOR = JointPrior((Prior(SquaredExponential(1.0, 1.0).as_learned(), noise_std=0.02),))

@@ -11,7 +11,7 @@ from trackably.gp.samples import Samples
 from trackably.learning.constraint import Constraint
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 _PAPER = ROOT / "data" / "paper"
 

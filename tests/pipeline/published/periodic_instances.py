@@ -13,7 +13,7 @@ from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 _SYSTEMS = ((0.9, 0.1), (0.95, -0.3), (1.05, 0.4), (1.0, -0.25), (-0.2, 1.5))
 SEEDS = range(50)

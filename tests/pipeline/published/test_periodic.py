@@ -8,6 +8,7 @@ from unittest import mock
 import numpy as np
 import pytest
 
+from pipeline.baselines import exact, learn_unconstrained
 from pipeline.published.ground_truth import two_harmonics
 from pipeline.published.periodic import GrowthRates, grid, interval_growth_rates, intervals, sampled
 from pipeline.published.scalar import coefficients, growth_rates, interval_sets, scalar
@@ -18,10 +19,9 @@ from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning import search
-from trackably.learning.methods import exact, learn_unconstrained
 from trackably.learning.problem import NothingFeasible, Solution
 from trackably.learning.space import SearchSpace
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 SYSTEM = scalar(0.9, 0.1, state_set=Interval(-2.0, 2.0), input_set=Interval(-3.0, 1.4), sampling_time=0.01)
 STATE_SET, INPUT_SET = interval_sets(SYSTEM)

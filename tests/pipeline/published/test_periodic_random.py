@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.baselines import all_phases, learn_unconstrained
 from tests.pipeline.published.naive_periodic import Brute
 from tests.pipeline.published.periodic_instances import SEEDS, Instance, instance
 from trackably.learning.exchange import Exchange
-from trackably.learning.methods import all_phases, learn_unconstrained
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.screening import screen
 

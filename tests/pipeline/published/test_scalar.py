@@ -18,8 +18,9 @@ from pipeline.published.scalar import (
 from tests.trackably.gp.instances import over
 from tests.trackably.systems.instances import PLANTS, interval_box, intervals, plants
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Interval, Polytope
+from trackably.systems.polytopes import Polytope
 
 STATES = np.linspace(-3, 3, 13)
 

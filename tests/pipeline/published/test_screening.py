@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from pipeline.baselines import all_phases
 from tests.pipeline.published.test_periodic import PRIOR, SAMPLES, SPACE, SYSTEM
 from tests.trackably.learning.searches import followed
-from trackably.learning.methods import all_phases
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.screening import screen
 

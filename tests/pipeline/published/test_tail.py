@@ -10,7 +10,7 @@ from pipeline.published.scalar import scalar, state_and_input
 from tests.trackably.gp.instances import DECAYING, OTHER_PAIRS, PERIODIC, decaying_kernels, over, time_scale
 from tests.trackably.systems.instances import PLANTS
 from trackably.gp.signal import KernelSum
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 
 def random_signal(kernel, seed: int) -> KernelSum:

@@ -12,7 +12,7 @@ from trackably.certificates.draft import Draft
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.sketch import Sketch
 from trackably.checker.certificate import Boxes
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
 
 Lie = Callable[[np.random.Generator, Any], Any]

@@ -14,7 +14,7 @@ from trackably.gp.samples import Samples
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
 
 

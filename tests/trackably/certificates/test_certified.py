@@ -15,7 +15,7 @@ from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.checker.certificate import Window
 from trackably.learning.learner import HYPERPARAMETERS, JOINT
 from trackably.learning.problem import NothingFactored, NothingFeasible, Pin
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 
 def test_example1_has_the_sound_optimum():

@@ -13,8 +13,9 @@ from trackably.gp.kernels.rational_quadratic import RationalQuadratic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Interval, Polytope
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
 KERNEL = Sum(Product(SquaredExponential(0.1 + 0.2, 1 / 3), Periodic(1.0, 2.0, 3.0)), RationalQuadratic(1.0, 2.0, 0.7))

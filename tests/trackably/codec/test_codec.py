@@ -21,7 +21,7 @@ from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
 from trackably.gp.stencil import Stencil
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
 
 ELEMENTARY: tuple[type[Elementary], ...] = (

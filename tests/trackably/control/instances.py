@@ -16,8 +16,9 @@ from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Interval, Polytope
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
 SEEDS = range(30)

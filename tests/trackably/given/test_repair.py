@@ -17,7 +17,7 @@ from trackably import (
     check,
     repair,
 )
-from trackably.systems.polytopes import rounded_text
+from trackably.systems.intervals import rounded_text
 
 X, Y = [0.0, 1.0, 2.0, 3.0], [-1.0, -0.6, -0.5, 0.0]
 FAST = make_interp_spline(np.arange(7.0), [-1.2, -0.2, -0.9, -0.2, -0.5, 0.1, -1.2], k=5, bc_type="periodic")

@@ -7,7 +7,7 @@ from tests.trackably.plants import AXIS, SAMPLES
 from trackably import DoubtfulInputWarning, SquaredExponential, TrackableReference, learn_reference
 from trackably.fit import Edge
 from trackably.gp.hyperparameter import Learned
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 WINDOW = (0.0, 3.0)
 

@@ -5,7 +5,7 @@ from tests.trackably.learning.instances import Instance
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 OPPOSITE = Samples([0.0, 0.2, 0.4, 0.6, 0.8], [-9.0, -11.0, -10.0, -10.5, -9.5])
 NEAR = Samples([0.0, 0.2, 0.4, 0.6, 0.8], [0.3, 0.1, 0.2, 0.15, 0.1])

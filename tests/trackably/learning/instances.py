@@ -19,7 +19,7 @@ from trackably.learning.index_set import Steps
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 _KERNELS: tuple[Kernel, ...] = (
     SquaredExponential(1.0, 1.0),

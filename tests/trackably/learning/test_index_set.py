@@ -15,7 +15,7 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import RealTimes, Steps
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 KERNEL = SquaredExponential(1.0, 0.5)
 

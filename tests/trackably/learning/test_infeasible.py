@@ -18,7 +18,7 @@ from trackably.gp.samples import Samples
 from trackably.learning.problem import ConstrainedProblem, NothingFeasible, Solution
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 EXPLANATION = re.compile(
     r"no reference was found that keeps its bounds: the best attempt \((?P<theta>.*)\) breaks the (?P<quantity>\w+) "

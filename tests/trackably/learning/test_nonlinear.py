@@ -18,8 +18,9 @@ from trackably.learning.nonlinear import Program
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Interval, Polytope
+from trackably.systems.polytopes import Polytope
 
 SAMPLES = Samples(np.linspace(0, 2, 12), np.cos(3 * np.linspace(0, 2, 12)))
 TIMES = (np.array([0.1, 0.9, 1.7]), np.array([0.3, 1.1]))

@@ -12,7 +12,7 @@ from trackably.gp.samples import Samples
 from trackably.gp.stencil import Stencil
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace, amplitude
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 SAMPLES = Samples([0.0, 0.5, 0.7, 2.0], [3.0, -3.0, 3.0, -3.0])
 

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
+from pipeline.baselines import all_phases
 from pipeline.experiments import load_experiment
 from pipeline.generate import sampled_by
 from tests.project import ROOT
 from tests.trackably.learning.searches import followed
 from trackably.arrays import Array
 from trackably.learning import exchange, sqp
-from trackably.learning.methods import all_phases
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.screening import screen
 from trackably.learning.sqp import QuadraticProgram

@@ -11,9 +11,10 @@ from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
-from trackably.systems.polytopes import Interval, Polytope
+from trackably.systems.polytopes import Polytope
 
 SYSTEMS: dict[str, LinearSystem] = {
     "example1": LinearSystem.scalar(0.9, 0.5, sampling_time=0.05),

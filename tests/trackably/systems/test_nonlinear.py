@@ -18,8 +18,9 @@ from trackably.learning.index_set import RealTimes
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.intervals import Interval
 from trackably.systems.nonlinear import NonlinearSystem
-from trackably.systems.polytopes import Interval, Polytope
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Trajectory
 

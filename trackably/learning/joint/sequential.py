@@ -28,7 +28,7 @@ from trackably.learning.joint.places import LOWER, UPPER, Places, merge
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
 from trackably.progress.work import done
-from trackably.systems.polytopes import Corridor, Interval
+from trackably.systems.intervals import Corridor, Interval
 from trackably.systems.trajectories import Functional, Quantity, Signals
 
 _WEAK = 1e-11  # relative to the largest eigenvalue: smaller ones are rounding errors

@@ -19,7 +19,8 @@ from trackably.certificates.prove import Outcome, prove, prove_at_instants, prov
 from trackably.checker import Failed, NotACertificate, Proved, Refuted, check
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.systems.polytopes import Interval, Polytope
+from trackably.systems.intervals import Interval
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
 

@@ -20,7 +20,7 @@ from trackably.learning.joint.sequential import keep_off_short_times
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
-from trackably.systems.polytopes import Interval
+from trackably.systems.intervals import Interval
 
 INSTANCES = {
     **{f"loose_{seed}": instance(seed) for seed in (0, 1)},

@@ -20,8 +20,9 @@ from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.flat_forms import FlatForm, with_heading_in
 from trackably.systems.formulas import evaluate_floats
+from trackably.systems.intervals import Interval
 from trackably.systems.nonlinear import NonlinearSystem
-from trackably.systems.polytopes import Interval, Polytope
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
 HEADING = FlatForm((Angle(Name("z2[0]"), Name("z1[0]")),), (Name("z1[1]"),), ("heading",))

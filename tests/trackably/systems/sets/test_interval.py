@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from trackably.certificates.claim import times_of
 from trackably.checker.certificate import Window
-from trackably.systems.polytopes import Interval, rounded_text
+from trackably.systems.intervals import Interval, rounded_text
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackably.systems.polytopes import Interval, Polytope
+from trackably.systems.intervals import Interval
+from trackably.systems.polytopes import Polytope
 
 INF = np.inf
 NO_POINT = "must have an interior, but no point lies strictly inside"

@@ -1,0 +1,256 @@
+"""Bounds of scalar quantities: closed intervals, whose ends may move in time; and numbers as messages show them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
+from typing import TYPE_CHECKING, Literal, Self
+
+import numpy as np
+
+from trackably.arrays import Array
+from trackably.systems.pieces import PolynomialPieces
+
+_ROUNDING = 1e-12  # of the width
+
+
+def rounded_text(value: float, towards: Literal["up", "down"], digits: int = 3) -> str:
+    """Format a number, rounded up or down where so many digits do not tell it: what is said then says no more."""
+    nearest = f"{value + 0.0:.{digits}g}"  # zero has no sign for people
+    if float(nearest) == value or not math.isfinite(value):
+        return nearest
+    context = Context(digits, ROUND_CEILING if towards == "up" else ROUND_FLOOR)
+    return f"{float(context.create_decimal_from_float(value)):.{digits}g}"
+
+
+def ends_shown(lower: float, upper: float) -> tuple[str, str]:
+    """Format two bounds, rounded outwards, with digits that show a thousandth of their distance; with 6 at least."""
+    digits = _digits(lower, upper)
+    return rounded_text(lower, "down", digits), rounded_text(upper, "up", digits)
+
+
+def ends_within(lower: float, upper: float) -> tuple[str, str]:
+    """Format the ends of what is proved, or covered: as `ends_shown`, but rounded inwards."""
+    digits = _digits(lower, upper)
+    return rounded_text(lower, "up", digits), rounded_text(upper, "down", digits)
+
+
+def _digits(lower: float, upper: float) -> int:
+    largest, width = max(abs(lower), abs(upper)), abs(upper - lower)
+    if not (0 < width < math.inf and largest < math.inf):
+        return 6
+    return min(max(6, math.ceil(math.log10(largest / width)) + 3), 17)
+
+
+@dataclass(frozen=True)
+class Interval:
+    """[lower, upper] with finite lower ≤ upper. ValueError: anything else."""
+
+    lower: float
+    upper: float
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.lower) and math.isfinite(self.upper) and self.lower <= self.upper):
+            raise ValueError(f"an interval needs finite bounds, lower ≤ upper, got [{self.lower}, {self.upper}]")
+
+    @property
+    def width(self) -> float:
+        return self.upper - self.lower
+
+    def ends(self, t: Array) -> tuple[Array, Array]:
+        """Return the bounds at t [s]: numbers, or the shape of t where they move."""
+        return np.asarray(self.lower), np.asarray(self.upper)
+
+    def at(self, t: float) -> Interval:
+        """Return the bounds at one time [s]."""
+        return self
+
+    @property
+    def rest(self) -> Interval:
+        """What is left in the end for something that rests."""
+        return self
+
+    @property
+    def hull(self) -> Interval:
+        """The smallest constant interval that holds the bounds at all times, nearly."""
+        return self
+
+    @property
+    def periods(self) -> frozenset[float | None]:
+        """The periods [s] of the ends that move, None for those that come to rest."""
+        return frozenset()
+
+    @property
+    def breakpoints(self) -> Array:
+        """The times [s] at which a bound may jump or bend, of one period if it has one."""
+        return np.empty(0)
+
+    def breakpoints_in(self, start: float, end: float) -> Array:
+        """Return the times [s] between these at which a bound may jump or bend."""
+        return np.empty(0)
+
+    def margin(self, values: Array, t: Array | None = None) -> Array:
+        """Return the distance of each value to the nearer bound, negative outside; at times t [s] if bounds move."""
+        lower, upper = (self.lower, self.upper) if t is None else self.ends(t)
+        return np.minimum(values - lower, upper - values)
+
+    def strictly_contains(self, value: float) -> bool:
+        """Whether a value lies strictly between the bounds."""
+        return self.lower < value < self.upper
+
+    def snapped(self, value: float) -> float:
+        """Return the bound from which rounding alone tells a value; the value itself where it lies elsewhere."""
+        nearer = min((self.lower, self.upper), key=lambda end: abs(value - end))
+        return nearer if abs(value - nearer) <= _ROUNDING * self.width else value
+
+    def margin_of(self, other: Interval) -> float:
+        """Return the smallest margin of the values in another interval."""
+        return min(other.lower - self.lower, self.upper - other.upper)
+
+    def contains(self, other: Interval) -> bool:
+        return self.lower <= other.lower and other.upper <= self.upper
+
+    def __str__(self) -> str:
+        return f"[{', '.join(ends_shown(self.lower, self.upper))}]"
+
+    @property
+    def exactly(self) -> str:
+        """As text that tells both bounds exactly: what breaks this interval may not break a wider one."""
+        ends = (f"{end:g}" if float(f"{end:g}") == end else repr(end) for end in (self.lower + 0.0, self.upper + 0.0))
+        return f"[{', '.join(ends)}]"
+
+    def shown(self, value: float) -> str:
+        """Format a value beside the bounds, with the digits that tell it from a bound that it does not equal."""
+        value += 0.0  # zero has no sign for people
+        for digits in range(_digits(self.lower, self.upper), 17):
+            text = f"{value:.{digits}g}"
+            if float(text) == value or float(text) not in {self.lower, self.upper}:
+                return text
+        return repr(value)
+
+    def shrunk(self, by: float) -> Self:
+        return type(self)(self.lower + by, self.upper - by)
+
+
+# Bounds that move in time.
+
+End = float | PolynomialPieces
+"""A number; or piecewise polynomials of time, where the end of an interval moves."""
+
+_BETWEEN = np.linspace(0.0, 1.0, 65)[:-1, None]
+
+
+def shift_end(end: End, by: float) -> End:
+    """Return an end plus a number."""
+    if not isinstance(end, PolynomialPieces):
+        return end + by
+    return replace(end, coefficients=end.coefficients + by * np.eye(1, end.degree + 1))
+
+
+class Corridor(Interval):
+    """[low(t), high(t)], of which at least one end moves; the tighter one of both sides counts at a breakpoint.
+
+    `lower` and `upper` raise ValueError: nothing takes an end that moves for a constant. ValueError: an end is only
+    known between its breakpoints, or the ends meet.
+    """
+
+    low: End
+    high: End
+
+    def __init__(self, low: End, high: End) -> None:
+        object.__setattr__(self, "low", low)
+        object.__setattr__(self, "high", high)
+        if any(end.beyond == "end" for end in self._moving):
+            raise ValueError('set: a bound that moves must be at rest beyond its pieces, or have a period, got "end"')
+        if not all(isinstance(end, PolynomialPieces) or math.isfinite(end) for end in (low, high)):
+            raise ValueError(f"set: where one bound moves the other must be finite, got {low!r} and {high!r}")
+        low_ends, high_ends = self.ends(self._times)
+        if not np.all(low_ends < high_ends):
+            where = self._times.flat[int(np.argmin(high_ends - low_ends))]
+            raise ValueError(f"set: must have an interior at all times, but {self} has none at t = {where:.6g} s")
+
+    if not TYPE_CHECKING:  # else it would stand for any name
+
+        def __getattr__(self, name):
+            if name in {"lower", "upper"}:
+                raise ValueError(f"bounds: constant ones are needed here, but {self} moves in time")
+            raise AttributeError(name)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Corridor) and (self.low, self.high) == (other.low, other.high)
+
+    def __hash__(self) -> int:
+        return hash((self.low, self.high))
+
+    @property
+    def _moving(self) -> list[PolynomialPieces]:
+        return [end for end in (self.low, self.high) if isinstance(end, PolynomialPieces)]
+
+    @property
+    def periods(self) -> frozenset[float | None]:
+        return frozenset(end.period if end.beyond == "period" else None for end in self._moving)
+
+    @property
+    def breakpoints(self) -> Array:
+        return np.unique(np.concatenate([end.breakpoints for end in self._moving]))
+
+    def breakpoints_in(self, start: float, end: float) -> Array:
+        found = []
+        for z in self._moving:
+            times = z.breakpoints
+            if z.beyond == "period":
+                turns = np.arange(np.floor((start - times[-1]) / z.period), np.ceil((end - times[0]) / z.period) + 1)
+                later = (times[:-1] + turns[turns != 0][:, None] * z.period).ravel()  # rounded: exact ones are beside
+                times = np.concatenate([times, np.nextafter(later, -np.inf), later, np.nextafter(later, np.inf)])
+            found.append(times)
+        times = np.unique(np.concatenate(found))
+        return times[(start < times) & (times < end)]
+
+    @property
+    def _times(self) -> Array:
+        """Times [s] that show where the ends are near to each other."""
+        first = self.breakpoints
+        return np.append(first[:-1] + _BETWEEN * np.diff(first), first)
+
+    def ends(self, t: Array) -> tuple[Array, Array]:
+        before = np.nextafter(t, -np.inf)
+        low, high = (
+            [end(t), end(before)] if isinstance(end, PolynomialPieces) else [np.asarray(end)] * 2
+            for end in (self.low, self.high)
+        )
+        return np.maximum(*low), np.minimum(*high)
+
+    def at(self, t: float) -> Interval:
+        lower, upper = self.ends(np.asarray(t))
+        return Interval(float(lower), float(upper))
+
+    @property
+    def rest(self) -> Interval:
+        if all(end.beyond == "rest" for end in self._moving):
+            return self.at(2 * abs(float(self.breakpoints[-1])) + 1.0)
+        return self.hull
+
+    @property
+    def hull(self) -> Interval:
+        lower, upper = self.ends(self._times)
+        return Interval(float(np.min(lower)), float(np.max(upper)))
+
+    @property
+    def width(self) -> float:
+        """The smallest distance of the ends at any time."""
+        lower, upper = self.ends(self._times)
+        return float(np.min(upper - lower))
+
+    def shrunk(self, by: float) -> Self:
+        return type(self)(shift_end(self.low, by), shift_end(self.high, -by))
+
+    def __str__(self) -> str:
+        return f"{self.hull} (which moves in time)"
+
+
+def interval(low: End, high: End) -> Interval:
+    """Return the interval between two ends."""
+    if isinstance(low, PolynomialPieces) or isinstance(high, PolynomialPieces):
+        return Corridor(low, high)
+    return Interval(low, high)
