@@ -22,7 +22,7 @@ from trackably.checker.intervals import Real, UndefinedError, at_most, exactly, 
 from trackably.checker.quantities import LinearCombination, Quantity, quantities, value_at
 from trackably.checker.rounding import FlatNeeds, FlatValues, check_sizes, constants, error_of, signal_errors
 from trackably.checker.subject import Subject
-from trackably.checker.tail import check_tail
+from trackably.checker.tail import check_tail, is_settled
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.periodic import Periodic
 from trackably.systems.reference import Reference
@@ -156,6 +156,10 @@ class Draft:
         """Return whether the decay of the kernels keeps all bounds from the time `start` [s] on."""
         proof = checked.Cover(0.0, start, {}, TERMS)
         return check_tail(replace(self.certificate, proof=proof), list(self.quantities), FIRST_PASS) is None
+
+    def seems_settled(self, start: float) -> bool:
+        """Return whether the checker's first pass shows so: where it does, `is_settled` holds."""
+        return is_settled(self.certificate, list(self.quantities), exactly(start), FIRST_PASS)
 
     def refusals(self, held: Mapping[Box, list[Quantity]], exactly: bool) -> Iterator[tuple[Box, Quantity, str]]:
         """Yield each box with a quantity that is not shown to keep its bounds there, and the reason.

@@ -7,7 +7,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from trackably.arrays import Array, Flags
+from trackably.arrays import Array
 from trackably.certificates.draft import Draft
 from trackably.gp.kernels.elementary import Radial
 from trackably.gp.signal import KernelSum
@@ -20,8 +20,8 @@ _DOUBLINGS, _BISECTIONS = 100, 8
 def tail_start(draft: Draft, reference: Reference, asks: bool = True) -> float | None:
     """Return a time [s] that the checker accepts, nearly the earliest one; None if there is none.
 
-    The later the start, the smaller the envelope: doubling finds such a time, and bisection an earlier one. If float64
-    finds the time, the checker is asked only once, and not at all if `asks` is False.
+    If float64 finds the time, the checker is asked only once, and not at all if `asks` is False. Else its first pass is
+    asked for each time, and its exact arithmetic only where that does not do.
     """
     moving = [float(end) for quantity in reference.quantities for end in quantity.bounds.breakpoints[-1:]]
     origin = max(0.0, *moving, *(max(signal.centres) for signal in draft.subject.signals))
@@ -29,30 +29,28 @@ def tail_start(draft: Draft, reference: Reference, asks: bool = True) -> float |
     guess = _envelopes(draft, reference)
     if guess and (found := _earliest(origin, step, guess)) is not None and (not asks or draft.is_settled(found)):
         return found
-    return _earliest(origin, step, lambda starts: np.array([draft.is_settled(start) for start in starts.tolist()]))
+    return _earliest(origin, step, draft.seems_settled) or _earliest(origin, step, draft.is_settled)
 
 
-def _earliest(origin: float, step: float, holds: Callable[[Array], Flags]) -> float | None:
+def _earliest(origin: float, step: float, holds: Callable[[float], bool]) -> float | None:
     """Return the earliest time [s] found by doubling the distance from `origin`, then by bisection.
 
-    None if there is none.
+    None if there is none: the later the start, the smaller the envelope.
     """
-    high = next((r for d in range(_DOUBLINGS) if holds(np.array([origin + (r := step * 2.0**d)]))[0]), None)
-    if high is None:
+    if not holds(origin + step * 2.0**_DOUBLINGS):
         return None
+    high = next(r for d in range(_DOUBLINGS + 1) if holds(origin + (r := step * 2.0**d)))
     low = high / 2
     for _ in range(_BISECTIONS):
         middle = (low + high) / 2
-        low, high = (low, middle) if holds(np.array([origin + middle]))[0] else (middle, high)
-    return float(origin + high)
+        low, high = (low, middle) if holds(origin + middle) else (middle, high)
+    return origin + high
 
 
-def _envelopes(draft: Draft, reference: Reference) -> Callable[[Array], Flags] | None:
-    """Return a function that tells whether envelopes from starts [s] keep all bounds, up to rounding.
+def _envelopes(draft: Draft, reference: Reference) -> Callable[[float], bool] | None:
+    """Return a function that tells whether envelopes from a start [s] keep all bounds, up to rounding.
 
-    None if not known.
-
-    It is known for linear combinations of signals whose kernels decrease with distance.
+    None if not known: it is for linear combinations of signals whose kernels decrease with distance.
     """
     signals, plant = reference.kernel_sums, reference.plant
     every = _weights(plant)
@@ -64,10 +62,10 @@ def _envelopes(draft: Draft, reference: Reference) -> Callable[[Array], Flags] |
     room = np.minimum(rest - [each.lower for each in bounds], [each.upper for each in bounds] - rest)
     room -= [draft.errors[quantity.name] for quantity in reference.quantities]
 
-    def holds(starts: Array) -> Flags:
-        envelopes = (_envelope(signal, starts) for signal in signals)
+    def holds(start: float) -> bool:
+        envelopes = (_envelope(signal, start) for signal in signals)
         reach = sum(w.reach(*e, plant.sampling_time) for w, e in zip(weights, envelopes, strict=True))
-        return np.asarray(np.all(reach <= (1 - 1e-9) * room, axis=-1))
+        return bool(np.all(reach <= (1 - 1e-9) * room))
 
     return holds
 
@@ -98,14 +96,13 @@ class _Weights(NamedTuple):
         shifted = [sum(j * size for j, size in enumerate(row)) for row in sizes]
         return cls(np.array(list(map(sum, sizes))), np.array([float(sum(row)) for row in rows]), np.array(shifted))
 
-    def reach(self, size: Array, slope: Array, step: float) -> Array:
-        """Return the bound of |Σ_j w_j (z(t + j T_s) − m)| for each quantity: shape (n, Q)."""
-        size, slope = size[:, None], slope[:, None]
+    def reach(self, size: float, slope: float, step: float) -> Array:
+        """Return the bound of |Σ_j w_j (z(t + j T_s) − m)| for each quantity: shape (Q,)."""
         return np.minimum(self.each * size, np.abs(self.sum) * size + step * self.shifted * slope)
 
 
-def _envelope(signal: KernelSum, starts: Array) -> tuple[Array, Array]:
-    """Return Σ_i |c_i| sup |κ| and Σ_i |c_i| sup |κ̇| over all times after each of the starts [s]."""
-    distances, sizes = np.maximum(starts[:, None] - signal.centres, 0.0), np.abs(signal.weights)
+def _envelope(signal: KernelSum, start: float) -> tuple[float, float]:
+    """Return Σ_i |c_i| sup |κ| and Σ_i |c_i| sup |κ̇| over all times after the start [s]."""
+    distances, sizes = np.maximum(start - signal.centres, 0.0), np.abs(signal.weights)
     steepest = np.maximum(distances, signal.kernel.decay_distance)
-    return signal.kernel.jet(distances, 0)[0] @ sizes, np.abs(signal.kernel.jet(steepest, 1)[1]) @ sizes
+    return float(signal.kernel.jet(distances, 0)[0] @ sizes), float(np.abs(signal.kernel.jet(steepest, 1)[1]) @ sizes)

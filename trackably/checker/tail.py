@@ -101,10 +101,15 @@ def check_tail(
         start = exactly(proof.end)
     else:
         return None
-    quick = [found for signal in subject.signals if (found := first_pass.envelope(signal, start))]
-    if len(quick) == len(subject.signals) and not _why_not(certificate, quantities, start, quick):
+    if is_settled(certificate, quantities, start, first_pass):
         return None
     return _why_not(certificate, quantities, start, [envelope(signal, start) for signal in subject.signals])
+
+
+def is_settled(certificate: Certificate, quantities: list[Quantity], start: Real, first_pass: FirstPass) -> bool:
+    """Whether the envelopes of the `first_pass` show that all bounds are kept from `start` on."""
+    quick = [found for signal in certificate.subject.signals if (found := first_pass.envelope(signal, start))]
+    return len(quick) == len(certificate.subject.signals) and not _why_not(certificate, quantities, start, quick)
 
 
 def _why_not(certificate: Certificate, quantities: list[Quantity], start: Real, envelopes: list[Decay]) -> str | None:

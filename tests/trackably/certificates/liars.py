@@ -77,6 +77,7 @@ LIES: dict[str, tuple[Any, str, Lie]] = {
     "the cover ends too early": (cover, "_join", _after(lambda _, c: Boxes(c.ends[:-1], c.radii[:-1]))),
     "the tail starts at any time": (tail, "_earliest", _after(lambda rng, t: t * rng.uniform(0.05, 1))),
     "every tail is settled": (Draft, "is_settled", _always(True)),
+    "every tail seems settled": (Draft, "seems_settled", _always(True)),
     "errors are smaller": (prove.Draft, "of", _with_smaller_errors),
     "every kernel repeats": (Reference, "period", lambda rng, honest: property(lambda s: 1.0)),
     "nothing is broken": (prove._ProofProblem, "broken", _always(None)),

@@ -90,7 +90,7 @@ def require_within_certified_errors(proved: Proved, times: Array, values: Array,
             assert abs(draft.value(name, Fraction(t)) - exactly(value)) <= exactly(error), (name, t)
 
 
-TIMES = np.concatenate([RNG.uniform(-2, 6, 60), np.arange(0.0, 3.0, 0.25), [0.0, 4.0]])
+TIMES = np.concatenate([RNG.uniform(-2, 6, 30), np.arange(0.0, 3.0, 0.5), [0.0, 4.0]])
 
 
 @pytest.mark.parametrize("name", KERNELS)

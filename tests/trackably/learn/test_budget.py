@@ -29,7 +29,7 @@ from trackably.systems.library import tank
 SLOW = ConstrainedSystem(AXIS.system, Polytope.box([-1.1, -0.9], [0.2, 0.9]), AXIS.input_set)
 TIMES = np.linspace(0, 16, 40)
 SWING = Samples(TIMES, -0.4 + 0.55 * np.sin(2 * np.pi * TIMES / 8) + 0.02 * np.random.default_rng(0).normal(size=40))
-FILLED = Samples(TIMES, 1.2 + 0.25 * np.sin(TIMES) + 0.02 * np.random.default_rng(0).normal(size=40))
+FILLED = Samples(TIMES[:20], 1.2 + 0.25 * np.sin(TIMES[:20]) + 0.02 * np.random.default_rng(0).normal(size=20))
 TANK = ConstrainedSystem(tank(0.1, 1.0, 0.1), Polytope.box([0.5], [1.4]), Polytope.box([0.0], [1.0]))
 pytestmark = pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning")
 
@@ -49,7 +49,7 @@ TASKS = {
         learn_reference, SWING, AXIS, Periodic(period=8.0), "all_phases", noise_std=0.02, mean=-0.4, starts=2
     ),
     "nonlinear": partial(
-        learn_reference, FILLED, TANK, SquaredExponential(), (0.0, 16.0), noise_std=0.02, mean=1.0, starts=2
+        learn_reference, FILLED, TANK, SquaredExponential(), (0.0, 7.0), noise_std=0.02, mean=1.0, starts=2
     ),
 }
 

@@ -81,7 +81,7 @@ def test_agreement_with_the_dense_path(kernel, times, stencil):
                 assert disagreement(with_factor(posterior, found), dense(posterior)) < AGREEMENT
 
 
-@pytest.mark.parametrize("fewest", [1, 2, 3, 7, 40, 300])
+@pytest.mark.parametrize("fewest", [1, 3, 7, 40, 300])
 @pytest.mark.parametrize("stencil", [POINT, STENCILS["wide means"]], ids=["values", "means"])
 @pytest.mark.parametrize("kernel", KERNELS.values(), ids=KERNELS)
 def test_blocks_may_have_any_size(kernel, stencil, fewest):
