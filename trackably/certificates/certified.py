@@ -258,7 +258,7 @@ class _Learning:
 
     def _enough(self, found: Solution) -> float:
         """Return the back-off that raises J by the allowed gap."""
-        rise = found.rise(1.0, self.plant.quantities)
+        rise = found.rise(self.plant.quantities)
         return min(found.allowed_gap / rise, _LARGEST_BACKOFF) if rise else _LARGEST_BACKOFF
 
     def _shortened(self, found: Solution, error: float) -> bool:

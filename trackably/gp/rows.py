@@ -290,14 +290,13 @@ class Direct(RowKernel):
 
     def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
         times, u = self._weigh(multipliers)
-        if self.kernel.gradient_decays:
-            return self._form_gradient(times, u, t, weights)
-        if groups := nearby(times, t, self.kernel.negligible_distance):
+        distance = self.kernel.negligible_distance
+        if not self.kernel.gradient_decays and (groups := nearby(times, t, distance)):
             return np.asarray(sum(self._form_gradient(times[p], u[p], t[at], weights[at]) for p, at in groups))
         return self._form_gradient(times, u, t, weights)
 
     def _form_gradient(self, times: Array, u: Array, t: Array, weights: Array) -> Array:
-        """Return ∂/∂ln θ of uᵀ κ(times − t) w; for Matérn kernels, long sums are evaluated from moments."""
+        """Return ∂/∂ln θ of uᵀ κ(times − t) w; of kernels that are sums of decays, long sums are those of moments."""
         if len(times) * len(t) > _MANY and self.kernel.gradient_decays:
             sums = [sum_by_moments(decays, t, weights, times, 0)[0] for decays in self.kernel.gradient_decays]
             return np.asarray(sums) @ u

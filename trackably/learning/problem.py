@@ -163,10 +163,10 @@ class Solution:
         """The amount by which J may exceed the least J for these hyperparameters."""
         return max(LEAST_GAP, RELATIVE_GAP * self.price)
 
-    def rise(self, by: float, quantities: Iterable[Quantity]) -> float:
-        """Return by how much J rises if these bounds move inwards `by` a part of their width, to first order."""
+    def rise(self, quantities: Iterable[Quantity]) -> float:
+        """Return by how much J rises to first order, for each part of their width that these bounds move inwards."""
         widths = {quantity.name: quantity.bounds.width for quantity in quantities}
-        return 2 * by * sum(abs(bound.multiplier) * widths.get(bound.name, 0.0) for bound in self.active_bounds)
+        return 2 * sum(abs(bound.multiplier) * widths.get(bound.name, 0.0) for bound in self.active_bounds)
 
 
 class NoSolution(ABC):

@@ -461,7 +461,7 @@ def _with_same_hyperparameters(solution: Solution, problem: ConstrainedProblem) 
     search = JointSearch(problem)
     places = solution.active if solution.active_bounds else None
     search.settle(solution.posterior.prior.log_hyperparameters, places, solution.signals)
-    missed = solution.rise(solution.missed, [constraint.quantity for constraint in problem.constraints])
+    missed = solution.missed * solution.rise([constraint.quantity for constraint in problem.constraints])
     if search.best is None or search.best.objective - solution.objective > 2 * (solution.allowed_gap + missed):
         return None
     return _like(solution, _solution(search.best, search, solution.unconstrained))

@@ -156,7 +156,7 @@ def test_hyperparameters_are_kept_where_violated_bounds_would_have_cost_the_rise
         return right(program, *others)
 
     problem, known = problem_of("tight_4"), jointly("tight_4")
-    by_width = known.rise(1.0, [constraint.quantity for constraint in problem.constraints])
+    by_width = known.rise([constraint.quantity for constraint in problem.constraints])
     cheaper = replace(known, objective=known.objective - 5 * known.allowed_gap)
     violated = replace(cheaper, missed=5 * known.allowed_gap / by_width if missed else 0.0)
     monkeypatch.setattr(JointProgram, "minimise", recorded)
