@@ -117,12 +117,12 @@ class Posterior:
         """Return A⁻¹ r with A = K + σ_n² I, for one r of shape (n,), or for the columns of an (n, m)."""
         return self._factored.solve(right)
 
-    def weights_beside(self, multipliers: Array, across: Array) -> Array:
+    def weights_beside(self, seen: Array) -> Array:
         """Return c − A⁻¹ (L κ(·, S))ᵀ ν: the weights of the samples in m⁺ + Σ_a ν_a κ⁺(·, L_a), shape (n,).
 
-        `across` is the covariance of the rows and the samples, and ν are the rows' `multipliers`.
+        (L κ(·, S))ᵀ ν, for multipliers ν of the rows, is what samples have `seen` of them.
         """
-        return self.weights - self.solve(multipliers @ across)
+        return self.weights - self.solve(seen)
 
     def with_kernels(self, own: Array, t: Array, weights: Array) -> KernelSum:
         """Return m + Σ_i w_i κ(·, S_i) + Σ_p u_p κ(·, t_p) with w = `own` of the samples, u = `weights` at t [s]."""

@@ -8,6 +8,7 @@ from trackably.arrays import Array
 from trackably.cached import cached
 from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import Posterior
+from trackably.gp.row_system import RowSystem
 from trackably.gp.rows import RowKernel, Rows, row_kernel
 from trackably.gp.signal import KernelSum
 
@@ -37,10 +38,8 @@ class RowPosterior:
     def signals(self, multipliers: Array) -> tuple[KernelSum, ...]:
         """Return m⁺ + Σ_a ν_a κ⁺(·, L_a) of each process as a sum of kernels, for multipliers ν of shape (n,)."""
         return tuple(
-            part.with_kernels(
-                part.weights_beside(multipliers, across), kernel.centres.times, kernel.centres.spread(multipliers)
-            )
-            for part, kernel, across in zip(self.posterior.parts, self._kernels, self._across, strict=True)
+            part.with_kernels(part.weights_beside(seen), kernel.centres.times, kernel.centres.spread(multipliers))
+            for part, kernel, seen in zip(self.posterior.parts, self._kernels, self._seen(multipliers), strict=True)
         )
 
     def price_gradient(self, multipliers: Array) -> Array:
@@ -51,12 +50,23 @@ class RowPosterior:
         differentiated.
         """
         gradient = np.zeros(len(self.posterior.prior.learned))
-        for part, kernel, across, places in zip(
-            self.posterior.parts, self._kernels, self._across, self.posterior.prior.places, strict=True
+        for part, kernel, seen, places in zip(
+            self.posterior.parts, self._kernels, self._seen(multipliers), self.posterior.prior.places, strict=True
         ):
-            own = part.weights_beside(multipliers, across)
+            own = part.weights_beside(seen)
             gradient[places] += part.misfit_gradient - part.energy_gradient(kernel, multipliers, own)
         return gradient
+
+    @cached
+    def system(self) -> RowSystem | None:
+        """The rows of one process together with its samples, where that is faster than the `covariance`; else None."""
+        if not has_system(self.posterior, len(self.rows)):
+            return None
+        return RowSystem.of(self.posterior.parts[0], self.rows.terms[0], len(self.rows))
+
+    def _seen(self, multipliers: Array) -> list[Array]:
+        """Return (L κ(·, S))ᵀ ν of each process."""
+        return [self.system.seen(multipliers)] if self.system else [multipliers @ across for across in self._across]
 
     @cached
     def _kernels(self) -> tuple[RowKernel, ...]:
@@ -71,6 +81,14 @@ class RowPosterior:
     def _covariance(self, part: Posterior, kernel: RowKernel, across: Array) -> Array:
         covariance = kernel.among() - _product(across, part.solve(across.T))
         return np.asarray((covariance + covariance.T) / 2)
+
+
+_MANY = 400  # rows: for fewer, their dense covariance takes less time
+
+
+def has_system(posterior: JointPosterior, count: int) -> bool:
+    """Whether so many rows are solved for together with samples: of one process, whose kernel is a sum of decays."""
+    return count >= _MANY and len(posterior.parts) == 1 and bool(posterior.prior.parts[0].kernel.gradient_decays)
 
 
 _AT_ONCE = 64  # rows

@@ -213,7 +213,12 @@ class Quasiseparable(Factorisation):
     @classmethod
     def of(cls, times: Array, cut: Cut, covariance: Covariance, noise_variance: Array) -> Self | None:
         """Factorise for n `times` [s] in blocks, with noise variances (n,); None if A is not positive definite."""
-        blocks, factors = list(_blocks(times, cut, covariance)), list[Factor]()
+        return cls.of_blocks(list(_blocks(times, cut, covariance)), noise_variance)
+
+    @classmethod
+    def of_blocks(cls, blocks: list[Block], noise_variance: Array) -> Self | None:
+        """Factorise the covariance in these blocks plus noise, (n,); None if A is not positive definite."""
+        factors = list[Factor]()
         explained = np.zeros((len(blocks[0].move),) * 2)  # F, the covariance of the state with itself that is known
         for block in blocks:
             seen = block.seen(explained)
@@ -249,16 +254,7 @@ class Quasiseparable(Factorisation):
         return solution
 
     def gradient_times(self, c: Array) -> Array:
-        product = np.empty((len(self.blocks[0].own) - 1, len(c)))
-        state = self._nothing(len(product))
-        for block in self.blocks:
-            product[:, block.rows] = block.own[1:] @ c[block.rows] + block.seen(state).T
-            state = _plus((block.into[1:] @ c[block.rows]).T, block.past(state))
-        state = self._nothing()
-        for block, _ in self._backwards():
-            product[:, block.rows] += state @ block.into[1:]
-            state = _plus(block.shown(c[block.rows]), block.back(state))
-        return product
+        return times(self.blocks, c)[1:]
 
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
         """Return the traces from the blocks Z_ii of A⁻¹, and from Y_i = Σ_{k > i} (P_k Φ_{k−1} ⋯ Φ_{i+1})ᵀ Z_ki.
@@ -286,6 +282,20 @@ class Quasiseparable(Factorisation):
 
     def _backwards(self) -> Iterator[tuple[Block, Factor]]:
         return zip(reversed(self.blocks), reversed(self.factors), strict=True)
+
+
+def times(blocks: list[Block], c: Array) -> Array:
+    """Return K c and each ∂K/∂ln θ c of the covariance in these blocks, for c (n,): shape (1 + p, n)."""
+    product = np.empty((len(blocks[0].own), len(c)))
+    state = np.zeros((len(blocks[0].move), len(product)))
+    for block in blocks:
+        product[:, block.rows] = block.own @ c[block.rows] + block.seen(state).T
+        state = _plus((block.into @ c[block.rows]).T, block.past(state))
+    state = np.zeros(len(blocks[0].move))
+    for block in reversed(blocks):
+        product[:, block.rows] += state @ block.into
+        state = _plus(block.shown(c[block.rows]), block.back(state))
+    return product
 
 
 def _plus(state: Array, of_tails: Array) -> Array:

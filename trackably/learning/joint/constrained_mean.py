@@ -18,9 +18,10 @@ import numpy.typing as npt
 from trackably.arrays import Array, Flags
 from trackably.cached import cached
 from trackably.gp.joint import JointPosterior
-from trackably.gp.row_posterior import RowPosterior
+from trackably.gp.row_posterior import RowPosterior, has_system
 from trackably.gp.signal import KernelSum
 from trackably.learning.joint.dual import solve_dual, solve_symmetric
+from trackably.learning.joint.interior import interior_multipliers
 from trackably.learning.joint.places import Demands, Places, demands, flags
 from trackably.learning.joint.sequential import FormulaProgram
 from trackably.learning.problem import ActiveBound, ConstrainedProblem
@@ -29,6 +30,7 @@ from trackably.systems.trajectories import Signals
 
 _CORRECTIONS = 5
 _MET = 1e-10  # relative to a width: smaller residuals are below any back-off, and little more than rounding
+_JITTERS = 1e-12, 1e-10, 1e-8  # relative to the rows' variances, one after the other
 _NEGLIGIBLE = 1e-6
 _NEAR = 0.02  # relative to a width: the linear program moves the function by less from where it was linearised
 
@@ -70,9 +72,25 @@ class ConstrainedMean:
             kept, least = found, largest
             if largest <= _MET:
                 break
-            multipliers[active] += solve_symmetric(self.given.covariance[np.ix_(active, active)], missed)
+            multipliers[active] += self._solve(missed)
             found = self.given.signals(multipliers)
         return kept
+
+    def _solve(self, right: Array) -> Array:
+        """Return x with K⁺ x = r for the active rows."""
+        active = np.flatnonzero(self.multipliers)
+        if not self.given.system:
+            return solve_symmetric(self.given.covariance[np.ix_(active, active)], right)
+        if not (system := self._active.system):
+            return solve_symmetric(self._active.covariance, right)
+        solvers = (system.solver(part * system.variances) for part in _JITTERS)
+        solve = next(filter(None, solvers), None)
+        return np.zeros(len(active)) if solve is None else solve(right)
+
+    @cached
+    def _active(self) -> RowPosterior:
+        rows = self.demanded.rows.among(np.flatnonzero(self.multipliers))
+        return RowPosterior(self.given.posterior, rows)
 
     @property
     def active_bounds(self) -> tuple[ActiveBound, ...]:
@@ -137,7 +155,12 @@ def mean_meeting(posterior: JointPosterior, demanded: Demands, likely: Flags | N
     """
     done("evaluation")
     given = RowPosterior(posterior, demanded.rows)
-    dual = solve_dual(given.covariance, demanded.limits - given.mean, demanded.is_equation, likely)
+    gap = demanded.limits - given.mean
+    if given.system and not demanded.is_equation.any():
+        multipliers = interior_multipliers(given.system, gap)
+        if multipliers is not None:
+            return ConstrainedMean(given, demanded, multipliers, float(multipliers @ gap), contradicts=False)
+    dual = solve_dual(given.covariance, gap, demanded.is_equation, likely)
     if dual is None:
         return None
     return ConstrainedMean(given, demanded, dual.multipliers, dual.value, dual.contradicts)
@@ -164,6 +187,10 @@ class WorkingSet:
 
     def mean_for(self, posterior: JointPosterior) -> ConstrainedMean | None:
         """Return the function that meets all demands. Raises IllConditioned."""
+        if has_system(posterior, len(self.chosen)):
+            if found := mean_meeting(posterior, self.demanded):
+                self.chosen |= found.multipliers != 0
+            return found
         for _ in range(_MAX_ROUNDS):
             rows = np.flatnonzero(self.chosen)
             likely = None if self._active is None else self._active[rows]

@@ -4,24 +4,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trackably.arrays import Array
+from trackably.arrays import Array, Flags
 from trackably.gp.joint import JointPosterior
+from trackably.gp.row_posterior import has_system
 from trackably.gp.rows import row_kernel
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Bounded, Constraint
 from trackably.learning.joint.constrained_mean import ConstrainedMean, constrained_mean, is_linear
-from trackably.learning.joint.places import LOWER, MarginScan, Minima, Places, demands, flags, merge, places_of
+from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Minima, Places, demands, merge, places_of
 from trackably.learning.joint.sequential import with_regular
 from trackably.learning.problem import ConstrainedProblem
 from trackably.systems.trajectories import Signals
 
 _MAX_ROUNDS = 40
-# Rough functions touch a bound at ever more times. Beyond many places, those only close to a bound are left out; beyond
-# the largest number, the exchange ends, and a larger back-off has to remove the remaining violations.
+# Rough functions touch a bound at ever more times. Where many rows take long, beyond many places those only close to a
+# bound are left out; beyond the largest number, the exchange ends, and a larger back-off has to remove the violations.
 _MANY_PLACES, _MOST_PLACES = 1000, 1500
 MANY_BENDS, _MORE_BENDS = 500, 1.5  # active places, and times the places that an exchange begins with
 _MANY_MET = 3.0  # times the places that an exchange begins with, where a far step in θ meets bounds everywhere
-_MOST_OF_SAMPLES = 1 / 3  # places for each sample, where these are more
 _MORE = 1.1  # times the places that an exchange begins with, where these are more
 CROWD = 800  # active places; beyond, a larger back-off is used instead of more places
 _CROWDED = 100  # violated places; so many are neighbours along stretches of an active bound
@@ -64,8 +64,8 @@ def exchange_bounds(
     """Return the function that keeps all bounds at all times of their index sets, or the last function of the exchange.
 
     The exchange ends when bounds are violated by at most `tolerance`, a part of their width, or when the price exceeds
-    the `ceiling`, as more places would only raise it. With a ceiling, it also ends when far more places are active than
-    it began with, those of a known function: each further program would take seconds. None if the function cannot be
+    the `ceiling`, as more places would only raise it. Where many rows take long, and with a ceiling, it also ends when
+    far more places are active than it began with, those of a known function. None if the function cannot be
     computed, which may happen with formulas. Raises IllConditioned.
     """
     best: ExchangeResult | None = None
@@ -75,7 +75,8 @@ def exchange_bounds(
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
     is_rough = not _is_smooth(problem)
     begun = _count(places)
-    most = max(_MOST_PLACES, _MORE * begun, _MOST_OF_SAMPLES * sum(map(len, problem.samples)))
+    takes_long = not (is_convex and not problem.pins and has_system(posterior, _MOST_PLACES))
+    most = max(_MOST_PLACES, _MORE * begun)
     bends = max(MANY_BENDS, _MORE_BENDS * begun)
     if not is_convex:  # places of other hyperparameters may be too far apart for these
         places = with_regular(problem, posterior, places)
@@ -99,16 +100,17 @@ def exchange_bounds(
             apart = apart or spacings(problem, posterior)
             kept_free = min(constraint.backoff for constraint in problem.constraints)
             minima = seen.thinned(minima, places, apart, max(tolerance / 2, _MATTERS - kept_free, 0.0))
-        met = merge(kept if is_convex else places, at_steps(problem, seen.places(minima), places), same)
-        if _count(met) > _MANY_PLACES:
-            met = merge(kept, at_steps(problem, seen.places(_broken(minima)), places), same)
+        met = merge(kept if is_convex else places, at_steps(problem, seen.places(minima), places, same), same)
+        if takes_long and _count(met) > _MANY_PLACES:
+            met = merge(kept, at_steps(problem, seen.places(_broken(minima)), places, same), same)
         best = ExchangeResult(bent, met, kept, margin, constraint, time, count)
         is_far = is_convex and _count(met) > max(MANY_BENDS, _MANY_MET * begun)  # with formulas, all places are kept
-        is_worse = ceiling < np.inf and (_count(kept) > bends or is_far)
+        is_worse = takes_long and ceiling < np.inf and (_count(kept) > bends or is_far)
         if margin >= -tolerance or bent.contradicts or price > ceiling or is_worse or is_same(met, places):
             return best
         is_small = _count(met) > _MANY_PLACES and margin >= -_MATTERS
-        if (is_stuck and (was_close or not is_rough) and not was_thinned) or is_small or _count(met) > most:
+        is_crowd = takes_long and (is_small or _count(met) > most)
+        if (is_stuck and (was_close or not is_rough) and not was_thinned) or is_crowd:
             return best
         places = met
         if is_convex or margin >= -_JUMPED:
@@ -116,30 +118,39 @@ def exchange_bounds(
     return best
 
 
-def at_steps(problem: ConstrainedProblem, places: Places, known: Places) -> Places:
+def at_steps(problem: ConstrainedProblem, places: Places, known: Places, same: float) -> Places:
     """Return places of rough functions moved by up to half a step, so that samples lie whole steps away from them.
 
     A sample acts at one time. An active bound of g(t + T_s) − g(t) passes its effect on from step to step. At places
     whole steps away from the sample, multipliers are as large as the effect, and the weights that they give to one time
     cancel. At other places, many share the effect, and their weights cancel only after evaluation, with rounding errors
-    that can be a thousand times larger. A place is not moved onto a known place. Functions with analytic kernels are
-    smooth and touch a bound at single times, so their places are not moved.
+    that can be a thousand times larger. A place is not moved to within `same` [s] of a known place. Functions with
+    analytic kernels are smooth and touch a bound at single times, so their places are not moved.
     """
     if _is_smooth(problem):
         return places
-    return tuple(_at_steps(problem, *of_one) for of_one in zip(problem.constraints, places, known, strict=True))
+    return tuple(_at_steps(problem, *of_one, same) for of_one in zip(problem.constraints, places, known, strict=True))
 
 
-def _at_steps(problem: ConstrainedProblem, constraint: Bounded, places: Array, known: Array) -> Array:
+def _at_steps(problem: ConstrainedProblem, constraint: Bounded, places: Array, known: Array, same: float) -> Array:
     steps = [functional.sampling_time for _, functional in constraint.quantity.trajectory.arguments]
     if not isinstance(constraint, Constraint) or not steps or not len(places):
         return places
     step, origin, moved = steps[0], float(problem.samples[0].times[0]), places.copy()
     moved[:, 0] = constraint.index_set.nearest(origin + step * np.rint((places[:, 0] - origin) / step))
     first, last = constraint.index_set.ends
-    stay = flags((moved,), (known,)) | (moved[:, 0] < first) | (moved[:, 0] > last)
+    stay = near_to(known, moved, same) | (moved[:, 0] < first) | (moved[:, 0] > last)
     moved[stay] = places[stay]
     return moved
+
+
+def near_to(known: Array, places: Array, same: float) -> Flags:
+    """Return a flag for each place (n,) that tells whether a known place on its side is within `same` [s]."""
+    found = np.zeros(len(places), dtype=bool)
+    for side in (LOWER, UPPER):
+        times, own = np.append(np.sort(known[known[:, 1] == side, 0]), np.inf), places[:, 1] == side
+        found[own] = times[np.searchsorted(times, places[own, 0] - same)] <= places[own, 0] + same
+    return found
 
 
 def _is_smooth(problem: ConstrainedProblem) -> bool:
