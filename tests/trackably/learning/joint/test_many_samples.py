@@ -13,7 +13,8 @@ from trackably.gp.kernels.matern import Matern32
 from trackably.gp.prior import Prior
 from trackably.learning.index_set import Steps
 from trackably.learning.joint import search
-from trackably.learning.joint.exchange import exchange_bounds, no_places
+from trackably.learning.joint.exchange import at_steps, exchange_bounds, no_places
+from trackably.learning.joint.places import LOWER, UPPER
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution, better_solution
 
@@ -100,3 +101,19 @@ def test_functions_that_are_held_to_their_bounds_for_long_are_found_at_few_place
         counts[crowded] = found
     assert sum(map(len, counts[20].active)) < 0.55 * sum(map(len, counts[np.inf].active))
     assert counts[20].mean.price == pytest.approx(counts[np.inf].mean.price, rel=1e-2)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_no_place_is_lost_because_it_is_moved_beside_a_known_one(seed):
+    """A violated bound would come back in each round, and no place would ever be added for it."""
+    problem, rng, same = held_for_long(), np.random.default_rng(seed), 4e-3
+    known, new = (
+        tuple(np.column_stack([np.sort(rng.uniform(0, 14.8, 200)), rng.choice([LOWER, UPPER], 200)]) for _ in range(2))
+        for _ in range(2)
+    )
+    moved = at_steps(problem, new, known, same)
+    assert not all(map(np.array_equal, moved, new))
+    for of_new, of_moved, of_known in zip(new, moved, known, strict=True):
+        for before, after in zip(of_new, of_moved, strict=True):
+            beside = np.any((np.abs(of_known[:, 0] - after[0]) <= same) & (of_known[:, 1] == after[1]))
+            assert not beside or np.array_equal(before, after)
