@@ -23,7 +23,7 @@ from trackably.gp.rows import Terms
 Places = npt.NDArray[np.intp]
 
 _BLOCK = 48  # rows
-_WITHIN_A_ROW = 1.0  # as λ times the time between the terms of a row
+_WITHIN_A_ROW = 5.0  # as λ times the time between the terms of a row: numbers grow by e⁵ within it
 
 
 @dataclass(frozen=True)

@@ -287,14 +287,14 @@ class Quasiseparable(Factorisation):
 def times(blocks: list[Block], c: Array) -> Array:
     """Return K c and each ∂K/∂ln θ c of the covariance in these blocks, for c (n,): shape (1 + p, n)."""
     product = np.empty((len(blocks[0].own), len(c)))
-    state = np.zeros((len(blocks[0].move), len(product)))
+    before = np.zeros((len(blocks[0].move), len(product)))
     for block in blocks:
-        product[:, block.rows] = block.own @ c[block.rows] + block.seen(state).T
-        state = _plus((block.into @ c[block.rows]).T, block.past(state))
-    state = np.zeros(len(blocks[0].move))
+        product[:, block.rows] = block.own @ c[block.rows] + block.seen(before).T
+        before = _plus((block.into @ c[block.rows]).T, block.past(before))
+    after = np.zeros(len(blocks[0].move))
     for block in reversed(blocks):
-        product[:, block.rows] += state @ block.into
-        state = _plus(block.shown(c[block.rows]), block.back(state))
+        product[:, block.rows] += after @ block.into
+        after = _plus(block.shown(c[block.rows]), block.back(after))
     return product
 
 
