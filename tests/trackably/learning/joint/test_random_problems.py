@@ -73,7 +73,7 @@ def test_where_no_function_is_found_hyperparameters_alone_are_proved(monkeypatch
 def test_with_few_places_a_function_is_found_that_costs_less_than_hyperparameters_alone(monkeypatch):
     """A larger back-off removes the violations between places."""
     monkeypatch.setattr("trackably.learning.joint.exchange._MOST_PLACES", 60)
-    monkeypatch.setattr("trackably.learning.joint.exchange._MOST_OF_SAMPLES", 0)
+    monkeypatch.setattr("trackably.learning.joint.exchange.has_system", lambda *_: False)
     solution = random_problem(ROUGH).learned().solution
     assert solution.method == "joint"
     assert solution.objective < solution.alone
