@@ -234,7 +234,7 @@ def _accuracy(proof: Outcome) -> dict[str, dict[str, Any]]:
     """Return the proved distances from true signals, and the least possible ones, by state; nothing without `truth`."""
     if not isinstance(proof, Certificate) or not proof.truth:
         return {}
-    return {"accuracy": {truth.state: asdict(accuracy(proof.reference, truth)) for truth in proof.truth}}
+    return {"accuracy": {truth.state: asdict(accuracy(proof, truth.state)) for truth in proof.truth}}
 
 
 def _write_proof(results: Results, method: str, proof: Outcome) -> None:

@@ -189,10 +189,7 @@ class TrackableReference(ProvedReference):
 
         They bound the distance from the true signal. ValueError: no `truth` was given for this state.
         """
-        for truth in self.certificate.truth:
-            if name in (None, truth.state):
-                return accuracy(self.reference, truth)
-        raise ValueError(f"accuracy: no truth was given of {name or 'any state'}")
+        return accuracy(self.certificate, name)
 
     def unconstrained(self) -> Reference:
         """Return the reference with the least l without bounds, for comparison: the system may

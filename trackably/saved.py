@@ -16,7 +16,7 @@ from trackably.arguments import real
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import as_written
-from trackably.certificates.pinned import prove_pinned
+from trackably.certificates.pinned import Pinned, prove_pinned
 from trackably.certificates.prove import Failure, prove, prove_on_window
 from trackably.certificates.robust import robust_of
 from trackably.checker.certificate import TrueSignal, Window
@@ -77,11 +77,17 @@ class Saved(ABC):
     proved_from: float | None
     proved_until: float | None
     tightening: SavedTightening | None
+    truth: tuple[TrueSignal, ...] | None
 
     @property
     @abstractmethod
     def reference(self) -> Reference:
         """The reference that was proved."""
+
+    @property
+    @abstractmethod
+    def values(self) -> tuple[Pinned, ...]:
+        """The values that the reference meets at given times."""
 
     @classmethod
     def read(cls, path: Path) -> Self:
@@ -117,13 +123,17 @@ class Saved(ABC):
 
         write_atomically(path, dumps(self))
 
-    def proof(self) -> Certificate | Failure:
-        """Prove the saved claim again."""
+    def proofs(self) -> tuple[Certificate, tuple[Certificate, ...]] | Failure:
+        """Prove again the claim, and the values at each time that has some."""
         if self.proved_from is None or self.proved_until is None:
             found = prove(self.reference)
         else:
             found = prove_on_window(self.reference, self.proved_from, self.proved_until)
-        return found.with_robust(robust_of(self.computed_tightening)) if isinstance(found, Certificate) else found
+        if not isinstance(found, Certificate):
+            return found
+        found = replace(found.with_robust(robust_of(self.computed_tightening)), truth=self.truth or ())
+        pinned = prove_pinned(self.reference, self.values)
+        return (found, pinned) if isinstance(pinned, tuple) else pinned
 
 
 @dataclass(frozen=True, repr=False)
@@ -179,11 +189,6 @@ class SavedReference(Saved):
     def reference(self) -> Reference:
         return self.fit.reference
 
-    def proofs(self) -> tuple[Certificate, tuple[Certificate, ...]] | Failure:
-        """Prove again the claim, and the waypoints at each time that has some."""
-        found = self.proof()
-        if not isinstance(found, Certificate):
-            return found
-        found = replace(found, truth=self.truth or ())
-        pinned = prove_pinned(self.reference, self.fit.pinned)
-        return (found, pinned) if isinstance(pinned, tuple) else pinned
+    @property
+    def values(self) -> tuple[Pinned, ...]:
+        return self.fit.pinned

@@ -626,14 +626,20 @@ class Accuracy:
         )
 
 
-def accuracy(reference: Reference, truth: TrueSignal) -> Accuracy:
-    """Return the proved error bound of a reference, and lower limits of the error bounds of all others."""
+def accuracy(certificate: Certificate, name: str | None) -> Accuracy:
+    """Return the proved error bound of a state (of the first one with a truth), and lower limits of all others'.
+
+    ValueError: the certificate says nothing about the true signal of this state.
+    """
+    truth = next((truth for truth in certificate.truth if name in (None, truth.state)), None)
+    if truth is None:
+        raise ValueError(f"accuracy: no truth was given of {name or 'any state'}")
     times = np.unique(np.concatenate([np.linspace(a, b, 3) for a, b in pairwise(truth.ends)]))
     upper, lower = sides_at(truth.of, times, truth.derived)
     widest = float(times[int(np.argmax(upper - lower))])
     ends = Signals.of(truth.of, (widest,)).ends_at(widest)
     radius = 0.0 if ends is None else max(0.0, (ends[1] - ends[0]) / 2)
-    return Accuracy(truth.error, truth.plant, radius, _least_error(reference.plant, truth))
+    return Accuracy(truth.error, truth.plant, radius, _least_error(certificate.reference.plant, truth))
 
 
 def _least_error(plant: ConstrainedSystem, truth: TrueSignal) -> float:

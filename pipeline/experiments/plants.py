@@ -1,6 +1,6 @@
 """Systems, sets and disturbances as written in params.yaml, and what disturbances leave of the bounds."""
 
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Annotated, Any, Self
 
 import numpy as np
@@ -56,7 +56,7 @@ class LinearModel(Fields):
     inputs: Names = ()
     sampling_time: PositiveFloat
 
-    @property
+    @cached_property
     def discrete(self) -> System:
         """Return the discrete-time system. Raises ValueError where shapes do not fit."""
         A, B = np.array(self.A), np.array(self.B)
@@ -76,7 +76,7 @@ class NamedModel(Fields):
     sampling_time: PositiveFloat
     parameters: dict[str, float] = Field(default_factory=dict)
 
-    @property
+    @cached_property
     def discrete(self) -> System:
         """Return the system. Raises ValueError where there is none of that name, or where its parameters are others."""
         return model_of(self.model, self.sampling_time, self.parameters)

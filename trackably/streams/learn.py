@@ -36,10 +36,11 @@ from trackably.request import Measurements, Noise, SamplesLike, check_rest
 from trackably.streams.reference import StreamReference
 from trackably.streams.windows import Stream, constraints_at, learn_proved, part_of
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbances import DisturbanceSet
+from trackably.systems.disturbances import DisturbanceSet, ModelError
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import tighten_plant
 from trackably.threads import one_blas_thread
+from trackably.truth import TruthLike, true_signals, with_truth
 from trackably.waypoints import Waypoints, waypoints
 
 _CALLER = 3  # stack frames up to the user's line, counting the decorator of `learn_stream`
@@ -47,6 +48,7 @@ _INSTEAD = {
     "method": "a stream is always learned as a function, with hyperparameters from one of its windows; leave it out",
     "learn_from": "learn hyperparameters by `learn_reference` from these samples, and give them as known: numbers in "
     "the kernel and for noise_std",
+    "tolerance": "a stream bounds its distance from the true signal (`truth`), and searches for no smaller one",
 }
 
 
@@ -66,7 +68,9 @@ def learn_stream(
     disturbance: DisturbanceSet | None = None,
     measurement_noise: DisturbanceSet | None = None,
     feedback: ArrayLike | None = None,
+    model_error: ModelError | None = None,
     margin: float = 0.0,
+    truth: TruthLike | None = None,
     starts: int = 8,
     progress: bool = True,
     **others: Never,
@@ -92,6 +96,8 @@ def learn_stream(
         The length of each window [s]: several times the kernel's correlation time.
     at, at_tolerance
         As in `learn_reference`; the window with its time meets each value, and later windows keep it.
+    disturbance, measurement_noise, feedback, model_error, margin, truth
+        As in `learn_reference`.
     others
         None: `learn_from` and `method` are options of `learn_reference` only.
 
@@ -113,9 +119,10 @@ def learn_stream(
         If no reference was found, or none that is proved.
     """
     _refuse(others)
-    plant, tightening = tighten_plant(plant, disturbance, feedback, margin, measurement_noise)
+    plant, tightening = tighten_plant(plant, disturbance, feedback, margin, measurement_noise, model_error)
     measured = Measurements.of(samples, plant, noise_std, centres)
     claim = as_claim(claim, measured.given, plant.sampling_time)
+    _, signals = true_signals(truth, None, measured.given, plant, claim)
     if (length := real("window", window)) <= 0:
         raise ValueError(f"window: must be a positive number of seconds, got {length:g}")
     level, between = split_means(mean, measured.names, measured.given)
@@ -143,7 +150,7 @@ def learn_stream(
         reference, certificate = found_or_raise(learn_proved(stream))
         pinned = tuple(at.found(reference) for at in pinned)
         proofs = found_or_raise(prove_pinned(reference, pinned))
-    certificate = certificate.with_robust(robust_of(tightening))
+    certificate = with_truth(certificate.with_robust(robust_of(tightening)), signals)
     learned = StreamReference(reference, certificate, replace(stream, pinned=pinned), cost, tightening, proofs)
     if large := [misfit for misfit in learned.misfits if misfit.is_large]:
         off = "; ".join(f"it is {misfit.size:.3g} off those of {misfit.name}" for misfit in large)

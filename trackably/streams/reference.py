@@ -12,8 +12,8 @@ from typing import Self, overload
 
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import found_or_raise
-from trackably.certificates.pinned import Pinned, prove_pinned
-from trackably.checker.certificate import AllTimes, Window
+from trackably.certificates.pinned import Pinned
+from trackably.checker.certificate import AllTimes, TrueSignal, Window
 from trackably.condensed import Condensation
 from trackably.explanation import given_values, kept_free, means
 from trackably.files import LEFT_OUT, new_file, path_of
@@ -25,6 +25,7 @@ from trackably.saved import Saved, SavedTightening, Unchecked, checked_within, w
 from trackably.streams.windows import Stream
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
+from trackably.truth import Accuracy, accuracy
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +44,7 @@ class SavedStream(Saved):
     condensed: tuple[Condensation, ...] = field(default=(), metadata={LEFT_OUT: True})
     tightening: SavedTightening | None = field(default=None, metadata={LEFT_OUT: True})
     pinned: tuple[Pinned, ...] = field(default=(), metadata={LEFT_OUT: True})
+    truth: tuple[TrueSignal, ...] | None = field(default=None, metadata={LEFT_OUT: True})
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -53,6 +55,10 @@ class SavedStream(Saved):
     @property
     def reference(self) -> Reference:
         return self.learned
+
+    @property
+    def values(self) -> tuple[Pinned, ...]:
+        return self.pinned
 
     @property
     def stream(self) -> Stream:
@@ -127,6 +133,7 @@ class StreamReference(ProvedReference):
             self.condensed,
             tightening,
             stream.pinned,
+            self.certificate.truth or None,
         )
         saved.write(new_file("save", path))
 
@@ -142,18 +149,16 @@ class StreamReference(ProvedReference):
     def load(cls, path: Path | str, seconds: float | None = None) -> Self | Unchecked[Self]:
         """The inverse of `save`: what is read is proved again, and checked, as `TrackableReference.load` does."""
         saved = SavedStream.read(path := path_of("load", path))
-        return checked_within(
-            seconds,
-            path,
-            lambda: cls(
-                saved.learned,
-                found_or_raise(saved.proof()),
-                saved.stream,
-                saved.condensed,
-                saved.computed_tightening,
-                found_or_raise(prove_pinned(saved.learned, saved.pinned)),
-            ),
-        )
+
+        def check() -> Self:
+            certificate, pinned = found_or_raise(saved.proofs())
+            return cls(saved.learned, certificate, saved.stream, saved.condensed, saved.computed_tightening, pinned)
+
+        return checked_within(seconds, path, check)
+
+    def accuracy(self, name: str | None = None) -> Accuracy:
+        """Return error bounds of the state `name`, as `TrackableReference.accuracy`. ValueError: it has no `truth`."""
+        return accuracy(self.certificate, name)
 
     @cached_property
     def misfits(self) -> tuple[Misfit, ...]:

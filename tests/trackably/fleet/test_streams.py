@@ -5,7 +5,7 @@ import pytest
 
 from tests.trackably.fleet.recordings import KERNEL, PLANT
 from tests.trackably.fleet.test_learn_many import contents, written
-from trackably import Fleet, Proved, Samples, check, learn_many, learn_stream
+from trackably import Fleet, Proved, Samples, Truth, check, learn_many, learn_stream
 from trackably.errors import InputError
 
 TIMES = 0.02 * np.arange(70)
@@ -28,6 +28,12 @@ def test_each_recording_is_a_stream_that_is_proved_and_loaded(tmp_path):
     assert [key for key in fleet.columns() if "misfit" in key] == ["misfit [state]"]
     with pytest.raises(InputError, match=r"call fleet\.stream\('run 0'\)"):
         fleet.reference("run 0")
+
+
+def test_each_certificate_speaks_of_the_true_signal(tmp_path):
+    """|f'| ≤ 0.3 · 4 = 1.2."""
+    learned(tmp_path, 1, truth=Truth(noise=0.05, slope=1.25))
+    assert "The true signal: every f with" in check(tmp_path / "run 0" / "certificate.json").statement
 
 
 def test_nothing_is_done_twice_and_two_workers_write_the_same_bytes(tmp_path):

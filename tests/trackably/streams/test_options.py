@@ -11,12 +11,14 @@ from tests.trackably.plants import AXIS
 from trackably import (
     ConstrainedSystem,
     Matern52,
+    ModelError,
     NotTrackableError,
     Polytope,
     Proved,
     Samples,
     SquaredExponential,
     StreamReference,
+    Truth,
     Zonotope,
     check,
     learn_stream,
@@ -35,6 +37,8 @@ OPTIONS = {
     "margin": {"margin": 0.05},
     "pushed": {"disturbance": PUSHED},
     "measured with noise": {"disturbance": PUSHED, "measurement_noise": NOISE, "feedback": [[-15.0, -7.0]]},
+    "wrong model": {"model_error": ModelError.intervals(AXIS.system, {("velocity", "force"): (0.0495, 0.0505)})},
+    "true signal": {"truth": Truth(noise=0.08, slope=1.0)},
 }
 learn = partial(learn_stream, Samples(TIMES, MOVED), AXIS, SquaredExponential(0.6, 0.9), window=8.0, noise_std=0.02)
 
@@ -58,7 +62,23 @@ def test_the_checker_proves_what_is_saved_and_loaded(name, tmp_path):
     assert file.read_bytes() == again.read_bytes()
     verdict = check(file)
     assert isinstance(verdict, Proved)
-    assert ("every sequence" in verdict.statement or "w(k)" in verdict.statement) == ("disturbance" in OPTIONS[name])
+    pushed = "every sequence" in verdict.statement or "w(k)" in verdict.statement
+    assert pushed == bool(OPTIONS[name].keys() & {"disturbance", "model_error"})
+    assert ("convex hull of A = " in verdict.statement) == ("model_error" in OPTIONS[name])
+    assert ("The true signal: every f with" in verdict.statement) == ("truth" in OPTIONS[name])
+
+
+def test_no_possible_signal_is_further_away_than_the_certificate_says():
+    """The samples' own signal is one: they were drawn about it, within the bound of the noise."""
+    reference, t = learned("true signal"), np.linspace(TIMES[0], TIMES[-1], 3001)
+    true = -0.45 + 0.62 * np.sin(1.1 * t + np.sin(0.4 * t))
+    assert np.max(np.abs(np.gradient(true, t))) < 1.0
+    off = float(np.max(np.abs(reference(t)[:, 0] - true)))
+    found = reference.accuracy("position")
+    assert 0.02 < off <= found.error < 0.21
+    assert found.radius <= found.error
+    with pytest.raises(ValueError, match="no truth was given of velocity"):
+        reference.accuracy("velocity")
 
 
 @pytest.mark.parametrize("name", ["pushed", "measured with noise"])

@@ -17,12 +17,9 @@ from trackably.learning.problem import ConstrainedProblem
 from trackably.systems.trajectories import Signals
 
 _MAX_ROUNDS = 40
-# Rough functions touch a bound at ever more times. Where many rows take long, beyond many places those only close to a
-# bound are left out; beyond the largest number, the exchange ends, and a larger back-off has to remove the violations.
 _MANY_PLACES, _MOST_PLACES = 1000, 1500
-MANY_BENDS, _MORE_BENDS = 500, 1.5  # active places, and times the places that an exchange begins with
-_MANY_MET = 3.0  # times the places that an exchange begins with, where a far step in θ meets bounds everywhere
-_MORE = 1.1  # times the places that an exchange begins with, where these are more
+MANY_BENDS = 500  # active places
+_MORE, _MORE_BENDS, _MANY_MET = 1.1, 1.5, 3.0  # times the places that an exchange begins with
 CROWD = 800  # active places; beyond, a larger back-off is used instead of more places
 _CROWDED = 100  # violated places; so many are neighbours along stretches of an active bound
 _MATTERS = 1e-5  # relative to a width: with so many places, a larger back-off removes smaller violations
@@ -30,6 +27,31 @@ _KEPT = 0.9  # correlation between neighbouring places, between which a function
 _SAME_TIME = 3e-4  # relative to a correlation time: between closer places a bound cannot be violated by much
 _JUMPED = 0.1  # relative to a width: with larger violations between places, formulas are in another local minimum
 _NO_GAIN = 1e-9  # relative to the price: if it rises by less, violations are not worth another program
+
+
+@dataclass(frozen=True)
+class _Limits:
+    """Numbers of places at which an exchange changes its course, as rough functions touch a bound at ever more times.
+
+    Beyond `many`, places that are only close to a bound are left out. Beyond `most`, the exchange ends, and a larger
+    back-off has to remove the violations. With a ceiling, it also ends where more than `bends` are active, or `met`:
+    a far step in θ meets bounds everywhere.
+    """
+
+    many: float = np.inf
+    most: float = np.inf
+    bends: float = np.inf
+    met: float = np.inf
+
+    @classmethod
+    def of(cls, problem: ConstrainedProblem, posterior: JointPosterior, begun: int) -> "_Limits":
+        """Return the limits for an exchange that begins with so many places; none where many rows take little time."""
+        is_convex = is_linear(problem)
+        if is_convex and not problem.pins and has_system(posterior, _MOST_PLACES):
+            return cls()
+        bends = max(MANY_BENDS, _MORE_BENDS * begun)
+        met = max(MANY_BENDS, _MANY_MET * begun) if is_convex else np.inf  # with formulas, all places are kept
+        return cls(_MANY_PLACES, max(_MOST_PLACES, _MORE * begun), bends, met)
 
 
 @dataclass(frozen=True)
@@ -73,11 +95,7 @@ def exchange_bounds(
     apart: tuple[float, ...] = ()
     is_thinned = is_close = False
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
-    is_rough = not _is_smooth(problem)
-    begun = _count(places)
-    takes_long = not (is_convex and not problem.pins and has_system(posterior, _MOST_PLACES))
-    most = max(_MOST_PLACES, _MORE * begun)
-    bends = max(MANY_BENDS, _MORE_BENDS * begun)
+    is_rough, limits = not _is_smooth(problem), _Limits.of(problem, posterior, _count(places))
     if not is_convex:  # places of other hyperparameters may be too far apart for these
         places = with_regular(problem, posterior, places)
     for count in range(1, _MAX_ROUNDS + 1):
@@ -101,15 +119,13 @@ def exchange_bounds(
             kept_free = min(constraint.backoff for constraint in problem.constraints)
             minima = seen.thinned(minima, places, apart, max(tolerance / 2, _MATTERS - kept_free, 0.0))
         met = merge(kept if is_convex else places, at_steps(problem, seen.places(minima), places, same), same)
-        if takes_long and _count(met) > _MANY_PLACES:
+        if _count(met) > limits.many:
             met = merge(kept, at_steps(problem, seen.places(_broken(minima)), places, same), same)
         best = ExchangeResult(bent, met, kept, margin, constraint, time, count)
-        is_far = is_convex and _count(met) > max(MANY_BENDS, _MANY_MET * begun)  # with formulas, all places are kept
-        is_worse = takes_long and ceiling < np.inf and (_count(kept) > bends or is_far)
+        is_worse = ceiling < np.inf and (_count(kept) > limits.bends or _count(met) > limits.met)
         if margin >= -tolerance or bent.contradicts or price > ceiling or is_worse or is_same(met, places):
             return best
-        is_small = _count(met) > _MANY_PLACES and margin >= -_MATTERS
-        is_crowd = takes_long and (is_small or _count(met) > most)
+        is_crowd = _count(met) > limits.most or (_count(met) > limits.many and margin >= -_MATTERS)
         if (is_stuck and (was_close or not is_rough) and not was_thinned) or is_crowd:
             return best
         places = met
