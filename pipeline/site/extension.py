@@ -2,6 +2,7 @@
 
 import pkgutil
 import re
+from functools import cache
 from html import escape
 from importlib import import_module
 from typing import Any
@@ -38,6 +39,7 @@ def known(tex: str) -> str:
     return " ".join(tex.split()).replace(r"\neqq", r"\neq")
 
 
+@cache
 def drawing(tex: str) -> str:
     """Return a formula as SVG in the colour of the text, as high as the text. ValueError: it cannot be read."""
     text, font = f"${known(tex)}$", FontProperties(family="serif", size=_SIZE, math_fontfamily="cm")

@@ -149,12 +149,12 @@ class StreamReference(ProvedReference):
     def load(cls, path: Path | str, seconds: float | None = None) -> Self | Unchecked[Self]:
         """The inverse of `save`: what is read is proved again, and checked, as `TrackableReference.load` does."""
         saved = SavedStream.read(path := path_of("load", path))
+        return checked_within(seconds, path, lambda: cls._proved_again(saved))
 
-        def check() -> Self:
-            certificate, pinned = found_or_raise(saved.proofs())
-            return cls(saved.learned, certificate, saved.stream, saved.condensed, saved.computed_tightening, pinned)
-
-        return checked_within(seconds, path, check)
+    @classmethod
+    def _proved_again(cls, saved: SavedStream) -> Self:
+        certificate, pinned = found_or_raise(saved.proofs())
+        return cls(saved.learned, certificate, saved.stream, saved.condensed, saved.computed_tightening, pinned)
 
     def accuracy(self, name: str | None = None) -> Accuracy:
         """Return error bounds of the state `name`, as `TrackableReference.accuracy`. ValueError: it has no `truth`."""

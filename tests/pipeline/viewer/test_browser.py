@@ -11,8 +11,8 @@ from tests.project import ROOT
 
 def test_logs_open_with_their_layout() -> None:
     """Of one that has a scene beside its plots; `test_scene.py` has what all logs have to show."""
-    results, viewer = Results("vehicle", ROOT / "data" / "results"), browser.viewer()
-    served = shown(load_experiment("vehicle", ROOT / "params.yaml"), results, viewer)
+    results, viewer = Results("mobile-robot", ROOT / "data" / "results"), browser.viewer()
+    served = shown(load_experiment("mobile-robot", ROOT / "params.yaml"), results, viewer)
     with serving(served) as address, browser.opened() as page:
         complaints = browser.complaints(page, address)
         page.goto(address)

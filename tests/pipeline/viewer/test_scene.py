@@ -2,6 +2,7 @@
 
 import importlib
 import re
+from functools import cache
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -41,9 +42,14 @@ def results_of(name: str) -> Results:
     return Results(name, ROOT / "data" / "results")
 
 
+@cache
+def logged(name: str) -> dict[str, Topic]:
+    return topics_of(results_of(name))
+
+
 def layout_for(name: str) -> dict[str, Any]:
     plant = EXPERIMENTS[name].plant
-    return layout_of(plant, topics_of(results_of(name)), plane_of(plant, EXPERIMENTS[name].plane))
+    return layout_of(plant, logged(name), plane_of(plant, EXPERIMENTS[name].plane))
 
 
 def panels(layout: dict[str, Any], kind: str) -> list[dict[str, Any]]:
@@ -64,7 +70,7 @@ def leaves(tree: Any) -> list[str]:
 
 @BY_NAME
 def test_every_topic_is_shown_and_no_other_and_every_panel_has_one_place(name: str) -> None:
-    found, layout = topics_of(results_of(name)), layout_for(name)
+    found, layout = logged(name), layout_for(name)
     scenes = {topic for config in panels(layout, "3D") for topic in config["topics"]}
     shown = {topic for topic, _ in paths(layout)} | scenes
     shown |= {config["topicToRender"] for config in panels(layout, "RosOut")}

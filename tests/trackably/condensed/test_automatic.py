@@ -67,16 +67,16 @@ def differs(learned: JointPosterior, samples: Samples) -> tuple[float, float]:
     ids=str,
 )
 def test_of_known_hyperparameters(kernel: Kernel, speed: float):
-    samples = drawn(2200, speed)
-    found = learn_reference(samples, CART, kernel, (0.0, 200.0), noise_std=NOISE, mean=MEAN)
+    samples = drawn(1200, speed)
+    found = learn_reference(samples, CART, kernel, (0.0, 100.0), noise_std=NOISE, mean=MEAN)
     in_l, apart = differs(JointPosterior(found.prior, found.samples), samples)
     assert abs(in_l) <= OF_L
     assert apart <= OF_NOISE
 
 
 def test_of_learned_hyperparameters():
-    samples = drawn(2200, 0.3)
-    found = learn_reference(samples, CART, Matern32(), (0.0, 200.0), noise_std=(0.01, 0.2), mean=MEAN, starts=2)
+    samples = drawn(1200, 0.3)
+    found = learn_reference(samples, CART, Matern32(), (0.0, 100.0), noise_std=(0.01, 0.2), mean=MEAN, starts=2)
     in_l, apart = differs(JointPosterior(found.prior, found.samples), samples)
     assert abs(in_l) <= OF_L
     assert apart <= OF_NOISE
@@ -92,7 +92,7 @@ def test_of_streams(kernel: Kernel):
 
 
 def test_samples_to_learn_hyperparameters_from_are_as_many_as_these_need():
-    samples, few = drawn(2200, 0.3), drawn(60, 0.3)
+    samples, few = drawn(1200, 0.3), drawn(60, 0.3)
     asked = {"claim": (0.0, 5.0), "noise_std": (0.01, 0.2), "mean": MEAN, "starts": 2, "learn_from": samples}
     one, other = (learn_reference(few, CART, Matern32(), **asked, centres=given) for given in ("auto", None))
     assert one.hyperparameters == pytest.approx(other.hyperparameters, rel=0.02)
@@ -106,7 +106,7 @@ def test_more_centres_are_learned_from_where_fewer_ended(monkeypatch):
         begun.append((sum(map(len, of)), last is not None))
         return right(of, *others, last=last, **options)
 
-    samples = drawn(700, 0.1)
+    samples = drawn(600, 0.1)
     samples = Samples(samples.times, 1.6 * samples.values + 0.3)
     monkeypatch.setattr(learn, "learn_certified", recorded)
     found, anew = (
