@@ -10,6 +10,7 @@ in the tail, with what its formulas need to have values.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import lru_cache
 
 from trackably.checker.certificate import Certificate
 from trackably.checker.formulas import Formula, evaluate, numbers, text
@@ -26,7 +27,6 @@ from trackably.checker.intervals import (
     exact_sum,
     exactly,
     lesser,
-    max_of,
     ratio,
     require,
     require_nonzero,
@@ -211,36 +211,41 @@ def _signal_error(subject: Subject, until: float, signal: Signal) -> Tracked:
     return _interval(SIGN * largest, UNIT * (of_all + of_near + 3 * largest))
 
 
+@lru_cache(maxsize=8)  # a prover asks more than once about the signals that it hands over
 def largest_sums(signal: Signal) -> Decay:
     """Over-estimate Σ_i |c_i| |κ(t − t_i)| for all times t, and the same sum of κ̇.
 
     Few centres are near t, and kernels at the others are small. Times are cut into cells of equal width. Centres within
     one width of t lie in three neighbouring cells, whatever t is: these weigh no more than the `heaviest` three. For
-    them, sizes beyond the width are replaced by larger ones; and so on for half the width.
+    them, sizes beyond the width are replaced by larger ones; and so on for half the width. Weights are added in
+    float64: n positive numbers have n roundings at most, in any order.
     """
     first = Fraction(min(signal.centres))
     width = (Fraction(max(signal.centres)) - first) / 2**_HALVINGS
-    cells, (size, slope) = dict[int, Real](), signal.kernel.peak
+    cells = dict[int, float]()
     for t, c in zip(signal.centres, signal.weights, strict=True):
         tick()
         cell = int((Fraction(t) - first) // width) if width else 0
-        cells[cell] = cells.get(cell, ZERO) + abs(exactly(c))
-    of_size = of_slope = ZERO
+        cells[cell] = cells.get(cell, 0.0) + abs(c)
+    widest = dict[float, Fraction]()  # of the widths with the same heaviest cells the largest, which says most
     for _ in range(_HALVINGS):
         tick()
-        heaviest = ZERO
+        heaviest = max(own + cells.get(cell + 1, 0.0) + cells.get(cell + 2, 0.0) for cell, own in cells.items())
+        widest[heaviest] = width
+        wider = dict[int, float]()
         for cell, own in cells.items():
-            heaviest = max_of(heaviest, own + cells.get(cell + 1, ZERO) + cells.get(cell + 2, ZERO))
-        beyond = signal.kernel.beyond(ratio(width))
+            wider[cell // 2] = wider.get(cell // 2, 0.0) + own
+        cells, width = wider, 2 * width
+    size, slope = signal.kernel.peak
+    of_size = of_slope = ZERO
+    for heaviest, far in widest.items():
+        beyond = signal.kernel.beyond(ratio(far))
         smaller, flatter = lesser(size, beyond.size), lesser(slope, beyond.slope)
         of_size += heaviest * (size.b - smaller.b)
         of_slope += heaviest * (slope.b - flatter.b)
-        wider = dict[int, Real]()
-        for cell, own in cells.items():
-            wider[cell // 2] = wider.get(cell // 2, ZERO) + own
-        size, slope, cells, width = smaller, flatter, wider, 2 * width
-    weight = total(cells.values())
-    return Decay(of_size + weight * size.b, of_slope + weight * slope.b)
+        size, slope = smaller, flatter
+    weight, grown = sum(cells.values()), 1 + 2 * (len(signal.weights) + 2) * UNIT
+    return Decay(grown * (of_size + weight * size.b), grown * (of_slope + weight * slope.b))
 
 
 def check_sizes(certificate: Certificate, quantities: list[Quantity]) -> str | None:
