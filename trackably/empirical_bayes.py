@@ -53,13 +53,15 @@ class EmpiricalPrior:
     """The `prior` for learning with bounds, and `questions` about intervals that may have been too narrow.
 
     `likeliest` is the posterior without bounds from which means and noise were taken; None if all were given.
-    `with_noise` is the prior in which the noise that is known in `prior` is learned; None if there is none.
+    `with_noise` is the prior in which the noise that is known in `prior` is learned; None if there is none. `minima`
+    are ln θ by name at the local minima of l for these means, best first; none if they are not known.
     """
 
     prior: JointPrior
     questions: tuple[str, ...] = ()
     likeliest: JointPosterior | None = None
     with_noise: JointPrior | None = None
+    minima: tuple[Mapping[str, float], ...] = ()
 
     @property
     def likely(self) -> JointPrior:
@@ -140,8 +142,13 @@ def empirical_prior(
         for own, of, may, low in parts
     )
     together = JointPrior(known, prior.names, prior.shared)
+    minima = (likeliest.log_hyperparameters, *found.others) if means == [part.mean for part in likeliest.parts] else ()
     return EmpiricalPrior(
-        together, tuple(questions), found.posterior, with_noise if known != with_noise.parts else None
+        together,
+        tuple(questions),
+        found.posterior,
+        with_noise if known != with_noise.parts else None,
+        tuple(dict(zip(likeliest.learned, theta.tolist(), strict=True)) for theta in minima),
     )
 
 

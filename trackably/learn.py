@@ -256,7 +256,7 @@ def learn_reference(
             return _beside(None if limited else first.likeliest, found), cost, limited
 
         beside = () if near is None else (partial(learn, *_of_neighbour(near, first)),)
-        learner = learner if near is None else _also_from(near, first, learner)
+        learner = _informed(learner, first, near)
         quick = () if budget is None or not first.prior.learned else _quick(first, measured, starts, learner, learn)
         with _in_time(budget, end):
             (certified, cost, limited), is_whole = _best_of(chain(beside, quick, [partial(learn, first, learner)]))
@@ -304,10 +304,12 @@ def _of_neighbour(near: TrackableReference, first: EmpiricalPrior) -> tuple[Empi
     return held, replace(FUNCTION, solve=partial(learn_function, near=near.fit.solution))
 
 
-def _also_from(near: TrackableReference, first: EmpiricalPrior, learner: Learner) -> Learner:
-    """Return a learner whose search also starts at the hyperparameters of `near`."""
-    theta = np.log([near.prior.hyperparameters[name] for name in first.prior.learned])
-    return replace(learner, solve=partial(learn_jointly, also=(theta,)))
+def _informed(learner: Learner, first: EmpiricalPrior, near: TrackableReference | None) -> Learner:
+    """Return a learner of functions that knows the minima of l, and also starts at the hyperparameters of `near`."""
+    if learner is HYPERPARAMETERS:
+        return learner
+    also = [np.log([of.prior.hyperparameters[name] for name in first.prior.learned]) for of in (near,) if of]
+    return replace(learner, solve=partial(learn_jointly, also=also, minima=first.minima))
 
 
 def _end_of(budget: object) -> float:
@@ -379,7 +381,7 @@ def _quick(
             return
         likely = free.posterior.prior.as_known()
     held = replace(first, likeliest=first.likeliest or JointPosterior(likely, measured.signals), with_noise=None)
-    if learner is JOINT:
+    if learner is not HYPERPARAMETERS:
         theta = likely.hyperparameters
         start = np.log([theta[name] for name in held.prior.learned])
         yield partial(learn, replace(held, prior=likely), FUNCTION)

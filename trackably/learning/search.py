@@ -1,5 +1,6 @@
 """Search for the solution of a problem, constrained or not: choose starts, and restore feasibility if needed."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from trackably.arrays import Array
@@ -29,6 +30,13 @@ def best_solution(
         exchange.follow([*_point(near), *screen(problem, max(_FEWEST_BASINS, problem.space.starts))])
     if exchange.best is None:
         _from_spread_starts(exchange, near, free)
+    return exchange.outcome
+
+
+def solution_from(starts: Sequence[Array], problem: ConstrainedProblem) -> Solution | NoSolution:
+    """Return the best local minimum found from these ln θ, each of shape (p,)."""
+    exchange = Exchange(problem)
+    exchange.together(starts)
     return exchange.outcome
 
 

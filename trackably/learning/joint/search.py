@@ -6,7 +6,7 @@ it lowers J with bounds at all times; otherwise the places that it has shown are
 The starts are the minima of the likelihood, and the minimum with hyperparameters alone.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,7 +35,7 @@ from trackably.learning.problem import (
     Solution,
     UnmetBounds,
 )
-from trackably.learning.search import best_solution, better_solution
+from trackably.learning.search import best_solution, better_solution, solution_from
 from trackably.learning.search import continued as continued_alone
 from trackably.systems.trajectories import Signals
 
@@ -388,14 +388,17 @@ _MANY_SAMPLES = 200  # with more, the search over θ alone takes longer than tha
 _TOLD = 4  # largest number of contradicting bounds in an explanation
 
 
-def learn_jointly(problem: ConstrainedProblem, also: Sequence[Array] = ()) -> Solution | NoSolution:
+def learn_jointly(
+    problem: ConstrainedProblem, also: Sequence[Array] = (), minima: Sequence[Mapping[str, float]] = ()
+) -> Solution | NoSolution:
     """Return the best local minimum of J = l + D that keeps every bound at all times, or the reason why there is none.
 
     Starts are the minima of the likelihood, the ln θ in `also`, and the minimum over θ alone (the paper's problem, in
     which D = 0), so that J is never larger than there. If no start leads to a function, which may happen with formulas,
-    the minimum over θ alone is returned, which has no active bounds. Deterministic.
+    the minimum over θ alone is returned, which has no active bounds. Where the `minima` of the likelihood are nearly
+    known, as ln θ by name, they are not searched again. Deterministic.
     """
-    free = best_solution(ConstrainedProblem(problem.samples, problem.prior, problem.space))
+    free = _without_bounds(problem, minima)
     if not isinstance(free, Solution):
         return free
     search = JointSearch(problem)
@@ -416,6 +419,16 @@ def learn_jointly(problem: ConstrainedProblem, also: Sequence[Array] = ()) -> So
     if search.closest is not None:
         return _no_solution(problem, search.closest)
     return NoFunction(problem.pins) if problem.pins or alone is None else alone
+
+
+def _without_bounds(problem: ConstrainedProblem, minima: Sequence[Mapping[str, float]]) -> Solution | NoSolution:
+    """Return the minimum of l, from its known `minima` if they have all hyperparameters that are learned."""
+    free, names = ConstrainedProblem(problem.samples, problem.prior, problem.space), problem.prior.learned
+    if names and minima and minima[0].keys() >= {*names}:
+        found = solution_from([np.array([theta[name] for name in names]) for theta in minima], free)
+        if isinstance(found, Solution):
+            return found
+    return best_solution(free)
 
 
 def learn_from(starts: Sequence[Array], problem: ConstrainedProblem) -> Solution | NoSolution:
