@@ -44,5 +44,5 @@ def test_what_is_learned_is_what_a_second_search_finds(monkeypatch, kernel, clai
 def test_minima_without_all_hyperparameters_are_no_start():
     prior = JointPrior((Prior(Matern52(), mean=-0.4),))
     problem = ConstrainedProblem((SWUNG,), prior, SearchSpace.around((SWUNG,), prior, 2))
-    some = [{name: 0.0 for name in prior.learned[:-1]}]
+    some = [dict.fromkeys(prior.learned[:-1], 0.0)]
     assert learn_jointly(problem, minima=some).objective == learn_jointly(problem).objective
