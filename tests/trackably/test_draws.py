@@ -57,7 +57,8 @@ def test_every_draw_keeps_the_bounds_and_is_a_way_the_system_can_go():
     assert np.min(sets.input_set.margin(inputs)) >= 0
     np.testing.assert_allclose(sets.system.successor(states[:, :-1], inputs[:, :-1]), states[:, 1:], atol=1e-6)
     off = states[:, WITHIN[::10], 0] - example1().samples[0].values
-    assert np.max(np.abs(np.mean(off, axis=0))) < 0.01
+    by_chance = 4 * np.std(off, axis=0) / np.sqrt(400)
+    assert np.all(np.abs(np.mean(off, axis=0)) < 0.01 + by_chance)
 
 
 def test_bands_of_example_1_hold_the_truth_and_stay_within_bounds():

@@ -31,7 +31,6 @@ from trackably.certificates.form import encode_certificate
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.pinned import Pinned, coordinates
 from trackably.learning.joint.search import learn_jointly
-from trackably.learning.learner import JOINT
 from trackably.learning.problem import UnmetBounds
 
 KNOWN = SquaredExponential(0.5, 0.6)
@@ -137,8 +136,11 @@ def test_what_contradicts_the_bounds_between_steps_is_no_reference():
 
 def test_values_that_are_not_met_are_no_reference(monkeypatch):
     """A planted fault: a learner that forgets them."""
-    forgetful = replace(JOINT, solve=lambda problem: learn_jointly(replace(problem, pins=())))
-    monkeypatch.setitem(learning._LEARNERS, "joint", forgetful)
+
+    def forgetful(problem, **known):
+        return learn_jointly(replace(problem, pins=()), **known)
+
+    monkeypatch.setattr(learning, "learn_jointly", forgetful)
     with pytest.raises(NotTrackableError, match="the position certainly breaks") as raised:
         learned({0.0: {"position": -0.5}})
     assert isinstance(raised.value.outcome, Counterexample)
