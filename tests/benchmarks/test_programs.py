@@ -38,11 +38,17 @@ def test_no_function_within_the_bounds_costs_less_by_more_than_the_gap(kernel: s
     assert np.isfinite(energy)
 
 
-def test_a_rough_function_on_its_bounds_is_found_for_known_hyperparameters() -> None:
-    """It takes more than a thousand active places: small violations are left to a larger back-off."""
-    wanted = "breathing, |v| ≤ 5", "Matérn 3/2", 300
+@pytest.mark.parametrize(
+    ("speed", "count", "log_theta"),
+    [(5, 300, (1.4764, 0.5822, 0.4167)), (5, 1200, (1.75479, 1.39060, 0.44995))],
+)
+def test_rough_functions_on_their_bounds_are_found_for_known_hyperparameters(
+    speed: int, count: int, log_theta: tuple[float, ...]
+) -> None:
+    """They take more than a thousand active places: small violations are left to a larger back-off."""
+    wanted = f"breathing, |v| ≤ {speed}", "Matérn 3/2", count
     (problem,) = (each for each in problems() if (each.name, each.kernel, len(each.samples)) == wanted)
-    signal, length, noise = np.exp([1.4764, 0.5822, 0.4167])
+    signal, length, noise = np.exp(log_theta)
     known = problem.task.with_known(JointPrior((Prior(Matern32(signal, length), noise, 0.0),)))
     found = known.learned(FUNCTION)
     beside = likeliest(problem.samples, known.prior.parts[0], problem.values, problem.slopes)
