@@ -47,7 +47,7 @@ from trackably.fit import Fit as TrackableFit
 from trackably.gp.joint import JointPosterior, period_of
 from trackably.gp.samples import Samples
 from trackably.learning.problem import NoSolution, Solution
-from trackably.progress.bar import progress_bar
+from trackably.progress import progress_bar
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
 

@@ -17,11 +17,10 @@ from pipeline.published.scalar import is_scalar, state_and_input
 from pipeline.storage.archive import Sampled, write_margins
 from pipeline.storage.results import Results, to_csv
 from trackably.arrays import Array
-from trackably.certificates.certificate import Certificate
+from trackably.certificates.certificate import Certificate, robust_of
 from trackably.certificates.judge import accepted_file, judge
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import Outcome
-from trackably.certificates.robust import robust_of
 from trackably.errors import NoReferenceError
 from trackably.files import write_atomically, write_json, write_text
 from trackably.learning.problem import ActiveBound

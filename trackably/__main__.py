@@ -15,7 +15,7 @@ from trackably.checker.__main__ import INTERRUPTED, UNUSABLE, report
 from trackably.checking import check
 from trackably.errors import InputError
 from trackably.files import write_text
-from trackably.progress.bar import LOG
+from trackably.progress import LOG
 from trackably.theorem import SILENT, theorem
 
 _CODES = """Exit codes: 0 FILE is proved, and what it proves is printed; 1 a step of the proof fails; 2 FILE cannot be

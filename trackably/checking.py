@@ -13,7 +13,7 @@ from trackably.checker.limits import BYTES
 from trackably.checker.watch import ProgressLine
 from trackably.errors import InputError, NoReferenceError
 from trackably.files import from_json, path_of, read_bytes
-from trackably.progress.bar import Messages
+from trackably.progress import Messages
 
 
 def check(certificate: Path | str | Mapping[str, object], seconds: float | None = None, exact: bool = False) -> Verdict:

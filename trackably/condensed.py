@@ -26,7 +26,7 @@ from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.posterior import IllConditioned, Posterior
 from trackably.gp.prior import Prior
-from trackably.gp.samples import Samples, Scatter
+from trackably.gp.samples import ResidualStatistics, Samples
 from trackably.gp.stencil import Stencils
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.sampling import sampled_signals
@@ -43,7 +43,7 @@ class Condensed(NamedTuple):
     times: Array
     values: Array
     relative_noise: Array
-    scatter: Scatter
+    scatter: ResidualStatistics
 
 
 def condensed_bin(times: Array, values: Array, relative_noise: Array) -> Condensed:
@@ -53,7 +53,7 @@ def condensed_bin(times: Array, values: Array, relative_noise: Array) -> Condens
     The nodes are the eigenvalues of Qᵀ diag(t) Q, the Jacobi matrix (Golub and Welsch, 1969).
     """
     if len(times) <= NODES:
-        return Condensed(times, values, relative_noise, Scatter())
+        return Condensed(times, values, relative_noise, ResidualStatistics())
     middle, half = (times[0] + times[-1]) / 2, (times[-1] - times[0]) / 2
     x, root = (times - middle) / half, 1 / relative_noise
     q, _ = np.linalg.qr(root[:, None] * np.polynomial.legendre.legvander(x, NODES - 1))
@@ -63,7 +63,7 @@ def condensed_bin(times: Array, values: Array, relative_noise: Array) -> Condens
     along = (root * values) @ at_nodes
     left = root * values - at_nodes @ along
     scale = 2 * float(np.sum(np.log(relative_noise)) + np.sum(np.log(np.abs(root_of_mass))))
-    scatter = Scatter(len(times) - NODES, float(left @ left), scale)
+    scatter = ResidualStatistics(len(times) - NODES, float(left @ left), scale)
     return Condensed(middle + half * nodes, along / root_of_mass, 1 / np.abs(root_of_mass), scatter)
 
 
@@ -190,7 +190,7 @@ def _bin(samples: Samples, of: slice) -> Condensed:
     return condensed_bin(samples.times[of], samples.values[of], samples.relative_noise[of])
 
 
-def _mean_square(scatter: Scatter) -> float:
+def _mean_square(scatter: ResidualStatistics) -> float:
     return scatter.squares / max(scatter.count, 1)
 
 

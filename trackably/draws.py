@@ -52,7 +52,7 @@ class StepNormal:
 
     @cached_property
     def rows(self) -> Rows:
-        """The derivatives of each state and input by the signals, as p S rows, step by step for each of them.
+        """The p states and inputs at S steps, linearised in the signals: p S rows, first all steps of the first state.
 
         Weights are NaN or infinite where an input has no derivative.
         """

@@ -20,7 +20,7 @@ from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import NOISE, Prior
-from trackably.gp.samples import Samples, Scatter
+from trackably.gp.samples import ResidualStatistics, Samples
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
@@ -218,7 +218,9 @@ def _noise_alone(posterior: Posterior) -> float | None:
     if near > _UNRELATED * same:
         return None
     off = (samples.values - samples.stencil.at_rest(prior.mean)) / samples.relative_noise
-    alone = samples.scatter + Scatter(len(off), float(off @ off), float(np.sum(np.log(samples.relative_variance))))
+    alone = samples.scatter + ResidualStatistics(
+        len(off), float(off @ off), float(np.sum(np.log(samples.relative_variance)))
+    )
     noise_std = float(np.sqrt(alone.squares / alone.count))
     if not noise_std:
         return None

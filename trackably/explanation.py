@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from trackably.arrays import Array, Flags
-from trackably.certificates.pinned import Pinned
+from trackably.certificates.waypoint import Waypoint
 from trackably.fit import Fit, Misfit
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
@@ -53,7 +53,7 @@ def kept_free(tightening: Tightening | None) -> str | None:
     return f"{tightening.margin:g} of each width is kept free at either bound"
 
 
-def given_values(pinned: Sequence[Pinned]) -> list[str]:
+def given_values(pinned: Sequence[Waypoint]) -> list[str]:
     """Return the given values as sentences; of many times, the first ones, the number of omitted ones, and the last."""
     said = list(map(str, pinned))
     left_out = len(said) - _SHOWN

@@ -17,7 +17,7 @@ from trackably.arrays import Array, Flags
 from trackably.certificates.form import as_written
 from trackably.certificates.judge import judge_contradiction
 from trackably.certificates.outcome import Impossible, InfeasibleTightening
-from trackably.certificates.pinned import WINDOW, Pinned, extent
+from trackably.certificates.waypoint import WINDOW, Waypoint, extent
 from trackably.checker import subject
 from trackably.checker.certificate import Claim
 from trackably.checker.contradiction import FORMAT, VERSION, Contradiction, Gap, Value, wanted_boxes
@@ -113,7 +113,7 @@ class Steps:
         return self.start + step * self.plant.sampling_time
 
 
-def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Pinned]) -> Iterator[Steps]:
+def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Waypoint]) -> Iterator[Steps]:
     """Yield the claimed steps for each set of waypoints that are whole steps apart.
 
     Without waypoints, all from the start.
@@ -138,8 +138,8 @@ def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Pinned]) -
         yield Steps(plant, start - early * step, count, values)
 
 
-def _link(pinned: list[Pinned], step: float) -> list[list[Pinned]]:
-    found: list[list[Pinned]] = []
+def _link(pinned: list[Waypoint], step: float) -> list[list[Waypoint]]:
+    found: list[list[Waypoint]] = []
     for one in pinned:
         for others in found:
             steps = (one.time - others[0].time) / step
@@ -271,7 +271,7 @@ _PARTS = (1 - 1e-9, 1 - 1e-6, 1 - 1e-3, 0.9, 0.5, 0.1)
 def impossible(
     plant: ConstrainedSystem,
     claim: Claim,
-    pinned: Sequence[Pinned],
+    pinned: Sequence[Waypoint],
     means: Sequence[float],
     tightening: Tightening | None = None,
 ) -> Impossible | InfeasibleTightening | None:
@@ -294,7 +294,7 @@ def impossible(
 
 
 def _of_bounds(
-    plant: ConstrainedSystem, claim: Claim, pinned: Sequence[Pinned], means: Sequence[float]
+    plant: ConstrainedSystem, claim: Claim, pinned: Sequence[Waypoint], means: Sequence[float]
 ) -> Impossible | None:
     is_linear = isinstance(plant.system, LinearSystem)
     if plant.moves:

@@ -14,7 +14,7 @@ from typing import Self
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.certificates.pinned import Pinned
+from trackably.certificates.waypoint import Waypoint
 from trackably.condensed import Condensation
 from trackably.files import LEFT_OUT
 from trackably.gp.hyperparameter import Learned
@@ -183,7 +183,7 @@ class Fit:
     objective: float
     moved: Method  # `method`, under the name that saved references have for it
     active_bounds: tuple[ActiveBound, ...]
-    pinned: tuple[Pinned, ...]
+    pinned: tuple[Waypoint, ...]
     condensed: tuple[Condensation, ...] = field(default=(), metadata={LEFT_OUT: True})
     limited: tuple[str, ...] = field(default=(), metadata={LEFT_OUT: True})
     budget: float | None = field(default=None, metadata={LEFT_OUT: True})
@@ -195,7 +195,7 @@ class Fit:
         reference: Reference,
         solution: Solution,
         unconstrained: JointPosterior,
-        pinned: tuple[Pinned, ...],
+        pinned: tuple[Waypoint, ...],
         condensed: tuple[Condensation, ...] = (),
         limited: tuple[str, ...] = (),
         budget: float | None = None,

@@ -23,7 +23,7 @@ _BEYOND = 10.0  # widths of the bounds: most samples lie this far outside
 _MOST = 0.75  # part of the samples that counts as most of them
 
 
-def ask(questions: Iterable[str], frames: int) -> None:
+def warn_about(questions: Iterable[str], frames: int) -> None:
     """Warn with each of `questions`; the user's call, to which the warning points, is `frames` stack frames up."""
     for question in questions:
         warnings.warn(question, DoubtfulInputWarning, stacklevel=frames + 1)

@@ -14,13 +14,13 @@ import numpy as np
 
 from trackably.arguments import instance, real
 from trackably.arrays import ArrayLike
+from trackably.certificates.certificate import robust_of
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.claim import Written, as_claim
 from trackably.certificates.goal import goal_for
 from trackably.certificates.judge import NotTrackableError, found_or_raise
-from trackably.certificates.pinned import prove_pinned
 from trackably.certificates.prove import Failure
-from trackably.certificates.robust import robust_of
+from trackably.certificates.waypoint import prove_waypoints
 from trackably.checker.certificate import AllPhases
 from trackably.condensed import Centres, Condensation
 from trackably.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, levels, split_means
@@ -30,24 +30,24 @@ from trackably.fit import Fit
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.samples import Samples
-from trackably.input_warnings import ask, doubts
+from trackably.input_warnings import doubts, warn_about
 from trackably.learning.joint.search import learn_from as learn_from_starts
 from trackably.learning.joint.search import learn_function, learn_jointly
 from trackably.learning.learner import FUNCTION, HYPERPARAMETERS, JOINT, Learner
-from trackably.learning.prior import prior_for
 from trackably.learning.problem import ConstrainedProblem, Method, NoSolution, OutOfTime, Solution
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
-from trackably.progress.bar import progress_bar
-from trackably.progress.work import BudgetEnded, until
+from trackably.progress import progress_bar
 from trackably.reference import TrackableReference
 from trackably.request import Measurements, Noise, SamplesLike, quantities_at_rest, refuse_mean
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError
+from trackably.systems.sampling import prior_for
 from trackably.systems.tightening import tighten_plant
 from trackably.threads import one_blas_thread
 from trackably.truth import Tolerance, TruthLike, true_signals, with_truth
 from trackably.waypoints import Waypoints, waypoints
+from trackably.work import BudgetEnded, until
 
 Found = tuple[Certified, tuple[Condensation, ...], tuple[str, ...]]
 """The certified reference, the cost of having fewer centres than samples, and length scales that left their search."""
@@ -219,12 +219,12 @@ def learn_reference(
     shared = frozenset({"period"}) if isinstance(claim, AllPhases) and len(measured.names) > 1 else frozenset[str]()
     prior = prior_for(plant, measured.priors(kernel, level), shared)
     goal = goal_for(claim, measured.signals, prior, plant)
-    ask(doubts(claim, measured.given, plant), _CALLER)
+    warn_about(doubts(claim, measured.given, plant), _CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     others = measured if learn_from is None else measured.others("learn_from", learn_from)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
     at_rest, keep = quantities_at_rest(claim, plant), learn_from is not None
-    pins = tuple(pin for values in pinned for pin in values.pins(plant))
+    required = tuple(value for at in pinned for value in at.required_values(plant))
 
     def beforehand(of: tuple[Samples, ...], _: EmpiricalPrior | None) -> EmpiricalPrior:
         ends = levels(between, measured.names, of)
@@ -234,7 +234,7 @@ def learn_reference(
         with _in_time(budget, end):
             first, _ = others.learn_enough(beforehand, lambda found: found.likely)
             measured, _ = measured.enough_for(first.likely)
-        ask(first.questions, _CALLER)
+        warn_about(first.questions, _CALLER)
         refuse_mean(claim, first.prior, plant, tightening)
 
         def learn(first: EmpiricalPrior, learner: Learner, starts: int = starts) -> Found:
@@ -243,7 +243,7 @@ def learn_reference(
             ) -> Certified | NoSolution | Failure:
                 space = SearchSpace.around(measured.signals, prior, starts)
                 last = before.solution if before and before.is_with(prior) else None
-                return learn_certified(of, prior, plant, space, goal, learner=learner, pins=pins, last=last)
+                return learn_certified(of, prior, plant, space, goal, learner=learner, required=required, last=last)
 
             found, cost = measured.learn_enough(
                 lambda of, before: found_or_raise(first.best(partial(certified, of, before))),
@@ -261,7 +261,7 @@ def learn_reference(
         with _in_time(budget, end):
             (certified, cost, limited), is_whole = _best_of(chain(beside, quick, [partial(learn, first, learner)]))
         pinned = tuple(at.found(certified.reference) for at in pinned)
-        proofs = found_or_raise(prove_pinned(certified.reference, pinned))
+        proofs = found_or_raise(prove_waypoints(certified.reference, pinned))
         solution, ended = certified.solution, None if is_whole else budget
         assert solution.unconstrained, "it is beside the one without bounds"
         fit = Fit.of(certified.reference, solution, solution.unconstrained, pinned, cost, limited, ended)
@@ -272,7 +272,7 @@ def learn_reference(
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
     noise = noise_question(fit) if method == "joint" else None
     questions = given_too_narrowly(fit), noise, outlying(fit.misfits_to(measured.all_signals))
-    ask(filter(None, questions), _CALLER)
+    warn_about(filter(None, questions), _CALLER)
     return learned
 
 
@@ -376,7 +376,7 @@ def _quick(
     """
     likely = first.likely
     if likely.learned:
-        free = best_solution(_without_bounds(first.prior, measured, starts))
+        free = best_solution(_problem_of_first_samples(first.prior, measured, starts))
         if not isinstance(free, Solution):
             return
         likely = free.posterior.prior.as_known()
@@ -390,7 +390,7 @@ def _quick(
         yield partial(learn, held, learner, starts=1)
 
 
-def _without_bounds(prior: JointPrior, measured: Measurements, starts: int) -> ConstrainedProblem:
+def _problem_of_first_samples(prior: JointPrior, measured: Measurements, starts: int) -> ConstrainedProblem:
     """Return the problem without bounds for the first samples of each name."""
     end = None if any(part.kernel.period is not None for part in prior.parts) else _FIRST
     few = {

@@ -12,9 +12,8 @@ import numpy as np
 from trackably.arguments import numbers, whole
 from trackably.arrays import Array, ArrayLike
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.form import encode_subject
+from trackably.certificates.form import as_subject
 from trackably.certificates.judge import accepted_file, found_or_raise, judge
-from trackably.checker.form import subject_of
 from trackably.exports.proved import Proved, proved_times
 from trackably.files import new_file, path_of, write_atomically
 from trackably.gp.samples import Samples
@@ -289,4 +288,4 @@ class ProvedReference(ExportMixin, ABC):
 
 
 def _fingerprint(reference: Reference) -> str:
-    return subject_of(encode_subject(reference)).fingerprint
+    return as_subject(reference).fingerprint

@@ -14,21 +14,20 @@ import numpy as np
 
 from trackably.arguments import real
 from trackably.arrays import Array
-from trackably.certificates.certificate import Certificate
+from trackably.certificates.certificate import Certificate, robust_of
 from trackably.certificates.form import as_written
-from trackably.certificates.pinned import Pinned, prove_pinned
 from trackably.certificates.prove import Failure, prove, prove_on_window
-from trackably.certificates.robust import robust_of
+from trackably.certificates.waypoint import Waypoint, prove_waypoints
 from trackably.checker.certificate import TrueSignal, Window
 from trackably.errors import InputError
 from trackably.files import LEFT_OUT, read_bytes, write_atomically
 from trackably.fit import Fit
-from trackably.progress.work import BudgetEnded, until
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError, Zonotope
 from trackably.systems.linear import LinearSystem
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening, tightening
+from trackably.work import BudgetEnded, until
 
 T = TypeVar("T")
 
@@ -86,7 +85,7 @@ class Saved(ABC):
 
     @property
     @abstractmethod
-    def values(self) -> tuple[Pinned, ...]:
+    def waypoints(self) -> tuple[Waypoint, ...]:
         """The values that the reference meets at given times."""
 
     @classmethod
@@ -132,7 +131,7 @@ class Saved(ABC):
         if not isinstance(found, Certificate):
             return found
         found = replace(found.with_robust(robust_of(self.computed_tightening)), truth=self.truth or ())
-        pinned = prove_pinned(self.reference, self.values)
+        pinned = prove_waypoints(self.reference, self.waypoints)
         return (found, pinned) if isinstance(pinned, tuple) else pinned
 
 
@@ -190,5 +189,5 @@ class SavedReference(Saved):
         return self.fit.reference
 
     @property
-    def values(self) -> tuple[Pinned, ...]:
+    def waypoints(self) -> tuple[Waypoint, ...]:
         return self.fit.pinned

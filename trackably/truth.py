@@ -17,17 +17,15 @@ import numpy as np
 
 from trackably.arguments import instance, real
 from trackably.arrays import Array
-from trackably.certificates.certificate import Certificate
+from trackably.certificates.certificate import Certificate, Robust
 from trackably.certificates.cover import radii
-from trackably.certificates.form import as_written, encode_subject
+from trackably.certificates.form import as_subject, as_written
 from trackably.certificates.judge import NotTrackableError, found_or_raise, judge_contradiction
 from trackably.certificates.outcome import NoSignal, TooFar, Unproved
-from trackably.certificates.robust import Robust
 from trackably.checker.boxes import Box
 from trackably.checker.certificate import AllPhases, Claim, Derived, Measured, SignalClass, TrueSignal, Window
 from trackably.checker.contradiction import Value
 from trackably.checker.floats.boxes import FIRST_PASS
-from trackably.checker.form import subject_of
 from trackably.checker.moving import compose
 from trackably.checker.quantities import states_of
 from trackably.checker.truth import (
@@ -273,7 +271,7 @@ def true_signal(
     edges, state = _edges(name, of, claim, _CELLS, sought.derived), reference.plant.system.states.index(name)
     course = [(times := np.linspace(a, b, 5), reference.state_at(times)[:, state]) for a, b in pairwise(edges)]
     upper, lower, derived = _choose(of, edges, course, sought.derived)
-    subject = subject_of(encode_subject(reference))
+    subject = as_subject(reference)
     discs = radii(subject, reference, [states_of(subject)[state]], np.array(edges[:-1]), np.array(edges[1:]), _TERMS)
     found = TrueSignal(name, of, tuple(edges), tuple(discs.tolist()), _TERMS, upper, lower, (), None, derived)
     errors = np.array([_bound(models) for models in gaps(subject, found, FIRST_PASS)])

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from trackably.arguments import is_number, real
-from trackably.certificates.pinned import Pinned, coordinates, extent
+from trackably.certificates.waypoint import Waypoint, coordinates, extent
 from trackably.checker.certificate import Claim
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
@@ -27,7 +27,7 @@ def waypoints(
     plant: ConstrainedSystem,
     claim: Claim,
     tightening: Tightening | None = None,
-) -> tuple[Pinned, ...]:
+) -> tuple[Waypoint, ...]:
     """Return the waypoints, sorted by time. If `plant` has tightened bounds, error messages mention the `tightening`.
 
     Raises ValueError for times that are not claimed, unknown names, inputs of a plant with redundant ones, values
@@ -48,12 +48,12 @@ def _waypoint(
     plant: ConstrainedSystem,
     claim: Claim,
     left: str,
-) -> Pinned:
+) -> Waypoint:
     _refuse_unclaimed(time, claim)
     if values == "rest":
         _refuse_restless(time, plant)
         names = (*plant.system.states, *plant.system.inputs)
-        return Pinned(time, {}, {name: _tolerance(tolerance, name, extent(plant, name)) for name in names})
+        return Waypoint(time, {}, {name: _tolerance(tolerance, name, extent(plant, name)) for name in names})
     if not isinstance(values, Mapping):
         raise TypeError(
             f'at: expected values by name of a state or an input, or "rest", at {time:g} s, got {short(values)}'
@@ -70,7 +70,7 @@ def _waypoint(
             within = f"inside {bounds}" if bounds else "a finite number"
             raise ValueError(f"at: {name} must be {within} at {time:g} s, got {value:g}{left}")
         by[name] = _tolerance(tolerance, name, bounds)
-    found = Pinned(time, {name: float(value) for name, value in values.items()}, by)
+    found = Waypoint(time, {name: float(value) for name, value in values.items()}, by)
     _refuse_outside(found, plant, left)
     return found
 
@@ -109,7 +109,7 @@ def _refuse_unknown(argument: str, values: Mapping[str, float], plant: Constrain
             )
 
 
-def _refuse_outside(found: Pinned, plant: ConstrainedSystem, left: str) -> None:
+def _refuse_outside(found: Waypoint, plant: ConstrainedSystem, left: str) -> None:
     """Raise ValueError if the values of one time, each of which is possible, lie outside of the
     plant's sets together.
     """

@@ -111,7 +111,7 @@ def experiment(name: str) -> Experiment:
 
 
 def _continuous(of: Experiment) -> tuple[np.ndarray, np.ndarray] | None:
-    system = of.system
-    if not getattr(system, "continuous", False):
+    written = of.system.fields
+    if not written.get("continuous", False):
         return None
-    return np.array(system.A, dtype=float), np.array(system.B, dtype=float)
+    return np.array(written["A"], dtype=float), np.array(written["B"], dtype=float)

@@ -34,7 +34,7 @@ from pipeline.experiments.fields import (
     as_tuple,
     by_name,
 )
-from pipeline.experiments.plants import Disturbance, ModelField, SetField, TruthFields, tightened
+from pipeline.experiments.plants import Disturbance, ModelField, SetField, TruthField, tightened
 from pipeline.experiments.sources import GROUND_TRUTHS_FILE, Drawn, Source, SourceField
 from pipeline.methods import METHODS, REQUIRED, ROBUST, Algorithm1, Method, Parameters, Periodic, Task
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
@@ -47,12 +47,12 @@ from trackably.errors import DoubtfulInputWarning, InputError, NoReferenceError
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
-from trackably.learning.prior import prior_for
 from trackably.learning.space import SearchSpace
 from trackably.request import quantities_at_rest
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
-from trackably.systems.sampling import kinds_by_name, relative_to_first
+from trackably.systems.polytopes import Polytope
+from trackably.systems.sampling import kinds_by_name, prior_for, relative_to_first
 from trackably.systems.tightening import Tightening
 from trackably.truth import Sought, true_signals
 
@@ -153,7 +153,7 @@ class Experiment(Fields):
     input_set: SetField
     units: dict[str, UnitField] = Field(default_factory=dict)
     disturbance: Disturbance | None = None
-    truth: dict[str, TruthFields] = Field(default_factory=dict)
+    truth: dict[str, TruthField] = Field(default_factory=dict)
     margin: Annotated[float, Field(ge=0, lt=0.5)] = 0.0
     samples: Annotated[dict[str, SourceField], BeforeValidator(by_name)]
     centres: CentresField = "auto"
@@ -244,7 +244,7 @@ class Experiment(Fields):
             yield "study.draws: compares seeds, but the samples are not drawn"
         if len(self.samples) > 1 and (self.study.draws or self.study.tightness):
             yield f"study: draws and tightness are for samples of one name, got {', '.join(self.samples)}"
-        if self.study.tightness and not (self.truths and self.state_set.lower and self.state_set.H is None):
+        if self.study.tightness and not (self.truths and self.state_set.rows.tolist() == [[1.0]]):
             yield "study.tightness: moves the bound of one state whose ground truth is known, in a box"
         for upper in self.study.tightness:
             try:
@@ -257,7 +257,7 @@ class Experiment(Fields):
         """The system with its sets; their bounds are tightened where a margin asks for it."""
         if self.margin:
             return tightened(self.system, self.state_set, self.input_set, None, self.margin).plant
-        return ConstrainedSystem(self.system.discrete, self.state_set.polytope, self.input_set.polytope)
+        return ConstrainedSystem(self.system.discrete, self.state_set, self.input_set)
 
     @property
     def tightening(self) -> Tightening | None:
@@ -273,7 +273,7 @@ class Experiment(Fields):
 
     def with_upper_bound(self, upper: float) -> "Experiment":
         """Return the same experiment with another upper bound of its only state."""
-        return self.model_copy(update={"state_set": self.state_set.model_copy(update={"upper": (upper,)})})
+        return self.model_copy(update={"state_set": Polytope.box(self.state_set.lower, [upper])})
 
     @property
     def sources(self) -> dict[str, Source]:
@@ -306,8 +306,7 @@ class Experiment(Fields):
             raise InputError(
                 f"experiment {self.name}: truth: centres stand for samples of {fewer[0]}; set centres: null"
             )
-        known = {name: fields.truth for name, fields in self.truth.items()}
-        return true_signals(known, None, samples, self.plant, self.claim)[1]
+        return true_signals(self.truth, None, samples, self.plant, self.claim)[1]
 
     @property
     def learned_by(self) -> tuple[Method, ...]:

@@ -19,9 +19,9 @@ from trackably.learning.index_set import Steps
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.search import best_solution, tightened
 from trackably.learning.space import SearchSpace
-from trackably.progress.work import done
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
+from trackably.work import done
 
 
 @dataclass(frozen=True)

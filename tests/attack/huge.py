@@ -592,7 +592,7 @@ READ = """
 import sys
 from pathlib import Path
 from trackably.errors import InputError
-from trackably.given.files import read_plant
+from trackably.given.command import read_plant
 from trackably.recordings import Field, Stamp, read_csv, read_mcap
 
 path = Path(sys.argv[1])

@@ -49,10 +49,9 @@ from trackably import (
     truth,
     worst_plant,
 )
-from trackably.certificates.certificate import Certificate
+from trackably.certificates.certificate import Certificate, robust_of
 from trackably.certificates.judge import judge, judge_contradiction
 from trackably.certificates.prove import prove_on_window
-from trackably.certificates.robust import robust_of
 from trackably.checker.certificate import Measured, SignalClass, Window
 from trackably.given import table as tables
 from trackably.gp.signal import KernelSum

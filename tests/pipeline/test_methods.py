@@ -16,6 +16,7 @@ from pipeline.methods import (
 from tests.project import ROOT
 from trackably.certificates.certificate import Certificate
 from trackably.gp.samples import Samples
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
 EXPERIMENTS = load_experiments(ROOT / "params.yaml")
@@ -33,9 +34,7 @@ def test_an_entry_agrees_with_itself(method) -> None:
 
 def test_a_method_says_why_it_finds_nothing() -> None:
     """The state may not go where it would come to rest."""
-    experiment = EXPERIMENTS["example1"].model_copy(
-        update={"state_set": EXPERIMENTS["example1"].state_set.model_copy(update={"lower": (-0.9,), "upper": (-0.5,)})}
-    )
+    experiment = EXPERIMENTS["example1"].model_copy(update={"state_set": Polytope.box([-0.9], [-0.5])})
     task = experiment.task((Samples([0.0, 0.1, 0.2], [-0.9, -0.4, 0.0]),))
     free = UNCONSTRAINED.learn(task)
     assert isinstance(free, Fit)

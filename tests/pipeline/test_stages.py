@@ -90,7 +90,7 @@ def test_unusable_parameters_leave_earlier_results(finished: Path, tmp_path: Pat
     (tmp_path / "results").symlink_to(finished / "results")
     done = run_here("generate", tmp_path)
     assert (done.returncode, len(done.stderr.strip().splitlines())) == (2, 1)
-    assert "system.A" in done.stderr
+    assert "system: A" in done.stderr
     assert written(finished) == before
 
 

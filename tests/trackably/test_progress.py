@@ -18,18 +18,18 @@ from trackably import (
     SquaredExponential,
     TrackableReference,
     learn_reference,
+    progress,
+    work,
 )
 from trackably.checker.certificate import Window
 from trackably.gp.prior import Prior
 from trackably.learning.joint.search import learn_function
-from trackably.learning.prior import prior_for
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.space import SearchSpace
-from trackably.progress import bar, work
-from trackably.progress.work import BudgetEnded, Work, done, until, watch
 from trackably.streams.windows import constraints_at
 from trackably.systems.library import tank
-from trackably.systems.sampling import sampled_signals
+from trackably.systems.sampling import prior_for, sampled_signals
+from trackably.work import BudgetEnded, Work, done, until, watch
 
 
 class Terminal(io.StringIO):
@@ -120,7 +120,7 @@ def test_an_interrupt_ends_it_at_once() -> None:
 
 def test_who_asks_for_messages_hears_how_far_long_work_is(monkeypatch, caplog) -> None:
     quiet = learned()
-    monkeypatch.setattr(bar, "_EVERY", 0.0)
+    monkeypatch.setattr(progress, "_EVERY", 0.0)
     caplog.set_level(logging.INFO, "trackably")
     heard = learned()
     assert {(record.name, record.levelno) for record in caplog.records} == {("trackably", logging.INFO)}
@@ -134,7 +134,7 @@ def test_who_asks_for_messages_hears_how_far_long_work_is(monkeypatch, caplog) -
 
 def test_the_command_line_says_how_far_a_long_check_is(tmp_path) -> None:
     learned().save_certificate(tmp_path / "proof.json")
-    soon = "from trackably.progress import bar; bar._EVERY = 0"
+    soon = "from trackably import progress; progress._EVERY = 0"
     run = "import runpy, sys; runpy.run_module('trackably', run_name='__main__')"
     command = [sys.executable, "-c", f"{soon}; {run}", "check", str(tmp_path / "proof.json")]
     found = subprocess.run(command, capture_output=True, text=True, check=True)

@@ -29,7 +29,7 @@ from trackably import (
 from trackably import learn as learning
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.outcome import Counterexample
-from trackably.certificates.pinned import Pinned, coordinates
+from trackably.certificates.waypoint import Waypoint, coordinates
 from trackably.learning.joint.search import learn_jointly
 from trackably.learning.problem import UnmetBounds
 
@@ -138,7 +138,7 @@ def test_values_that_are_not_met_are_no_reference(monkeypatch):
     """A planted fault: a learner that forgets them."""
 
     def forgetful(problem, **known):
-        return learn_jointly(replace(problem, pins=()), **known)
+        return learn_jointly(replace(problem, required=()), **known)
 
     monkeypatch.setattr(learning, "learn_jointly", forgetful)
     with pytest.raises(NotTrackableError, match="the position certainly breaks") as raised:
@@ -266,5 +266,5 @@ def test_refusals_say_what_is_wrong(name):
 
 def test_a_window_that_is_proved_holds_the_neighbours_of_its_time(axis):
     for time in (0.0, 1.0, 12345.678):
-        outcome = Pinned(time, {"velocity": 0.0}, {"velocity": 9.0}).prove(axis.reference)
+        outcome = Waypoint(time, {"velocity": 0.0}, {"velocity": 9.0}).prove(axis.reference)
         assert outcome.claim.start < np.nextafter(time, -np.inf) < np.nextafter(time, np.inf) < outcome.claim.end

@@ -21,14 +21,14 @@ from trackably.gp.samples import Samples
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import RealTimes
 from trackably.learning.learner import HYPERPARAMETERS, Learner
-from trackably.learning.problem import ConstrainedProblem, NoSolution, NothingFeasible, Pin, Solution
+from trackably.learning.problem import ConstrainedProblem, NoSolution, NothingFeasible, RequiredValue, Solution
 from trackably.learning.space import SearchSpace
-from trackably.progress.work import done
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantity
 from trackably.threads import one_blas_thread
+from trackably.work import done
 
 _LENGTHSCALE = "lengthscale"
 _LARGEST_BACKOFF = 1e-2
@@ -87,20 +87,21 @@ def learn_certified(
     goal: Goal | None = None,
     on_attempt: Callable[[Attempt], object] = lambda attempt: None,
     learner: Learner = HYPERPARAMETERS,
-    pins: tuple[Pin, ...] = (),
+    required: tuple[RequiredValue, ...] = (),
     last: Solution | None = None,
 ) -> Certified | NoSolution | Counterexample | Unproved:
     """Return the best reference that provably keeps its bounds, or the reason why there is none. Deterministic.
 
-    Without a `goal`, all times are proved. `on_attempt` is called after each fit and its attempted proof. `pins` need a
-    learner of functions. If the learner finds nothing that can be proved, its fallback is used, unless there are pins.
+    Without a `goal`, all times are proved. `on_attempt` is called after each fit and its attempted proof. `required`
+    need a learner of functions. If the learner finds nothing that can be proved, its fallback is used, unless there
+    are required values.
     The fallback is also tried if the proved function costs more, or hardly less, than hyperparameters alone did with a
     smaller back-off. The better of both results is returned, so that J of a function exceeds J of a proved fallback by
     a millionth at most. The search continues from `last`, the solution of a similar problem, for example with other
     samples of a window. The solution's `fits` counts the nonlinear programs of all attempts.
     """
     goal = goal or for_all_times(samples, prior, plant)
-    first = _Learning(samples, prior, plant, space, on_attempt, learner, pins)
+    first = _Learning(samples, prior, plant, space, on_attempt, learner, required)
     learning = replace(first, last=last)
     found = _learn(goal, learning)
     fallback = first.fallback
@@ -170,7 +171,7 @@ class _Learning:
     space: SearchSpace
     on_attempt: Callable[[Attempt], object]
     learner: Learner
-    pins: tuple[Pin, ...]
+    required: tuple[RequiredValue, ...]
     attempts: int = 0
     fits: int = 0
     last: Solution | None = None
@@ -181,7 +182,7 @@ class _Learning:
     @property
     def fallback(self) -> Learner | None:
         """What to learn instead; None with given values, as hyperparameters alone cannot meet them."""
-        return None if self.pins else self.learner.fallback
+        return None if self.required else self.learner.fallback
 
     @property
     def may_go_on(self) -> bool:
@@ -287,7 +288,7 @@ class _Learning:
             Constraint(_tighten(q, half), RealTimes(goal.times), half)
             for q, half in zip(self.plant.quantities, halves, strict=True)
         )
-        return ConstrainedProblem(self.samples, self.prior, self.space, constraints, self.pins)
+        return ConstrainedProblem(self.samples, self.prior, self.space, constraints, self.required)
 
 
 def _of_given_bounds(found: NothingFeasible, plant: ConstrainedSystem) -> NothingFeasible:

@@ -15,9 +15,9 @@ from trackably.checker.certificate import Boxes
 from trackably.checker.floats.intervals import Floats
 from trackably.checker.quantities import LinearCombination, Quantity
 from trackably.checker.subject import Subject
-from trackably.progress.work import done
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantities
+from trackably.work import done
 
 _MOST_BOXES, _MOST_BY_CENTRE = 20_000, 8
 _MOST_HALVINGS, _NARROW_ENOUGH = 60, 4  # most halvings of a box; and the number after which most have to be accepted

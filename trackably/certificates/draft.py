@@ -6,18 +6,19 @@ Nothing here has to be correct: before a proof is handed out, the checker is ask
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import lru_cache
 from math import inf, nextafter
 from typing import Self
 
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.certificates.form import as_written, encode_subject
+from trackably.certificates.form import as_subject, as_written
 from trackably.checker import certificate as checked
 from trackably.checker import piecewise
 from trackably.checker.boxes import Box, Enclosures, refusals
 from trackably.checker.floats.boxes import FIRST_PASS
-from trackably.checker.form import a_kernel, subject_of
+from trackably.checker.form import a_kernel
 from trackably.checker.intervals import Real, UndefinedError, at_most, exactly, ratio
 from trackably.checker.quantities import LinearCombination, Quantity, quantities, value_at
 from trackably.checker.rounding import FlatNeeds, FlatValues, check_sizes, constants, error_of, signal_errors
@@ -99,15 +100,8 @@ class Draft:
         The errors of a flat form's formulas depend on the values of the signals: they are estimated at some `times`
         [s].
         """
-        subject = subject_of(encode_subject(reference))
-        free = quantities(subject, dict.fromkeys((bound.name for bound in subject.bounds), 0.0))
-        of_signals, errors = signal_errors(subject, until), dict[str, float]()
-        for q in free:
-            if not q.is_flat:
-                try:
-                    errors[q.name] = _SLACK * _round_up(error_of(subject, q, of_signals))
-                except UndefinedError:
-                    errors[q.name] = np.inf
+        subject, (free, known) = as_subject(reference), _linear_errors(reference, until)
+        errors = {**known}
         if flat := [q for q in free if q.is_flat]:
             unstated = dict.fromkeys((q.name for q in free), np.inf)
             needs = FlatNeeds.of(checked.Certificate(subject, *_NOTHING, until, unstated, None), free)
@@ -121,7 +115,7 @@ class Draft:
 
         Its values are claimed as long as whole periods are counted in float64.
         """
-        subject = subject_of(encode_subject(reference))
+        subject = as_subject(reference)
         until = min([LATEST, *(_COUNTED * signal.period for signal in reference.pieces if signal.beyond == "period")])
         found = piecewise.evaluation_errors(subject, Fraction(start), Fraction(end))
         errors = {name: nextafter(error.numerator / error.denominator, inf) for name, error in found.items()}
@@ -187,6 +181,24 @@ class Draft:
             bound = next(bound for bound in self.subject.bounds if bound.name == name)
             return ratio(piecewise.value_of_pieces(self.subject, bound, t))
         return value_at(self.subject, next(q for q in self.quantities if q.name == name), ratio(t))
+
+
+@lru_cache(maxsize=8)
+def _linear_errors(reference: Reference, until: float) -> tuple[list[Quantity], Mapping[str, float]]:
+    """Return all quantities with their given bounds, and the errors of the linear ones up to `until` [s].
+
+    Learning and proving ask for the same: whether errors leave room, and by how much they tighten the bounds.
+    """
+    subject, errors = as_subject(reference), dict[str, float]()
+    free = quantities(subject, dict.fromkeys((bound.name for bound in subject.bounds), 0.0))
+    of_signals = signal_errors(subject, until)
+    for q in free:
+        if not q.is_flat:
+            try:
+                errors[q.name] = _SLACK * _round_up(error_of(subject, q, of_signals))
+            except UndefinedError:
+                errors[q.name] = np.inf
+    return free, errors
 
 
 def _tighten(q: Quantity, by: float) -> Quantity:

@@ -6,15 +6,17 @@ Rational numbers are texts such as -3/4.
 import dataclasses
 from collections.abc import Sequence
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
-from trackably.certificates.certificate import Certificate
+from trackably.certificates.certificate import Certificate, Robust
 from trackably.certificates.claim import kind_of
 from trackably.certificates.outcome import Counterexample
-from trackably.certificates.robust import Robust
 from trackably.checker import certificate as of_certificate
 from trackably.checker import counterexample as of_counterexample
 from trackably.checker.certificate import AllPhases, AllTimes, Claim, Cover, Steps
+from trackably.checker.form import subject_of
+from trackably.checker.subject import Subject
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import ConvexHull, DisturbanceSet
 from trackably.systems.linear import LinearSystem
@@ -38,6 +40,15 @@ def encode_certificate(certificate: Certificate) -> dict[str, Any]:
 def encode_subject(reference: Reference) -> dict[str, Any]:
     """Return the reference and the system that certificates and counterexamples are about."""
     return {"reference": as_written(reference), **_trajectories(reference.plant), **_attainable(reference.plant)}
+
+
+@lru_cache(maxsize=8)
+def as_subject(reference: Reference) -> Subject:
+    """Return the reference as the checker reads it.
+
+    Errors, boxes and fingerprint of one reference are about the same subject, which is read once.
+    """
+    return subject_of(encode_subject(reference))
 
 
 def encode_counterexample(found: Counterexample) -> dict[str, Any]:

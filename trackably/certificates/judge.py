@@ -16,7 +16,7 @@ from trackably.checker import Proved, Refuted, Verdict
 from trackably.errors import NoReferenceError
 from trackably.files import from_json, new_file, to_json, write_atomically
 from trackably.learning.problem import NoSolution
-from trackably.progress.work import BudgetEnded, seconds_left
+from trackably.work import BudgetEnded, seconds_left
 
 T = TypeVar("T")
 Judged = Certificate | Counterexample | OutOfReach

@@ -9,7 +9,7 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.certificates.outcome import Unproved
 from trackably.checker.formulas import Angle, Formula, parts
-from trackably.gp.signal import Remembered
+from trackably.gp.signal import EvaluationCache
 from trackably.systems.formulas import evaluate_floats
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
@@ -63,7 +63,7 @@ def _of_kernels(reference: Reference, start: float, end: float) -> tuple[Quantit
     quantities, of_signals, length = reference.quantities, reference.kernel_sums, end - start
     every = Quantities(quantities, [signal.nearly for signal in of_signals])
     if not every.is_linear:  # each formula evaluates the signals for itself
-        every = Quantities(quantities, Remembered.of(of_signals).signals)
+        every = Quantities(quantities, EvaluationCache.of(of_signals).signals)
     shortest = min(signal.kernel.correlation_time for signal in of_signals)
     grid = np.linspace(start, end, _points(length / shortest, every.is_linear))
     return every, _with_centres(reference, np.union1d(grid, every.breakpoints_in(start, end)), every.is_linear)

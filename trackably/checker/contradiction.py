@@ -184,7 +184,7 @@ class _Weighted:
 
 
 def _weighted_rows(of: Contradiction, proof: Multipliers) -> Iterator[_Weighted]:
-    """Yield all rows and values."""
+    """Yield each row of the sets at each step, and each given value, with its bounds and its multiplier."""
     d, system = Fraction(of.missing), of.system
     for stored, bounded in ((proof.states, of.state_set), (proof.inputs, of.input_set)):
         for k, multipliers in enumerate(stored):

@@ -366,7 +366,10 @@ def tightened_rows(subject: Subject, bound: Bound, error: Fraction) -> Iterator[
 
 
 def _cells(subject: Subject, row: Functional, start: Fraction, end: Fraction) -> tuple[Cells[int], int]:
-    """Return the cells of a row of signals from start to end, in units of 2^−bits s, and bits."""
+    """Return the cells between breakpoints of a row of signals from start to end [s], and `bits`.
+
+    Times of cells are whole multiples of 2^−bits s.
+    """
     step, used = Fraction(subject.system.sampling_time), shifts_of(row)
     signals = {s: subject.pieces[s] for s, _ in used}
     bits = max(bits_of([step, start, end]), bits_of_floats(t for z in signals.values() for t in z.breakpoints))

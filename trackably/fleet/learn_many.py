@@ -39,7 +39,7 @@ from trackably.fleet.sources import Measured, Source, sources_of
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.samples import Samples
 from trackably.learn import learn_reference
-from trackably.progress.bar import recordings_bar
+from trackably.progress import recordings_bar
 from trackably.recordings.recording import Recording
 from trackably.reference import TrackableReference
 from trackably.streams.learn import learn_stream

@@ -15,13 +15,12 @@ from trackably.arguments import instance
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import Written, as_claim
-from trackably.certificates.form import encode_subject
+from trackably.certificates.form import as_subject
 from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import Outcome, prove, prove_on_window
 from trackably.certificates.sketch import times_to_look_at
 from trackably.checker.certificate import AllPhases, AllTimes, Claim, Window
-from trackably.checker.form import subject_of
 from trackably.checker.piecewise import keeps
 from trackably.checker.subject import Functional, Pieces
 from trackably.given.conversion import Interpolation, as_pieces, is_flat_trajectory, repeats, states_as_pieces
@@ -97,7 +96,7 @@ def distance(
         Pieces(tuple(z.breakpoints.tolist()), tuple(map(tuple, z.coefficients.tolist())), z.beyond)
         for z in (output, curve)
     )
-    subject = replace(subject_of(encode_subject(reference)), pieces=both)
+    subject = replace(as_subject(reference), pieces=both)
     shifts = reference.plant.sampling_time * np.arange(float(len(shown)))
     times = times_to_look_at((output, curve), shifts, start, end)
     size = max(map(_size, (curve, output))) or 1.0
@@ -131,7 +130,7 @@ class CertifiedReference(ProvedReference):
     given: Reference
     certificate: Certificate
     off: Mapping[str, float] = field(default_factory=dict)
-    moved: Mapping[str, Moved] | None = None
+    moved: Mapping[str, RepairDistance] | None = None
 
     @property
     def reference(self) -> Reference:
@@ -156,7 +155,7 @@ class CertifiedReference(ProvedReference):
 
 
 @dataclass(frozen=True)
-class Moved:
+class RepairDistance:
     """The distance by which a repair moved a trajectory: the largest, and the root mean square, in its unit."""
 
     most: float

@@ -1,18 +1,32 @@
-"""The command `python -m trackably certify TABLE --system FILE`: its answer in words and as an exit code."""
+"""The command `python -m trackably certify TABLE --system FILE`: what it reads, what it prints, and its exit code.
+
+FILE holds a system with its sets, in the form of params.yaml, and TABLE rows of steps or of times.
+"""
 
 import sys
 from argparse import Namespace
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
+import numpy as np
+
+from trackably.arrays import Array
 from trackably.certificates.judge import accepted_file
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.errors import InputError
-from trackably.files import new_file, unwritable, write_atomically
+from trackably.files import from_json, new_file, read_bytes, read_yaml, unwritable, write_atomically
 from trackably.given.certify import CertifiedReference, certify
-from trackably.given.files import read_columns, read_plant
-from trackably.given.table import CertifiedTable, RefutedTable, certify_table
-from trackably.progress.bar import progress_bar
+from trackably.given.table import CertifiedTable, RefutedTable, Table, certify_table
+from trackably.gp.samples import Samples
+from trackably.progress import progress_bar
+from trackably.recordings.clocks import POINT, parse, scale_once
+from trackably.recordings.csv_file import CsvLayout, read_cells
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.polytopes import Polytope
+from trackably.systems.sampling import sampled_names
+from trackably.systems.written import fields_of, read_part, set_of, system_of
 
 PROVED, REFUTED, UNUSABLE, UNDECIDED = 0, 1, 2, 3
 
@@ -66,3 +80,129 @@ def _code(answer: Answer) -> int:
             return REFUTED
         case Unproved():
             return UNDECIDED
+
+
+_PARTS = ("system", "state_set", "input_set")
+
+
+def read_plant(path: Path) -> ConstrainedSystem:
+    """Return the plant in a file with `system`, `state_set` and `input_set`, as `written` reads them.
+
+    null as a set means unbounded. Raises InputError with the file and what is wrong.
+    """
+    try:
+        content = fields_of(_content(path), _PARTS)
+        if missing := [name for name in _PARTS if name not in content]:
+            raise ValueError(f"lacks {missing[0]}; null says that nothing is bounded")
+        system = read_part(content, "system", system_of)
+        sides = (("state_set", len(system.states)), ("input_set", len(system.inputs)))
+        return ConstrainedSystem(system, *(read_part(content, name, partial(_set, size)) for name, size in sides))
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def _content(path: Path) -> object:
+    if path.suffix in (".yaml", ".yml"):
+        return read_yaml(path)
+    try:
+        return from_json(read_bytes(path))
+    except ValueError as error:
+        raise ValueError(f"{error}; YAML is read from files named .yaml or .yml") from error
+
+
+def _set(size: int, written: object) -> Polytope:
+    return Polytope([], [], [], size) if written is None else set_of(written)
+
+
+_STEPS, _TIMES = ("k", "step"), ("t", "time")
+_LAYOUT = CsvLayout(missing=("",))
+_OFF = 1e-6  # tolerance of times in a table of steps, in sampling times
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The columns of a file by their headings, without units in brackets; NaN for an empty cell.
+
+    `places` name the rows, for example "line 2".
+    """
+
+    path: Path
+    values: dict[str, Array]
+    places: Sequence[str]
+
+    def times(self, sampling_time: float) -> Array:
+        """Return the times of the rows [s]. InputError: there is no column of steps or times."""
+        for names, scale in ((_TIMES, 1.0), (_STEPS, sampling_time)):
+            for name in names:
+                if name in self.values:
+                    return self.values[name] * scale
+        raise InputError(f"{self.path}: expected a column k or step, or t or time; it has {', '.join(self.values)}")
+
+    def table(self, plant: ConstrainedSystem) -> Table:
+        """Return states and inputs at the steps. InputError: a column is missing, or a time is no step."""
+        system = plant.system
+        if missing := [name for name in (*system.states, *system.inputs) if name not in self.values]:
+            raise InputError(
+                f"{self.path}: there is no column {missing[0]}: a table at the steps needs all states and inputs; give "
+                "an interpolation for curves of some states"
+            )
+        steps = self.times(plant.sampling_time) / plant.sampling_time
+        whole = np.round(steps)
+        follows = np.append(True, np.diff(whole) == 1)
+        if wrong := np.flatnonzero(~((np.abs(steps - whole) <= _OFF) & follows)).tolist():
+            i = wrong[0]
+            before = f" after {steps[i - 1]:.9g}" if i else ""
+            raise InputError(
+                f"{self.path}: {self.places[i]}: rows must be successive steps, k or t = k T with "
+                f"T = {plant.sampling_time:g} s, got the step {steps[i]:.9g}{before}"
+            )
+        states, inputs = (
+            np.stack([self.values[name] for name in names], axis=1) for names in (system.states, system.inputs)
+        )
+        if len(inputs) > 1 and np.all(np.isnan(inputs[-1])):
+            inputs = inputs[:-1]
+        try:
+            return Table(states, inputs, int(whole[0]))
+        except ValueError as error:
+            raise InputError(f"{self.path}: {error}") from error
+
+    def samples(self, plant: ConstrainedSystem) -> dict[str, Samples]:
+        """Return samples of the flat outputs, by state, from the columns of the file. InputError: there are none."""
+        shown = [sampled_names(plant, signal) for signal in range(plant.signal_count)]
+        found = [name for names in shown if (name := next((name for name in names if name in self.values), None))]
+        times = self.times(plant.sampling_time)
+        if not found:
+            wanted = " or ".join(name for names in shown for name in names)
+            raise InputError(
+                f"{self.path}: no column shows a flat output; expected {wanted}, got {', '.join(self.values)}"
+            )
+        try:
+            return {name: Samples(times, self.values[name]) for name in found}
+        except ValueError as error:
+            raise InputError(f"{self.path}: {error}") from error
+
+
+def read_columns(path: Path) -> Columns:
+    """Read a CSV file with a header, with commas, semicolons or tabs between cells.
+
+    InputError says what is wrong in it.
+    """
+    cells = read_cells(path, _LAYOUT)
+    rows = zip(*cells.columns.values(), strict=True)
+    cells = cells.part([i for i, row in enumerate(rows) if not all(map(_LAYOUT.is_missing, row))])
+    if (count := len(cells.places)) < 2:
+        raise InputError(f"{path}: expected a header and two rows at least, got {count} rows that are not empty")
+    heads = [head.partition("[")[0].strip() for head in cells.columns]
+    if twice := [head for i, head in enumerate(heads) if head in heads[:i]]:
+        raise InputError(f"{path}: expected a header of different names, but {twice[0]!r} is there twice")
+    values = [
+        [_number(path, *of) for of in zip(cells.places, cells.columns[name], strict=True)] for name in cells.columns
+    ]
+    return Columns(path, dict(zip(heads, map(np.array, values), strict=True)), cells.places)
+
+
+def _number(path: Path, place: str, cell: str) -> float:
+    try:
+        return float("nan") if _LAYOUT.is_missing(cell) else scale_once(parse(cell, POINT), 1.0)
+    except ValueError as error:
+        raise InputError(f"{path}, {place}: {error}") from None

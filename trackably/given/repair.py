@@ -18,7 +18,7 @@ from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import prove, prove_on_window
 from trackably.control.programs import Program
-from trackably.given.certify import CertifiedReference, Given, Moved, distance
+from trackably.given.certify import CertifiedReference, Given, RepairDistance, distance
 from trackably.given.conversion import Interpolation, as_pieces
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.pieces import PolynomialPieces
@@ -222,7 +222,7 @@ def repair(
     given = Given.of(trajectory, plant, claim, interpolation)
     outcome = judge(given.prove())
     if isinstance(outcome, Certificate):
-        nowhere = {name: Moved(0.0, 0.0) for name in given.curves}
+        nowhere = {name: RepairDistance(0.0, 0.0) for name in given.curves}
         return CertifiedReference(given.reference, outcome, given.off(outcome), nowhere)
     near = Nearest.of(given, _start_states(given) if start == "given" else None)
     times = near.instants
@@ -274,12 +274,12 @@ def _not_found(broken: Counterexample, backoff: float, near: Nearest) -> Unprove
     return Unproved(broken.quantity, broken.bounds, (broken.time, broken.time), broken.violation, reason)
 
 
-def _distances(given: Given, reference: Reference, certificate: Certificate) -> dict[str, Moved]:
+def _distances(given: Given, reference: Reference, certificate: Certificate) -> dict[str, RepairDistance]:
     """Return the distances of the given states from those of a reference."""
     times, found = np.linspace(*given.span, 20_001), {}
     for (name, curve), signal in zip(given.curves.items(), reference.pieces, strict=True):
         stencil = given.stencils[name]
         apart = stencil.measured(signal, times) - curve(times)
         most = distance(curve, signal, stencil, reference, certificate.claim)
-        found[name] = Moved(most, float(np.sqrt(np.mean(apart**2))))
+        found[name] = RepairDistance(most, float(np.sqrt(np.mean(apart**2))))
     return found

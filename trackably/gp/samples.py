@@ -21,7 +21,7 @@ _FEWEST = 10  # samples: with fewer, there is no usual spacing
 
 
 @dataclass(frozen=True)
-class Scatter:
+class ResidualStatistics:
     """Residuals that carry information about the noise only: `count` of them, each normal with standard deviation σ_n.
 
     They remain when many samples are replaced by fewer. `squares` is the sum of their squares, in the squared unit of
@@ -40,8 +40,10 @@ class Scatter:
                 f"and {self.log_scale:g}"
             )
 
-    def __add__(self, other: Scatter) -> Scatter:
-        return Scatter(self.count + other.count, self.squares + other.squares, self.log_scale + other.log_scale)
+    def __add__(self, other: ResidualStatistics) -> ResidualStatistics:
+        return ResidualStatistics(
+            self.count + other.count, self.squares + other.squares, self.log_scale + other.log_scale
+        )
 
     def negative_log_likelihood(self, noise_std: float) -> tuple[float, float]:
         """Return −2 ln p of the residuals for σ_n = `noise_std`, and its ∂/∂ln σ_n."""
@@ -69,7 +71,7 @@ class Samples:
     values: Array
     relative_noise: Array = field(default_factory=lambda: _UNIFORM)
     stencil: Stencil | Stencils = POINT
-    scatters: tuple[Scatter, ...] = ()
+    scatters: tuple[ResidualStatistics, ...] = ()
 
     if TYPE_CHECKING:  # sequences are accepted and converted to arrays
 
@@ -79,7 +81,7 @@ class Samples:
             values: ArrayLike,
             relative_noise: ArrayLike = ...,
             stencil: Stencil | Stencils = ...,
-            scatters: tuple[Scatter, ...] = ...,
+            scatters: tuple[ResidualStatistics, ...] = ...,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -164,12 +166,12 @@ class Samples:
         return Ladder(self.times, self.relative_noise)
 
     @cached_property
-    def scatter(self) -> Scatter:
+    def scatter(self) -> ResidualStatistics:
         """The remaining information about the noise from the samples that these represent.
 
         Empty if these are all samples.
         """
-        return sum(self.scatters, Scatter())
+        return sum(self.scatters, ResidualStatistics())
 
     def mean_square(self, off: Array) -> float:
         """Return the mean square of the residuals `off` (n,), samples minus a signal.

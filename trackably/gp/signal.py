@@ -140,7 +140,7 @@ _LONG_ROW = 32  # shorter rows of times are those of single minima, which no oth
 
 
 @dataclass(frozen=True)
-class RememberedSum(KernelSum):
+class CachedSum(KernelSum):
     """A sum of kernels that evaluates each long row of times only once, by `nearly`, and caches it for ever."""
 
     known: dict[bytes, Array] = field(default_factory=dict)
@@ -160,11 +160,11 @@ class RememberedSum(KernelSum):
 
 
 @dataclass(frozen=True)
-class Remembered:
+class EvaluationCache:
     """The `signals` of a posterior or function, with cached values."""
 
-    signals: tuple[RememberedSum, ...]
+    signals: tuple[CachedSum, ...]
 
     @classmethod
     def of(cls, signals: Sequence[KernelSum]) -> Self:
-        return cls(tuple(map(RememberedSum.of, signals)))
+        return cls(tuple(map(CachedSum.of, signals)))

@@ -35,7 +35,7 @@ class NotAcceptedError(ValueError):
 
 
 @dataclass(frozen=True)
-class Moved:
+class ObservedDistance:
     """How far a repair moved a joint, in its unit, as seen in float64 at many times: no part of what is proved.
 
     `most` is the largest distance, `rms` the root mean square.
@@ -62,7 +62,7 @@ class CertifiedTrajectory:
     trajectory: JointTrajectory
     joints: Joints
     tolerance: float = TOLERANCE
-    moved: Mapping[str, Moved] = field(default_factory=dict)
+    moved: Mapping[str, ObservedDistance] = field(default_factory=dict)
     factor: float = 1.0
 
     def __post_init__(self) -> None:

@@ -54,9 +54,9 @@ def read_joint_trajectory(
 
 @dataclass(frozen=True)
 class Point:
-    """A time [ns] since the message's start, and the known fields of all joints, by order of the derivative.
+    """A time [ns] since the message's start, and the positions, velocities and accelerations of all joints.
 
-    Else empty.
+    A field that the message leaves out is empty.
     """
 
     time: int

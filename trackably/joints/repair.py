@@ -28,8 +28,8 @@ from trackably.given.repair import Splines
 from trackably.joints.certify import (
     TOLERANCE,
     CertifiedTrajectory,
-    Moved,
     NotAcceptedError,
+    ObservedDistance,
     fit_joints,
     make_unproved,
 )
@@ -205,9 +205,9 @@ def _solve(
         yield fixed + E @ found
 
 
-def _distances(given: JointTrajectory, found: JointTrajectory) -> dict[str, Moved]:
+def _distances(given: JointTrajectory, found: JointTrajectory) -> dict[str, ObservedDistance]:
     """Return how far joints were moved: the largest and the root mean square distance at many times."""
     times = np.linspace(*given.span, _TIMES)
     apart = np.abs(found(times) - given(times))
     most, rms = np.max(apart, axis=0), np.sqrt(np.mean(apart**2, axis=0))
-    return {name: Moved(float(m), float(r)) for name, m, r in zip(given.names, most, rms, strict=True)}
+    return {name: ObservedDistance(float(m), float(r)) for name, m, r in zip(given.names, most, rms, strict=True)}

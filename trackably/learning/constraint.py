@@ -18,8 +18,8 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.signal import KernelSum
 from trackably.learning.index_set import IndexSet, TimesAndMargins
-from trackably.progress.work import done
 from trackably.systems.trajectories import Functional, Quantities, Quantity
+from trackably.work import done
 
 Indices = npt.NDArray[np.intp]
 

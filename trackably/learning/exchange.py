@@ -19,7 +19,7 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import IllConditioned
-from trackably.gp.signal import Remembered
+from trackably.gp.signal import EvaluationCache
 from trackably.learning import sqp
 from trackably.learning.constraint import closest
 from trackably.learning.nonlinear import Program
@@ -45,7 +45,7 @@ class Candidate:
         """Evaluate the problem at ln θ. Raises IllConditioned."""
         posterior = problem.posterior(log_theta)
         objective, _ = posterior.negative_log_marginal_likelihood()
-        minima = tuple(closest(problem.constraints, Remembered.of(posterior.signals)))
+        minima = tuple(closest(problem.constraints, EvaluationCache.of(posterior.signals)))
         return cls(log_theta, posterior, objective, minima)
 
     def with_overlooked(self, problem: ConstrainedProblem) -> "Candidate":

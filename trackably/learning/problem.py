@@ -14,8 +14,8 @@ from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Bounded
 from trackably.learning.space import SearchSpace
-from trackably.progress.work import done
 from trackably.systems.trajectories import Quantity, Trajectory
+from trackably.work import done
 
 _ROUNDING = 1e-9  # of a width
 _MANY_CONTACTS = 100  # a function with kinks and more active bounds than this is rough
@@ -23,7 +23,7 @@ LEAST_GAP, RELATIVE_GAP = 0.01, 1e-3  # allowed gap of J: an absolute one, and a
 
 
 @dataclass(frozen=True)
-class Pin:
+class RequiredValue:
     """A required value: the quantity `name` equals `value` at `time` [s], up to `tolerance` (in its unit)."""
 
     name: str
@@ -47,11 +47,11 @@ class ConstrainedProblem:
     prior: JointPrior
     space: SearchSpace
     constraints: tuple[Bounded, ...] = field(default=())
-    pins: tuple[Pin, ...] = field(default=())
+    required: tuple[RequiredValue, ...] = field(default=())
     means: tuple[tuple[float, float] | None, ...] = field(default=())
 
     def __post_init__(self) -> None:
-        if self.means and (len(self.means) != len(self.prior.parts) or self.constraints or self.pins):
+        if self.means and (len(self.means) != len(self.prior.parts) or self.constraints or self.required):
             raise ValueError("means: are learned without constraints, and need an interval or None for each process")
         count = sum(len(samples) for samples in self.samples)
         if len(self.samples) != len(self.prior.parts):
@@ -102,8 +102,8 @@ Method = Literal["joint", "hyperparameters"]
 class ActiveBound:
     """A bound that is active at one `time` [s]; it costs `price`, in the unit of l.
 
-    `name` is that of the quantity, and `side` is "lower", "upper", or "equal" for a pin. Twice the `multiplier` λ is
-    the change of l per unit of the quantity. The prices of all active bounds sum up to D.
+    `name` is that of the quantity, and `side` is "lower", "upper", or "equal" for a required value. Twice the
+    `multiplier` λ is the change of l per unit of the quantity. The prices of all active bounds sum up to D.
     """
 
     name: str
@@ -212,7 +212,7 @@ class OutOfTime(NoSolution):
 
 @dataclass(frozen=True, repr=False)
 class UnmetBounds(NoSolution):
-    """No function was found that meets all bounds and pins; `among` are those with the largest multipliers.
+    """No function was found that meets all bounds and required values; `among` are those with the largest multipliers.
 
     The multipliers are a dual ray, in float64, of the program at the hyperparameters of `posterior`. That is no proof:
     for other hyperparameters there may be such a function. `feasibility` looks for contradictions that hold for every
@@ -236,11 +236,11 @@ class UnmetBounds(NoSolution):
 class NoFunction(NoSolution):
     """No function with the given values could be computed from any start."""
 
-    pins: tuple[Pin, ...]
+    required: tuple[RequiredValue, ...]
 
     @property
     def explanation(self) -> str:
-        given = "; ".join(f"{pin.name} = {pin.value:.6g} at t = {pin.time:.6g} s" for pin in self.pins)
+        given = "; ".join(f"{each.name} = {each.value:.6g} at t = {each.time:.6g} s" for each in self.required)
         return (
             f"no function could be computed that has the given values ({given}): formulas may not be defined near "
             "them, or covariances cannot be factored in float64; give fewer or other values, or another prior"

@@ -17,7 +17,7 @@ from trackably.gp.samples import Samples
 from trackably.learning.constraint import Bounded
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import amplitude
-from trackably.progress.work import done
+from trackably.work import done
 
 _POINTS = 1200
 _AMPLITUDES, _LOWEST, _HIGHEST = 48, 0.02, 5.0

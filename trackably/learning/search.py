@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from trackably.arrays import Array
 from trackably.learning.exchange import Candidate, Exchange
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
@@ -21,10 +23,10 @@ def best_solution(
     searched one by one. For other kernels, searches run from the starts of the search space with common places in their
     programs. `near`, the solution of a problem with fewer or slightly different constraints, is one more start. `free`
     is the solution without constraints, if it is known: it saves the first search for its minima. ValueError: the
-    problem has pins, which a posterior mean cannot meet.
+    problem has required values, which a posterior mean cannot meet.
     """
-    if problem.pins:
-        raise ValueError("pins: hyperparameters alone cannot meet given values; learn the function too")
+    if problem.required:
+        raise ValueError("required: hyperparameters alone cannot meet given values; learn the function too")
     exchange = Exchange(problem)
     if can_screen(problem.prior):
         exchange.follow([*_point(near), *screen(problem, max(_FEWEST_BASINS, problem.space.starts))])
@@ -33,22 +35,16 @@ def best_solution(
     return exchange.outcome
 
 
-def solution_from(starts: Sequence[Array], problem: ConstrainedProblem) -> Solution | NoSolution:
-    """Return the best local minimum found from these ln θ, each of shape (p,)."""
-    exchange = Exchange(problem)
-    exchange.together(starts)
-    return exchange.outcome
+def solution_from(
+    starts: Sequence[Array], problem: ConstrainedProblem, ceiling: float = np.inf
+) -> Solution | NoSolution:
+    """Return the best local minimum found from these ln θ, each of shape (p,), with l below the `ceiling`.
 
-
-def better_solution(problem: ConstrainedProblem, near: Solution, ceiling: float) -> Solution | None:
-    """Return a local minimum that keeps every bound and has l below the `ceiling`; None if none is found.
-
-    The search starts at the minima of `near`, the solution of a problem with fewer constraints, and ends when the
-    relaxed programs reach the ceiling.
+    The search ends when the relaxed programs reach the ceiling.
     """
     exchange = Exchange(problem, ceiling)
-    exchange.together([*_point(near), *near.others])
-    return exchange.outcome if isinstance(exchange.outcome, Solution) else None
+    exchange.together(starts)
+    return exchange.outcome
 
 
 def tightened(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:

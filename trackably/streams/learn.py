@@ -13,10 +13,10 @@ import numpy as np
 
 from trackably.arguments import real
 from trackably.arrays import ArrayLike
+from trackably.certificates.certificate import robust_of
 from trackably.certificates.claim import Written, as_claim, refusal
 from trackably.certificates.judge import found_or_raise
-from trackably.certificates.pinned import prove_pinned
-from trackably.certificates.robust import robust_of
+from trackably.certificates.waypoint import prove_waypoints
 from trackably.checker.certificate import AllTimes, Window
 from trackably.condensed import NODES, Centres
 from trackably.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, levels, split_means
@@ -26,18 +26,18 @@ from trackably.fit import Fit, edges_of
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.samples import Samples
-from trackably.input_warnings import ask, doubts
+from trackably.input_warnings import doubts, warn_about
 from trackably.learning.joint.search import learn_jointly
-from trackably.learning.prior import prior_for
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.space import SearchSpace
-from trackably.progress.bar import progress_bar
+from trackably.progress import progress_bar
 from trackably.request import Measurements, Noise, SamplesLike, check_rest
 from trackably.streams.reference import StreamReference
 from trackably.streams.windows import Stream, constraints_at, learn_proved, part_of
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError
 from trackably.systems.reference import Reference
+from trackably.systems.sampling import prior_for
 from trackably.systems.tightening import tighten_plant
 from trackably.threads import one_blas_thread
 from trackably.truth import TruthLike, true_signals, with_truth
@@ -131,7 +131,7 @@ def learn_stream(
         raise ValueError(
             "kernel: each window of a stream ends at rest, so that kernels have to decay, but it has a period"
         )
-    ask(doubts(claim, measured.given, plant), _CALLER)
+    warn_about(doubts(claim, measured.given, plant), _CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
     begun = _busiest(measured, length)
@@ -142,14 +142,14 @@ def learn_stream(
 
     with progress_bar("learn stream", shown=progress):
         first, _ = begun.learn_enough(beforehand, lambda found: found.likely)
-        ask(first.questions, _CALLER)
+        warn_about(first.questions, _CALLER)
         check_rest(first.prior, plant, tightening, "each window of a stream ends at rest there")
         known = _as_known(begun, first, plant, starts)
         measured, cost = measured.enough_for(known)
         stream = Stream(measured.signals, known, plant, length, claim, pinned)
         reference, certificate = found_or_raise(learn_proved(stream))
         pinned = tuple(at.found(reference) for at in pinned)
-        proofs = found_or_raise(prove_pinned(reference, pinned))
+        proofs = found_or_raise(prove_waypoints(reference, pinned))
     certificate = with_truth(certificate.with_robust(robust_of(tightening)), signals)
     learned = StreamReference(reference, certificate, replace(stream, pinned=pinned), cost, tightening, proofs)
     if large := [misfit for misfit in learned.misfits if misfit.is_large]:
@@ -224,5 +224,5 @@ def _as_known(begun: Measurements, first: EmpiricalPrior, plant: ConstrainedSyst
         )
     learned = solution.posterior.prior
     narrow = [edge for edge in edges_of(learned, solution.posterior.samples) if edge.is_given]
-    ask([f"{edge}, {edge.interval}: was it meant as a limit?" for edge in narrow], _CALLER + 1)
+    warn_about([f"{edge}, {edge.interval}: was it meant as a limit?" for edge in narrow], _CALLER + 1)
     return learned.as_known()

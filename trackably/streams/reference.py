@@ -12,7 +12,7 @@ from typing import Self, overload
 
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import found_or_raise
-from trackably.certificates.pinned import Pinned
+from trackably.certificates.waypoint import Waypoint
 from trackably.checker.certificate import AllTimes, TrueSignal, Window
 from trackably.condensed import Condensation
 from trackably.explanation import given_values, kept_free, means
@@ -43,7 +43,7 @@ class SavedStream(Saved):
     proved_until: float | None
     condensed: tuple[Condensation, ...] = field(default=(), metadata={LEFT_OUT: True})
     tightening: SavedTightening | None = field(default=None, metadata={LEFT_OUT: True})
-    pinned: tuple[Pinned, ...] = field(default=(), metadata={LEFT_OUT: True})
+    pinned: tuple[Waypoint, ...] = field(default=(), metadata={LEFT_OUT: True})
     truth: tuple[TrueSignal, ...] | None = field(default=None, metadata={LEFT_OUT: True})
 
     def __post_init__(self) -> None:
@@ -57,7 +57,7 @@ class SavedStream(Saved):
         return self.learned
 
     @property
-    def values(self) -> tuple[Pinned, ...]:
+    def waypoints(self) -> tuple[Waypoint, ...]:
         return self.pinned
 
     @property

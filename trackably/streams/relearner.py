@@ -10,12 +10,12 @@ import numpy as np
 
 from trackably.arguments import instance, real, whole
 from trackably.arrays import ArrayLike
+from trackably.certificates.certificate import robust_of
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.claim import times_of
 from trackably.certificates.goal import for_all_times_again
 from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.certificates.robust import robust_of
 from trackably.checker.certificate import AllPhases, AllTimes
 from trackably.control.stepping import Plan, SteppedController, StepResult
 from trackably.fit import Fit

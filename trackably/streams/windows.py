@@ -13,8 +13,8 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.pinned import Pinned
 from trackably.certificates.prove import Failure, prove_on_window, prove_while_settling
+from trackably.certificates.waypoint import Waypoint
 from trackably.checker.certificate import Claim, Window
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.posterior import Posterior
@@ -23,11 +23,11 @@ from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import RealTimes
 from trackably.learning.joint.search import learn_function
-from trackably.learning.problem import ConstrainedProblem, NoSolution, Pin, Solution
+from trackably.learning.problem import ConstrainedProblem, NoSolution, RequiredValue, Solution
 from trackably.learning.space import SearchSpace
-from trackably.progress.work import done
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
+from trackably.work import done
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,10 @@ def together(base: KernelSum, more: KernelSum) -> KernelSum:
 
 
 def part_of(samples: Samples, start: float, end: float) -> Samples | None:
-    """Return the samples from `start` up to before `end` [s], without the `scatters`; None if there are none."""
+    """Return the samples with start ≤ time < end [s]; None if there are none.
+
+    The statistics of samples that they stand for (`scatters`) describe the whole recording, and are left out.
+    """
     at = np.flatnonzero((start <= samples.times) & (samples.times < end))
     if not len(at):
         return None
@@ -112,7 +115,7 @@ class Stream:
     plant: ConstrainedSystem
     length: float
     claim: Claim
-    pinned: tuple[Pinned, ...] = ()
+    pinned: tuple[Waypoint, ...] = ()
 
     @property
     def memory(self) -> float:
@@ -195,17 +198,17 @@ def _problem(
     times = Window(max(min(earliest, now), now - 2 * memory), last + memory + stream.plant.sampling_time)
     constraints = constraints_at(times, stream.plant, backoff)
     space = SearchSpace.around(given, stream.prior, starts=1)
-    return ContinuedProblem(given, stream.prior, space, constraints, _pins(stream, times), bases=bases)
+    return ContinuedProblem(given, stream.prior, space, constraints, _required_values(stream, times), bases=bases)
 
 
-def _pins(stream: Stream, times: Window) -> tuple[Pin, ...]:
+def _required_values(stream: Stream, times: Window) -> tuple[RequiredValue, ...]:
     """Return the required values that a window can still change, and those that it has to prepare for.
 
     Times before the first sample belong to the first window, and times after the last sample to the last one.
     """
     ends = [float(of.times[i]) for of in stream.samples for i in (0, -1)]
     within = (at for at in stream.pinned if times.start <= min(max(at.time, min(ends)), max(ends)) <= times.end)
-    return tuple(pin for at in within for pin in at.pins(stream.plant))
+    return tuple(value for at in within for value in at.required_values(stream.plant))
 
 
 def constraints_at(times: Window, plant: ConstrainedSystem, backoff: float = _BACKOFFS[0]) -> tuple[Constraint, ...]:

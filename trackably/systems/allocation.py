@@ -39,7 +39,7 @@ class Attainable(NamedTuple):
     bounds: Interval
 
 
-class Laws(NamedTuple):
+class AllocationLaws(NamedTuple):
     """Affine candidates for the smallest input, `gains`[c] u + `shifts`[c]: shapes (c, m, m) and (c, m)."""
 
     gains: Array
@@ -126,7 +126,7 @@ class Allocation:
         return choice
 
     @cached_property
-    def laws(self) -> Laws:
+    def laws(self) -> AllocationLaws:
         """Candidates for the smallest admissible input, as affine functions of u; the first of them is u itself.
 
         Each is the smallest input at which the bounds b_S of some rows S are active: u + Z v with
@@ -149,7 +149,7 @@ class Allocation:
                         bounds = np.array([side[i] for side, i in zip(sides, hit, strict=True)], dtype=object)
                         gains.append(gain)
                         shifts.append(to_floats(back @ bounds))
-        return Laws(np.array(gains), np.array(shifts))
+        return AllocationLaws(np.array(gains), np.array(shifts))
 
     def _circuits(self) -> Iterator[tuple[list[int], Rationals]]:
         """Yield each circuit λ (see the head of this module): rows of the input set, and their factors λ_i."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self, TypeAlias
@@ -57,8 +56,8 @@ class Polytope:
         rows = numbers("set: rows", self.rows)
         if rows.ndim != 2 or not rows.shape[1] == self.dimension > 0:
             raise ValueError(f"set: rows must be a matrix with a column for each coordinate, got {rows.shape}")
-        if _move(self.lower, self.upper):
-            self._move(rows)
+        if _any_moves(self.lower, self.upper):
+            self._keep_moving(rows)
             return
         r, ends = len(rows), [numbers(f"set: {name}", getattr(self, name)) for name in ("lower", "upper")]
         if [of.shape for of in ends] != [(r,), (r,)]:
@@ -73,7 +72,7 @@ class Polytope:
         if r and not self.depth > 0:
             raise ValueError(f"set: must have an interior, but no point lies strictly inside {self}")
 
-    def _move(self, rows: Array) -> None:
+    def _keep_moving(self, rows: Array) -> None:
         """Keep the bounds as intervals, of which some move."""
         pairs = list(zip(self.lower, self.upper, strict=True))
         if len(pairs) != len(rows):
@@ -121,10 +120,10 @@ class Polytope:
 
         ValueError: only one of two bounds is infinite, shapes differ, or the box has no interior.
         """
-        if _move(lower, upper):
+        if _any_moves(lower, upper):
             lows, highs = (np.atleast_1d(np.asarray(of, dtype=object)) for of in (lower, upper))
             both = enumerate(zip(lows, highs, strict=True))
-            free = [i for i, of in both if not _move(of) and np.all(np.isinf([*of]))]
+            free = [i for i, of in both if not _any_moves(of) and np.all(np.isinf([*of]))]
             rows = np.delete(np.eye(len(lows)), free, axis=0)
             return cls(rows, np.delete(lows, free), np.delete(highs, free), len(lows))
         low, high = box_ends("set", lower, upper)
@@ -255,17 +254,8 @@ class Polytope:
         return "{x : " + ", ".join(sides) + "}"
 
 
-def box_as_written(lower: Sequence[Any], upper: Sequence[Any]) -> Polytope:
-    """Return the box of a file's lists: None where a coordinate is free, a mapping where a bound moves in time.
-
-    Raises as `Polytope.box` and `PolynomialPieces.from_mapping`.
-    """
-    low, high = ([free if end is None else end for end in of] for of, free in ((lower, -math.inf), (upper, math.inf)))
-    return Polytope.box(low, high)
-
-
-def _move(*ends: object) -> bool:
-    """Return whether some of the ends move in time."""
+def _any_moves(*ends: object) -> bool:
+    """Return whether one of the ends, or an entry of one, moves in time."""
     return any(
         isinstance(end, PolynomialPieces | Mapping) or is_spline(end)
         for of in ends

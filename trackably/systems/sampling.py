@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from trackably.gp.joint import JointPrior
+from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.gp.stencil import POINT, Stencil, Stencils
 from trackably.systems.constrained import ConstrainedSystem
@@ -112,6 +114,23 @@ def _join(kinds: Mapping[str, tuple[Samples, Stencil]]) -> Samples:
         Stencils(stencils, tuple(kinds), tuple(of[order].tolist())),
         tuple(part.scatter for part in parts) if any(part.scatters for part in parts) else (),
     )
+
+
+def prior_for(
+    plant: ConstrainedSystem, believed: Mapping[str, Prior], shared: frozenset[str] = frozenset()
+) -> JointPrior:
+    """Return the prior of a plant's flat outputs, in their order.
+
+    `believed` has one prior for each of them, by the name of the sampled state (or of the flat output, z1, z2, …): the
+    kernel of the flat output, σ_n of the samples, and the mean of the sampled state. Hyperparameters named in `shared`
+    are the same for all flat outputs. Raises ValueError where names do not fit the plant.
+    """
+    stencils = stencils_by_name(plant, believed)
+    parts = []
+    for name, stencil in stencils.items():
+        level = (believed[name].mean - stencil.offset) / sum(stencil.weights)
+        parts.append(replace(believed[name], mean=level))
+    return JointPrior(tuple(parts), tuple(stencils), shared)
 
 
 def default_sample(plant: ConstrainedSystem) -> str:

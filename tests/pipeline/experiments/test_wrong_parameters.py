@@ -16,15 +16,15 @@ LISTED = "[unconstrained, hyperparameters, joint]"
 
 # The entry, what is replaced, by what, and a pattern of the sentence: field, expectation, and what came.
 WRONG = [
-    ("example1", "A: [[0.9]]", "A: [[true]]", r"system\.A: expected a matrix.*True"),
-    ("example1", "A: [[0.9]]", "a: 0.9", r"system\.a: is not a known field \(known and not given: A, c, continuous\)"),
+    ("example1", "A: [[0.9]]", "A: [[true]]", r"system: A: expected a matrix.*True"),
+    ("example1", "A: [[0.9]]", "a: 0.9", r"system: has no field a; there are A, B, c, continuous"),
     (
         "example1",
         "B: [[0.5]]",
         "B: [[0]]",
         r"must be controllable, .*reach 0 of 1 dimensions.*none of them ever changes",
     ),
-    ("example1", "sampling_time: 0.01", "sampling_time: -0.01", r"sampling_time: expected greater than 0, got -0\.01"),
+    ("example1", "sampling_time: 0.01", "sampling_time: -0.01", r"system: sampling_time must be positive, got -0\.01"),
     ("example1", "{lower: [-0.5], upper: [0.5]}", "{lower: [0.5], upper: [0.5]}", r"input_set: must have an interior"),
     ("example1", "{lower: [-0.5], upper: [0.5]}", "{lower: [0.5]}", r"input_set: expected lower with upper"),
     (
@@ -115,12 +115,12 @@ WRONG = [
         "}",
         r"truth\.position: expected a bound of the slope, of the second derivative, or of both",
     ),
-    ("hand", "noise: 2.0, second", "noise: -2.0, second", r"truth\.position\.noise: expected .*got -2\.0"),
+    ("hand", "noise: 2.0, second", "noise: -2.0, second", r"truth\.position: noise: expected .*got -2"),
     ("hand", "      position: {noise: 2.0", "      speed: {noise: 2.0", r"truth: expected sampled states .*got speed"),
     ("hand", "400.0}", "400.0, rate: velocity, rate_noise: 1.0}", r"truth\.position\.rate: .*got velocity"),
     ("hand", "{B: [[0], [1.25]]}", "{A: [[0, 2], [0, 0]]}", r"model_error: sampled: A of continuous time is not known"),
     ("hand", "{B: [[0], [1.25]]}", "{B: [[0], [40.0]]}", r"model_error: vertex 2 costs the bounds"),
-    ("vehicle", "A: [[0, 0, 1, 0],", "A: [[0, 0, 1],", r"system\.A: expected a matrix: a list of rows of numbers, all"),
+    ("vehicle", "A: [[0, 0, 1, 0],", "A: [[0, 0, 1],", r"system: A: expected a matrix: a list of rows of numbers, all"),
     ("vehicle", "upper: [0.2, 2.0, 1.2, 1.2]", "upper: [0.2, 2.0, 1.2]", r"as many lower as upper bounds are needed"),
     (
         "vehicle",

@@ -8,8 +8,8 @@ from pipeline.published.scalar import reachable_tube, successor_set
 from tests.pipeline.published import example1
 from tests.pipeline.published.example1 import INPUT_SET, PUBLISHED, STATE_SET, STEPS, SYSTEM
 from trackably.learning.problem import Solution
-from trackably.progress.work import Work, watch
 from trackably.systems.reference import Reference
+from trackably.work import Work, watch
 
 IDENTIFIED = 5e-7 + 1e-6
 """Half a unit of the last digit that the notes give, and room for the optimiser."""

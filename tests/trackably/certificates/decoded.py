@@ -4,8 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from trackably.certificates.certificate import Certificate
-from trackably.certificates.robust import Robust
+from trackably.certificates.certificate import Certificate, Robust
 from trackably.checker.certificate import KINDS, Boxes, Claim, Cover, Instants, Steps, Window
 from trackably.codec import decode
 from trackably.systems.constrained import ConstrainedSystem

@@ -14,7 +14,7 @@ from trackably.certificates.goal import Goal, for_all_times
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.checker.certificate import Window
 from trackably.learning.learner import HYPERPARAMETERS, JOINT
-from trackably.learning.problem import NothingFactored, NothingFeasible, Pin
+from trackably.learning.problem import NothingFactored, NothingFeasible, RequiredValue
 from trackably.systems.intervals import Interval
 
 
@@ -44,8 +44,8 @@ def test_a_learner_that_finds_nothing_is_followed_by_its_second_choice():
 def test_given_values_have_no_second_choice():
     samples, prior, plant, space = PROBLEMS["example1"]
     lost = replace(JOINT, solve=lambda problem: NothingFactored(problem.prior))
-    pin = Pin("state", plant.quantities[0].trajectory, 0.0, -0.5, 1e-3)
-    assert isinstance(learn_certified(samples, prior, plant, space, learner=lost, pins=(pin,)), NothingFactored)
+    one = RequiredValue("state", plant.quantities[0].trajectory, 0.0, -0.5, 1e-3)
+    assert isinstance(learn_certified(samples, prior, plant, space, learner=lost, required=(one,)), NothingFactored)
 
 
 @pytest.mark.parametrize(("by", "kept"), [(10.0, "hyperparameters"), (-10.0, "joint")])

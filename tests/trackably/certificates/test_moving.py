@@ -9,7 +9,6 @@ import pytest
 from mpmath import mp
 from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 
-from pipeline.experiments.plants import SetFields
 from tests.trackably.certificates import naive
 from trackably import (
     Controller,
@@ -37,6 +36,7 @@ from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
+from trackably.systems.written import set_of
 
 T, END = 0.05, 4.0
 AXIS = LinearSystem([[1, T], [0, 1]], [[T**2 / 2], [T]], T)
@@ -316,7 +316,7 @@ def test_files_write_steps_and_lines() -> None:
         ({"lines": {"0": 0.5, "2.5": 0.25}}, PolynomialPieces.lines({0.0: 0.5, 2.5: 0.25})),
         ({"steps": {0: 1, 1: 2}, "period": 3}, PolynomialPieces.steps({0.0: 1.0, 1.0: 2.0}, period=3.0)),
     ):
-        box = SetFields.model_validate({"lower": [-1.0], "upper": [written]}).polytope
+        box = set_of({"lower": [-1.0], "upper": [written]})
         assert as_written(box) == as_written(Polytope.box([-1.0], [wanted]))
     for wrong in (
         {},

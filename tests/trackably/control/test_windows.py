@@ -10,7 +10,7 @@ from tests.pipeline.loops.test_online import CONTROLLER, STREAM, certified_by_se
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.learning.joint.search import learn_function
 from trackably.learning.learner import JOINT
-from trackably.learning.problem import ConstrainedProblem, Pin, UnmetBounds
+from trackably.learning.problem import ConstrainedProblem, RequiredValue, UnmetBounds
 from trackably.learning.space import SearchSpace
 from trackably.streams.relearner import BudgetExceeded, WindowLearner
 
@@ -78,6 +78,6 @@ def test_given_values_that_contradict_each_other_find_no_function(first):
     known = first.solution.posterior.prior.as_known()
     space = SearchSpace.around(WINDOWS[0], known, starts=1)
     state = first.reference.quantities[0]
-    pins = tuple(Pin(state.name, state.trajectory, 0.5, value, 1e-6) for value in (-1.0, -0.5))
-    found = learn_function(ConstrainedProblem(WINDOWS[0], known, space, (), pins))
+    required = tuple(RequiredValue(state.name, state.trajectory, 0.5, value, 1e-6) for value in (-1.0, -0.5))
+    found = learn_function(ConstrainedProblem(WINDOWS[0], known, space, (), required))
     assert isinstance(found, UnmetBounds)

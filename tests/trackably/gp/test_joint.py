@@ -15,7 +15,7 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
-from trackably.gp.signal import KernelSum, Remembered, RememberedSum
+from trackably.gp.signal import CachedSum, EvaluationCache, KernelSum
 from trackably.gp.stencil import Stencil
 
 TIMES = np.array([-0.7, 0.0, 0.2, 0.55, 1.0, 1.42, 2.3, 4.0])
@@ -138,7 +138,7 @@ def test_remembered_signals_have_the_values_of_the_signals(length):
     signals = JointPosterior(PRIORS["apart"], SAMPLES).signals
     t = np.linspace(-1, 3, length)
     rows = [np.stack([t, t + 0.1]), np.stack([t, t + 0.1]), np.stack([t + 0.1, t + 0.2, t]), t[None]]
-    for remembered, signal in zip(Remembered.of(signals).signals, signals, strict=True):
+    for remembered, signal in zip(EvaluationCache.of(signals).signals, signals, strict=True):
         for times in rows:
             np.testing.assert_allclose(remembered(times), signal(times), rtol=1e-12, atol=1e-12)
         assert len(remembered.known) == (3 if length > 3 else 0)
@@ -153,6 +153,6 @@ def test_signals_are_nearly_the_same_by_the_shorter_way(count):
     for kernel in (Periodic(1.3, 0.4, 2.5), SquaredExponential(0.7, 1.1)):
         signal = KernelSum(kernel, 0.3, centres, rng.standard_normal(count))
         for t in (np.linspace(-1, 9, 300), np.linspace(0, 9, 6).reshape(2, 3), np.zeros((2, 0)), np.ones((1, 80))):
-            for one in (signal, RememberedSum.of(signal)):
+            for one in (signal, CachedSum.of(signal)):
                 np.testing.assert_allclose(one.nearly(t), signal(t), rtol=1e-11, atol=1e-11)
                 assert one.nearly(t).shape == t.shape

@@ -28,10 +28,10 @@ from trackably import (
 from trackably.certificates.claim import Written, as_claim
 from trackably.empirical_bayes import EmpiricalPrior, empirical_prior, levels, split_means
 from trackably.gp.posterior import Posterior
-from trackably.learning.prior import prior_for
 from trackably.learning.problem import NothingFactored, Solution
 from trackably.request import Measurements, quantities_at_rest
 from trackably.systems.library import tank
+from trackably.systems.sampling import prior_for
 
 pytestmark = pytest.mark.filterwarnings("ignore::trackably.explanation.IgnoresSamplesWarning")
 NOISE = np.random.default_rng(1).standard_normal((3, 60))

@@ -13,7 +13,7 @@ from trackably import ConstrainedSystem, Matern52, Polytope, Samples, SquaredExp
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import as_claim
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.certificates.pinned import Pinned
+from trackably.certificates.waypoint import Waypoint
 from trackably.checker.certificate import AllTimes, Window
 from trackably.gp.joint import JointPrior
 from trackably.gp.posterior import Posterior
@@ -88,7 +88,7 @@ def test_given_values_are_those_of_all_samples_at_once(kernel, length):
     """Before the first sample, within a window, where two of them meet, and long after the last sample."""
     tolerances = {"position": 1e-6}
     pinned = tuple(
-        Pinned(t, {"position": x}, tolerances) for t, x in [(0.0, -1.0), (7.05, 0.3), (10.0, -0.9), (70.0, 0.2)]
+        Waypoint(t, {"position": x}, tolerances) for t, x in [(0.0, -1.0), (7.05, 0.3), (10.0, -0.9), (70.0, 0.2)]
     )
     windows, whole = (
         learn_proved(replace(stream(kernel, FREE, of, (0.0, 71.0)), pinned=pinned))[0].signals for of in (length, 100.0)

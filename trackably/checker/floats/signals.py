@@ -160,7 +160,10 @@ class Models:
 
     @classmethod
     def spread(cls, parts: Sequence[tuple[Indices, "Models"]], n: int, count: int, rest: float = np.nan) -> "Models":
-        """Return models with n coefficients in `count` boxes, of which these are some; the `rest` in the others."""
+        """Join models of some boxes into models of `count` boxes, with n coefficients each.
+
+        Each of the `parts` has the indices of its boxes. In boxes of none, all coefficients are `rest`.
+        """
         ends = np.full((2, n + 1, count), rest)
         for where, of in parts:
             every = join([of.coefficients, of.missed.at(None)], axis=0)

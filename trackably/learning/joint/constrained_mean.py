@@ -25,8 +25,8 @@ from trackably.learning.joint.interior import interior_multipliers
 from trackably.learning.joint.places import Demands, Places, demands, flags
 from trackably.learning.joint.sequential import FormulaProgram
 from trackably.learning.problem import ActiveBound, ConstrainedProblem
-from trackably.progress.work import done
 from trackably.systems.trajectories import Signals
+from trackably.work import done
 
 _CORRECTIONS = 5
 _MET = 1e-10  # relative to a width: smaller residuals are below any back-off, and little more than rounding
@@ -128,7 +128,7 @@ def constrained_mean(
     With formulas, it is a local minimum near the signals `near`, by default those of the posterior. Giving the places
     that are probably `active` saves work. Raises IllConditioned.
     """
-    likely = None if active is None else np.append(flags(places, active), np.zeros(len(problem.pins), dtype=bool))
+    likely = None if active is None else np.append(flags(places, active), np.zeros(len(problem.required), dtype=bool))
     at = posterior.signals if near is None else near
     if is_linear(problem):
         return mean_meeting(posterior, demands(problem, places, at), likely)

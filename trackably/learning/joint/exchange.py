@@ -18,7 +18,7 @@ from trackably.systems.trajectories import Signals
 
 _MAX_ROUNDS = 40
 _MANY_PLACES, _MOST_PLACES = 1000, 1500
-MANY_BENDS = 500  # active places
+MANY_ACTIVE = 500  # active places
 _MORE, _MORE_BENDS, _MANY_MET = 1.1, 1.5, 3.0  # times the places that an exchange begins with
 CROWD = 800  # active places; beyond, a larger back-off is used instead of more places
 _CROWDED = 100  # violated places; so many are neighbours along stretches of an active bound
@@ -47,10 +47,10 @@ class _Limits:
     def of(cls, problem: ConstrainedProblem, posterior: JointPosterior, begun: int) -> "_Limits":
         """Return the limits for an exchange that begins with so many places; none where many rows take little time."""
         is_convex = is_linear(problem)
-        if is_convex and not problem.pins and has_system(posterior, _MOST_PLACES):
+        if is_convex and not problem.required and has_system(posterior, _MOST_PLACES):
             return cls()
-        bends = max(MANY_BENDS, _MORE_BENDS * begun)
-        met = max(MANY_BENDS, _MANY_MET * begun) if is_convex else np.inf  # with formulas, all places are kept
+        bends = max(MANY_ACTIVE, _MORE_BENDS * begun)
+        met = max(MANY_ACTIVE, _MANY_MET * begun) if is_convex else np.inf  # with formulas, all places are kept
         return cls(_MANY_PLACES, max(_MOST_PLACES, _MORE * begun), bends, met)
 
 
@@ -87,8 +87,8 @@ def exchange_bounds(
 
     The exchange ends when bounds are violated by at most `tolerance`, a part of their width, or when the price exceeds
     the `ceiling`, as more places would only raise it. Where many rows take long, and with a ceiling, it also ends when
-    far more places are active than it began with, those of a known function. None if the function cannot be
-    computed, which may happen with formulas. Raises IllConditioned.
+    far more places are active than it began with, those of a known function.
+    None if the function cannot be computed, which may happen with formulas. Raises IllConditioned.
     """
     best: ExchangeResult | None = None
     kept: Places | None = None
@@ -189,7 +189,7 @@ def _spacing(problem: ConstrainedProblem, posterior: JointPosterior, constraint:
     times = np.append(0.0, steps)
     places = list(no_places(problem))
     places[constraint] = np.column_stack([times, np.full(len(times), LOWER)])
-    rows = demands(replace(problem, pins=()), tuple(places), posterior.signals).rows
+    rows = demands(replace(problem, required=()), tuple(places), posterior.signals).rows
     parts = zip(posterior.parts, rows.terms, strict=True)
     each = [row_kernel(part.prior.kernel, terms, len(rows)).among() for part, terms in parts]
     among = np.sum(each, axis=0)

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from trackably.arrays import Array, Flags
 from trackably.cached import cached
 from trackably.gp.rows import Rows, Terms
-from trackably.gp.signal import KernelSum, Remembered
+from trackably.gp.signal import EvaluationCache, KernelSum
 from trackably.learning.constraint import CLOSER, Bounded, Constraint, between, local_minima, owners, parts
 from trackably.learning.problem import ActiveBound, ConstrainedProblem, Side
 from trackably.systems.trajectories import Functional, Quantities, Signals, Trajectory
@@ -61,7 +61,7 @@ class Demands:
 
 
 def select(places: Places, flags: Flags) -> Places:
-    """Return the places whose rows have a flag. The rows of pins come last and have no places."""
+    """Return the places whose rows have a flag. The rows of required values come last and have no places."""
     ends = accumulate(map(len, places))
     return tuple(
         of_constraint[flags[end - len(of_constraint) : end]] for of_constraint, end in zip(places, ends, strict=True)
@@ -78,7 +78,7 @@ def fewer(places: Places, active: Places) -> Places:
 
 
 def places_of(active: Sequence[ActiveBound], names: Sequence[str]) -> Places:
-    """Return the places of active bounds for the quantities with these names, without pins."""
+    """Return the places of active bounds for the quantities with these names, without required values."""
     sides = {"lower": LOWER, "upper": UPPER}
     return tuple(
         np.array([(b.time, sides[b.side]) for b in active if b.name == name and b.side in sides]).reshape(-1, 2)
@@ -113,7 +113,10 @@ def _unite(places: Array, new: Array, same: float) -> Array:
 
 
 def demands(problem: ConstrainedProblem, places: Places, near: Signals) -> Demands:
-    """Return all places as rows; formulas are linearised at the signals `near`."""
+    """Return what has to hold at all places, and all required values, one row of signals for each.
+
+    Formulas are linearised at the signals `near`.
+    """
     terms: list[list[Terms]] = [[] for _ in problem.prior.parts]
     offsets, limits, widths, labels = [np.empty(0)], [np.empty(0)], [np.empty(0)], list[Label]()
     for constraint, of_constraint in zip(problem.constraints, places, strict=True):
@@ -126,12 +129,12 @@ def demands(problem: ConstrainedProblem, places: Places, near: Signals) -> Deman
         widths.append(np.full(len(times), width))
         name = constraint.quantity.name
         labels += [Label(name, "lower" if side == LOWER else "upper", time) for time, side in of_constraint.tolist()]
-    for pin in problem.pins:
-        offsets.append(_add_terms(terms, len(labels), pin.trajectory, np.array([pin.time]), np.ones(1), near))
-        limits.append(np.array([pin.value]))
-        widths.append(np.array([pin.tolerance]))
-        labels.append(Label(pin.name, "equal", pin.time))
-    is_equation = np.arange(len(labels)) >= len(labels) - len(problem.pins)
+    for each in problem.required:
+        offsets.append(_add_terms(terms, len(labels), each.trajectory, np.array([each.time]), np.ones(1), near))
+        limits.append(np.array([each.value]))
+        widths.append(np.array([each.tolerance]))
+        labels.append(Label(each.name, "equal", each.time))
+    is_equation = np.arange(len(labels)) >= len(labels) - len(problem.required)
     rows = Rows(np.concatenate(offsets), tuple(map(Terms.joined, terms)))
     return Demands(rows, np.concatenate(limits), is_equation, np.concatenate(widths), tuple(labels))
 
@@ -272,8 +275,8 @@ class MarginScan:
         return several if several.is_linear else replace(several, signals=self._remembered.signals)
 
     @cached
-    def _remembered(self) -> Remembered:
-        return Remembered.of(self.signals)
+    def _remembered(self) -> EvaluationCache:
+        return EvaluationCache.of(self.signals)
 
     @cached
     def _known(self) -> list[Constraint]:

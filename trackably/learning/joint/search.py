@@ -16,7 +16,7 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import IllConditioned
 from trackably.learning import sqp
 from trackably.learning.joint.constrained_mean import ConstrainedMean, WorkingSet, constrained_mean, is_linear
-from trackably.learning.joint.exchange import CROWD, MANY_BENDS, ExchangeResult, exchange_bounds, no_places, same_time
+from trackably.learning.joint.exchange import CROWD, MANY_ACTIVE, ExchangeResult, exchange_bounds, no_places, same_time
 from trackably.learning.joint.places import MarginScan, Places, demands, fewer, flags, merge, select
 from trackably.learning.joint.sequential import (
     keep_off_short_times,
@@ -35,7 +35,7 @@ from trackably.learning.problem import (
     Solution,
     UnmetBounds,
 )
-from trackably.learning.search import best_solution, better_solution, solution_from
+from trackably.learning.search import best_solution, solution_from
 from trackably.learning.search import continued as continued_alone
 from trackably.systems.trajectories import Signals
 
@@ -97,16 +97,16 @@ class JointProgram:
         posterior = self.problem.posterior(log_theta)
         try:
             value, gradient = posterior.negative_log_marginal_likelihood()
-            bent = mean_for(posterior)
+            mean = mean_for(posterior)
         except IllConditioned:
             return None
-        if bent is None:
+        if mean is None:
             return None
-        by_theta = gradient + bent.price_gradient()
-        return sqp.Evaluation(value + bent.price, by_theta, np.empty(0), np.empty((0, len(log_theta))))
+        by_theta = gradient + mean.price_gradient()
+        return sqp.Evaluation(value + mean.price, by_theta, np.empty(0), np.empty((0, len(log_theta))))
 
     def _working_set(self, active: Places) -> WorkingSet:
-        """Return a working set with the active places and the pins."""
+        """Return a working set with the active places and the required values."""
         demanded = demands(self.problem, self.places, self.near)
         begun = demanded.is_equation.copy()
         begun[: sum(map(len, self.places))] = flags(self.places, active)
@@ -207,7 +207,7 @@ class JointSearch:
         fine = self._at(coarse.log_theta, coarse.function.places, coarse.function.mean.signals, tolerance)
         if fine is not None and fine.function.margin >= -max(tolerance, _ROUGH) and not crowded:
             again = replace(path, point=fine, reach=max(path.reach, _NEARBY))
-            is_quick = is_linear(self.problem) and not self._is_bent(fine, _MANY_FOR_STEPS, samples=1.0)
+            is_quick = is_linear(self.problem) and not self._has_many_active(fine, _MANY_FOR_STEPS, samples=1.0)
             fine = self._descend(again, tolerance, _FINE_GAIN if is_quick else gain).point
         found = fine if fine is not None and fine.is_solution else coarse
         if not self._is_no_better(found.objective):
@@ -322,13 +322,13 @@ class JointSearch:
             there = self._at(found.x, active, signals, tolerance, point.ceiling)
             if there is None or there.is_unfinished(point.ceiling) or self._is_hopeless(there):
                 given_up += 1
-                may_do = given_up <= _MOST_GIVEN_UP and not self._is_bent(point, _MANY_FOR_STEPS, samples=4.0)
+                may_do = given_up <= _MOST_GIVEN_UP and not self._has_many_active(point, _MANY_FOR_STEPS, samples=4.0)
                 if not point.is_solution or (is_linear(self.problem) and not may_do):
                     break
                 there = None  # a shorter step may lead to a function
             if there is not None and there.is_solution and there.objective < point.ceiling:
                 path = _Descent(there, path.met(there), found.curvature, 2 * path.reach)
-                if point.objective - there.objective < there.allowed_gap and self._is_bent(
+                if point.objective - there.objective < there.allowed_gap and self._has_many_active(
                     there, _MANY_FOR_STEPS, samples=1.0
                 ):
                     break
@@ -344,9 +344,9 @@ class JointSearch:
 
         Each further program would take many seconds, and hardly lead to a function that keeps its bounds.
         """
-        return not point.is_solution and self._is_bent(point, MANY_BENDS, samples=0.5)
+        return not point.is_solution and self._has_many_active(point, MANY_ACTIVE, samples=0.5)
 
-    def _is_bent(self, point: Point, many: int, samples: float) -> bool:
+    def _has_many_active(self, point: Point, many: int, samples: float) -> bool:
         """Whether a function has more than `many` active places, and more than so many for each of the `samples`."""
         count = sum(map(len, self.problem.samples))
         return sum(map(len, point.function.active)) > max(many, samples * count)
@@ -394,16 +394,16 @@ def learn_jointly(
     """Return the best local minimum of J = l + D that keeps every bound at all times, or the reason why there is none.
 
     Starts are the minima of the likelihood, the ln θ in `also`, and the minimum over θ alone (the paper's problem, in
-    which D = 0), so that J is never larger than there. If no start leads to a function, which may happen with formulas,
-    the minimum over θ alone is returned, which has no active bounds. Where the `minima` of the likelihood are nearly
-    known, as ln θ by name, they are not searched again. Deterministic.
+    which D = 0), so that J is never larger than there. If no start leads to a function, which may happen with formulas, the minimum over θ alone is returned,
+    which has no active bounds. Where the `minima` of the likelihood are nearly known, as ln θ by name, they are not
+    searched again. Deterministic.
     """
-    free = _without_bounds(problem, minima)
+    free = _likeliest(problem, minima)
     if not isinstance(free, Solution):
         return free
     search = JointSearch(problem)
     search.follow(free.posterior.prior.log_hyperparameters)
-    alone = _alone(replace(problem, pins=()), free, search.best)
+    alone = _alone(replace(problem, required=()), free, search.best)
     if isinstance(alone, Solution):
         search.follow(alone.posterior.prior.log_hyperparameters)
     for other in (*also, *free.others[:_OTHER_MINIMA]):
@@ -411,17 +411,17 @@ def learn_jointly(
             search.follow(other)
     fits = search.fits + sum(found.fits for found in (free, alone) if isinstance(found, Solution))
     least = search.best.objective if search.best else np.inf
-    if isinstance(alone, Solution) and not problem.pins and alone.objective < least:
+    if isinstance(alone, Solution) and not problem.required and alone.objective < least:
         return replace(alone, fits=fits, unconstrained=free.posterior, alone=alone.objective)
     if search.best is not None:
         known = alone.objective if isinstance(alone, Solution) else np.inf
         return replace(_solution(search.best, search, free.posterior), alone=known, fits=fits)
     if search.closest is not None:
         return _no_solution(problem, search.closest)
-    return NoFunction(problem.pins) if problem.pins or alone is None else alone
+    return NoFunction(problem.required) if problem.required else alone
 
 
-def _without_bounds(problem: ConstrainedProblem, minima: Sequence[Mapping[str, float]]) -> Solution | NoSolution:
+def _likeliest(problem: ConstrainedProblem, minima: Sequence[Mapping[str, float]]) -> Solution | NoSolution:
     """Return the minimum of l, from its known `minima` if they have all hyperparameters that are learned."""
     free, names = ConstrainedProblem(problem.samples, problem.prior, problem.space), problem.prior.learned
     if names and minima and minima[0].keys() >= {*names}:
@@ -436,14 +436,14 @@ def learn_from(starts: Sequence[Array], problem: ConstrainedProblem) -> Solution
     reason why there is none.
 
     Use it for a problem that differs little from one whose hyperparameters are known. Hyperparameters alone cannot meet
-    `problem.pins`: if no function is found, there is no solution.
+    `problem.required`: if no function is found, there is no solution.
     """
     search = JointSearch(problem)
     for log_theta in starts:
         search.follow(log_theta)
     if search.best is not None:
         return _solution(search.best, search, None)
-    return _no_solution(problem, search.closest) if search.closest is not None else NoFunction(problem.pins)
+    return _no_solution(problem, search.closest) if search.closest is not None else NoFunction(problem.required)
 
 
 def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
@@ -486,7 +486,7 @@ def _searched_on(solution: Solution, problem: ConstrainedProblem) -> Solution | 
     search.follow(solution.posterior.prior.log_hyperparameters, places, solution.signals, farthest=_NEARBY)
     if search.best:
         return _like(solution, _solution(search.best, search, solution.unconstrained))
-    if solution.method == "hyperparameters" and not problem.pins:
+    if solution.method == "hyperparameters" and not problem.required:
         alone = continued_alone(solution, problem)
         return (
             _like(solution, replace(alone, unconstrained=solution.unconstrained))
@@ -501,7 +501,7 @@ def _like(solution: Solution, found: Solution) -> Solution:
     return replace(found, alone=solution.alone, spread=solution.spread)
 
 
-def _alone(problem: ConstrainedProblem, free: Solution, best: Point | None) -> Solution | NoSolution | None:
+def _alone(problem: ConstrainedProblem, free: Solution, best: Point | None) -> Solution | NoSolution:
     """Return the minimum over θ alone; with many samples, only if it is better than the `best` function.
 
     Each step of its programs needs a Gram matrix of all samples. So with many samples, the search is given up as soon
@@ -509,7 +509,7 @@ def _alone(problem: ConstrainedProblem, free: Solution, best: Point | None) -> S
     """
     if best is None or sum(map(len, problem.samples)) < _MANY_SAMPLES:
         return best_solution(problem, free=free)
-    return better_solution(problem, free, best.objective)
+    return solution_from([free.posterior.prior.log_hyperparameters, *free.others], problem, best.objective)
 
 
 def learn_function(problem: ConstrainedProblem, near: Solution | None = None) -> Solution | NoSolution:
@@ -529,7 +529,7 @@ def learn_function(problem: ConstrainedProblem, near: Solution | None = None) ->
     search.settle(known, places, signals)
     if search.best is not None:
         return _solution(search.best, search, None)
-    return NoFunction(problem.pins) if search.closest is None else _no_solution(problem, search.closest)
+    return NoFunction(problem.required) if search.closest is None else _no_solution(problem, search.closest)
 
 
 def _nlml(problem: ConstrainedProblem, log_theta: Array) -> float:
@@ -540,14 +540,14 @@ def _nlml(problem: ConstrainedProblem, log_theta: Array) -> float:
 
 
 def _solution(point: Point, search: JointSearch, unconstrained: JointPosterior | None) -> Solution:
-    bent = point.function.mean
+    mean = point.function.mean
     return Solution(
-        bent.posterior,
-        bent.signals,
+        mean.posterior,
+        mean.signals,
         point.objective,
         point.function.places,
         search.fits,
-        active_bounds=bent.active_bounds,
+        active_bounds=mean.active_bounds,
         method="joint",
         unconstrained=unconstrained,
         missed=max(0.0, -point.function.margin),
@@ -556,10 +556,10 @@ def _solution(point: Point, search: JointSearch, unconstrained: JointPosterior |
 
 
 def _no_solution(problem: ConstrainedProblem, closest: Point) -> NoSolution:
-    bent, function = closest.function.mean, closest.function
-    if bent.contradicts:
-        given_first = sorted(bent.most_influential, key=lambda bound: bound.side != "equal")
-        return UnmetBounds(bent.posterior, tuple(given_first[:_TOLD]))
+    mean, function = closest.function.mean, closest.function
+    if mean.contradicts:
+        given_first = sorted(mean.most_influential, key=lambda bound: bound.side != "equal")
+        return UnmetBounds(mean.posterior, tuple(given_first[:_TOLD]))
     quantity = problem.constraints[function.constraint].quantity
     violation = -function.margin * quantity.bounds.width
-    return NothingFeasible(bent.posterior, quantity, function.time, violation, problem.broken_at_rest)
+    return NothingFeasible(mean.posterior, quantity, function.time, violation, problem.broken_at_rest)

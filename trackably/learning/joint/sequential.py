@@ -27,9 +27,9 @@ from trackably.learning.index_set import RealTimes
 from trackably.learning.joint.places import LOWER, UPPER, Places, merge
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
-from trackably.progress.work import done
 from trackably.systems.intervals import Corridor, Interval
 from trackably.systems.trajectories import Functional, Quantity, Signals
+from trackably.work import done
 
 _WEAK = 1e-11  # relative to the largest eigenvalue: smaller ones are rounding errors
 _ROUNDING = 4 * float(np.finfo(float).eps)  # relative to the prior variance
@@ -55,7 +55,7 @@ class KnownValues:
 
 @dataclass(frozen=True)
 class _Bound:
-    """The places of one quantity, or a pin as two bounds: q · `sides` has to be at least `limits`, shapes (n,)."""
+    """The places of one quantity, or a required value as two bounds: q · `sides` ≥ `limits`, shapes (n,)."""
 
     quantity: Constraint
     times: Array
@@ -71,10 +71,10 @@ class _Bound:
             lower, upper = bounds.ends(times)
             found.append(cls(constraint, times, sides, np.where(sides == LOWER, lower, -upper)))
         both = np.array([LOWER, UPPER])
-        for pin in problem.pins:
-            around = Interval(pin.value - pin.tolerance, pin.value + pin.tolerance)
-            held = Constraint(Quantity(pin.name, pin.trajectory, around), RealTimes(Window(pin.time, pin.time)))
-            found.append(cls(held, np.full(2, pin.time), both, both * pin.value))
+        for each in problem.required:
+            around = Interval(each.value - each.tolerance, each.value + each.tolerance)
+            held = Constraint(Quantity(each.name, each.trajectory, around), RealTimes(Window(each.time, each.time)))
+            found.append(cls(held, np.full(2, each.time), both, both * each.value))
         return found
 
     @property

@@ -5,10 +5,9 @@ from dataclasses import replace
 from functools import cache
 
 from tests.trackably.control.tube.instances import LOOPS, STEPS
-from trackably.certificates.certificate import Certificate
+from trackably.certificates.certificate import Certificate, robust_of
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove_on_window
-from trackably.certificates.robust import robust_of
 from trackably.systems.disturbances import Zonotope
 
 KINDS = ("example1", "pushed cart", "triangle", "three states")

@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from tests.trackably.systems.disturbance.instances import CART
-from trackably.certificates.certificate import Certificate
+from trackably.certificates.certificate import Certificate, robust_of
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove_on_window
-from trackably.certificates.robust import robust_of
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem

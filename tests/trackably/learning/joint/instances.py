@@ -20,7 +20,7 @@ from trackably.gp.stencil import POINT, Stencil
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import Steps
 from trackably.learning.joint.exchange import ExchangeResult, exchange_bounds, no_places
-from trackably.learning.problem import ConstrainedProblem, Pin
+from trackably.learning.problem import ConstrainedProblem, RequiredValue
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
@@ -37,7 +37,7 @@ class Case:
     prior: JointPrior
     plant: ConstrainedSystem
     steps: Steps
-    pins: tuple[Pin, ...] = ()
+    required: tuple[RequiredValue, ...] = ()
 
     @cached_property
     def posterior(self) -> JointPosterior:
@@ -51,7 +51,7 @@ class Case:
     def problem(self) -> ConstrainedProblem:
         constraints = tuple(Constraint(quantity, self.steps) for quantity in self.plant.quantities)
         space = SearchSpace.around(self.samples, self.prior, starts=1)
-        return ConstrainedProblem(self.samples, self.prior, space, constraints, self.pins)
+        return ConstrainedProblem(self.samples, self.prior, space, constraints, self.required)
 
 
 def scalar(a: float, b: float, sampling_time: float) -> LinearSystem:
@@ -126,14 +126,14 @@ def case(
     return replace(found, plant=plant)
 
 
-def pinned(of: Case, *pins: tuple[str, float, float]) -> Case:
-    """The same with pins: a quantity's name, a time [s], and a place between its bounds from 0 to 1."""
+def pinned(of: Case, *required: tuple[str, float, float]) -> Case:
+    """The same with required values: a quantity's name, a time [s], and a place between its bounds from 0 to 1."""
     found = []
-    for name, time, place in pins:
+    for name, time, place in required:
         quantity = next(q for q in of.plant.quantities if q.name == name)
         value = quantity.bounds.lower + place * quantity.bounds.width
-        found.append(Pin(name, quantity.trajectory, time, value, 1e-6 * quantity.bounds.width))
-    return replace(of, pins=tuple(found))
+        found.append(RequiredValue(name, quantity.trajectory, time, value, 1e-6 * quantity.bounds.width))
+    return replace(of, required=tuple(found))
 
 
 SE = SquaredExponential(0.8, 0.3)

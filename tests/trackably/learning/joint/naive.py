@@ -34,8 +34,8 @@ def least(case: Case) -> Optimum:
     times, quantities = case.times, case.plant.quantities
     seen = [_sample(case, c, t) for c, samples in enumerate(case.samples) for t in samples.times]
     bounded = [_at(q.functional, t) for q in quantities for t in times]
-    pinned = [_at(pin.trajectory.functional, pin.time) for pin in case.pins]
-    means, factor = _factor(case, [*seen, *bounded, *pinned])
+    required = [_at(one.trajectory.functional, one.time) for one in case.required]
+    means, factor = _factor(case, [*seen, *bounded, *required])
     z = cp.Variable(factor.shape[1])
     values = means + factor @ z
     n, end = len(seen), len(seen) + len(bounded)
@@ -44,7 +44,9 @@ def least(case: Case) -> Optimum:
     lower = np.repeat([q.bounds.lower for q in quantities], len(times))
     relative = cp.multiply(1 / widths, values[n:end] - lower)
     constraints = [relative >= 0, relative <= 1]
-    constraints += [value == pin.value for value, pin in zip(values[end:], case.pins, strict=True)] if pinned else []
+    constraints += (
+        [value == one.value for value, one in zip(values[end:], case.required, strict=True)] if required else []
+    )
     cost = cp.sum_squares(cp.multiply(1 / _noise(case), y - values[:n])) + cp.sum_squares(z)
     program = cp.Problem(cp.Minimize(cost), constraints)
     program.solve(solver=cp.CLARABEL, **_ACCURATE)

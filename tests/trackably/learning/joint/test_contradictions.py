@@ -1,4 +1,4 @@
-"""Pins and bounds that contradict each other: said so, with their names and times, however small the contradiction."""
+"""Required values and bounds that contradict each other: said so, with names and times, however small it is."""
 
 from dataclasses import replace
 
@@ -19,8 +19,8 @@ def known(case: Case) -> Case:
     return replace(case, prior=JointPrior(tuple(parts), case.prior.names))
 
 
-def told(case: Case, *pins: tuple[str, float, float]) -> list[tuple[str, str, float]]:
-    found = learn_jointly(pinned(known(case), *pins).problem)
+def told(case: Case, *required: tuple[str, float, float]) -> list[tuple[str, str, float]]:
+    found = learn_jointly(pinned(known(case), *required).problem)
     assert isinstance(found, UnmetBounds)
     for bound in found.among:
         side = {"lower": "lower bound", "upper": "upper bound", "equal": "given value"}[bound.side]
@@ -54,7 +54,7 @@ def test_positions_that_velocity_and_input_do_not_allow():
 
 
 @pytest.mark.parametrize(
-    ("case", "pins"),
+    ("case", "required"),
     [
         (SCALAR, [("state", 0.5, 0.999)]),
         (SCALAR, [("state", 0.5, 0.3), ("state", 0.55, 0.3)]),
@@ -63,11 +63,11 @@ def test_positions_that_velocity_and_input_do_not_allow():
     ],
     ids=["nearly_outside", "close_in_time", "all_of_one_step", "all_states_twice"],
 )
-def test_what_can_be_met_is_met(case, pins):
-    chosen = pinned(known(case), *pins)
+def test_what_can_be_met_is_met(case, required):
+    chosen = pinned(known(case), *required)
     found = learn_jointly(chosen.problem)
     assert isinstance(found, Solution)
-    for pin in chosen.pins:
-        assert pin.trajectory(found.signals, pin.time) == pytest.approx(pin.value, abs=pin.tolerance)
+    for one in chosen.required:
+        assert one.trajectory(found.signals, one.time) == pytest.approx(one.value, abs=one.tolerance)
     for constraint in chosen.problem.constraints:
         assert constraint.relative_margin(found, chosen.times).min() >= -1e-9

@@ -51,4 +51,4 @@ def test_the_value_is_likelihood_and_price(case):
     price = constrained_mean(case.problem, case.posterior, places).price
     likelihood, _ = case.posterior.negative_log_marginal_likelihood()
     assert found.value == pytest.approx(likelihood + price, rel=1e-12)
-    assert price >= 0 or case.pins
+    assert price >= 0 or case.required

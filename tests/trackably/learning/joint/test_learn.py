@@ -182,7 +182,7 @@ def test_a_search_goes_on_near_the_hyperparameters_of_a_similar_problem(name, mo
 def test_a_step_that_takes_far_more_places_than_a_known_function_is_given_up(other_rule, monkeypatch):
     """Far more active ones, or far more that it meets at all; for kernels with which many take long."""
     monkeypatch.setattr(exchange, "has_system", lambda *_: False)
-    monkeypatch.setattr(exchange, "MANY_BENDS", 0)
+    monkeypatch.setattr(exchange, "MANY_ACTIVE", 0)
     monkeypatch.setattr(exchange, other_rule, 1e9)
     problem, known = problem_of("tight_3"), jointly("tight_3")
     one = tuple(places[:1] for places in known.active)
@@ -236,7 +236,7 @@ def test_where_many_bounds_are_active_steps_end_with_one_that_gains_less_than_th
     of = search.JointSearch(problem)
     begun = search._Descent(of._at(theta, no_places(problem), None, 0.0), no_places(problem))
     at_last = of._descend(begun, 0.0, 1e-9).point.objective
-    monkeypatch.setattr(search.JointSearch, "_is_bent", lambda *_, **__: True)
+    monkeypatch.setattr(search.JointSearch, "_has_many_active", lambda *_, **__: True)
     monkeypatch.setattr(search.Point, "allowed_gap", np.inf)
     after_one = of._descend(begun, 0.0, 1e-9).point.objective
     assert at_last < after_one - 1e-6 < begun.point.objective - 1e-3

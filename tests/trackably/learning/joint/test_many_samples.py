@@ -16,7 +16,7 @@ from trackably.learning.joint import search
 from trackably.learning.joint.exchange import at_steps, exchange_bounds, no_places
 from trackably.learning.joint.places import LOWER, UPPER
 from trackably.learning.problem import ConstrainedProblem, Solution
-from trackably.learning.search import best_solution, better_solution
+from trackably.learning.search import best_solution, solution_from
 
 
 def free_of(problem: ConstrainedProblem) -> Solution:
@@ -28,16 +28,17 @@ def free_of(problem: ConstrainedProblem) -> Solution:
 @pytest.mark.parametrize("name", INSTANCES)
 def test_a_ceiling_above_the_best_hides_nothing_and_one_below_ends_the_search(name):
     problem = problem_of(name)
-    free, whole = free_of(problem), better_solution(problem, free_of(problem), np.inf)
-    if whole is None:
+    free = free_of(problem)
+    starts = [free.posterior.prior.log_hyperparameters, *free.others]
+    whole = solution_from(starts, problem)
+    if not isinstance(whole, Solution):
         pytest.skip("the prior mean is no solution's neighbour")
-    above = better_solution(problem, free, whole.objective + 1e-6)
-    assert above is not None
+    above = solution_from(starts, problem, whole.objective + 1e-6)
+    assert isinstance(above, Solution)
     assert above.objective == whole.objective
-    below = better_solution(problem, free, whole.objective - 1e-6)
-    assert below is None or below.objective < whole.objective - 1e-6
-    at_once = better_solution(problem, free, free.objective)
-    assert at_once is None
+    below = solution_from(starts, problem, whole.objective - 1e-6)
+    assert not isinstance(below, Solution) or below.objective < whole.objective - 1e-6
+    assert not isinstance(solution_from(starts, problem, free.objective), Solution)
 
 
 def test_of_many_samples_function_and_hyperparameters_are_no_worse_than_these_alone(monkeypatch):

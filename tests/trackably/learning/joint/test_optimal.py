@@ -41,9 +41,9 @@ def test_keeps_its_bounds_and_its_pins_at_every_step(name):
     assert np.min(margins) >= -STANDS_FOR.get(name, 0.0)
     rounding = 1e-12 + 1e-6 * STANDS_FOR.get(name, 0.0)  # it grows where rows divide by short steps
     assert found.margin == pytest.approx(np.min(margins), abs=rounding)
-    for pin in case.pins:
-        value = pin.trajectory(found.mean.signals, np.array(pin.time))
-        assert value == pytest.approx(pin.value, abs=pin.tolerance)
+    for one in case.required:
+        value = one.trajectory(found.mean.signals, np.array(one.time))
+        assert value == pytest.approx(one.value, abs=one.tolerance)
 
 
 @cases
@@ -55,7 +55,7 @@ def test_active_bounds_are_touched_and_their_prices_are_the_whole(name):
         quantity = quantities[bound.name]
         value = quantity(found.mean.signals, np.array(bound.time))
         if bound.side == "equal":
-            (wanted,) = (pin.value for pin in case.pins if (pin.name, pin.time) == (bound.name, bound.time))
+            (wanted,) = (one.value for one in case.required if (one.name, one.time) == (bound.name, bound.time))
         else:
             assert bound.multiplier > 0
             wanted = getattr(quantity.bounds, bound.side)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import monotonic
 
-from trackably.progress.work import Work, watch
+from trackably.work import Work, watch
 
 LOG = logging.getLogger("trackably")
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.prove import Failure, Outcome, prove_on_window
-from trackably.learning.problem import Pin
+from trackably.learning.problem import RequiredValue
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval, rounded_text
 from trackably.systems.linear import LinearSystem
@@ -27,7 +27,7 @@ _NOTHING = 1e-12  # relative to a tolerance: its rounding error as a decimal num
 
 
 @dataclass(frozen=True)
-class Pinned:
+class Waypoint:
     """Required `values` of states and inputs at `time` [s], by name, each up to its tolerance (in its unit).
 
     Without values, the system has to be at rest then: in an equilibrium, with the input that holds it. The reference
@@ -38,7 +38,7 @@ class Pinned:
     values: dict[str, float]
     tolerances: dict[str, float]
 
-    def pins(self, plant: ConstrainedSystem) -> tuple[Pin, ...]:
+    def required_values(self, plant: ConstrainedSystem) -> tuple[RequiredValue, ...]:
         """Return the rows of the learning problem.
 
         A value next to a bound is moved inside, by half its tolerance at most, because bounds are tightened for the
@@ -47,11 +47,12 @@ class Pinned:
         of, T = coordinates(plant), plant.sampling_time
         if not self.values:
             return tuple(
-                Pin(f"rate of {name}", of[name].rate, self.time, 0.0, self.tolerances[name] / T)
+                RequiredValue(f"rate of {name}", of[name].rate, self.time, 0.0, self.tolerances[name] / T)
                 for name in plant.system.states
             )
         return tuple(
-            Pin(name, of[name], self.time, self._inside(plant, name), self.tolerances[name]) for name in self.values
+            RequiredValue(name, of[name], self.time, self._inside(plant, name), self.tolerances[name])
+            for name in self.values
         )
 
     def found(self, reference: Reference) -> Self:
@@ -119,7 +120,7 @@ def extent(plant: ConstrainedSystem, name: str) -> Interval | None:
     return plant.input_set.extent(plant.system.inputs.index(name))
 
 
-def prove_pinned(reference: Reference, pinned: Iterable[Pinned]) -> tuple[Certificate, ...] | Failure:
+def prove_waypoints(reference: Reference, pinned: Iterable[Waypoint]) -> tuple[Certificate, ...] | Failure:
     """Return a certificate for each time, or the first failure."""
     found: list[Certificate] = []
     for at in pinned:

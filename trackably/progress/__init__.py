@@ -1,1 +1,0 @@
-"""Show the progress of long computations: by a line on a terminal, or by a log."""

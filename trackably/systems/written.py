@@ -1,0 +1,132 @@
+"""Systems and sets as files write them: in params.yaml, and for the command line.
+
+Each ValueError begins with the field that is wrong.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from reprlib import repr as short
+from typing import Any, TypeVar
+
+import numpy as np
+
+from trackably.arguments import is_number
+from trackably.systems.constrained import System
+from trackably.systems.library import model_of
+from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
+
+T = TypeVar("T")
+
+_LINEAR = ("A", "B", "c", "continuous", "states", "inputs", "sampling_time")
+_NAMED = ("model", "sampling_time", "parameters")
+_SET = ("lower", "upper", "H", "h", "rows")
+
+
+def system_of(written: object) -> System:
+    """Return the system that a mapping describes.
+
+    It is linear (`A`, `B`, `c`, `continuous`, `states`, `inputs`, `sampling_time`), or a `model` of the library by its
+    name, with its `sampling_time` and further `parameters`. A `continuous` system is sampled with its input held.
+
+    ValueError or TypeError: it describes none.
+    """
+    if isinstance(written, Mapping) and "model" in written:
+        given = fields_of(written, _NAMED, ["sampling_time"])
+        if not isinstance(parameters := given.get("parameters", {}), Mapping):
+            raise ValueError(f"parameters: expected a mapping from names to numbers, got {short(parameters)}")
+        return model_of(str(given["model"]), given["sampling_time"], parameters)
+    given = fields_of(written, _LINEAR, ["A", "B", "sampling_time"])
+    if not isinstance(continuous := given.get("continuous", False), bool):
+        raise ValueError(f"continuous: expected true or false, got {short(continuous)}")
+    A, B = (read_part(given, name, matrix) for name in ("A", "B"))
+    return (LinearSystem.discretised if continuous else LinearSystem)(
+        np.array(A),
+        np.array(B),
+        c=None if given.get("c") is None else np.array(read_part(given, "c", vector)),
+        states=given.get("states", ()),
+        inputs=given.get("inputs", ()),
+        sampling_time=given["sampling_time"],
+    )
+
+
+def set_of(written: object) -> Polytope:
+    """Return the set that a mapping describes.
+
+    It is a box (`lower`, `upper`), the half-spaces `H` x ≤ `h`, or both; or sums `rows` of coordinates between `lower`
+    and `upper`. A coordinate of a box is free where both of its bounds are null. A bound that moves in time is a
+    mapping, as `PolynomialPieces.from_mapping` reads it.
+
+    ValueError or TypeError: it describes none.
+    """
+    given = fields_of(written, _SET)
+    for one, other in (("lower", "upper"), ("upper", "lower"), ("H", "h"), ("h", "H"), ("rows", "lower")):
+        if one in given and other not in given:
+            raise ValueError(f"expected {one} with {other}")
+    if not given or given.keys() >= {"rows", "H"}:
+        raise ValueError("expected lower and upper, H and h, or all four; or rows with lower and upper")
+    ends = [read_part(given, name, _bounds) for name in ("lower", "upper") if name in given]
+    if "rows" in given:
+        lower, upper = ends
+        return Polytope(np.array(read_part(given, "rows", matrix)), lower, upper)
+    box = Polytope.box(*_with_free(*ends)) if ends else None
+    if "H" not in given:
+        assert box is not None, "one of both is given"
+        return box
+    H, h = np.array(read_part(given, "H", matrix)), np.array(read_part(given, "h", vector))
+    if box is not None:
+        rows, sides = box.inequalities
+        H, h = np.vstack([rows, H]), np.concatenate([sides, h])
+    return Polytope.halfspaces(H, h)
+
+
+def fields_of(written: object, known: Iterable[str], required: Iterable[str] = ()) -> Mapping[str, Any]:
+    """Return a mapping as it is. ValueError: it is none, has a field that is not `known`, or lacks a `required` one."""
+    if not isinstance(written, Mapping):
+        raise ValueError(f"expected a mapping of {', '.join(known)}, got {short(written)}")
+    if unknown := [str(name) for name in written if name not in known]:
+        raise ValueError(f"has no field {unknown[0]}; there are {', '.join(known)}")
+    if missing := [name for name in required if name not in written]:
+        raise ValueError(f"lacks {missing[0]}")
+    return written
+
+
+def read_part(written: Mapping[str, Any], name: str, read: Callable[[Any], T]) -> T:
+    """Return what the field `name` describes. ValueError, which begins with its name: it describes nothing."""
+    try:
+        return read(written[name])
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{name}: {str(error).removeprefix('system: ').removeprefix('set: ')}") from error
+
+
+def matrix(written: object) -> tuple[tuple[float, ...], ...]:
+    """Return rows of numbers of one length. ValueError: it is something else."""
+    rows = written if isinstance(written, list) and all(isinstance(row, list) for row in written) else None
+    if rows is None or len({len(row) for row in rows}) != 1 or not all(is_number(v) for row in rows for v in row):
+        raise ValueError(f"expected a matrix: a list of rows of numbers, all of one length, got {short(written)}")
+    return tuple(tuple(float(v) for v in row) for row in rows)
+
+
+def vector(written: object) -> tuple[float, ...]:
+    """Return numbers, one at least. ValueError: it is something else."""
+    if not (isinstance(written, list) and written and all(map(is_number, written))):
+        raise ValueError(f"expected a list of numbers, got {short(written)}")
+    return tuple(float(v) for v in written)
+
+
+def _bounds(written: object) -> list[Any]:
+    if not (isinstance(written, list) and written and all(map(_is_bound, written))):
+        raise ValueError(
+            "expected a list of numbers, with null for what is free and mappings for what moves in time, got "
+            f"{short(written)}"
+        )
+    return written
+
+
+def _is_bound(written: object) -> bool:
+    return written is None or is_number(written) or isinstance(written, Mapping)
+
+
+def _with_free(lower: list[Any], upper: list[Any]) -> list[list[Any]]:
+    """Return the bounds of a box with infinite ones where a coordinate is free."""
+    return [[free if v is None else v for v in of] for of, free in ((lower, -math.inf), (upper, math.inf))]
