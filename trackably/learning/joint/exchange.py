@@ -82,12 +82,13 @@ def exchange_bounds(
     near: Signals | None = None,
     tolerance: float = 0.0,
     ceiling: float = np.inf,
+    rounds: int = _MAX_ROUNDS,
 ) -> ExchangeResult | None:
     """Return the function that keeps all bounds at all times of their index sets, or the last function of the exchange.
 
     The exchange ends when bounds are violated by at most `tolerance`, a part of their width, or when the price exceeds
     the `ceiling`, as more places would only raise it. Where many rows take long, and with a ceiling, it also ends when
-    far more places are active than it began with, those of a known function.
+    far more places are active than it began with, those of a known function. At most so many `rounds` are computed.
     None if the function cannot be computed, which may happen with formulas. Raises IllConditioned.
     """
     best: ExchangeResult | None = None
@@ -98,7 +99,7 @@ def exchange_bounds(
     is_rough, limits = not _is_smooth(problem), _Limits.of(problem, posterior, _count(places))
     if not is_convex:  # places of other hyperparameters may be too far apart for these
         places = with_regular(problem, posterior, places)
-    for count in range(1, _MAX_ROUNDS + 1):
+    for count in range(1, rounds + 1):
         bent = constrained_mean(problem, posterior, places, near, kept)
         if bent is None:
             return best

@@ -54,6 +54,10 @@ _BACKOFFS = 0.1, 0.03, 0.01, 0.0  # back-offs relative to a width, one after the
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9  # relative to 1 + |J|
 _OF_GAP = 0.1  # with formulas: a smaller part of the allowed gap does not count as a gain
 _EXACT = 1e-2  # relative to a gain: precision with which a relaxation is minimised
+# Where the likeliest function breaks bounds nearly everywhere, thousands of them are active on the way down, and the
+# minimum over θ alone is the better start.
+_MOST_PRICE, _GLANCE = 10.0, 3  # of a start, for each sample; rounds of an exchange that show it
+_FEW_SAMPLES = 40  # with fewer, a descent takes seconds
 
 
 @dataclass(frozen=True)
@@ -193,7 +197,8 @@ class JointSearch:
             if begun is None:
                 return
             start, places, near = begun
-        point = self._at(start, no_places(self.problem) if places is None else places, near, _ALMOST)
+        begun_at = no_places(self.problem) if places is None else places
+        point = self._at(start, begun_at, near, _ALMOST, self.worst_start)
         if point is None:
             return
         reach = min(_FIRST if is_linear(self.problem) else _FIRST_OF_FORMULAS, farthest)
@@ -212,6 +217,25 @@ class JointSearch:
         found = fine if fine is not None and fine.is_solution else coarse
         if not self._is_no_better(found.objective):
             self.best = found
+
+    @property
+    def worst_start(self) -> float:
+        """J above which a start is not followed, as its descent would take minutes and end nowhere."""
+        return np.inf if self.best is None else self.best.objective + self._most_price
+
+    def costs_too_much(self, log_theta: Array) -> bool:
+        """Whether a few rounds of an exchange show that bounds cost too much at a start."""
+        if np.isinf(most := self._most_price):
+            return False
+        posterior, places = self.problem.posterior(log_theta), no_places(self.problem)
+        found = exchange_bounds(self.problem, posterior, places, None, _ALMOST, most, _GLANCE)
+        return found is not None and found.mean.price > most
+
+    @property
+    def _most_price(self) -> float:
+        """The largest price of a start; none if quantities are formulas, or with few samples."""
+        count = sum(map(len, self.problem.samples))
+        return _MOST_PRICE * count if count >= _FEW_SAMPLES and is_linear(self.problem) else np.inf
 
     def _begin_with_formulas(self, start: Array) -> tuple[Array, Places, Signals] | None:
         """Return ln θ, places and signals at which a search from `start` begins if quantities are formulas.
@@ -394,19 +418,24 @@ def learn_jointly(
     """Return the best local minimum of J = l + D that keeps every bound at all times, or the reason why there is none.
 
     Starts are the minima of the likelihood, the ln θ in `also`, and the minimum over θ alone (the paper's problem, in
-    which D = 0), so that J is never larger than there. If no start leads to a function, which may happen with formulas, the minimum over θ alone is returned,
+    which D = 0), so that J is never larger than there. The likeliest start is the first one, unless the bounds cost too
+    much there. If no start leads to a function, which may happen with formulas, the minimum over θ alone is returned,
     which has no active bounds. Where the `minima` of the likelihood are nearly known, as ln θ by name, they are not
     searched again. Deterministic.
     """
     free = _likeliest(problem, minima)
     if not isinstance(free, Solution):
         return free
-    search = JointSearch(problem)
-    search.follow(free.posterior.prior.log_hyperparameters)
+    search, likeliest = JointSearch(problem), free.posterior.prior.log_hyperparameters
+    later = [*also, *free.others[:_OTHER_MINIMA]]
+    if search.costs_too_much(likeliest):
+        later = [likeliest, *later]
+    else:
+        search.follow(likeliest)
     alone = _alone(replace(problem, required=()), free, search.best)
     if isinstance(alone, Solution):
         search.follow(alone.posterior.prior.log_hyperparameters)
-    for other in (*also, *free.others[:_OTHER_MINIMA]):
+    for other in later:
         if search.best is None or _nlml(problem, other) < search.best.objective:
             search.follow(other)
     fits = search.fits + sum(found.fits for found in (free, alone) if isinstance(found, Solution))
