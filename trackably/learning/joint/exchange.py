@@ -96,7 +96,7 @@ def exchange_bounds(
     apart: tuple[float, ...] = ()
     is_thinned = is_close = False
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
-    is_rough, limits = not _is_smooth(problem), _Limits.of(problem, posterior, _count(places))
+    is_rough, limits = not is_smooth(problem), _Limits.of(problem, posterior, _count(places))
     if not is_convex:  # places of other hyperparameters may be too far apart for these
         places = with_regular(problem, posterior, places)
     for count in range(1, rounds + 1):
@@ -144,7 +144,7 @@ def at_steps(problem: ConstrainedProblem, places: Places, known: Places, same: f
     that can be a thousand times larger. A place is not moved to within `same` [s] of a known place. Functions with
     analytic kernels are smooth and touch a bound at single times, so their places are not moved.
     """
-    if _is_smooth(problem):
+    if is_smooth(problem):
         return places
     return tuple(_at_steps(problem, *of_one, same) for of_one in zip(problem.constraints, places, known, strict=True))
 
@@ -170,7 +170,8 @@ def near_to(known: Array, places: Array, same: float) -> Flags:
     return found
 
 
-def _is_smooth(problem: ConstrainedProblem) -> bool:
+def is_smooth(problem: ConstrainedProblem) -> bool:
+    """Whether all kernels are analytic: then a function touches its bounds at single times."""
     return all(part.kernel.is_analytic for part in problem.prior.parts)
 
 

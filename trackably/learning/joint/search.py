@@ -16,7 +16,15 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import IllConditioned
 from trackably.learning import sqp
 from trackably.learning.joint.constrained_mean import ConstrainedMean, WorkingSet, constrained_mean, is_linear
-from trackably.learning.joint.exchange import CROWD, MANY_ACTIVE, ExchangeResult, exchange_bounds, no_places, same_time
+from trackably.learning.joint.exchange import (
+    CROWD,
+    MANY_ACTIVE,
+    ExchangeResult,
+    exchange_bounds,
+    is_smooth,
+    no_places,
+    same_time,
+)
 from trackably.learning.joint.places import MarginScan, Places, demands, fewer, flags, merge, select
 from trackably.learning.joint.sequential import (
     keep_off_short_times,
@@ -54,8 +62,8 @@ _BACKOFFS = 0.1, 0.03, 0.01, 0.0  # back-offs relative to a width, one after the
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9  # relative to 1 + |J|
 _OF_GAP = 0.1  # with formulas: a smaller part of the allowed gap does not count as a gain
 _EXACT = 1e-2  # relative to a gain: precision with which a relaxation is minimised
-# Where the likeliest function breaks bounds nearly everywhere, thousands of them are active on the way down, and the
-# minimum over θ alone is the better start.
+# Where the likeliest function is rough and breaks bounds nearly everywhere, thousands of them are active on the way
+# down. The minimum over θ alone is a better start.
 _MOST_PRICE, _GLANCE = 10.0, 3  # of a start, for each sample; rounds of an exchange that show it
 _FEW_SAMPLES = 40  # with fewer, a descent takes seconds
 
@@ -233,9 +241,10 @@ class JointSearch:
 
     @property
     def _most_price(self) -> float:
-        """The largest price of a start; none if quantities are formulas, or with few samples."""
+        """The largest price of a start; infinite for smooth kernels, for formulas, and for few samples."""
         count = sum(map(len, self.problem.samples))
-        return _MOST_PRICE * count if count >= _FEW_SAMPLES and is_linear(self.problem) else np.inf
+        takes_long = count >= _FEW_SAMPLES and is_linear(self.problem) and not is_smooth(self.problem)
+        return _MOST_PRICE * count if takes_long else np.inf
 
     def _begin_with_formulas(self, start: Array) -> tuple[Array, Places, Signals] | None:
         """Return ln θ, places and signals at which a search from `start` begins if quantities are formulas.
