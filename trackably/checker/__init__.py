@@ -98,6 +98,7 @@ from trackably.checker.form import (
 from trackably.checker.joints import BROKEN as BROKEN_JOINTS
 from trackably.checker.joints import FORMAT as JOINTS
 from trackably.checker.joints import (
+    OpenParts,
     check_broken,
     check_joints,
     everything,
@@ -114,12 +115,6 @@ from trackably.checker.truth import CONTRADICTION as CONTRADICTED
 from trackably.checker.truth import read_contradicted
 from trackably.checker.watch import Report, UndecidedError, watch
 
-try:
-    from trackably.checker.floats.boxes import FIRST_PASS
-    from trackably.checker.floats.pieces import undecided
-except ImportError:  # there is no NumPy
-    FIRST_PASS, undecided = NO_FIRST_PASS, everything
-
 __all__ = ["Contradicted", "Failed", "NotACertificate", "Proved", "Refuted", "Undecided", "Verdict", "check"]
 
 
@@ -131,29 +126,22 @@ def check(data: object, seconds: float | None = None, report: Report | None = No
     """
     try:
         with watch(seconds, report):
-            return _check(data, FIRST_PASS if not exact and FIRST_PASS.is_sound() else NO_FIRST_PASS)
+            return _check(data, exact)
     except UndecidedError as error:
         return Undecided(str(error))
     except MemoryError:
         return Undecided("not decided within the memory that there is")
 
 
-def _check(data: object, first_pass: FirstPass) -> Verdict:
+def _check(data: object, exact: bool) -> Verdict:
     answers: dict[str, Callable[[dict[object, object]], Verdict]] = {
-        FORMAT: lambda content: judge_certificate(read_certificate(content), first_pass),
-        COUNTEREXAMPLE: lambda content: judge_counterexample(read_counterexample(content), first_pass),
+        FORMAT: lambda content: judge_certificate(read_certificate(content), _first_pass(exact)[0]),
+        COUNTEREXAMPLE: lambda content: judge_counterexample(read_counterexample(content)),
         CONTRADICTED: lambda content: judge_contradiction(read_contradicted(content)),
         CONTRADICTION: of_file(Contradicted, "contradiction", read_contradiction, check_contradiction, impossibility),
         TABLE: of_file(Proved, "certificate", read_table, check_table, table_statement),
         REFUTED_TABLE: of_file(Refuted, "counterexample", read_refuted_table, check_refuted_table, table_refutation),
-        JOINTS: of_file(
-            Proved,
-            "certificate",
-            read_joints,
-            lambda found: check_joints(found, everything if first_pass is NO_FIRST_PASS else undecided),
-            joints_statement,
-            first_pass.trusted,
-        ),
+        JOINTS: lambda content: _judge_joints(content, *_first_pass(exact)),
         BROKEN_JOINTS: of_file(Refuted, "counterexample", read_broken_joints, check_broken, joints_refutation),
     }
     try:
@@ -163,3 +151,32 @@ def _check(data: object, first_pass: FirstPass) -> Verdict:
     except UnreadableError as error:
         return NotACertificate(str(error))
     return NotACertificate(f"is not a certificate: certificate.format must be {FORMAT!r}")
+
+
+def _judge_joints(content: dict[object, object], first_pass: FirstPass, undecided: OpenParts) -> Verdict:
+    judge = of_file(
+        Proved,
+        "certificate",
+        read_joints,
+        lambda found: check_joints(found, undecided),
+        joints_statement,
+        first_pass.trusted,
+    )
+    return judge(content)
+
+
+def _first_pass(exact: bool) -> tuple[FirstPass, OpenParts]:
+    """Return the checks in float64 of kernels and pieces, and of joints; none of them if a check shall be exact.
+
+    Nor are there any without NumPy, or where float64 lacks what they need. NumPy is loaded for the files that need it
+    only, as that takes longer than most checks.
+    """
+    if not exact:
+        try:
+            from trackably.checker.floats.boxes import FIRST_PASS  # noqa: PLC0415
+            from trackably.checker.floats.pieces import undecided  # noqa: PLC0415
+        except ImportError:  # there is no NumPy
+            return NO_FIRST_PASS, everything
+        if FIRST_PASS.is_sound():
+            return FIRST_PASS, undecided
+    return NO_FIRST_PASS, everything

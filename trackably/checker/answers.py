@@ -134,19 +134,18 @@ def _check_kernels(certificate: Certificate, first_pass: FirstPass) -> str | Non
     return reason or check_boxes(certificate, bounded, first_pass) or check_tail(certificate, bounded, first_pass)
 
 
-def judge_counterexample(counterexample: Counterexample, first_pass: FirstPass) -> Refuted | Failed:
+def judge_counterexample(counterexample: Counterexample) -> Refuted | Failed:
     """Return the answer for a counterexample."""
     subject = counterexample.subject
     reason: str | None = _misfit(subject)
     if not reason and subject.pieces:
-        first_pass = NO_FIRST_PASS
         reason = check_violation(counterexample, lambda bound, t: value_of_pieces(subject, bound, t))
     elif not reason:
         bounded = _bounded_quantities(subject, {bound.name: 0.0 for bound in subject.bounds})
         reason = bounded if isinstance(bounded, str) else check_violation(counterexample, _value_of(subject, bounded))
     if reason:
         return Failed(reason, "counterexample")
-    return Refuted(f"{refutation(counterexample, first_pass)} {first_pass.trusted}")
+    return Refuted(f"{refutation(counterexample)} {NO_FIRST_PASS.trusted}")
 
 
 def _value_of(subject: Subject, bounded: list[Quantity]) -> Callable[[Bound, Fraction], Real]:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from fractions import Fraction
 
-from trackably.checker.boxes import FirstPass
+from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
 from trackably.checker.certificate import AllPhases, Certificate, Instants, SignalClass, TrueSignal
 from trackably.checker.counterexample import Counterexample
 from trackably.checker.disturbances import Hull, Robust, Vector, Zonotope
@@ -37,7 +37,7 @@ def statement(certificate: Certificate, first_pass: FirstPass) -> str:
     )
 
 
-def refutation(counterexample: Counterexample, first_pass: FirstPass) -> str:
+def refutation(counterexample: Counterexample) -> str:
     """Return the statement that a counterexample shows, and about which reference."""
     subject, at = counterexample.subject, f"t = {counterexample.at!r} s"
     bound = next(bound for bound in subject.bounds if bound.name == counterexample.name)
@@ -46,7 +46,7 @@ def refutation(counterexample: Counterexample, first_pass: FirstPass) -> str:
     return (
         f"NOT TRACKABLE: at {at} the reference breaks {bound_text(bound, _names(subject.system, bound))} by at least "
         f"{counterexample.violation!r}, so it does not keep its bounds for {counterexample.claim}; the system "
-        f"{_dynamics_text(subject.system)}. {identity(subject, first_pass)}"
+        f"{_dynamics_text(subject.system)}. {identity(subject, NO_FIRST_PASS)}"
     )
 
 

@@ -4,15 +4,16 @@ import subprocess
 import sys
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 from platform import machine
 
 import pytest
 
+from tests.project import ROOT
 from tests.trackably.certificates.nonlinear.instances import proved
 from tests.trackably.checker.instances import changed
 from tests.trackably.checker.tight import VALID
 from tests.trackably.exports.c_programs import CC
-from trackably import checker
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Failed, Proved, check
 from trackably.checker.boxes import around_instant
@@ -33,7 +34,7 @@ def left_by_first_pass(data: dict, monkeypatch) -> tuple[int, int]:
             counted.append((len(held[box]), len(rest)))
             yield box, rest, models
 
-    monkeypatch.setattr(checker, "FIRST_PASS", replace(checker.FIRST_PASS, boxes=counting))
+    monkeypatch.setattr(boxes, "FIRST_PASS", replace(boxes.FIRST_PASS, boxes=counting))
     assert isinstance(check(data), Proved)
     return sum(every for every, _ in counted), sum(rest for _, rest in counted)
 
@@ -56,7 +57,7 @@ def test_it_decides_most_boxes_of_formulas(plant, monkeypatch):
 def test_an_exact_check_says_the_same(kind, monkeypatch):
     data = KINDS[kind]()
     known = check(data)
-    monkeypatch.setattr(checker, "FIRST_PASS", None)  # whoever asks for it fails
+    monkeypatch.setattr(boxes, "FIRST_PASS", None)  # whoever asks for it fails
     exact = check(data, exact=True)
     assert type(exact) is type(known)
     (said, _), (before, _) = (str(verdict).split(" This was checked in ") for verdict in (exact, known))
@@ -103,8 +104,8 @@ def test_an_envelope_that_does_not_suffice_is_found_again_and_one_that_is_too_sm
     assert check(sooner) == check(sooner, exact=True)
     assert check(sooner).reason.startswith("tail: ")
     for found, believed in ((None, data), (Decay(INFINITE, INFINITE), data), (Decay(ZERO, ZERO), sooner)):
-        quick = replace(checker.FIRST_PASS, envelope=lambda *_, found=found: found)
-        monkeypatch.setattr(checker, "FIRST_PASS", quick)
+        quick = replace(boxes.FIRST_PASS, envelope=lambda *_, found=found: found)
+        monkeypatch.setattr(boxes, "FIRST_PASS", quick)
         assert isinstance(check(believed), Proved)
 
 
@@ -114,17 +115,33 @@ def test_a_processor_that_takes_subnormal_numbers_for_zero_is_found_out(tmp_path
     source.write_text("#include <xmmintrin.h>\nvoid flush(void) { _mm_setcsr(_mm_getcsr() | 0x8040); }\n")
     subprocess.run([CC, "-shared", "-fPIC", "-o", library, source], check=True)
     script = (
-        "import ctypes, sys; from trackably.checker import FIRST_PASS; print(FIRST_PASS.is_sound()); "
+        "import ctypes, sys; from trackably.checker.floats.boxes import FIRST_PASS; print(FIRST_PASS.is_sound()); "
         "ctypes.CDLL(sys.argv[1]).flush(); print(FIRST_PASS.is_sound())"
     )
     done = subprocess.run([sys.executable, "-c", script, library], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["True", "False"]
 
 
-def test_without_numpy_everything_is_left_to_mpmath():
+FILES = ROOT / "data" / "results" / "example1" / "certificates"
+
+
+def said_alone(path: Path, before: str = "pass") -> list[str]:
+    """The verdict's last sentence, and whether NumPy is loaded, in a process of its own."""
     script = (
-        "import sys; sys.modules['numpy'] = None; from trackably import checker; "
-        "print(checker.FIRST_PASS is checker.NO_FIRST_PASS)"
+        f"import json, sys; {before}; from trackably.checker import check; "
+        "said = str(check(json.load(open(sys.argv[1])))); "
+        "print(said.split(' This was checked in ')[1]); print('numpy' in sys.modules)"
     )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "True"
+    done = subprocess.run([sys.executable, "-c", script, path], capture_output=True, text=True, check=True)
+    return done.stdout.splitlines()
+
+
+def test_without_numpy_everything_is_left_to_mpmath():
+    said, _ = said_alone(FILES / "sound.json", "sys.modules['numpy'] = None")
+    assert said.startswith("exact arithmetic")
+
+
+def test_numpy_is_loaded_only_where_it_is_asked():
+    """Loading it takes longer than most checks."""
+    assert said_alone(FILES / "unconstrained.counterexample.json")[1] == "False"
+    assert said_alone(FILES / "joint.json")[1] == "True"
