@@ -18,8 +18,13 @@ from trackably.systems.trajectories import Quantity, Trajectory
 from trackably.work import done
 
 _ROUNDING = 1e-9  # of a width
-_MANY_CONTACTS = 100  # a function with kinks and more active bounds than this is rough
-LEAST_GAP, RELATIVE_GAP = 0.01, 1e-3  # allowed gap of J: an absolute one, and a part of the price; the larger counts
+MANY_CONTACTS = 100  # a function with kinks and more active bounds than this is rough
+LEAST_GAP, _RELATIVE_GAP = 0.01, 1e-3  # allowed gap of J: an absolute one, and a part of the price; the larger counts
+
+
+def gap_allowed(price: float) -> float:
+    """Return the amount by which J may exceed the least J for the same hyperparameters, if bounds cost this `price`."""
+    return max(LEAST_GAP, _RELATIVE_GAP * price)
 
 
 @dataclass(frozen=True)
@@ -154,14 +159,14 @@ class Solution:
     @property
     def is_rough(self) -> bool:
         """Whether a function with kinks has so many active bounds that a proof needs slack between them."""
-        return len(self.active_bounds) > _MANY_CONTACTS and not all(
+        return len(self.active_bounds) > MANY_CONTACTS and not all(
             signal.kernel.is_analytic for signal in self.signals
         )
 
     @property
     def allowed_gap(self) -> float:
         """The amount by which J may exceed the least J for these hyperparameters."""
-        return max(LEAST_GAP, RELATIVE_GAP * self.price)
+        return gap_allowed(self.price)
 
     def rise(self, quantities: Iterable[Quantity]) -> float:
         """Return by how much J rises to first order, for each part of their width that these bounds move inwards."""

@@ -111,6 +111,12 @@ class ConstrainedMean:
         price = self.multipliers[a] * (self.demanded.limits[a] - self.given.mean[a])
         return ActiveBound(*self.demanded.labels[a], self.multipliers[a].item(), price.item())
 
+    @property
+    def rise(self) -> float:
+        """By how much D rises to first order, for each part of their width that all bounds move inwards."""
+        moved = ~self.demanded.is_equation
+        return float(2 * np.abs(self.multipliers[moved]) @ self.demanded.widths[moved])
+
     def price_gradient(self) -> Array:
         """Return ∂D/∂ln θ, shape (p,), for fixed multipliers and a fixed linearisation (envelope theorem)."""
         return self.given.price_gradient(self.multipliers)

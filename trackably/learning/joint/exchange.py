@@ -13,7 +13,7 @@ from trackably.learning.constraint import Bounded, Constraint
 from trackably.learning.joint.constrained_mean import ConstrainedMean, constrained_mean, is_linear
 from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Minima, Places, demands, merge, places_of
 from trackably.learning.joint.sequential import with_regular
-from trackably.learning.problem import ConstrainedProblem
+from trackably.learning.problem import MANY_CONTACTS, ConstrainedProblem, gap_allowed
 from trackably.systems.trajectories import Signals
 
 _MAX_ROUNDS = 40
@@ -26,6 +26,8 @@ _MATTERS = 1e-5  # relative to a width: with so many places, a larger back-off r
 _KEPT = 0.9  # correlation between neighbouring places, between which a function cannot violate a bound by much
 _SAME_TIME = 3e-4  # relative to a correlation time: between closer places a bound cannot be violated by much
 _JUMPED = 0.1  # relative to a width: with larger violations between places, formulas are in another local minimum
+_OF_BACKOFF = 0.25  # violations that a larger back-off removes, as a part of it: half of it is for times between places
+_FAR = 3.0  # times the present back-off; a larger one is worth another search
 _NO_GAIN = 1e-9  # relative to the price: if it rises by less, violations are not worth another program
 
 
@@ -86,10 +88,10 @@ def exchange_bounds(
 ) -> ExchangeResult | None:
     """Return the function that keeps all bounds at all times of their index sets, or the last function of the exchange.
 
-    The exchange ends when bounds are violated by at most `tolerance`, a part of their width, or when the price exceeds
-    the `ceiling`, as more places would only raise it. Where many rows take long, and with a ceiling, it also ends when
-    far more places are active than it began with, those of a known function. At most so many `rounds` are computed.
-    None if the function cannot be computed, which may happen with formulas. Raises IllConditioned.
+    The exchange ends when bounds are violated by at most `tolerance`, a part of their width, or by what the next back-off
+    removes, or when the price exceeds the `ceiling`, as more places would only raise it. Where many rows take long, and
+    with a ceiling, it also ends when far more places are active than it began with, those of a known function. At most
+    so many `rounds` are computed. None if the function cannot be computed, which may happen with formulas. Raises IllConditioned.
     """
     best: ExchangeResult | None = None
     kept: Places | None = None
@@ -106,9 +108,10 @@ def exchange_bounds(
         seen = MarginScan(problem.constraints, bent.signals)
         minima = seen.closest(places)
         least, gain, price = _worst(minima)[0], bent.price - price, bent.price
+        removed = _removed_by_backoff(problem, bent) if is_rough else 0.0
         is_stuck, was_thinned = abs(gain) <= _NO_GAIN * price, is_thinned
         # What hides beside kinks is looked for near the end only: before, it would be thousands of places.
-        was_close, is_close = is_close, is_rough and (is_close or is_stuck or least >= -_MATTERS)
+        was_close, is_close = is_close, is_rough and (is_close or is_stuck or least >= -max(removed, _MATTERS))
         if is_close or least >= 0:
             minima = seen.with_overlooked(minima)
         margin, constraint, time = _worst(minima)
@@ -124,7 +127,7 @@ def exchange_bounds(
             met = merge(kept, at_steps(problem, seen.places(_broken(minima)), places, same), same)
         best = ExchangeResult(bent, met, kept, margin, constraint, time, count)
         is_worse = ceiling < np.inf and (_count(kept) > limits.bends or _count(met) > limits.met)
-        if margin >= -tolerance or bent.contradicts or price > ceiling or is_worse or is_same(met, places):
+        if margin >= -max(tolerance, removed) or bent.contradicts or price > ceiling or is_worse or is_same(met, places):
             return best
         is_crowd = _count(met) > limits.most or (_count(met) > limits.many and margin >= -_MATTERS)
         if (is_stuck and (was_close or not is_rough) and not was_thinned) or is_crowd:
@@ -133,6 +136,18 @@ def exchange_bounds(
         if is_convex or margin >= -_JUMPED:
             near = bent.signals
     return best
+
+
+def _removed_by_backoff(problem: ConstrainedProblem, bent: ConstrainedMean) -> float:
+    """Return the violation, a part of a width, that the next back-off of a function with kinks removes; 0 without one.
+
+    If its bounds are long active, it is given the largest back-off that raises J by the allowed gap: a proof is short then.
+    Rounds that remove smaller violations would find what is thrown away.
+    """
+    if np.count_nonzero(bent.multipliers) <= MANY_CONTACTS:
+        return 0.0
+    enough, present = gap_allowed(bent.price) / bent.rise, 2 * min(each.backoff for each in problem.constraints)
+    return _OF_BACKOFF * enough if enough > _FAR * present else 0.0
 
 
 def at_steps(problem: ConstrainedProblem, places: Places, known: Places, same: float) -> Places:

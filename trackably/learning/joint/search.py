@@ -35,13 +35,13 @@ from trackably.learning.joint.sequential import (
 )
 from trackably.learning.problem import (
     LEAST_GAP,
-    RELATIVE_GAP,
     ConstrainedProblem,
     NoFunction,
     NoSolution,
     NothingFeasible,
     Solution,
     UnmetBounds,
+    gap_allowed,
 )
 from trackably.learning.search import best_solution, solution_from
 from trackably.learning.search import continued as continued_alone
@@ -141,7 +141,7 @@ class Point:
     @property
     def allowed_gap(self) -> float:
         """The amount by which J may exceed the least J."""
-        return max(LEAST_GAP, RELATIVE_GAP * self.function.mean.price)
+        return gap_allowed(self.function.mean.price)
 
     @property
     def is_solution(self) -> bool:
