@@ -159,9 +159,7 @@ class Solution:
     @property
     def is_rough(self) -> bool:
         """Whether a function with kinks has so many active bounds that a proof needs slack between them."""
-        return len(self.active_bounds) > MANY_CONTACTS and not all(
-            signal.kernel.is_analytic for signal in self.signals
-        )
+        return len(self.active_bounds) > MANY_CONTACTS and not all(signal.kernel.is_analytic for signal in self.signals)
 
     @property
     def allowed_gap(self) -> float:

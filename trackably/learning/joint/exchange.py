@@ -16,11 +16,11 @@ from trackably.learning.joint.sequential import with_regular
 from trackably.learning.problem import MANY_CONTACTS, ConstrainedProblem, gap_allowed
 from trackably.systems.trajectories import Signals
 
-_MAX_ROUNDS = 40
+MAX_ROUNDS = 40
 _MANY_PLACES, _MOST_PLACES = 1000, 1500
 MANY_ACTIVE = 500  # active places
 _MORE, _MORE_BENDS, _MANY_MET = 1.1, 1.5, 3.0  # times the places that an exchange begins with
-CROWD = 800  # active places; beyond, a larger back-off is used instead of more places
+_CROWD = 800  # active places; beyond, a larger back-off is used instead of more places
 _CROWDED = 100  # violated places; so many are neighbours along stretches of an active bound
 _MATTERS = 1e-5  # relative to a width: with so many places, a larger back-off removes smaller violations
 _KEPT = 0.9  # correlation between neighbouring places, between which a function cannot violate a bound by much
@@ -84,14 +84,15 @@ def exchange_bounds(
     near: Signals | None = None,
     tolerance: float = 0.0,
     ceiling: float = np.inf,
-    rounds: int = _MAX_ROUNDS,
+    rounds: int = MAX_ROUNDS,
 ) -> ExchangeResult | None:
     """Return the function that keeps all bounds at all times of their index sets, or the last function of the exchange.
 
-    The exchange ends when bounds are violated by at most `tolerance`, a part of their width, or by what the next back-off
-    removes, or when the price exceeds the `ceiling`, as more places would only raise it. Where many rows take long, and
-    with a ceiling, it also ends when far more places are active than it began with, those of a known function. At most
-    so many `rounds` are computed. None if the function cannot be computed, which may happen with formulas. Raises IllConditioned.
+    The exchange ends when bounds are violated by at most `tolerance`, a part of their width, or by what the next
+    back-off removes, or when the price exceeds the `ceiling`, as more places would only raise it. Where many rows take
+    long, and with a ceiling, it also ends when far more places are active than it began with, those of a known function.
+    At most so many `rounds` are computed. None if the function cannot be computed, which may happen with formulas.
+    Raises IllConditioned.
     """
     best: ExchangeResult | None = None
     kept: Places | None = None
@@ -117,7 +118,7 @@ def exchange_bounds(
         margin, constraint, time = _worst(minima)
         kept = places_of(bent.active_bounds, [constraint.quantity.name for constraint in problem.constraints])
         crowded = sum(np.count_nonzero(margins < 0) for _, margins in minima) > _CROWDED
-        is_thinned = bool(is_convex and crowded and not is_stuck and (tolerance or _count(kept) > CROWD))
+        is_thinned = bool(is_convex and crowded and not is_stuck and (tolerance or _count(kept) > _CROWD))
         if is_thinned:
             apart = apart or spacings(problem, posterior)
             kept_free = min(constraint.backoff for constraint in problem.constraints)
@@ -127,7 +128,13 @@ def exchange_bounds(
             met = merge(kept, at_steps(problem, seen.places(_broken(minima)), places, same), same)
         best = ExchangeResult(bent, met, kept, margin, constraint, time, count)
         is_worse = ceiling < np.inf and (_count(kept) > limits.bends or _count(met) > limits.met)
-        if margin >= -max(tolerance, removed) or bent.contradicts or price > ceiling or is_worse or is_same(met, places):
+        if (
+            margin >= -max(tolerance, removed)
+            or bent.contradicts
+            or price > ceiling
+            or is_worse
+            or is_same(met, places)
+        ):
             return best
         is_crowd = _count(met) > limits.most or (_count(met) > limits.many and margin >= -_MATTERS)
         if (is_stuck and (was_close or not is_rough) and not was_thinned) or is_crowd:
@@ -141,8 +148,8 @@ def exchange_bounds(
 def _removed_by_backoff(problem: ConstrainedProblem, bent: ConstrainedMean) -> float:
     """Return the violation, a part of a width, that the next back-off of a function with kinks removes; 0 without one.
 
-    If its bounds are long active, it is given the largest back-off that raises J by the allowed gap: a proof is short then.
-    Rounds that remove smaller violations would find what is thrown away.
+    If its bounds are long active, it is given the largest back-off that raises J by the allowed gap, which makes its
+    proof short. Rounds that remove smaller violations would find what is thrown away.
     """
     if np.count_nonzero(bent.multipliers) <= MANY_CONTACTS:
         return 0.0

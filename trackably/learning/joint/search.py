@@ -14,11 +14,12 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import IllConditioned
+from trackably.gp.prior import NOISE
 from trackably.learning import sqp
 from trackably.learning.joint.constrained_mean import ConstrainedMean, WorkingSet, constrained_mean, is_linear
 from trackably.learning.joint.exchange import (
-    CROWD,
     MANY_ACTIVE,
+    MAX_ROUNDS,
     ExchangeResult,
     exchange_bounds,
     is_smooth,
@@ -35,6 +36,7 @@ from trackably.learning.joint.sequential import (
 )
 from trackably.learning.problem import (
     LEAST_GAP,
+    MANY_CONTACTS,
     ConstrainedProblem,
     NoFunction,
     NoSolution,
@@ -62,9 +64,7 @@ _BACKOFFS = 0.1, 0.03, 0.01, 0.0  # back-offs relative to a width, one after the
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9  # relative to 1 + |J|
 _OF_GAP = 0.1  # with formulas: a smaller part of the allowed gap does not count as a gain
 _EXACT = 1e-2  # relative to a gain: precision with which a relaxation is minimised
-# Where the likeliest function is rough and breaks bounds nearly everywhere, thousands of them are active on the way
-# down. The minimum over θ alone is a better start.
-_MOST_PRICE, _GLANCE = 10.0, 3  # of a start, for each sample; rounds of an exchange that show it
+_DOUBLINGS, _GLANCE = 10, 3  # of the noise of a start; rounds of an exchange that show about what its bounds cost
 _FEW_SAMPLES = 40  # with fewer, a descent takes seconds
 
 
@@ -205,8 +205,10 @@ class JointSearch:
             if begun is None:
                 return
             start, places, near = begun
+        if places is None and self._takes_long:
+            start = self._with_noise(start)
         begun_at = no_places(self.problem) if places is None else places
-        point = self._at(start, begun_at, near, _ALMOST, self.worst_start)
+        point = self._at(start, begun_at, near, _ALMOST)
         if point is None:
             return
         reach = min(_FIRST if is_linear(self.problem) else _FIRST_OF_FORMULAS, farthest)
@@ -215,7 +217,7 @@ class JointSearch:
         coarse = path.point
         if not coarse.is_solution or self._is_no_better(coarse.objective):
             return
-        crowded = sum(map(len, coarse.function.active)) > CROWD
+        crowded = not is_smooth(self.problem) and sum(map(len, coarse.function.active)) > MANY_CONTACTS
         tolerance = _ALMOST / 10 if crowded or not is_linear(self.problem) else 0.0
         fine = self._at(coarse.log_theta, coarse.function.places, coarse.function.mean.signals, tolerance)
         if fine is not None and fine.function.margin >= -max(tolerance, _ROUGH) and not crowded:
@@ -226,25 +228,27 @@ class JointSearch:
         if not self._is_no_better(found.objective):
             self.best = found
 
-    @property
-    def worst_start(self) -> float:
-        """J above which a start is not followed, as its descent would take minutes and end nowhere."""
-        return np.inf if self.best is None else self.best.objective + self._most_price
+    def _with_noise(self, start: Array) -> Array:
+        """Return a start with as much more noise as its bounds ask for.
 
-    def costs_too_much(self, log_theta: Array) -> bool:
-        """Whether a few rounds of an exchange show that bounds cost too much at a start."""
-        if np.isinf(most := self._most_price):
-            return False
-        posterior, places = self.problem.posterior(log_theta), no_places(self.problem)
-        found = exchange_bounds(self.problem, posterior, places, None, _ALMOST, most, _GLANCE)
-        return found is not None and found.mean.price > most
+        What bounds cut off from the samples counts as noise. With the noise that is likeliest without bounds, rough
+        functions break them nearly everywhere, and thousands of places are active on the way down.
+        """
+        noise = np.array([name.endswith(NOISE) for name in self.problem.prior.learned])
+        steps = (np.minimum(start + k * np.log(2) * noise, self.problem.space.log_upper) for k in range(_DOUBLINGS))
+        least, best = np.inf, start
+        for log_theta in steps if np.any(noise) else ():
+            point = self._at(log_theta, no_places(self.problem), None, _ALMOST, rounds=_GLANCE)
+            if point is None or point.objective >= least:
+                break
+            least, best = point.objective, log_theta
+        return best
 
     @property
-    def _most_price(self) -> float:
-        """The largest price of a start; infinite for smooth kernels, for formulas, and for few samples."""
+    def _takes_long(self) -> bool:
+        """Whether functions may touch their bounds at thousands of times."""
         count = sum(map(len, self.problem.samples))
-        takes_long = count >= _FEW_SAMPLES and is_linear(self.problem) and not is_smooth(self.problem)
-        return _MOST_PRICE * count if takes_long else np.inf
+        return count >= _FEW_SAMPLES and is_linear(self.problem) and not is_smooth(self.problem)
 
     def _begin_with_formulas(self, start: Array) -> tuple[Array, Places, Signals] | None:
         """Return ln θ, places and signals at which a search from `start` begins if quantities are formulas.
@@ -397,12 +401,13 @@ class JointSearch:
         near: Signals | None,
         tolerance: float,
         ceiling: float = np.inf,
+        rounds: int = MAX_ROUNDS,
     ) -> Point | None:
         """Return the point at ln θ, evaluated until J exceeds the ceiling; None if it cannot be evaluated."""
         posterior = self.problem.posterior(log_theta)
         try:
             nlml, _ = posterior.negative_log_marginal_likelihood()
-            function = exchange_bounds(self.problem, posterior, places, near, tolerance, ceiling - nlml)
+            function = exchange_bounds(self.problem, posterior, places, near, tolerance, ceiling - nlml, rounds)
         except IllConditioned:
             return None
         if function is None:
@@ -427,24 +432,19 @@ def learn_jointly(
     """Return the best local minimum of J = l + D that keeps every bound at all times, or the reason why there is none.
 
     Starts are the minima of the likelihood, the ln θ in `also`, and the minimum over θ alone (the paper's problem, in
-    which D = 0), so that J is never larger than there. The likeliest start is the first one, unless the bounds cost too
-    much there. If no start leads to a function, which may happen with formulas, the minimum over θ alone is returned,
-    which has no active bounds. Where the `minima` of the likelihood are nearly known, as ln θ by name, they are not
-    searched again. Deterministic.
+    which D = 0), so that J is never larger than there. If no start leads to a function, which may happen with formulas,
+    the minimum over θ alone is returned, which has no active bounds. Where the `minima` of the likelihood are nearly
+    known, as ln θ by name, they are not searched again. Deterministic.
     """
     free = _likeliest(problem, minima)
     if not isinstance(free, Solution):
         return free
     search, likeliest = JointSearch(problem), free.posterior.prior.log_hyperparameters
-    later = [*also, *free.others[:_OTHER_MINIMA]]
-    if search.costs_too_much(likeliest):
-        later = [likeliest, *later]
-    else:
-        search.follow(likeliest)
+    search.follow(likeliest)
     alone = _alone(replace(problem, required=()), free, search.best)
     if isinstance(alone, Solution):
         search.follow(alone.posterior.prior.log_hyperparameters)
-    for other in later:
+    for other in (*also, *free.others[:_OTHER_MINIMA]):
         if search.best is None or _nlml(problem, other) < search.best.objective:
             search.follow(other)
     fits = search.fits + sum(found.fits for found in (free, alone) if isinstance(found, Solution))
