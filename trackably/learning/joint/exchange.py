@@ -90,9 +90,9 @@ def exchange_bounds(
 
     The exchange ends when bounds are violated by at most `tolerance`, a part of their width, or by what the next
     back-off removes, or when the price exceeds the `ceiling`, as more places would only raise it. Where many rows take
-    long, and with a ceiling, it also ends when far more places are active than it began with, those of a known function.
-    At most so many `rounds` are computed. None if the function cannot be computed, which may happen with formulas.
-    Raises IllConditioned.
+    long, and with a ceiling, it also ends when far more places are active than it began with, those of a known
+    function. At most so many `rounds` are computed. None if the function cannot be computed, which may happen with
+    formulas. Raises IllConditioned.
     """
     best: ExchangeResult | None = None
     kept: Places | None = None

@@ -198,8 +198,8 @@ def test_a_far_step_that_is_given_up_is_followed_by_a_shorter_one(name, often, m
     """Not by ever shorter ones: each costs the time of a program with far more places."""
     right, given_up = exchange_bounds, list[bool]()
 
-    def give_up_first_fine_steps(problem, posterior, places, near=None, tolerance=0.0, ceiling=np.inf):
-        found = right(problem, posterior, places, near, tolerance, ceiling)
+    def give_up_first_fine_steps(problem, posterior, places, near, tolerance, ceiling, rounds):
+        found = right(problem, posterior, places, near, tolerance, ceiling, rounds)
         if len(given_up) == often or tolerance or ceiling == np.inf:
             return found
         given_up.append(True)

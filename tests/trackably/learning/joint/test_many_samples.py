@@ -14,8 +14,9 @@ from trackably.gp.prior import Prior
 from trackably.learning.index_set import Steps
 from trackably.learning.joint import search
 from trackably.learning.joint.exchange import at_steps, exchange_bounds, no_places
-from trackably.learning.joint.places import LOWER, UPPER
-from trackably.learning.problem import ConstrainedProblem, Solution
+from trackably.learning.joint.places import LOWER, UPPER, MarginScan
+from trackably.learning.joint.sequential import with_backoff
+from trackably.learning.problem import ConstrainedProblem, Solution, gap_allowed
 from trackably.learning.search import best_solution, solution_from
 
 
@@ -79,15 +80,49 @@ def test_small_gains_do_not_count_where_more_places_are_active_than_there_are_sa
     assert counts[1] < counts[0]
 
 
-def held_for_long() -> ConstrainedProblem:
-    """Speeds of 1.6 where 0.8 are allowed, with a kernel whose speeds are rough."""
+def held_for_long(fastest: float = 0.8, learned: bool = False) -> ConstrainedProblem:
+    """Speeds of 1.6 where less are allowed, with a kernel whose speeds are rough."""
     times = 0.1 * np.arange(150.0)
     values = 1.3 * np.sin(2 * np.pi * times / 5) + 0.05 * np.random.default_rng(0).standard_normal(150)
     plant = ConstrainedSystem(
-        LinearSystem.scalar(1.0, 0.1, sampling_time=0.1), Polytope.box([-2.0], [2.0]), Polytope.box([-0.8], [0.8])
+        LinearSystem.scalar(1.0, 0.1, sampling_time=0.1),
+        Polytope.box([-2.0], [2.0]),
+        Polytope.box([-fastest], [fastest]),
     )
-    known = JointPrior((Prior(Matern32(2.0, 2.0), 0.1),))
-    return Case((Samples(times, values),), known, plant, Steps(0, 2960, 0.005)).problem
+    prior = Prior(Matern32(), (0.01, 10.0)) if learned else Prior(Matern32(2.0, 2.0), 0.1)
+    return Case((Samples(times, values),), JointPrior((prior,)), plant, Steps(0, 2960, 0.005)).problem
+
+
+def test_an_exchange_ends_where_the_next_back_off_removes_what_is_left(monkeypatch):
+    """With that back-off bounds are kept, and J is no further from its least value than allowed."""
+    problem = held_for_long()
+    posterior = problem.posterior(np.empty(0))
+    early = exchange_bounds(problem, posterior, no_places(problem))
+    monkeypatch.setattr("trackably.learning.joint.exchange._OF_BACKOFF", 0.0)
+    precise = exchange_bounds(problem, posterior, no_places(problem))
+    assert early.rounds < precise.rounds
+    assert early.margin < 0
+    allowed = gap_allowed(early.mean.price)
+    drawn_in = with_backoff(problem, allowed / early.mean.rise)
+    kept = exchange_bounds(drawn_in, posterior, early.places, early.mean.signals)
+    assert np.all(MarginScan(problem.constraints, kept.mean.signals).closest(kept.places)[1][1] >= 0)
+    assert early.mean.price <= precise.mean.price <= kept.mean.price <= early.mean.price + 1.1 * allowed
+
+
+def test_what_bounds_cut_off_counts_as_noise_at_the_start_of_a_search():
+    """A search begins where J is far smaller than at the likeliest hyperparameters; there, where bounds are wide."""
+    for fastest in (0.3, 3.0):
+        problem = held_for_long(fastest, learned=True)
+        likeliest = free_of(problem).posterior.prior.log_hyperparameters
+        of = search.JointSearch(problem)
+        begun = of._with_noise(likeliest)
+        np.testing.assert_array_equal(begun[:-1], likeliest[:-1])
+        if fastest > 1.6:
+            np.testing.assert_array_equal(begun, likeliest)
+        else:
+            assert begun[-1] >= likeliest[-1] + np.log(4)
+            there, before = (of._at(log_theta, no_places(problem), None, 3e-3) for log_theta in (begun, likeliest))
+            assert there.objective < before.objective - 100
 
 
 def test_functions_that_are_held_to_their_bounds_for_long_are_found_at_few_places(monkeypatch):
