@@ -3,12 +3,12 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Literal, Self, TypeGuard
+from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, NonNegativeFloat, model_validator
 
-from pipeline.compare.content import UnreadableError, json_leaves, numbers_of, read_csv, read_json, read_recording
-from pipeline.compare.model import ABSENT, Found, JudgedClaim, Value, Verdict, results_folder
+from pipeline.compare.artifacts import ABSENT, Found, UnreadableError, Value, json_leaves, read_json, read_recording
+from pipeline.compare.model import JudgedClaim, Verdict, is_number, results_folder
 from pipeline.published.paper import printed_numbers
 from pipeline.storage.logs import TIME
 from pipeline.storage.results import read_columns
@@ -119,13 +119,13 @@ class Claim(Fields):
     def admits(self, value: Found, look_up: Callable[[Locator], Found]) -> bool:
         """Return whether a value is as expected; NaN never is. `look_up` finds other values of the same results."""
         limits = [look_up(limit) if isinstance(limit, Locator) else limit for limit in (self.at_least, self.at_most)]
-        if not _is_number(value):
+        if not is_number(value):
             return value is None and self._number() is None and limits == [None, None]
         at_least, at_most = limits
         if self.at_least is not None:
-            return _is_number(at_least) and value >= at_least
+            return is_number(at_least) and value >= at_least
         if self.at_most is not None:
-            return _is_number(at_most) and value <= at_most
+            return is_number(at_most) and value <= at_most
         number = self._number()
         return number is not None and abs(value - number) <= self.within
 
@@ -136,10 +136,6 @@ class Claim(Fields):
         if self.printed.quantity not in numbers:
             raise InputError(f"claim {self.claim!r}: the paper's printed numbers have no {self.printed.quantity!r}")
         return numbers[self.printed.quantity]
-
-
-def _is_number(value: Found) -> TypeGuard[int | float]:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 class Claims(Fields):
@@ -177,44 +173,39 @@ def _verdict(claim: Claim, results: Path) -> Verdict:
 
 def _value(locator: Locator, results: Path) -> Value:
     """Return the value at a place. Raises _NoValueError with the reason where there is none."""
+    file = results / locator.file
+    if not file.exists():
+        raise _NoValueError(f"{locator.file} is not there")
     try:
-        return _read(locator, results / locator.file)
-    except FileNotFoundError:
-        raise _NoValueError(f"{locator.file} is not there") from None
-    except UnreadableError as error:
+        return _leaf(locator, file) if locator.path else _pick(locator, _columns(locator, file))
+    except (UnreadableError, InputError) as error:
         raise _NoValueError(f"{locator.file} cannot be read: {error}") from None
     except _NoValueError as error:
         raise _NoValueError(f"{locator.file}: {error}") from None
 
 
-def _read(locator: Locator, file: Path) -> Value:
-    if file.suffix == ".json":
-        return _leaf(locator, file.read_bytes())
-    if locator.path:
-        return _leaf(locator, _attachment(file, locator.topic or ""))
-    columns = numbers_of(read_csv(file.read_bytes())) if file.suffix == ".csv" else _topic(file, locator.topic or "")
-    return _pick(locator, columns)
-
-
-def _leaf(locator: Locator, data: bytes) -> Value:
-    leaf = json_leaves(read_json(data)).get(locator.path or "")
-    if leaf is None:
+def _leaf(locator: Locator, file: Path) -> Value:
+    if locator.topic:
+        data = read_recording(file).attachments.get(locator.topic.removeprefix(ATTACHMENT))
+        if data is None:
+            raise _NoValueError(f"there is no {locator.topic}")
+    else:
+        data = file.read_bytes()
+    found = json_leaves(read_json(data))
+    if locator.path not in found:
         raise _NoValueError(f"there is no value {locator.path}")
-    return leaf.value
+    return found[locator.path].value  # type: ignore[return-value]
 
 
-def _attachment(file: Path, topic: str) -> bytes:
-    found = read_recording(file).attachments.get(topic.removeprefix(ATTACHMENT))
-    if found is None:
-        raise _NoValueError(f"there is no {topic}")
-    return found
-
-
-def _topic(file: Path, topic: str) -> Columns:
-    for series in read_recording(file).series:
-        if series.topic == topic:
-            return {TIME: series.times.tolist(), **{name: values.tolist() for name, values in series.fields.items()}}
-    raise _NoValueError(f"there is no topic {topic}")
+def _columns(locator: Locator, file: Path) -> Columns:
+    if not locator.topic:
+        columns = read_columns(file)
+    else:
+        found = [series for series in read_recording(file).series if series.topic == locator.topic]
+        if not found:
+            raise _NoValueError(f"there is no topic {locator.topic}")
+        columns = {TIME: found[0].times, **found[0].fields}
+    return {name: values.tolist() for name, values in columns.items()}
 
 
 def _differences(columns: Columns, column: str, against: Path) -> list[float]:
@@ -245,11 +236,7 @@ def _pick(locator: Locator, columns: Columns) -> float:
         values = [value for value in values if not math.isnan(value)]
     if not values:
         raise _NoValueError("no row meets the conditions")
-    match locator.pick:
-        case "first":
-            return values[0]
-        case "last":
-            return values[-1]
-        case "largest":
-            return max(values)
-    return min(values)
+    pick: Callable[[Sequence[float]], float] = {"largest": max, "smallest": min}.get(
+        locator.pick, lambda found: found[0 if locator.pick == "first" else -1]
+    )
+    return pick(values)

@@ -2,74 +2,32 @@
 
 import subprocess
 import tarfile
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
-from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from pipeline.compare.claims import Claims, judge_claim
-from pipeline.compare.content import (
+from pipeline.compare.artifacts import (
     Leaf,
     Leaves,
-    Part,
+    Parts,
     UnreadableError,
-    csv_parts,
+    differences,
     json_leaves,
-    json_parts,
-    judge,
-    read_csv,
+    parts_of,
     read_json,
     read_recording,
-    recording_parts,
 )
-from pipeline.compare.figures import (
-    drawing_parts,
-    notebook_parts,
-    picture_parts,
-    read_drawing,
-    read_notebook,
-    read_picture,
-)
-from pipeline.compare.model import RESULTS, Comparison, Row, Status, Tolerances, Version, results_folder
+from pipeline.compare.claims import Claims, judge_claim
+from pipeline.compare.model import RESULTS, Comparison, Difference, Row, Status, Tolerances, Version, results_folder
 from pipeline.environment import NAMES
 from pipeline.storage.results import ENVIRONMENT, TIMINGS
 from trackably.errors import InputError
 from trackably.files import from_json
 
 NOTEBOOKS = Path("notebooks")
-
-
-@dataclass(frozen=True)
-class Kind:
-    """How files of a kind are read and divided into parts. A `divided` file has one row for each part."""
-
-    read: Callable[[Path], Any]
-    parts: Callable[[Any, Any], Iterable[Part]]
-    divided: bool = False
-
-
-def _bytes(read: Callable[[bytes], Any]) -> Callable[[Path], Any]:
-    return lambda path: read(path.read_bytes())
-
-
-def _hash_parts(base: bytes, new: bytes) -> list[Part]:
-    base_leaf, new_leaf = ({"SHA-256": Leaf("bytes", sha256(data).hexdigest())} for data in (base, new))
-    return [Part("", "", base_leaf, new_leaf)]
-
-
-KINDS: Mapping[str, Kind] = {
-    ".json": Kind(_bytes(read_json), json_parts),
-    ".csv": Kind(_bytes(read_csv), csv_parts),
-    ".mcap": Kind(read_recording, recording_parts, divided=True),
-    ".svg": Kind(_bytes(read_drawing), drawing_parts),
-    ".png": Kind(_bytes(read_picture), picture_parts),
-    ".ipynb": Kind(_bytes(read_notebook), notebook_parts),
-}
-_ANY = Kind(_bytes(bytes), _hash_parts)
 
 
 def artifacts(root: Path) -> dict[str, Path]:
@@ -97,128 +55,98 @@ def _files(folder: Path) -> Iterator[Path]:
 
 
 def artifact_rows(name: str, base: Path | None, new: Path | None, tolerances: Tolerances) -> list[Row]:
-    """Return the rows of one artifact, whose file may be missing on one side."""
+    """Return the rows of one artifact, whose file may be missing on one side: one for each part of a log."""
     if base is None or new is None:
         return [Row(name, "", "", Status.EXTRA if base is None else Status.MISSING)]
-    kind = KINDS.get(Path(name).suffix, _ANY)
-    same = base.read_bytes() == new.read_bytes()
-    if same and not kind.divided:
+    same, is_log = base.read_bytes() == new.read_bytes(), base.suffix == ".mcap"
+    if same and not is_log:
         return [Row(name, "", "", Status.IDENTICAL)]
-    sides, complaints = [], []
-    for labels, path in ((("BASE", "NEW"), base),) if same else ((("BASE",), base), (("NEW",), new)):
+    sides: list[Parts] = []
+    complaints = []
+    for label, path in (("BASE", base), ("NEW", new)):
         try:
-            sides += [kind.read(path)] * len(labels)
+            sides.append(sides[0] if same and sides else parts_of(path))
         except UnreadableError as error:
-            complaints += [f"cannot be read in {label}: {error}" for label in labels]
-    if not complaints:
-        try:
-            rows = [judge(name, part, tolerances) for part in kind.parts(*sides)]
-        except UnreadableError as error:
-            complaints.append(f"cannot be read: {error}")
+            complaints.append(f"cannot be read in {label}: {error}")
     if complaints:
         return [Row(name, "", "", Status.DIFFERENT, notes=tuple(complaints))]
+    rows = [_judge(name, part, sides[0].get(part), sides[1].get(part), tolerances) for part in {**sides[0], **sides[1]}]
     if not same and all(row.status is Status.IDENTICAL for row in rows):
-        note = "the same content in other bytes"
-        if not kind.divided:
-            return [Row(name, "", "", Status.WITHIN, compared=rows[0].compared, notes=(*rows[0].notes, note))]
-        rows.append(Row(name, "", "", Status.WITHIN, notes=(note,)))
+        rows = rows if is_log else []
+        rows.append(Row(name, "", "", Status.WITHIN, notes=("the same content in other bytes",)))
     return rows
 
 
-_FIT = "fit.mcap"
+_SHOWN = 5
+
+
+def _judge(
+    artifact: str, part: tuple[str, str], base: Leaves | None, new: Leaves | None, tolerances: Tolerances
+) -> Row:
+    """Judge a part by the tolerances, and return its row; None is a part that one side does not have."""
+    if base is None or new is None:
+        return Row(artifact, *part, Status.EXTRA if base is None else Status.MISSING)
+    found, left_out = [], set()
+    rule_of = tolerances.rules_for(artifact, part[0])
+    places = {**base, **new}
+    for place in places if base is not new else ():
+        for at, field, one, other in differences(place, base.get(place), new.get(place)):
+            if (rule := rule_of(field)).ignore:
+                left_out.add(rule.name)
+            else:
+                found.append(Difference(at, one, other, rule))
+    excess = [difference.excess for difference in found]  # there may be a million of them: each is measured once
+    beyond = sum(of > 1 for of in excess)
+    return Row(
+        artifact,
+        *part,
+        Status.DIFFERENT if beyond else Status.WITHIN if found or left_out else Status.IDENTICAL,
+        tuple(found[i] for i in sorted(range(len(excess)), key=lambda i: -excess[i])[:_SHOWN]),
+        compared=len(places),
+        differing=len(found),
+        beyond=beyond,
+        notes=tuple(f"not compared, by rule {name!r}: some values that differ" for name in sorted(left_out)),
+    )
 
 
 def certificate_rows(artifacts: tuple[Mapping[str, Path], Mapping[str, Path]]) -> Iterator[Row]:
-    """Yield a row for each certificate that belongs to no reference of its experiment's fit, in BASE or NEW."""
-    fits = _Fits({})
+    """Yield a row for each certificate that is not about what its method learned, in BASE or NEW."""
     for name in {**artifacts[0], **artifacts[1]}:
         complaints = [
             f"in {label}, {complaint}"
             for label, side in zip(("BASE", "NEW"), artifacts, strict=True)
-            if name in side and (complaint := _complaint(name, side, fits))
+            if name in side and (complaint := _complaint(name, side))
         ]
         if complaints:
             yield Row(name, "reference", "", Status.DIFFERENT, notes=tuple(complaints))
 
 
-@dataclass(frozen=True)
-class _Fits:
-    """What logs of fits hold, by their bytes: several certificates are about one fit, and both sides may have it."""
-
-    known: dict[bytes, dict[str, Leaves]]
-
-    def learned(self, fit: Path) -> dict[str, Leaves]:
-        """Return the values of each learned reference, by method. Raises UnreadableError."""
-        digest = sha256(fit.read_bytes()).digest()
-        if digest not in self.known:
-            self.known[digest] = _learned(fit)
-        return self.known[digest]
-
-
-def _complaint(name: str, side: Mapping[str, Path], fits: _Fits) -> str | None:
+def _complaint(name: str, side: Mapping[str, Path]) -> str | None:
     """Say what is wrong about the reference of a certificate; None where nothing is, or the file is no certificate."""
-    certificate = _certificate(side[name])
-    if certificate is None:
-        return None
-    if not isinstance(certificate.get("reference"), dict):
-        return "the certificate names no reference: it is of an earlier version, or damaged"
-    about = json_leaves(certificate["reference"])
-    fit = f"{name.split('/', maxsplit=1)[0]}/{_FIT}"
     try:
-        learned = fits.learned(side[fit]) if fit in side else {}
+        certificate: Any = read_json(side[name].read_bytes()) if name.endswith(".json") else {}
+    except UnreadableError:  # its own row says so
+        return None
+    if not isinstance(certificate, dict) or certificate.get("format") != "trackably certificate":
+        return None
+    fit, method = f"{name.split('/', maxsplit=1)[0]}/fit.mcap", Path(name).stem
+    try:
+        learned: Any = read_json(read_recording(side[fit]).attachments[f"{method}.json"])
+        about, fitted = json_leaves(certificate["reference"]), json_leaves(learned["reference"])
     except UnreadableError as error:
         return f"it cannot be told what the certificate is about: {fit} cannot be read: {error}"
-    if not learned:
-        return f"it cannot be told what the certificate is about: there are no references in {fit}"
-    # A certificate named after a method has to be about what this method learned.
-    method = Path(name).stem.removeprefix("certificate").lstrip("-_.")
-    candidates = {method: learned[method]} if method in learned else learned
-    apart = {method: _apart(about, leaves) for method, leaves in candidates.items()}
-    nearest = min(apart, key=lambda method: len(apart[method]))
-    if not apart[nearest]:
-        return None
-    place = apart[nearest][0]
-    return (
-        f"the certificate is for another reference: {place} is {_shown(about, place)} in it, "
-        f"and {_shown(candidates[nearest], place)} in the reference {nearest!r} of {fit}"
+    except (LookupError, TypeError):
+        return f"it cannot be told what the certificate is about: it, or {method} in {fit}, names no reference"
+    # A proof is about exactly these numbers, to the last bit.
+    place = next((place for place in {**about, **fitted} if about.get(place) != fitted.get(place)), None)
+    return place and (
+        f"the certificate is for another reference: {place} is {_shown(about.get(place))} in it, "
+        f"and {_shown(fitted.get(place))} in the reference {method!r} of {fit}"
     )
 
 
-def _certificate(path: Path) -> dict[object, object] | None:
-    """Return the content of a certificate; None where a file is none, or cannot be read, which its own row says."""
-    if path.suffix != ".json":
-        return None
-    try:
-        match read_json(path.read_bytes()):
-            case {"format": "trackably certificate", **rest}:
-                return rest
-    except UnreadableError:
-        pass
-    return None
-
-
-def _learned(fit: Path) -> dict[str, Leaves]:
-    """Return the values of each learned reference, by method."""
-    found = {}
-    for name, data in read_recording(fit).attachments.items():
-        match read_json(data):
-            case {"reference": dict(reference)}:
-                found[name.removesuffix(".json")] = json_leaves(reference)
-    return found
-
-
-def _apart(certified: Leaves, learned: Leaves) -> list[str]:
-    """Return the places at which the two differ: a proof is about exactly these numbers, to the last bit."""
-    places = {**certified, **learned}
-    return [place for place in places if _value_at(certified, place) != _value_at(learned, place)]
-
-
-def _value_at(leaves: Leaves, place: str) -> object:
-    return leaves[place].value if place in leaves else Leaf
-
-
-def _shown(leaves: Leaves, place: str) -> str:
-    return repr(leaves[place].value) if place in leaves else "not there"
+def _shown(leaf: Leaf | None) -> str:
+    return repr(leaf.value) if leaf else "not there"
 
 
 def versions(base: Path, new: Path) -> tuple[Version, ...]:
@@ -232,13 +160,11 @@ def recorded(results: Path) -> dict[str, str]:
 
     Raises InputError where a record is not an object of names and versions.
     """
-    records = [_record(path) for path in sorted(results.glob(f"*/{ENVIRONMENT}"))]
-    names = dict.fromkeys(name for record in records for name in record)
-    return {name: " or ".join(_distinct(record.get(name) for record in records)) for name in names}
-
-
-def _distinct(values: Iterable[str | None]) -> list[str]:
-    return sorted({value for value in values if value is not None})
+    found: dict[str, set[str]] = {}
+    for path in sorted(results.glob(f"*/{ENVIRONMENT}")):
+        for name, value in _record(path).items():
+            found.setdefault(name, set()).add(value)
+    return {name: " or ".join(sorted(values)) for name, values in found.items()}
 
 
 def _record(path: Path) -> dict[str, str]:
@@ -252,9 +178,6 @@ def _record(path: Path) -> dict[str, str]:
     raise InputError(f"{path}: expected an object of names and versions")
 
 
-_WANTED = (RESULTS.as_posix(), NOTEBOOKS.as_posix())
-
-
 @contextmanager
 def laid_out(name: str, repository: Path = Path()) -> Iterator[Path]:
     """Yield a folder with the artifacts of `name`: that folder itself, or those of that revision of `repository`.
@@ -264,34 +187,17 @@ def laid_out(name: str, repository: Path = Path()) -> Iterator[Path]:
     if Path(name).is_dir():
         yield Path(name)
         return
-    commit = _commit(name, repository)
-    with TemporaryDirectory() as folder:
-        _extract(commit, repository, Path(folder))
+    found = _git(repository, "rev-parse", "--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}")
+    if found.returncode:
+        raise InputError(f"{name}: is neither a folder nor a revision of this repository")
+    done = _git(repository, "archive", "--format=tar", found.stdout.decode().strip())
+    if done.returncode:
+        raise InputError(f"{name}: cannot be read by git: {done.stderr.decode().strip()}")
+    with TemporaryDirectory() as folder, tarfile.open(fileobj=BytesIO(done.stdout)) as archive:
+        archive.extractall(folder, filter="data")
         if not (Path(folder) / RESULTS).is_dir():
             raise InputError(f"{name}: this revision has no results in {RESULTS}")
         yield Path(folder)
-
-
-def _commit(name: str, repository: Path) -> str:
-    done = _git(repository, "rev-parse", "--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}")
-    if done.returncode:
-        raise InputError(f"{name}: is neither a folder nor a revision of this repository")
-    return done.stdout.decode().strip()
-
-
-def _extract(commit: str, repository: Path, folder: Path) -> None:
-    top = _git(repository, "rev-parse", "--show-toplevel").stdout.decode().strip()
-    there = _git(Path(top), "ls-tree", "--name-only", commit, "--", *_WANTED).stdout.decode().splitlines()
-    done = _git(Path(top), "archive", "--format=tar", commit, "--", *there)
-    if done.returncode:
-        raise InputError(f"{commit}: cannot be read by git: {done.stderr.decode().strip()}")
-    with tarfile.open(fileobj=BytesIO(done.stdout)) as archive:
-        for member in archive:
-            file = archive.extractfile(member) if member.isfile() else None
-            if file:
-                path = folder / member.name
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_bytes(file.read())
 
 
 def _git(folder: Path, *arguments: str) -> "subprocess.CompletedProcess[bytes]":

@@ -8,10 +8,11 @@ from enum import Enum
 from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Self, TypeGuard
 
 from pydantic import BeforeValidator, NonNegativeFloat, model_validator
 
+from pipeline.compare.artifacts import Found
 from pipeline.yaml_file import Fields, validated
 from trackably.files import read_yaml
 
@@ -77,10 +78,6 @@ class Tolerances(Fields):
             raise ValueError("the last rule has to match everything, with no artifact, topic or field of its own")
         return self
 
-    def rule(self, artifact: str, topic: str, field: str) -> Rule:
-        """Return the rule that decides about a field."""
-        return self.rules_for(artifact, topic)(field)
-
     def rules_for(self, artifact: str, topic: str) -> Callable[[str], Rule]:
         """Return what finds the rule of a field: many values have the same, and it is sought once."""
         among = [rule for rule in self.rules if _any(artifact, rule.artifact) and _any(topic, rule.topic)]
@@ -94,18 +91,6 @@ def _any(name: str, patterns: Iterable[str]) -> bool:
 def load_tolerances(path: Path = TOLERANCES) -> Tolerances:
     """Read the rules of a YAML file. Raises InputError."""
     return validated(Tolerances, read_yaml(path), path)
-
-
-class Absent(Enum):
-    """Stands for the value at a place that one side does not have."""
-
-    ABSENT = "absent"
-
-
-ABSENT = Absent.ABSENT
-
-Value = float | int | str | bool | None
-Found = Value | Absent
 
 
 class Status(Enum):
@@ -130,27 +115,31 @@ class Difference:
     @property
     def absolute(self) -> float | None:
         """Return |new − base|; None where one of them is not a finite number."""
-        if _finite(self.base) and _finite(self.new):
-            return abs(float(self.new) - float(self.base))  # type: ignore[arg-type]
-        return None
+        return abs(self.new - self.base) if is_finite(self.base) and is_finite(self.new) else None
 
     @property
     def relative(self) -> float | None:
         """Return |new − base| / |base|; None where `base` is zero or one of them is not a finite number."""
-        absolute = self.absolute
-        return None if absolute is None or self.base == 0 else absolute / abs(float(self.base))  # type: ignore[arg-type]
+        if self.absolute is None or not is_finite(self.base) or self.base == 0:
+            return None
+        return self.absolute / abs(self.base)
 
     @property
     def excess(self) -> float:
         """Return the difference as a multiple of what the rule allows; infinite where no rule can allow it."""
-        if (absolute := self.absolute) is None:
+        if self.absolute is None or not is_finite(self.base) or not (allowed := self.rule.allowed(self.base)):
             return math.inf
-        allowed = self.rule.allowed(float(self.base))  # type: ignore[arg-type]
-        return absolute / allowed if allowed else math.inf
+        return self.absolute / allowed
 
 
-def _finite(value: Found) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+def is_number(value: object) -> TypeGuard[int | float]:
+    """Whether a value is a number, which a truth value is not."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def is_finite(value: object) -> TypeGuard[int | float]:
+    """Whether a value is a number that is neither infinite nor NaN."""
+    return is_number(value) and math.isfinite(value)
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,9 @@
 """A comparison as text for a terminal, and as Markdown for a pull request."""
 
-import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
-from pipeline.compare.model import Absent, Comparison, Difference, Found, JudgedClaim, Row, Status, Verdict, Version
+from pipeline.compare.artifacts import Absent, Found
+from pipeline.compare.model import Comparison, Difference, JudgedClaim, Row, Status, Verdict
 
 _LONG = 48
 
@@ -25,24 +25,19 @@ def differing_text(base: Found, new: Found) -> tuple[str, str]:
     return shown(base), shown(new)
 
 
-def size(difference: Difference | None) -> tuple[str, str]:
-    """Show the absolute and the relative difference; a dash where there is none."""
-    absolute, relative = (difference.absolute, difference.relative) if difference else (None, None)
-    return "–" if absolute is None else f"{absolute:.2g}", "–" if relative is None else f"{relative:.2g}"
+def size(difference: Difference) -> str:
+    """Say how far the values are apart, where they are numbers, and how far the rule lets them be."""
+    if (absolute := difference.absolute) is None:
+        return f"allowed no change ({difference.rule.name})"
+    relative = "" if difference.relative is None else f", relative {difference.relative:.2g}"
+    return f"off by {absolute:.2g}{relative}; allowed {difference.rule}"
 
 
-def allowed(difference: Difference) -> str:
-    """Show how far the values may be apart, and the rule that says so."""
-    rule = difference.rule
-    return f"no change ({rule.name})" if difference.absolute is None else str(rule)
-
-
-def extent(row: Row) -> str:
-    """Say how many values of a row differ."""
-    if not row.differing:
-        return ""
-    of = f"{row.differing} of {row.compared} values differ"
-    return of + (f", {row.beyond} beyond tolerance" if row.beyond else "")
+def remarks(row: Row) -> str:
+    """Return the notes of a row, and say how many of its values differ."""
+    beyond = f", {row.beyond} beyond tolerance" if row.beyond else ""
+    extent = f"{row.differing} of {row.compared} values differ{beyond}"
+    return "; ".join((*row.notes, *([extent] if row.differing else [])))
 
 
 def verdict(found: Verdict) -> str:
@@ -77,11 +72,6 @@ def everything(comparison: Comparison) -> tuple[Row, ...]:
     return comparison.rows
 
 
-def failing(claims: tuple[JudgedClaim, ...]) -> list[JudgedClaim]:
-    """Return the claims that fail on one side or both."""
-    return [claim for claim in claims if not (claim.base.holds and claim.new.holds)]
-
-
 _WIDEST = 24  # a reason why there is no value is longer, and moves the rest of its line
 
 
@@ -91,33 +81,21 @@ def to_text(comparison: Comparison, listed: Callable[[Comparison], Iterable[Row]
         [f"BASE {comparison.base}", f"NEW  {comparison.new}", *comparison.notes],
         [line for row in listed(comparison) for line in _row_lines(row)],
         list(_claim_lines(comparison.claims)),
-        list(_environment_lines(comparison.environment)),
+        list(_environment_lines(comparison)),
         [closing(comparison)],
     ]
     return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
 
 
 def _row_lines(row: Row) -> Iterator[str]:
-    if row.status is Status.WITHIN and row.worst:
-        worst = row.worst[0]
-        absolute, relative = size(worst)
-        found = f"off by {absolute}, relative {relative}, at {worst.place}; allowed {allowed(worst)}"
-        yield f"{row.status.value:17} {row.name}: {'; '.join((*row.notes, found))}"
-        return
     yield f"{row.status.value:17} {row.name}"
-    for note in row.notes:
-        yield f"    {note}"
     if row.worst:
-        yield from _difference_lines(row.worst[0])
-        yield f"    {extent(row)}"
-
-
-def _difference_lines(difference: Difference) -> Iterator[str]:
-    base, new = differing_text(difference.base, difference.new)
-    absolute, relative = size(difference)
-    far = "" if difference.absolute is None else f"off by {absolute}, relative {relative}; "
-    yield f"    {difference.place}: {base} → {new}"
-    yield f"    {far}allowed {allowed(difference)}"
+        worst = row.worst[0]
+        base, new = differing_text(worst.base, worst.new)
+        yield f"    {worst.place}: {base} → {new}"
+        yield f"    {size(worst)}"
+    if said := remarks(row):
+        yield f"    {said}"
 
 
 def _claim_lines(claims: Sequence[JudgedClaim]) -> Iterator[str]:
@@ -131,81 +109,55 @@ def _claim_lines(claims: Sequence[JudgedClaim]) -> Iterator[str]:
         yield "  ".join((*(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)), claim))
 
 
-def _environment_lines(versions: Sequence[Version]) -> Iterator[str]:
-    differing = [version for version in versions if version.differs]
-    unknown = [version.name for version in versions if None in (version.base, version.new)]
-    yield "Environment: " + ("BASE | NEW" if differing else "no difference known")
-    for version in differing:
-        yield f"    {version.name}: {version.base} | {version.new}"
+def _environment_lines(comparison: Comparison) -> Iterator[str]:
+    unknown = [version.name for version in comparison.environment if None in (version.base, version.new)]
+    yield f"Environment: {_moved(comparison)}"
+    for version in comparison.environment:
+        if version.differs:
+            yield f"    {version.name}: {version.base} | {version.new}"
     if unknown:
         yield f"    not recorded on both sides: {', '.join(unknown)}"
 
 
-_MOST = 60  # rows
-_LONGEST = 65_000  # characters; of more than 65,536, a comment is refused by the best-known host
+def _moved(comparison: Comparison) -> str:
+    names = [version.name for version in comparison.environment if version.differs]
+    return f"{', '.join(names)} differ" if names else "no difference known"
+
+
+_MOST = 40  # rows of a table: of more than 65,536 characters, a comment is refused by the best-known host
 
 
 def to_markdown(comparison: Comparison) -> str:
     """Return the verdict, what is not identical, the claims and the environment; what seldom matters is folded."""
-    rows = remarkable(comparison)
-    bad = beyond(comparison)
-    fine = [row for row in rows if row.status is Status.WITHIN]
-    doubtful = failing(comparison.claims)
-    moved = ", ".join(version.name for version in comparison.environment if version.differs)
+    bad, claims = beyond(comparison), comparison.claims
+    fine = [row for row in comparison.rows if row.status is Status.WITHIN]
+    doubtful = [claim for claim in claims if not (claim.base.holds and claim.new.holds)]
+    versions = [[v.name, v.base or "not recorded", v.new or "not recorded"] for v in comparison.environment]
     blocks = [
         f"### Artifacts: {closing(comparison)}",
         "; ".join((f"BASE `{comparison.base}`, NEW `{comparison.new}`", *comparison.notes)),
         _artifacts(bad) if bad else "",
-        f"**Claims that do not hold on both sides**\n\n{_claim_table(doubtful)}" if doubtful else "",
+        f"**Claims that do not hold on both sides**\n\n{_claims(doubtful)}" if doubtful else "",
         _folded(f"Within tolerance: {len(fine)}", _artifacts(fine)) if fine else "",
-        _folded(f"Claims of the paper: {len(comparison.claims)}", _claim_table(comparison.claims)),
-        _folded(
-            f"Environment: {moved + ' differ' if moved else 'no difference known'}", _environment_table(comparison)
-        ),
+        _folded(f"Claims of the paper: {len(claims)}", _claims(claims)),
+        _folded(f"Environment: {_moved(comparison)}", _table(("", "BASE", "NEW"), versions)),
     ]
-    return "\n\n".join(fitting(block for block in blocks if block)) + "\n"
-
-
-def fitting(blocks: Iterable[str]) -> Iterator[str]:
-    """Yield the blocks of a comment while there is room for them, and their first lines where there is none."""
-    room = _LONGEST
-    for block in blocks:
-        title = re.sub(r"<[^>]+>|\*", "", block.partition("\n")[0])
-        shown = block if len(block) <= room else f"{title[:200]}: too long for a comment; `compare --json` has it all"
-        room -= len(shown) + 200
-        yield shown
+    return "\n\n".join(block for block in blocks if block) + "\n"
 
 
 def _artifacts(rows: Sequence[Row]) -> str:
-    header = ("", "artifact", "where", "BASE", "NEW", "absolute", "relative", "allowed (rule)", "")
-    table = _table(header, [_cells(row) for row in rows[:_MOST]])
+    table = _table(("", "artifact", "where", "BASE", "NEW", "apart", ""), [_cells(row) for row in rows[:_MOST]])
     return table + (f"\n\n… and {len(rows) - _MOST} more" if len(rows) > _MOST else "")
 
 
 def _cells(row: Row) -> list[str]:
-    remarks = "; ".join((*row.notes, extent(row))).strip("; ")
-    if not row.worst:
-        return [row.status.value, row.name, *[""] * 6, remarks]
-    worst = row.worst[0]
-    return [
-        row.status.value,
-        row.name,
-        worst.place,
-        *differing_text(worst.base, worst.new),
-        *size(worst),
-        allowed(worst),
-        remarks,
-    ]
+    found = [[of.place, *differing_text(of.base, of.new), size(of)] for of in row.worst[:1]]
+    return [row.status.value, row.name, *(found[0] if found else [""] * 4), remarks(row)]
 
 
-def _claim_table(claims: Iterable[JudgedClaim]) -> str:
+def _claims(claims: Iterable[JudgedClaim]) -> str:
     rows = [[c.text, c.source, c.expected, verdict(c.base), verdict(c.new)] for c in claims]
     return _table(("claim", "source", "expected", "BASE", "NEW"), rows)
-
-
-def _environment_table(comparison: Comparison) -> str:
-    rows = [[v.name, v.base or "not recorded", v.new or "not recorded"] for v in comparison.environment]
-    return _table(("", "BASE", "NEW"), rows)
 
 
 def _folded(title: str, content: str) -> str:

@@ -4,9 +4,9 @@ from functools import cache
 
 import pytest
 
-from pipeline.compare import content as recordings
+from pipeline.compare import artifacts
+from pipeline.compare.artifacts import distance
 from pipeline.compare.claims import judge_claim, load_claims
-from pipeline.compare.figures import distance
 from tests.pipeline.compare.project import TOLERANCES
 from tests.project import ROOT
 
@@ -14,7 +14,7 @@ from tests.project import ROOT
 def test_the_committed_results_bear_the_claims_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     # Many claims are about the same log.
-    monkeypatch.setattr(recordings, "read_log", cache(recordings.read_log))
+    monkeypatch.setattr(artifacts, "read_log", cache(artifacts.read_log))
     judged = [judge_claim(claim, ROOT, ROOT) for claim in load_claims(ROOT / "claims.yaml").claims]
     assert len(judged) > 50
     assert [(claim.text, claim.new) for claim in judged if not claim.new.holds] == []
@@ -39,7 +39,7 @@ def test_the_committed_results_bear_the_claims_out(monkeypatch: pytest.MonkeyPat
     ],
 )
 def test_rules_reach_what_they_are_meant_for(artifact: str, topic: str, field: str, rule: str) -> None:
-    assert TOLERANCES.rule(artifact, topic, field).name == rule
+    assert TOLERANCES.rules_for(artifact, topic)(field).name == rule
 
 
 @pytest.mark.parametrize(

@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pipeline.compare.artifacts import ABSENT
 from pipeline.compare.claims import Claims
 from pipeline.compare.comparison import compare
-from pipeline.compare.model import ABSENT, JudgedClaim
+from pipeline.compare.model import JudgedClaim
 from pipeline.storage.results import read_columns, to_csv
 from tests.pipeline.compare.project import LEARNED, RESULTS, TOLERANCES, compared, edit_json, edit_text, moved
 
