@@ -1,7 +1,4 @@
-"""What the paper's methods are compared with: the likelihood alone, and constraints at all phases.
-
-Each method maps (samples, prior, plant, space, …) to a Solution or NoSolution.
-"""
+"""What the paper's methods are compared with: the likelihood alone, and constraints at all phases."""
 
 from trackably.checker.certificate import AllPhases
 from trackably.gp.joint import JointPrior, period_of

@@ -18,7 +18,7 @@ from typing import TypeVar
 import numpy as np
 from tqdm import tqdm
 
-from pipeline.baselines import all_phases, learn_unconstrained
+from pipeline.baselines import all_phases
 from pipeline.environment import environment
 from pipeline.experiments import Experiment
 from pipeline.experiments.model import with_learned_means
@@ -34,7 +34,8 @@ from pipeline.methods import (
     Method,
     Task,
     at_all_phases,
-    on_intervals,
+    best,
+    in_intervals,
 )
 from pipeline.published.ground_truth import GROUND_TRUTHS, draw
 from pipeline.storage.archive import Conservatism, Draws, Fitted, Study, Tightness, read_samples, write_fit
@@ -86,7 +87,7 @@ def _ignored_interrupts() -> Iterator[None]:
 def interval_row(experiment: Experiment, samples: tuple[Samples, ...], count: int) -> list[float]:
     """Return the entries of `Conservatism` for η = `count`; an empty row where (8) has no solution."""
     task = experiment.task(samples)
-    outcome = on_intervals(task, count)
+    outcome = best(task, in_intervals(task, count))
     if not isinstance(outcome, Solution):
         return []
     return [count, outcome.objective, *_margins(task.plant, outcome.posterior)]
@@ -95,9 +96,9 @@ def interval_row(experiment: Experiment, samples: tuple[Samples, ...], count: in
 def draw_row(experiment: Experiment, seed: int) -> list[float]:
     """Return the entries of `Draws` for one seed."""
     task = experiment.task((_drawn(experiment, seed),))
-    free = _solution(experiment, seed, learn_unconstrained(task.samples, task.prior, task.plant, task.space))
+    free = _solution(experiment, seed, best(task))
     margins = _margins(task.plant, free.posterior)
-    kept = _solution(experiment, seed, at_all_phases(task)) if min(margins) < 0 else free
+    kept = _solution(experiment, seed, best(task, at_all_phases(task))) if min(margins) < 0 else free
     steps = np.arange(experiment.verified(task.samples).last_step + 1, dtype=float)
     times, (truth,) = steps * task.plant.sampling_time, experiment.truths.values()
     of_free, of_kept = (_summary(solution, times, truth(times)) for solution in (free, kept))

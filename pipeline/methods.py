@@ -9,12 +9,11 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import Field, PositiveInt, model_validator
 
-from pipeline import baselines
-from pipeline.published import periodic
+from pipeline.baselines import all_phases
 from pipeline.published.algorithm1 import AS_PUBLISHED as PUBLISHED_READING
 from pipeline.published.algorithm1 import SOUND as SOUND_READING
 from pipeline.published.algorithm1 import Reading, Trace, algorithm1
-from pipeline.published.periodic import steps_of_period
+from pipeline.published.periodic import on_grid, on_intervals, on_period, steps_of_period
 from pipeline.published.scalar import state_and_input
 from pipeline.yaml_file import Fields
 from trackably.arrays import Array
@@ -24,8 +23,10 @@ from trackably.certificates.prove import Outcome, prove_at_instants
 from trackably.gp.joint import JointPrior, period_of
 from trackably.gp.samples import Samples
 from trackably.learning import learner
+from trackably.learning.constraint import Bounded
 from trackably.learning.learner import Learner
-from trackably.learning.problem import ActiveBound, NoSolution, Solution
+from trackably.learning.problem import ActiveBound, ConstrainedProblem, NoSolution, Solution
+from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
@@ -180,17 +181,9 @@ class Method:
         return prove_at_instants(reference) if self.claims is Claims.SAMPLED_INSTANTS else goal.prove(reference)
 
 
-def unconstrained(task: Task) -> Fit | Failed:
-    """Maximise the likelihood, and constrain nothing."""
-    found = baselines.learn_unconstrained(task.samples, task.prior, task.plant, task.space)
-    if not isinstance(found, Solution):
-        return Failed(found.explanation)
-    return Fit(found, found.fits)
-
-
-def certified_by(learner: Learner) -> Callable[[Task], Fit | Failed]:
-    """Return the method that learns in this way, with a proof of the experiment's claim."""
-    return partial(_certified, learner)
+def best(task: Task, constraints: tuple[Bounded, ...] = ()) -> Solution | NoSolution:
+    """Maximise the likelihood under constraints: without any, this is the usual Gaussian process regression."""
+    return best_solution(ConstrainedProblem(task.samples, task.prior, task.space, constraints))
 
 
 def _certified(learner: Learner, task: Task) -> Fit | Failed:
@@ -211,11 +204,6 @@ def _attempts(attempts: list[Attempt]) -> Mapping[str, Array]:
 
 
 _TABLE = ("k_bar", "mean_bound", "growth_lower", "growth_upper", "derivative_bound")
-
-
-def learn_by(reading: Reading) -> Callable[[Task], Fit | Failed]:
-    """Return the method that runs Algorithm 1 in this reading."""
-    return partial(_by_algorithm1, reading)
 
 
 def check_scalar(plant: ConstrainedSystem, prior: JointPrior) -> None:
@@ -254,55 +242,30 @@ def check_whole_steps(plant: ConstrainedSystem, prior: JointPrior) -> None:
     steps_of_period(prior, plant)
 
 
-def exact(task: Task) -> Fit | Failed:
-    """Constrain all phases. The iterations are the rounds of the exchange that led to the best solution."""
-    found = at_all_phases(task)
-    return _fit(task, found, _rounds(task, found) if isinstance(found, Solution) else {})
-
-
-def intervals(task: Task) -> Fit | Failed:
-    """Solve program (8) as published."""
-    return _fit(task, on_intervals(task, _wanted(task).intervals))
-
-
-def sound_intervals(task: Task) -> Fit | Failed:
-    """Solve program (8) with growth rates that also cover the steps from one interval into the next."""
-    wanted = _wanted(task)
-    found = periodic.sound_intervals(
-        task.samples, task.prior, task.plant, task.space, wanted.last_step, wanted.intervals, wanted.backoff
-    )
-    return _fit(task, found)
-
-
-def grid(task: Task) -> Fit | Failed:
-    """Solve problem (4)."""
-    found = periodic.grid(task.samples, task.prior, task.plant, task.space, _wanted(task).last_step)
-    return _fit(task, found)
-
-
-def sampled(task: Task) -> Fit | Failed:
-    """Constrain all instants that occur, for a known period of a whole number of steps."""
-    return _fit(task, periodic.sampled(task.samples, task.prior, task.plant, task.space))
-
-
-def at_all_phases(task: Task) -> Solution | NoSolution:
-    """Find the best reference that keeps its bounds at all phases."""
-    return baselines.exact(task.samples, task.prior, task.plant, task.space, _wanted(task).backoff)
-
-
-def on_intervals(task: Task, count: int) -> Solution | NoSolution:
-    """Solve program (8) with η = `count`."""
-    wanted = _wanted(task)
-    return periodic.intervals(task.samples, task.prior, task.plant, task.space, wanted.last_step, count, wanted.backoff)
-
-
-def _fit(task: Task, found: Solution | NoSolution, iterations: Mapping[str, Array] | None = None) -> Fit | Failed:
+def _constrained(
+    constraints: Callable[[Task], tuple[Bounded, ...]],
+    task: Task,
+    iterations: Callable[[Task, Solution], Mapping[str, Array]] = lambda task, found: {},
+) -> Fit | Failed:
+    found = best(task, constraints(task))
     if not isinstance(found, Solution):
         return Failed(found.explanation)
-    return Fit(found, found.fits, iterations=iterations or {})
+    return Fit(found, found.fits, iterations=iterations(task, found))
+
+
+def at_all_phases(task: Task) -> tuple[Bounded, ...]:
+    """Constrain all phases."""
+    return all_phases(task.plant, periodic_of(task).backoff)
+
+
+def in_intervals(task: Task, count: int | None = None, overlap: float = 0.0) -> tuple[Bounded, ...]:
+    """Return the constraints of program (8), as published; the `count` η is that of the experiment by default."""
+    wanted = periodic_of(task)
+    return on_intervals(task.plant, wanted.last_step, count or wanted.intervals, wanted.backoff, overlap)
 
 
 def _rounds(task: Task, found: Solution) -> Mapping[str, Array]:
+    """Return the rounds of the exchange that led to the best solution."""
     log_theta = np.array([r.log_theta for r in found.rounds]).reshape(len(found.rounds), -1)
     return {
         "round": np.arange(1.0, len(found.rounds) + 1),
@@ -313,7 +276,8 @@ def _rounds(task: Task, found: Solution) -> Mapping[str, Array]:
     }
 
 
-def _wanted(task: Task) -> Periodic:
+def periodic_of(task: Task) -> Periodic:
+    """Return the block of params.yaml that methods for periodic references read."""
     assert task.parameters.periodic, "the experiment was checked for what its methods need"
     return task.parameters.periodic
 
@@ -335,19 +299,21 @@ def _within_tightened_bounds(learn: Callable[[Task], Fit | Failed], task: Task) 
     return learn(replace(task, plant=task.tightening.plant))
 
 
-UNCONSTRAINED = Method("unconstrained", unconstrained, Claims.NOTHING)
-HYPERPARAMETERS = Method("hyperparameters", certified_by(learner.HYPERPARAMETERS), Claims.CLAIM, must_be_proved=True)
-JOINT = Method("joint", certified_by(learner.JOINT), Claims.CLAIM, must_be_proved=True)
+UNCONSTRAINED = Method("unconstrained", partial(_constrained, lambda task: ()), Claims.NOTHING)
+HYPERPARAMETERS = Method(
+    "hyperparameters", partial(_certified, learner.HYPERPARAMETERS), Claims.CLAIM, must_be_proved=True
+)
+JOINT = Method("joint", partial(_certified, learner.JOINT), Claims.CLAIM, must_be_proved=True)
 AS_PUBLISHED = Method(
     PUBLISHED_READING.name,
-    learn_by(PUBLISHED_READING),
+    partial(_by_algorithm1, PUBLISHED_READING),
     Claims.SAMPLED_INSTANTS,
     needs=("algorithm1",),
     check=check_scalar,
 )
 SOUND = Method(
     SOUND_READING.name,
-    learn_by(SOUND_READING),
+    partial(_by_algorithm1, SOUND_READING),
     Claims.SAMPLED_INSTANTS,
     needs=("algorithm1",),
     check=check_scalar,
@@ -355,17 +321,19 @@ SOUND = Method(
 )
 EXACT = Method(
     "exact",
-    exact,
+    partial(_constrained, at_all_phases, iterations=_rounds),
     Claims.CLAIM,
     must_be_proved=True,
     needs=("periodic",),
     check=check_periodic,
     looks_like=HYPERPARAMETERS.name,
 )
-INTERVALS = Method("intervals", intervals, Claims.CLAIM, needs=("periodic",), check=check_periodic)
+INTERVALS = Method(
+    "intervals", partial(_constrained, in_intervals), Claims.CLAIM, needs=("periodic",), check=check_periodic
+)
 SOUND_INTERVALS = Method(
     "sound_intervals",
-    sound_intervals,
+    partial(_constrained, lambda task: in_intervals(task, overlap=task.plant.sampling_time)),
     Claims.CLAIM,
     must_be_proved=True,
     needs=("periodic",),
@@ -373,9 +341,22 @@ SOUND_INTERVALS = Method(
     looks_like=INTERVALS.name,
 )
 # The instants of the grid are those of the first steps only: later ones fall on other phases.
-GRID = Method("grid", grid, Claims.NOTHING, needs=("periodic",), check=check_periodic, has_own_curve=False)
+GRID = Method(
+    "grid",
+    partial(_constrained, lambda task: on_grid(task.plant, periodic_of(task).last_step)),
+    Claims.NOTHING,
+    needs=("periodic",),
+    check=check_periodic,
+    has_own_curve=False,
+)
 # All instants that ever occur; of the times between them nothing is claimed.
-SAMPLED = Method("sampled", sampled, Claims.NOTHING, check=check_whole_steps, has_own_curve=False)
+SAMPLED = Method(
+    "sampled",
+    partial(_constrained, lambda task: on_period(task.prior, task.plant)),
+    Claims.NOTHING,
+    check=check_whole_steps,
+    has_own_curve=False,
+)
 
 ROBUST = robustly(JOINT, "robust")
 _CONSTRAINED = (HYPERPARAMETERS, AS_PUBLISHED, SOUND, EXACT, INTERVALS, SOUND_INTERVALS, GRID, SAMPLED)

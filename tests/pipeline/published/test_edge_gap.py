@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pipeline.published.paper import EDGES, SYSTEM, reference_between_intervals
-from pipeline.published.periodic import GrowthRates, intervals, sound_intervals
+from pipeline.published.periodic import GrowthRates, on_intervals
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import prove
@@ -14,7 +14,8 @@ from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
-from trackably.learning.problem import Solution
+from trackably.learning.problem import ConstrainedProblem, Solution
+from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
 from trackably.systems.reference import Reference
 
@@ -54,7 +55,10 @@ def test_what_is_learned_with_them_is_proved_and_costs_more(reference):
     samples = (Samples(t, reference.signals[0](t)),)
     prior = JointPrior((Prior(Periodic(1.0, 1.5, 1.0).as_learned(("signal_std",)), 1e-3),))
     space = SearchSpace.around(samples, prior, starts=1)
-    printed, sound = (f(samples, prior, SYSTEM, space, last_step=4, count=4) for f in (intervals, sound_intervals))
+    printed, sound = (
+        best_solution(ConstrainedProblem(samples, prior, space, on_intervals(SYSTEM, 4, 4, overlap=overlap)))
+        for overlap in (0.0, T)
+    )
     assert isinstance(printed, Solution)
     assert isinstance(sound, Solution)
     assert sound.objective > printed.objective + 1
