@@ -4,7 +4,7 @@ A million steps by default, under the disturbances of experiments and of random 
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from fractions import Fraction
 from functools import cached_property
 from itertools import count
@@ -23,7 +23,7 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.prove import prove_on_window
 from trackably.control.controller import Controller, scaled_controller, shortest_horizon
 from trackably.control.simulation import ClosedLoop, simulate
-from trackably.control.stepping import Disturbances, Plan, Successor
+from trackably.control.stepping import Disturbances, Plan, SteppedController, Successor
 from trackably.control.tube import TubeController
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
@@ -136,7 +136,7 @@ _NOMINAL_EVERY = 20
 _OFF_EVERY = 20
 
 
-@dataclass
+@dataclass(frozen=True)
 class Counts:
     """Steps and runs of the tube controller; of some runs also those of the nominal one, on two references."""
 
@@ -148,7 +148,11 @@ class Counts:
     compared: int = 0
     nominal_failed: int = 0
     nominal_on_robust_failed: int = 0
-    first_failures: list[int] = field(default_factory=list)
+    first_failures: tuple[int, ...] = ()
+
+    def __add__(self, other: "Counts") -> "Counts":
+        sums = {each.name: getattr(self, each.name) + getattr(other, each.name) for each in fields(Counts)[1:]}
+        return Counts(self.name, **sums)
 
     def __str__(self) -> str:
         first = f", first at step {int(np.median(self.first_failures))} (median)" if self.first_failures else ""
@@ -165,44 +169,42 @@ def disturbed_runs(case: Case, steps: int) -> Counts:
 
     Most runs start in x_r ⊕ Z, every twentieth one off the tube.
     """
-    found = Counts(case.name)
+    found, given = Counts(case.name), case.tightening.given
     for i in count():
         if found.steps >= steps:
             break
-        measured = _noise_of(case, i)
+        measured = noise(case.tightening, i)
         first = case.robust.state(0) + _start_of(case, i)
         first = first if measured is None else first - measured(0, case.robust.state(0))
-        (moved, pushed), noise_again = _plant_of(case, i), _noise_of(case, i)
-        loop = simulate(
-            case.tube,
-            case.robust,
-            first,
-            case.steps,
-            disturbances=pushed,
-            measurement_noise=noise_again,
-            successor=moved,
-        )
-        found.runs += 1
-        found.steps += len(loop.inputs)
-        found.broken += _broken(loop, case.tightening.given)
-        found.without_plan += len(loop.without_plan)
+        loop = _loop(case, case.tube, case.robust, first, i)
+        # Without any tolerance; the first state is a given one.
+        states, inputs = given.state_set.margin(loop.states[1:]), given.input_set.margin(loop.inputs)
+        broken = int(np.sum(states < 0) + np.sum(inputs < 0))
+        found += Counts("", len(loop.inputs), 1, broken, len(loop.without_plan))
         if i % _NOMINAL_EVERY == 0:
-            found.compared += 1
-            failure = _nominal_fails(case, case.nominal, i)
-            found.first_failures += [] if failure is None else [failure]
-            found.nominal_failed += failure is not None
-            found.nominal_on_robust_failed += _nominal_fails(case, case.robust, i) is not None
+            failures = [_nominal_fails(case, reference, i) for reference in (case.nominal, case.robust)]
+            at = () if failures[0] is None else (failures[0],)
+            on_nominal, on_robust = (failure is not None for failure in failures)
+            found += Counts("", 0, 0, 0, 0, 1, on_nominal, on_robust, at)
     return found
 
 
-def _plant_of(case: Case, i: int) -> tuple[Successor, Disturbances]:
+def plant_of(case: Case, i: int) -> tuple[Successor, Disturbances]:
     """Return the plant and the disturbances of run i, the same each time."""
     return disturbed_plant(_KINDS[i % 3], case.tightening, i)
 
 
-def _noise_of(case: Case, i: int) -> Disturbances | None:
-    """Return the measurement noise of run i, if there is some, the same each time."""
-    return noise(case.tightening, i)
+def _loop(case: Case, controller: SteppedController, reference: Reference, first: Array, i: int) -> ClosedLoop:
+    (moved, pushed), measured = plant_of(case, i), noise(case.tightening, i)
+    return simulate(
+        controller,
+        reference,
+        first,
+        case.steps,
+        disturbances=pushed,
+        measurement_noise=measured,
+        successor=moved,
+    )
 
 
 def _start_of(case: Case, i: int) -> Array:
@@ -219,47 +221,13 @@ def _start_of(case: Case, i: int) -> Array:
 
 def _nominal_fails(case: Case, reference: Reference, i: int) -> int | None:
     """Return the first step at which the nominal controller has no plan or a bound is broken, from the reference on."""
-    (moved, pushed), measured = _plant_of(case, i), _noise_of(case, i)
-    loop = simulate(
-        case.controller,
-        reference,
-        reference.state(0),
-        case.steps,
-        disturbances=pushed,
-        measurement_noise=measured,
-        successor=moved,
-    )
+    loop = _loop(case, case.controller, reference, reference.state(0), i)
     outside = np.flatnonzero(case.tightening.given.state_set.margin(loop.states) < 0).tolist()
     steps = [*outside[:1], *(result.k for result in loop.without_plan[:1])]
     return min(steps, default=None)
 
 
-def _broken(loop: ClosedLoop, plant: ConstrainedSystem) -> int:
-    """Count the states and inputs outside of their sets, without any tolerance; the first state is a given one."""
-    states, inputs = plant.state_set.margin(loop.states[1:]), plant.input_set.margin(loop.inputs)
-    return int(np.sum(states < 0) + np.sum(inputs < 0))
-
-
 _RANDOM = 16
-
-
-def count_all(steps: int, results: Path) -> list[Counts]:
-    """Divide the steps equally among the experiments and some random systems, and print the counts of each."""
-    cases, found = [*experiments(results), *random_systems(_RANDOM)], []
-    for case in cases:
-        found.append(disturbed_runs(case, -(-steps // len(cases))))
-        print(found[-1], flush=True)
-    print(total(found))
-    return found
-
-
-def total(found: list[Counts]) -> Counts:
-    """Return the sums of all counts."""
-    every = Counts("all")
-    for of in found:
-        for each in fields(Counts)[1:]:
-            setattr(every, each.name, getattr(every, each.name) + getattr(of, each.name))
-    return every
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
@@ -267,7 +235,12 @@ def total(found: list[Counts]) -> Counts:
 @click.argument("results", type=click.Path(exists=True, file_okay=False, path_type=Path), default=Path("data/results"))
 def command(steps: int, results: Path) -> None:
     """Count what becomes of STEPS disturbed steps: of the experiments in RESULTS, and of random systems."""
-    count_all(steps, results)
+    cases, every = [*experiments(results), *random_systems(_RANDOM)], Counts("all")
+    for case in cases:
+        found = disturbed_runs(case, -(-steps // len(cases)))
+        print(found, flush=True)
+        every += found
+    print(every)
 
 
 if __name__ == "__main__":

@@ -5,10 +5,9 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 
 import click
@@ -49,69 +48,38 @@ class Stage:
     needs: frozenset[str] = frozenset()
 
 
-@dataclass(frozen=True)
-class Plan:
-    """Stages by name, in the order of dvc.yaml."""
-
-    stages: dict[str, Stage]
-
-    @cached_property
-    def depths(self) -> dict[str, int]:
-        """How many stages the longest chain has that begins with each of them."""
-        followers = {
-            name: [other for other, stage in self.stages.items() if name in stage.needs] for name in self.stages
-        }
-        found: dict[str, int] = {}
-
-        def depth(name: str) -> int:
-            if name not in found:
-                found[name] = 1 + max((depth(follower) for follower in followers[name]), default=0)
-            return found[name]
-
-        return {name: depth(name) for name in self.stages}
-
-    def ready(self, begun: set[str], done: set[str]) -> list[Stage]:
-        """Return the stages that can begin, those with the longest chains behind them first."""
-        waiting = [stage for name, stage in self.stages.items() if name not in begun and stage.needs <= done]
-        return sorted(waiting, key=lambda stage: -self.depths[stage.name])
-
-
-def plan_of(project: Path) -> Plan:
+def plan_of(project: Path) -> list[Stage]:
     """Return the stages as DVC resolves them for the experiments of params.yaml. Raises InputError."""
     from dvc.exceptions import DvcException  # noqa: PLC0415  loading DVC takes longer than many a stage
     from dvc.repo import Repo  # noqa: PLC0415
 
     try:
         with Repo(str(project)) as repository:
-            graph = repository.index.graph
-            return Plan(
-                {
-                    stage.addressing: Stage(
-                        stage.addressing,
-                        str(stage.cmd),
-                        tuple(Path(output.fspath).relative_to(project.resolve()) for output in stage.outs),
-                        frozenset(needed.addressing for needed in graph.successors(stage)),
-                    )
-                    for stage in repository.index.stages
-                }
-            )
+            return [
+                Stage(
+                    stage.addressing,
+                    str(stage.cmd),
+                    tuple(Path(output.fspath).relative_to(project.resolve()) for output in stage.outs),
+                    frozenset(needed.addressing for needed in repository.index.graph.successors(stage)),
+                )
+                for stage in repository.index.stages
+            ]
     except DvcException as error:
         raise InputError(f"dvc.yaml: {error}") from error
 
 
-def run(plan: Plan, folder: Path, jobs: int, told: Callable[[str], None]) -> None:
+def run(plan: Sequence[Stage], folder: Path, jobs: int, told: Callable[[str], None]) -> None:
     """Run every stage in `folder`, at most `jobs` at a time, and tell how long each took.
 
     Raises NoReferenceError with what a stage said when it failed, or for an output that it did not write; stages that
     have begun are waited for.
     """
-    begun: set[str] = set()
-    done: set[str] = set()
+    waiting, done = [*plan], set[str]()
     running: dict[Future[float], Stage] = {}
     with ThreadPoolExecutor(jobs) as pool:
-        while len(done) < len(plan.stages):
-            for stage in plan.ready(begun, done)[: jobs - len(running)]:
-                begun.add(stage.name)
+        while waiting or running:
+            for stage in [stage for stage in waiting if stage.needs <= done][: jobs - len(running)]:
+                waiting.remove(stage)
                 running[pool.submit(_run, stage, folder)] = stage
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 stage = running.pop(future)
