@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from tqdm import tqdm
@@ -139,7 +140,8 @@ def control(experiment: Experiment, results: Results) -> None:
         closed = replace(closed, disturbed=disturbed)
     write_loops(results, plant, closed, metrics)
     write_json(results.control, metrics)
-    _note(results, seconds)
+    timings: Any = read_json(results.timings) if results.timings.exists() else {}
+    write_json(results.timings, {**timings, "control": seconds})
 
 
 def references_of(fitted: Fitted) -> dict[str, TrackedReference]:
@@ -175,9 +177,3 @@ def _loops(
             on_infeasible=apply_fallback_for(patience),
         )
         yield start, loop, time.perf_counter() - begin
-
-
-def _note(results: Results, seconds: dict[str, float]) -> None:
-    """Add wall-clock times to those of the fit."""
-    before = read_json(results.timings) if results.timings.exists() else {}
-    write_json(results.timings, {**(before if isinstance(before, dict) else {}), "control": seconds})

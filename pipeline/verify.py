@@ -73,26 +73,21 @@ def metrics_of(
 
 
 def summary_of(
-    metrics: Mapping[str, Mapping[str, Any]],
-    margins: Mapping[str, Sequence[MarginProfile]],
-    *,
-    baseline: str,
-    guaranteed: str,
-    alone: str,
+    metrics: Mapping[str, Mapping[str, Any]], margins: Mapping[str, Sequence[MarginProfile]]
 ) -> dict[str, float | None]:
-    """Return the few numbers that tell an experiment, from those of its methods `baseline` and `guaranteed`.
+    """Return the few numbers that tell an experiment, from those of its methods `unconstrained` and `joint`.
 
     J of both (l where nothing is constrained), and what the guarantee costs; the smallest margin of both as a part of
     the bound's width; the root mean square distance of both to the truth, or to the samples held out where the truth is
-    not known. Beside the price is that of the method `alone`.
+    not known. Beside the price is that of the method `hyperparameters`.
     """
+    both, priced = (UNCONSTRAINED.name, JOINT.name), (JOINT.name, HYPERPARAMETERS.name)
+    worst = {name: min(p.worst[0] / p.quantity.bounds.width for p in margins[name]) for name in both}
     return {
-        f"objective_{baseline}": metrics[baseline]["objective"],
-        f"objective_{guaranteed}": metrics[guaranteed]["objective"],
-        f"price_{guaranteed}": metrics[guaranteed]["price"],
-        f"price_{alone}": metrics[alone]["price"],
-        **{f"worst_relative_margin_{name}": _relative(margins[name]) for name in (baseline, guaranteed)},
-        **{f"rmse_{name}": _overall_error(metrics[name]) for name in (baseline, guaranteed)},
+        **{f"objective_{name}": metrics[name]["objective"] for name in both},
+        **{f"price_{name}": metrics[name]["price"] for name in priced},
+        **{f"worst_relative_margin_{name}": worst[name] for name in both},
+        **{f"rmse_{name}": metrics[name].get("rmse", metrics[name].get("held_out")) for name in both},
     }
 
 
@@ -112,16 +107,6 @@ def margins_over_time(margins: Mapping[str, Sequence[MarginProfile]]) -> dict[st
         smallest = np.minimum.reduceat(relative, first)
         columns[method] = np.where(np.isfinite(smallest), smallest, np.nan)
     return columns
-
-
-def _relative(profiles: Sequence[MarginProfile]) -> float:
-    return min(profile.worst[0] / profile.quantity.bounds.width for profile in profiles)
-
-
-def _overall_error(metrics: Mapping[str, Any]) -> float | None:
-    """Return the error against the truth, or against held-out samples; None where no error is known."""
-    found: float | None = metrics.get("rmse", metrics.get("held_out"))
-    return found
 
 
 def _at_instants(reference: Reference, last_step: int) -> list[MarginProfile]:
@@ -225,8 +210,7 @@ def verify(experiment: Experiment, results: Results) -> None:
         _write_proof(results, method, proof)
     write_text(results.margins, to_csv(margins_over_time(margins)))
     write_json(results.metrics, metrics)
-    summary = summary_of(metrics, margins, baseline=baseline.method, guaranteed=JOINT.name, alone=HYPERPARAMETERS.name)
-    write_json(results.summary, summary)
+    write_json(results.summary, summary_of(metrics, margins))
 
 
 def _accuracy(proof: Outcome) -> dict[str, dict[str, Any]]:
@@ -238,14 +222,14 @@ def _accuracy(proof: Outcome) -> dict[str, dict[str, Any]]:
 
 def _write_proof(results: Results, method: str, proof: Outcome) -> None:
     """Write a certificate or a counterexample; remove those of an earlier run, which are about another reference."""
-    if isinstance(proof, Certificate):
-        write_atomically(results.certificate(method), accepted_file(proof))
-    else:
-        results.certificate(method).unlink(missing_ok=True)
-    if isinstance(proof, Counterexample):
-        write_atomically(results.counterexample(method), accepted_file(proof))
-    else:
-        results.counterexample(method).unlink(missing_ok=True)
+    for path, kind in (
+        (results.certificate(method), Certificate),
+        (results.counterexample(method), Counterexample),
+    ):
+        if isinstance(proof, kind):
+            write_atomically(path, accepted_file(proof))
+        else:
+            path.unlink(missing_ok=True)
 
 
 def prove_for(experiment: Experiment, method: str, sampled: Sampled, reference: Reference) -> Outcome:

@@ -148,24 +148,16 @@ def _derivative_bound(axes: Axes, trace: Trace) -> None:
     axes.fill_between(k, low, high, where=is_possible, facecolor=FAINT, edgecolor="none")
     for rate, name, va in ((low, r"$\underline{\tau}$", "top"), (high, r"$\overline{\tau}$", "bottom")):
         axes.plot(k, rate, **_LIMIT)
-        _name_last(axes, k, rate, name, va)
+        if np.isfinite(rate[-1]):
+            direct_label(axes, k[-1], rate[-1], name, ha="right", va=va)
     for sign in (1, -1):
         axes.plot(k, sign * bound, color=BLUE)
-    _name_first(axes, k, bound, r"$\pm\bar{\dot{m}}$ ")
+    if np.any(known := np.isfinite(bound)):
+        first, style = np.argmax(known), {"ha": "right", "va": "center", "color": BLUE}
+        direct_label(axes, k[first], bound[first], r"$\pm\bar{\dot{m}}$ ", **style)
     axes.set_ylabel("rates [1/s]")
     _mark(axes, trace, is_possible, r"$\underline{\tau} < 0 < \overline{\tau}$", "left", (0.5, 1))
     _mark(axes, trace, trace.keeps_rates > 0, "rate test", "left", (0, 0.5))
-
-
-def _name_last(axes: Axes, k: Array, values: Array, name: str, va: str) -> None:
-    if np.isfinite(values[-1]):
-        direct_label(axes, k[-1], values[-1], name, ha="right", va=va)
-
-
-def _name_first(axes: Axes, k: Array, values: Array, name: str) -> None:
-    if np.any(known := np.isfinite(values)):
-        first = np.argmax(known)
-        direct_label(axes, k[first], values[first], name, ha="right", va="center", color=BLUE)
 
 
 def _mark(

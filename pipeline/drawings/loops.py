@@ -368,7 +368,9 @@ def disturbed_loops(
     panels = figure.subplots(2, len(loops), sharex=True, sharey="row", squeeze=False)
     last = max(course.steps[-1] for by_kind in loops.values() for course in by_kind.values())
     for column, (label, by_kind) in zip(panels.T, loops.items(), strict=True):
-        column[0].set_title(f"{label}:\n{_verdict(failures[label])}")
+        first = failures[label]
+        # What becomes of loops is in the title: inside the panel it would hide curves.
+        column[0].set_title(f"{label}:\n{'never fails' if first is None else f'fails at step {first:.0f}'}")
         column[-1].set_xlabel(step_label(plant.sampling_time))
         lost = set.intersection(*(set(course.infeasible.tolist()) for course in by_kind.values()))
         for kind, course in by_kind.items():
@@ -378,7 +380,7 @@ def disturbed_loops(
             shade_no_plan(axes, np.array(sorted(lost)))
             axes.axhspan(_SHOWN[0], 0, facecolor=FAINT, edgecolor="none", zorder=0)
             axes.axhline(0, color=INK, linewidth=0.8, zorder=2.5)
-            if (first := failures[label]) is not None:
+            if first is not None:
                 axes.axvline(first, color=INK, linewidth=0.8, linestyle=":", zorder=2.8)
     every = [_margins(course, plant) for by_kind in loops.values() for course in by_kind.values()]
     for axes, name, of_all in zip(panels[:, 0], ("states", "inputs"), zip(*every, strict=True), strict=True):
@@ -441,8 +443,3 @@ def _margin(bounded: Polytope, points: Array) -> Array:
     """Return the smallest distance to a bound at each point (K, n), as a part of the width: shape (K,)."""
     values, widths = points @ bounded.rows.T, bounded.widths
     return np.asarray(np.min(np.minimum(values - bounded.lower, bounded.upper - values) / widths, axis=1))
-
-
-def _verdict(first_failure: float | None) -> str:
-    """Return what becomes of loops, for a title: inside the panel it would hide curves."""
-    return "never fails" if first_failure is None else f"fails at step {first_failure:.0f}"

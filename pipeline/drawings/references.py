@@ -227,12 +227,8 @@ def tightness(found: Mapping[str, Tightness], baseline: str, least: float, noise
         axes.invert_xaxis()
         axes.set_xticks(uppers[::2], [f"{upper:g}" for upper in uppers[::2]])
         axes.xaxis.set_minor_locator(NullLocator())
-    _noise(panels[1], noise_std)
+    panels[1].axhline(noise_std, color=GREY, linewidth=0.8, linestyle=":", zorder=2)
+    where = panels[1].get_yaxis_transform()
+    direct_label(panels[1], 0.02, noise_std, r"noise $\sigma_\mathrm{n}$", transform=where, va="bottom", color=INK)
     legend_above(figure)
     return figure
-
-
-def _noise(axes: Axes, noise_std: float) -> None:
-    axes.axhline(noise_std, color=GREY, linewidth=0.8, linestyle=":", zorder=2)
-    where = axes.get_yaxis_transform()
-    direct_label(axes, 0.02, noise_std, r"noise $\sigma_\mathrm{n}$", transform=where, va="bottom", color=INK)

@@ -78,14 +78,10 @@ def state_bounds(axes: Axes, states: Interval, side: str | None = "right") -> No
         if bottom < bound < top:
             axes.axhline(bound, color=INK, linewidth=0.8, zorder=2.5)
             if side:
-                _name_bound(axes, bound, side, r"bound of $\mathcal{X}$")
-
-
-def _name_bound(axes: Axes, y: float, side: str, name: str) -> None:
-    style: dict[str, Any] = {"fontsize": 7, "ha": side, "zorder": 6}
-    where = axes.get_yaxis_transform()
-    x, indent = (1, -2) if side == "right" else (0, 3)
-    axes.annotate(name, (x, y), (indent, 1.5), xycoords=where, textcoords="offset points", **style)
+                x, indent = (1, -2) if side == "right" else (0, 3)
+                style: dict[str, Any] = {"fontsize": 7, "ha": side, "zorder": 6, "textcoords": "offset points"}
+                where = axes.get_yaxis_transform()
+                axes.annotate(r"bound of $\mathcal{X}$", (x, bound), (indent, 1.5), xycoords=where, **style)
 
 
 def save(figure: Figure, path: Path) -> None:

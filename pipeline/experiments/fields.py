@@ -3,8 +3,9 @@
 import dataclasses
 import math
 import re
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 from pydantic import (
@@ -32,6 +33,8 @@ from trackably.gp.kernels.registry import KERNELS
 from trackably.gp.prior import Prior
 from trackably.learning.space import MOST_STARTS
 
+T = TypeVar("T")
+
 
 def parse_kernel(written: object) -> Kernel:
     """Return the kernel that a mapping with a `type` describes: hyperparameters are known, learned, or left out.
@@ -47,8 +50,10 @@ def parse_kernel(written: object) -> Kernel:
     if unknown := [name for name in written if name not in {"type", *names}]:
         raise ValueError(f"{unknown[0]}: not a field of this kernel; it has {', '.join(names)}")
     if issubclass(kernel, Elementary):
-        return kernel(**{name: _named(name, value) for name, value in written.items() if name != "type"})
-    return kernel(**{name: _part(name, written.get(name)) for name in names})
+        return kernel(
+            **{name: _part(name, parse_hyperparameter, value) for name, value in written.items() if name != "type"}
+        )
+    return kernel(**{name: _part(name, parse_kernel, written.get(name)) for name in names})
 
 
 def parse_hyperparameter(written: object) -> float:
@@ -59,16 +64,9 @@ def parse_hyperparameter(written: object) -> float:
         raise ValueError(f"expected {error}, got {written!r}") from None
 
 
-def _named(name: str, written: object) -> float:
+def _part(name: str, parse: Callable[[object], T], written: object) -> T:
     try:
-        return parse_hyperparameter(written)
-    except ValueError as error:
-        raise ValueError(f"{name}: {error}") from None
-
-
-def _part(name: str, written: object) -> Kernel:
-    try:
-        return parse_kernel(written)
+        return parse(written)
     except ValueError as error:
         of_field = str(error).partition(":")[0].replace(".", "").isidentifier()
         raise ValueError(f"{name}{'.' if of_field else ': '}{error}") from None

@@ -56,9 +56,6 @@ SetField = Annotated[Polytope, PlainValidator(_by(set_of))]
 TruthField = Annotated[Truth, PlainValidator(_by(lambda written: Truth(**fields_of(written, _OF_TRUTH, ["noise"]))))]
 
 
-_FORMS = (("lower", "upper"), ("H", "h"), ("vertices",), ("centre", "generators"))
-
-
 class DisturbanceSetFields(Fields):
     """A box, {w : H w ≤ h}, the hull of `vertices`, or a zonotope.
 
@@ -75,22 +72,22 @@ class DisturbanceSetFields(Fields):
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
-        given = {name for form in _FORMS for name in form if getattr(self, name) is not None}
-        if given not in map(set, _FORMS):
-            raise ValueError("expected lower with upper, H with h, vertices, or centre with generators")
         _by(lambda fields: fields.set)(self)
         return self
 
     @property
     def set(self) -> DisturbanceSet:
         """Return W. Raises ValueError where it is unbounded, or shapes do not fit."""
-        if self.lower is not None and self.upper is not None:
-            return Zonotope.box(self.lower, self.upper)
-        if self.H is not None and self.h is not None:
-            return ConvexHull.halfspaces(self.H, self.h)
-        if self.vertices is not None:
-            return ConvexHull(self.vertices)
-        return Zonotope(np.array(self.centre), np.array(self.generators))
+        forms: Mapping[tuple[str, ...], Callable[..., DisturbanceSet]] = {
+            ("lower", "upper"): Zonotope.box,
+            ("H", "h"): ConvexHull.halfspaces,
+            ("vertices",): ConvexHull,
+            ("centre", "generators"): lambda centre, generators: Zonotope(np.array(centre), np.array(generators)),
+        }
+        given = tuple(name for form in forms for name in form if getattr(self, name) is not None)
+        if given not in forms:
+            raise ValueError("expected lower with upper, H with h, vertices, or centre with generators")
+        return forms[given](*(getattr(self, name) for name in given))
 
 
 class VertexFields(Fields):

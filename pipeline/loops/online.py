@@ -69,6 +69,29 @@ class OnlineLoop:
     updates: tuple[ReferenceUpdate, ...]
     reference: Reference
 
+    @property
+    def columns(self) -> dict[str, Array]:
+        """Return numbers of the updates: `step`, `taken` (1 or 0), and `widening` where feasibility was the reason."""
+        return {
+            "step": np.array([float(o.k) for o in self.updates]),
+            "taken": np.array([float(o.accepted) for o in self.updates]),
+            "widening": np.array([np.nan if o.widening is None else o.widening for o in self.updates]),
+        }
+
+    @property
+    def records(self) -> list[dict[str, object]]:
+        """Return the updates as control.json shows them."""
+        return [
+            {
+                "step": o.k,
+                "samples": list(o.sample_counts),
+                "taken": o.accepted,
+                "widening": o.widening,
+                "reason": o.reason,
+            }
+            for o in self.updates
+        ]
+
 
 def simulate_online(
     controller: Controller,
@@ -163,38 +186,7 @@ def concatenate(loops: Sequence[ClosedLoop]) -> ClosedLoop:
 _AFTERWARDS = 50
 
 
-@dataclass(frozen=True, eq=False)
-class Relearned:
-    """A loop along changing references, and the references that were offered to it."""
-
-    loop: ClosedLoop
-    offers: tuple[ReferenceUpdate, ...]
-
-    @property
-    def columns(self) -> dict[str, Array]:
-        """Return numbers of the offers: `step`, `taken` (1 or 0), and `widening` where feasibility was the reason."""
-        return {
-            "step": np.array([float(o.k) for o in self.offers]),
-            "taken": np.array([float(o.accepted) for o in self.offers]),
-            "widening": np.array([np.nan if o.widening is None else o.widening for o in self.offers]),
-        }
-
-    @property
-    def records(self) -> list[dict[str, object]]:
-        """Return the offers as control.json shows them."""
-        return [
-            {
-                "step": o.k,
-                "samples": list(o.sample_counts),
-                "taken": o.accepted,
-                "widening": o.widening,
-                "reason": o.reason,
-            }
-            for o in self.offers
-        ]
-
-
-def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) -> Relearned | None:
+def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) -> OnlineLoop | None:
     """Run the loop from the first certified reference on; return None where the experiment does not ask for it.
 
     Raises InputError where no samples arrive, and NoReferenceError where the first reference is not certified for all
@@ -224,10 +216,8 @@ def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) ->
         (k, receding_window(stream, k * sampling_time, wanted.window))
         for k in range(begin + wanted.every, end + 1, wanted.every)
     ]
-    online = simulate_online(
-        controller, first, first.reference.window(0, 1).states[0], end + _AFTERWARDS, arrivals, learner
-    )
-    return Relearned(online.loop, online.updates)
+    start = first.reference.window(0, 1).states[0]
+    return simulate_online(controller, first, start, end + _AFTERWARDS, arrivals, learner)
 
 
 def _stream(experiment: Experiment, wanted: Relearning, sampled: Sampled) -> tuple[Samples, ...]:

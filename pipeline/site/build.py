@@ -4,7 +4,6 @@ import io
 import re
 import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -98,24 +97,8 @@ _LOGS = {
 }
 
 
-@dataclass(frozen=True)
-class Page:
-    """The page of an experiment: sentences and tables as Markdown, figures, and files with what they are."""
-
-    name: str
-    title: str
-    system: str
-    proofs: str
-    theorems: str
-    price: str
-    methods: str
-    loops: str
-    table_of_loops: str
-    summary: Mapping[str, float]
-    proved: tuple[str, ...]
-    figures: tuple[Path, ...]
-    files: tuple[tuple[Path, str], ...]
-    notebook: str = ""
+Page = dict[str, Any]
+"""What templates need of an experiment: sentences and tables as Markdown, figures, and files with what they are."""
 
 
 def page_of(experiment: Experiment, results: Results, theory: Path, notebook: str = "") -> Page:
@@ -124,23 +107,22 @@ def page_of(experiment: Experiment, results: Results, theory: Path, notebook: st
     Raises InputError where a stage has not run.
     """
     metrics: Any = read_json(results.metrics)
-    summary: Any = read_json(results.summary)
-    return Page(
-        experiment.name,
-        experiment.title,
-        told_of_system(experiment.plant),
-        told_of_proofs(results),
-        told_of_theorems(results, theory),
-        told_of_price(results),
-        str(table_of_methods(results)),
-        told_of_loops(results),
-        str(table_of_loops(results)),
-        summary,
-        tuple(method for method, found in metrics.items() if results.certificate(method).exists()),
-        tuple(sorted(results.figures.glob("*.svg"))),
-        tuple(_files(results)),
-        notebook,
-    )
+    return {
+        "name": experiment.name,
+        "title": experiment.title,
+        "system": told_of_system(experiment.plant),
+        "proofs": told_of_proofs(results),
+        "theorems": told_of_theorems(results, theory),
+        "price": told_of_price(results),
+        "methods": str(table_of_methods(results)),
+        "loops": told_of_loops(results),
+        "table_of_loops": str(table_of_loops(results)),
+        "summary": read_json(results.summary),
+        "proved": [method for method in metrics if results.certificate(method).exists()],
+        "figures": sorted(results.figures.glob("*.svg")),
+        "files": [*_files(results)],
+        "notebook": notebook,
+    }
 
 
 def _files(results: Results) -> Iterator[tuple[Path, str]]:
@@ -176,10 +158,10 @@ def write_sources(project: Path, into: Path) -> list[Page]:
             notebook = project / "notebooks" / f"{experiment.name}.ipynb"
             shown = f"notebook-{experiment.name}" if notebook.exists() else ""
             pages.append(page_of(experiment, results, project / THEORY, shown))
-            _copy((*pages[-1].figures, *(file for file, _ in pages[-1].files)), into / experiment.name)
+            _copy((*pages[-1]["figures"], *(file for file, _ in pages[-1]["files"])), into / experiment.name)
     if not pages:
         raise InputError(f"{root}: there are no results to report; run `dvc repro` first")
-    notebooks = [project / "notebooks" / f"{page.name}.ipynb" for page in pages if page.notebook]
+    notebooks = [project / "notebooks" / f"{page['name']}.ipynb" for page in pages if page["notebook"]]
     more = [*_write_notebooks(project, notebooks, into), *_write_benchmark(project / "benchmarks", into)]
     claimed = load_claims(project / "claims.yaml")
     claims = [judge_claim(claim, project, project) for claim in claimed.claims]
@@ -198,7 +180,7 @@ def _render(pages: Sequence[Page], claims: Sequence[JudgedClaim], more: Sequence
     write_text(into / "results.md", text)
     write_text(into / "gallery.md", templates.get_template("gallery.md.j2").render(pages=pages))
     for page in pages:
-        write_text(into / f"{page.name}.md", templates.get_template("experiment.md.j2").render(page=page))
+        write_text(into / f"{page['name']}.md", templates.get_template("experiment.md.j2").render(page=page))
 
 
 def _write_notebooks(project: Path, notebooks: Sequence[Path], into: Path) -> list[str]:

@@ -1,5 +1,6 @@
 """Piecewise polynomials with rational coefficients, and their exact extremes between grid points."""
 
+from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -61,7 +62,7 @@ class Pieces:
 
     def _around(self, t: Fraction) -> Polynomial:
         """Return the polynomial that begins at t, about t."""
-        i = int(np.clip(_place(self.breaks, t), 0, len(self.parts) - 1))
+        i = min(max(bisect_right(self.breaks, t) - 1, 0), len(self.parts) - 1)
         by, part = t - self.breaks[i], self.parts[i]
         return tuple(
             sum((comb(k, j) * part[k] * by ** (k - j) for k in range(j, len(part))), Fraction(0))
@@ -122,19 +123,6 @@ def _sum(terms: Sequence[tuple[Fraction, Polynomial]], offset: Fraction) -> Poly
         for k, a in enumerate(p):
             total[k] += w * a
     return tuple(total)
-
-
-def _place(breaks: Sequence[Fraction], t: Fraction) -> int:
-    """Return the index of the last break that is not after t."""
-    return sum(1 for b in breaks if b <= t) - 1 if len(breaks) < 16 else _bisect(breaks, t)
-
-
-def _bisect(breaks: Sequence[Fraction], t: Fraction) -> int:
-    low, high = 0, len(breaks)
-    while low < high:
-        middle = (low + high) // 2
-        low, high = (middle + 1, high) if breaks[middle] <= t else (low, middle)
-    return low - 1
 
 
 @dataclass(frozen=True)

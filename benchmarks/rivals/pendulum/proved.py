@@ -16,6 +16,7 @@ import scipy
 from benchmarks.rivals.adapters.conic import Conic, Unsolved
 from benchmarks.rivals.judge.polynomials import Pieces, Polynomial, bernstein, halved
 from benchmarks.rivals.pendulum.statement import EFFORT, LEAST_SPEED, MOST_W, REWARD, Facts, facts
+from trackably.systems.rationals import inverse
 
 DEGREE = 5
 
@@ -109,23 +110,10 @@ def exactly(coefficients: tuple[Fraction, ...]) -> Spline:
             bent[j] += 1
             after = Spline(tuple(bent)).residuals()
             columns.append([after[row] - base[row] for row in rows])
-        change = _solved([list(row) for row in zip(*columns, strict=True)], [-base[row] for row in rows])
+        change = inverse(np.array(columns, dtype=object).T) @ np.array([-base[row] for row in rows], dtype=object)
         for j, by in zip(which, change, strict=True):
             moved[j] += by
     return Spline(tuple(moved))
-
-
-def _solved(matrix: list[list[Fraction]], right: list[Fraction]) -> list[Fraction]:
-    """Solve a small system exactly, by elimination."""
-    rows = [[*row, b] for row, b in zip(matrix, right, strict=True)]
-    for i in range(len(rows)):
-        pivot = next(j for j in range(i, len(rows)) if rows[j][i])
-        rows[i], rows[pivot] = rows[pivot], rows[i]
-        rows[i] = [value / rows[i][i] for value in rows[i]]
-        for j in range(len(rows)):
-            if j != i:
-                rows[j] = [a - rows[j][i] * b for a, b in zip(rows[j], rows[i], strict=True)]
-    return [row[-1] for row in rows]
 
 
 _HALVINGS = 2  # of each interval, so that Bernstein coefficients lie close to their polynomial
