@@ -137,7 +137,6 @@ def _frozen(values: Array) -> Array:
 _FORMAT = "1"
 _CHUNK_SIZE = 1024 * 1024  # bytes
 _JSON = "application/json"
-_COMPRESSIONS = {"": CompressionType.NONE, "zstd": CompressionType.ZSTD}
 _COMPACT = json.JSONEncoder(allow_nan=False, separators=(",", ":"))
 
 
@@ -256,17 +255,11 @@ def _records(data: bytes) -> Iterator[McapRecord]:
         if not isinstance(record, Chunk):
             yield record
             continue
-        if record.compression not in _COMPRESSIONS:
+        if record.compression != "zstd":
             raise ValueError(f"a chunk is compressed with {record.compression!r}, and this project uses zstd")
-        if record.compression and frame_content_size(record.data) != record.uncompressed_size:
+        if frame_content_size(record.data) != record.uncompressed_size:
             raise ValueError("a chunk has another size than it says")  # before memory is taken for it
         yield from breakup_chunk(record, validate_crc=True)
-
-
-def compression_of(data: bytes) -> CompressionType:
-    """Return how the chunks of a file are compressed. Raises as `decode`."""
-    chunks = (record for record in StreamReader(BytesIO(data), emit_chunks=True).records if isinstance(record, Chunk))
-    return next((_COMPRESSIONS[chunk.compression] for chunk in chunks), CompressionType.ZSTD)
 
 
 _NO_LOG = (LookupError, TypeError, AttributeError)
@@ -289,12 +282,12 @@ def read_log(path: Path) -> Log:
     Checksums cover only parts of an MCAP file: nobody would see damage of an index or a header. So what was read is
     written again, and the bytes are compared. One bit that differs is a LogError that names the file. Files of another
     program, or of a release of the MCAP library or the compressor with another output, are refused likewise: they may
-    be sound, but this pipeline did not write them. Files without compression are read, too.
+    be sound, but this pipeline did not write them.
     """
     data = path.read_bytes()
     try:
         log = decode(data)
-        again = encode(log, compression_of(data))
+        again = encode(log)
     except DAMAGES as error:
         raise LogError(f"{path}: not a log of this project, or damaged: {_reason(error)}") from error
     if again != data:

@@ -47,27 +47,6 @@ def test_every_kernel_of_the_library_is_known_by_its_name(tmp_path: Path, name: 
     assert {*prior.learned} == prior.kernel.hyperparameters.keys()
 
 
-def test_all_fields_that_do_not_fit_are_said_at_once(tmp_path: Path) -> None:
-    text = changed(
-        "example1",
-        ("claim: all_times", "claim: all_phases"),
-        ("    algorithm1: {first_step: 70, last_step: 300}\n", ""),
-        ("study: {tightness: [0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005]}", "study: {draws: 3}"),
-    )
-    with pytest.raises(InputError) as raised:
-        load_experiment("example1", written_to(tmp_path, text))
-    message = str(raised.value)
-    assert "\n" not in message
-    for sentence in (
-        "claim: all_phases needs periodic kernels of one period, got SquaredExponential",
-        "algorithm1: is missing, but the method as_published needs it",
-        "algorithm1: is missing, but the method sound needs it",
-        "study: compares periodic programs, but the block periodic is missing",
-        "study.draws: compares seeds, but the samples are not drawn",
-    ):
-        assert sentence in message
-
-
 NAMES = [
     ("../tank", "letters from a to z, digits, hyphens and underscores, and begins with a letter or a digit"),
     ("tank.v2", "the name 'tank.v2' is not allowed"),

@@ -205,6 +205,12 @@ WRONG = [
         r"time: expected one of steps, .*",
     ),
     ("tank", LISTED, "joint", r"methods: expected a list of methods, got 'joint'"),
+    (
+        "tank",
+        "    claim: all_times\n",
+        "    claim: all_times\n    study: {draws: 3}\n",
+        r"block periodic is missing.*samples are not drawn",
+    ),
 ]
 
 
@@ -249,16 +255,3 @@ def test_what_a_wrong_field_would_say_is_not_guessed(tmp_path: Path) -> None:
     with pytest.raises(InputError) as raised:
         load_experiment("example1", path)
     assert len(str(raised.value).split("; ")) == 2
-
-
-def test_draws_need_a_draw(tmp_path: Path) -> None:
-    source = "csv: data/paper/example1_samples.csv, time_column: k, time_unit: steps, value_column: y"
-    drawn = """
-        ground_truth: two_harmonics
-        steps: {first: 0, last: 400, every: 20}
-        noise_std: 0.3
-        seed: 4
-"""
-    path = written_to(tmp_path, changed("example2", (f"state:{drawn}", f"state: {{{source}}}\n")))
-    with pytest.raises(InputError, match="compares seeds, but the samples are not drawn"):
-        load_experiment("example2", path)

@@ -49,7 +49,7 @@ def foreign(
     *,
     library: str = "trackably",
     version: str = "1",
-    compression: CompressionType = CompressionType.NONE,
+    compression: CompressionType = CompressionType.ZSTD,
     encoding: str = "json",
     schema_encoding: str = "jsonschema",
     schema: bytes = SCHEMA,

@@ -13,9 +13,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from mcap.reader import make_reader
-from mcap.writer import CompressionType
 
-from pipeline.storage.logs import Documents, Log, Series, encode, read_log, write_log
+from pipeline.storage.logs import Documents, Log, Series, read_log, write_log
 from tests.pipeline.storage.logs import LOG, NAN, same
 
 
@@ -31,11 +30,6 @@ def test_round_trip(path: Path, data: bytes) -> None:
 def test_equal_logs_are_equal_files(tmp_path: Path, data: bytes) -> None:
     write_log(tmp_path / "again.mcap", replace(LOG))
     assert (tmp_path / "again.mcap").read_bytes() == data
-
-
-def test_logs_without_compression_are_read_too(path: Path, data: bytes) -> None:
-    path.write_bytes(encode(LOG, CompressionType.NONE))
-    assert same(read_log(path), LOG)
 
 
 finite = st.floats(allow_nan=False, allow_infinity=False)

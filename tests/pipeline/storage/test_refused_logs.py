@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 from mcap.writer import CompressionType
 
@@ -39,20 +38,11 @@ def test_what_no_checksum_covers_is_found(path: Path, data: bytes) -> None:
     assert f"byte {summary_checksum} " in refusal(path, data[:summary_checksum] + b"\0\0\0\0" + data[-8:])
 
 
-def test_swapped_bytes_are_found(path: Path, data: bytes) -> None:
-    generator = np.random.default_rng(1)
-    for _ in range(300):
-        damaged = bytearray(data)
-        for i in generator.integers(len(data), size=3):
-            damaged[i] ^= generator.integers(1, 256)
-        refusal(path, bytes(damaged))
-
-
 FOREIGN = {
     "other bytes": foreign(),
     "another library": foreign(library="other"),
     "another version": foreign(version="2"),
-    "zstd": foreign(compression=CompressionType.ZSTD),
+    "no compression": foreign(compression=CompressionType.NONE),
     "lz4": foreign(compression=CompressionType.LZ4),
     "another encoding": foreign(encoding="cbor"),
     "another schema": foreign(schema_encoding="protobuf"),
