@@ -50,7 +50,3 @@ def test_each_log_is_written_by_one_stage_before_those_that_read_it() -> None:
         new = logs([*outputs(stage)])
         assert not new & written
         written |= new
-
-
-def test_one_screen_holds_it() -> None:
-    assert len((ROOT / "dvc.yaml").read_text(encoding="utf-8").splitlines()) <= 80

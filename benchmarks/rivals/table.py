@@ -1,8 +1,9 @@
 """The table: one row for each problem and rival, and how it is written down."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from time import process_time
+from typing import Any
 
 import numpy as np
 
@@ -57,9 +58,9 @@ def measured(problem: Problem, rival: Rival) -> Row:
     row = Row(problem.name, rival.letter, rival.name, "found", family=problem.family, tightness=problem.tightness)
     if isinstance(answer, NotFound):
         gone = None if answer.kind == "does not apply" else taken
-        return Row(**{**asdict(row), "answer": answer.kind, "says": answer.why, "seconds": gone})
+        return replace(row, answer=answer.kind, says=answer.why, seconds=gone)
     violation = answer.curve.violation(_window(problem, answer))
-    return Row(**{**asdict(row), "seconds": taken, **_numbers(problem, answer), **_facts(violation)})
+    return replace(row, seconds=taken, **_numbers(problem, answer), **_facts(violation))
 
 
 def _window(problem: Problem, found: Found) -> tuple[float, float]:
@@ -67,7 +68,7 @@ def _window(problem: Problem, found: Found) -> tuple[float, float]:
     return start, end if found.last is None else min(end, found.last)
 
 
-def _facts(violation: Violation) -> dict[str, object]:
+def _facts(violation: Violation) -> dict[str, Any]:
     return {
         "least": violation.least,
         "most": violation.most,
@@ -77,7 +78,7 @@ def _facts(violation: Violation) -> dict[str, object]:
     }
 
 
-def _numbers(problem: Problem, found: Found) -> dict[str, object]:
+def _numbers(problem: Problem, found: Found) -> dict[str, Any]:
     misfit, held_out, error = [], [], []
     for i, (name, samples) in enumerate(zip(problem.sampled.names, problem.task.samples, strict=True)):
         spread = float(np.ptp(samples.values))

@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 
 from pipeline.experiments import Experiment, load_experiment
-from pipeline.generate import generate, sampled_by
+from pipeline.generate import generate
 from pipeline.storage.results import Results
 from tests.pipeline.params import changed, written_to
 from trackably import DoubtfulInputWarning
-from trackably.learning.problem import ConstrainedProblem, Solution
-from trackably.learning.search import best_solution
 
 TIMES = np.arange(60.0) * 4
 LEVELS = 1.0 + 0.1 * np.sin(TIMES / 30) + 0.01 * np.random.default_rng(1).standard_normal(TIMES.size)
@@ -31,13 +29,6 @@ def tank(folder: Path, times: np.ndarray, levels: np.ndarray, line: str = "") ->
         ("{start: 0.0, end: 240.0, held_out: 60.0}", "{end: 3000.0}"),
     )
     return load_experiment("tank", written_to(folder, entry))
-
-
-def learned(experiment: Experiment) -> Solution:
-    samples = sampled_by(experiment).samples
-    found = best_solution(ConstrainedProblem(samples, experiment.learned_prior, experiment.search_space(samples)))
-    assert isinstance(found, Solution)
-    return found
 
 
 @pytest.mark.parametrize("line", ["", "centres: 30"])

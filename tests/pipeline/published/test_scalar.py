@@ -86,16 +86,6 @@ def test_growth_rates_stay_in_every_successor_set_and_are_the_largest_that_do(pl
     assert np.min(high - x - tau_high * t_s) <= rounding
 
 
-@given(plants, intervals())
-def test_every_rate_beyond_leaves_some_successor_set(plant, states):
-    tau_low, tau_high = growth_rates(plant, states)
-    ends = np.array([states.lower, states.upper])
-    low, high = successor_set(plant, ends)
-    beyond = 1e-6 / plant.sampling_time
-    assert np.any(ends + (tau_low - beyond) * plant.sampling_time < low)
-    assert np.any(ends + (tau_high + beyond) * plant.sampling_time > high)
-
-
 @given(plants, st.floats(-3, 3), st.floats(-20, 20))
 def test_tube_holds_the_next_state_where_the_input_is_admissible(plant, x, u):
     (a, b, c), (_, input_set) = coefficients(plant), interval_sets(plant)
