@@ -20,8 +20,9 @@ from trackably.checker.boxes import Box, Enclosures, refusals
 from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.form import a_kernel
 from trackably.checker.intervals import Real, UndefinedError, at_most, exactly, ratio
+from trackably.checker.models import constants
 from trackably.checker.quantities import LinearCombination, Quantity, quantities, value_at
-from trackably.checker.rounding import FlatNeeds, FlatValues, check_sizes, constants, error_of, signal_errors
+from trackably.checker.rounding import FlatNeeds, FlatValues, check_sizes, error_of, signal_errors
 from trackably.checker.subject import Subject
 from trackably.checker.tail import check_tail, is_settled
 from trackably.gp.kernels.base import Kernel, Product, Sum

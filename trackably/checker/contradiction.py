@@ -44,7 +44,7 @@ from trackably.checker.form import (
     record,
     whole_number,
 )
-from trackably.checker.formulas import Intervals, evaluate, names
+from trackably.checker.formulas import names
 from trackably.checker.intervals import (
     ZERO,
     Real,
@@ -57,6 +57,7 @@ from trackably.checker.intervals import (
     ratio,
 )
 from trackably.checker.limits import INSTANTS, ROWS
+from trackably.checker.models import enclose
 from trackably.checker.moving import ends_at
 from trackably.checker.redundancy import null_space
 from trackably.checker.statement import bounds_text, dynamics
@@ -355,7 +356,7 @@ def _successor_states(system: NonlinearSystem, box: Mapping[str, Real]) -> Itera
     for name, formula in zip(system.states, system.f, strict=True):
         if names(formula) <= box.keys():
             try:
-                yield name, evaluate(formula, box, Intervals())
+                yield name, enclose(formula, box)
             except UndefinedError:
                 continue
 

@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol, Self, TypeVar
 
-from trackably.checker.intervals import Real, angle, exactly, function, power, require_nonzero
 from trackably.checker.watch import tick
 
 Symbol = Literal["+", "-", "*", "/"]
@@ -194,23 +193,3 @@ def text(formula: Formula, deepest: int = 1000) -> str:
         case Angle():
             found = f"atan2({inner[0]}, {inner[1]})"
     return found
-
-
-class Intervals:
-    """Interval arithmetic for formulas: the result contains the value for all numbers in the intervals."""
-
-    def constant(self, value: float) -> Real:
-        return exactly(value)
-
-    def over(self, a: Real, b: Real) -> Real:
-        require_nonzero(b)
-        return a / b
-
-    def power(self, a: Real, exponent: float) -> Real:
-        return power(a, exponent)
-
-    def function(self, name: str, a: Real) -> Real:
-        return function(name, a)
-
-    def angle(self, y: Real, x: Real) -> Real:
-        return angle(y, x)

@@ -166,9 +166,11 @@ def root(x: float) -> Real:
     return sqrt(exactly(x))
 
 
-def at_most(x: Real | float, y: Real | float) -> bool:
-    """Return whether x ≤ y is certain."""
-    return bool(exactly(x).b <= exactly(y).a)
+def at_most(x: Real | Fraction | float, y: Real | Fraction | float) -> bool:
+    """Return whether x ≤ y is certain; rational numbers are compared exactly."""
+    if isinstance(x, Fraction):
+        return x <= y if isinstance(y, Fraction) else at_most(ratio(x), y)
+    return bool(exactly(x).b <= exactly(ratio(y) if isinstance(y, Fraction) else y).a)
 
 
 def either(*conditions: Any) -> Any:

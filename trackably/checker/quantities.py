@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from trackably.checker.flatness import Need, Shapes, needs
-from trackably.checker.formulas import Formula, Intervals, Name, Number, Operation, evaluate, names
+from trackably.checker.formulas import Formula, Name, Number, Operation, names
 from trackably.checker.intervals import SIGN, Real, exact_sum, ratio
 from trackably.checker.inverse import inputs_of
+from trackably.checker.models import enclose
 from trackably.checker.moving import Limit, limits
 from trackably.checker.subject import (
     Bound,
@@ -180,7 +181,7 @@ def absolute_sum(row: Sequence[Fraction], parts: Sequence[Functional]) -> Functi
 def value_at(subject: Subject, q: Quantity, t: Real) -> Real:
     """Return an interval that contains q(t). Raise UndefinedError if q may be undefined there."""
     arguments = {name: combination_at(subject, argument, t) for name, argument in q.arguments.items()}
-    return evaluate(q.formula, arguments, Intervals())
+    return enclose(q.formula, arguments)
 
 
 def combination_at(subject: Subject, argument: LinearCombination, t: Real) -> Real:

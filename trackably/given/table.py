@@ -223,11 +223,8 @@ def _defects(table: checked.Table, row: int) -> list[tuple[Fraction, Fraction]]:
 
     Raises UndefinedError.
     """
-    found = differences(table, row)
-    if isinstance(found, str):
-        raise UndefinedError(found)
     try:
-        return [(apart, apart) if isinstance(apart, Fraction) else _ends(apart) for apart in found]
+        return [(a, a) if isinstance(a, Fraction) else _ends(a) for a in differences(table, row)]
     except OverflowError:
         why = "its formula is too large for float64, or divides by something that may be zero"
         raise UndefinedError(why) from None

@@ -8,11 +8,10 @@ from mpmath import mp
 from tests.balls.arithmetic import ball_arithmetic
 from tests.balls.formulas import UndefinedError, at_balls
 from trackably.checker.form import a_formula
-from trackably.checker.formulas import Intervals
 from trackably.checker.formulas import evaluate as checker_evaluate
 from trackably.checker.intervals import ZERO, between, exactly
 from trackably.checker.intervals import UndefinedError as CheckerUndefined
-from trackably.checker.models import Model
+from trackably.checker.models import Model, enclose
 from trackably.checker.models import Models as CheckerModels
 from trackably.checker.rounding import Tracked, TrackedFormulas
 from trackably.checker.tail import Sloped, SlopedFormulas
@@ -102,7 +101,7 @@ def test_both_sides_refuse_where_there_may_be_no_value(which):
         at_balls(formula(name), {"a": arb(a[0]).union(arb(a[1])), "b": arb(b[0]).union(arb(b[1]))})
     theirs = a_formula(to_lists(formula(name)), "f")
     with pytest.raises(CheckerUndefined):
-        checker_evaluate(theirs, {"a": between(*a), "b": between(*b)}, Intervals())
+        enclose(theirs, {"a": between(*a), "b": between(*b)})
     own = {k: checkers((v[0] + v[1]) / 2, (v[1] - v[0]) / 2) for k, v in (("a", a), ("b", b))}
     with pytest.raises(CheckerUndefined):
         checker_evaluate(theirs, own, CheckerModels(6))
