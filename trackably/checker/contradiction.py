@@ -52,6 +52,7 @@ from trackably.checker.intervals import (
     at_most,
     between,
     common_denominator,
+    exact_dot,
     exact_sum,
     exactly,
     ratio,
@@ -207,9 +208,10 @@ def _weighted_rows(of: Contradiction, proof: Multipliers) -> Iterator[_Weighted]
 def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipliers) -> str | None:
     rows, n, m = list(_weighted_rows(of, proof)), len(system.states), len(system.inputs)
     A, B, c = ([[Fraction(v) for v in row] for row in matrix] for matrix in (system.A, system.B, (system.c,)))
-    dynamics = _Dynamics.of(A, B, c[0], of.steps)
-    if dynamics is None:
+    q, columns = in_whole_numbers([*zip(*A, strict=True), *zip(*B, strict=True), c[0]])
+    if of.steps * q.bit_length() > _MOST_BITS:
         return "proof: too many steps, or too many digits in A, B and c"
+    dynamics = _Dynamics(q, columns[:n], columns[n:-1], columns[-1], of.steps)
     p, _, _, scale = dynamics.factors(rows)
     if any(p):
         early = [row for row in rows if row.of_state and row.step < n][:_MOST_LINES]
@@ -259,14 +261,6 @@ class _Dynamics:
     c: list[int]
     steps: int
 
-    @classmethod
-    def of(cls, A: list[list[Fraction]], B: list[list[Fraction]], c: list[Fraction], steps: int) -> "_Dynamics | None":
-        """Return the dynamics; None if the numbers have too many digits."""
-        q, columns = in_whole_numbers([*zip(*A, strict=True), *zip(*B, strict=True), c])
-        if steps * q.bit_length() > _MOST_BITS:
-            return None
-        return cls(q, columns[: len(A)], columns[len(A) : -1], columns[-1], steps)
-
     def factors(self, rows: Sequence[_Weighted]) -> tuple[list[int], list[list[int]], int, int]:
         """Return p_0, e_k + Bᵀ p_(k+1) for each k from the last on, and Σ_k p_(k+1) c, all
         multiplied by the last number.
@@ -294,7 +288,7 @@ def _at_start(row: _Weighted, A: list[list[Fraction]]) -> list[Fraction]:
     """Return row Aᵏ."""
     found = list(row.row)
     for _ in range(row.step):
-        found = [exact_sum(x * a for x, a in zip(found, column, strict=True)) for column in zip(*A, strict=True)]
+        found = [exact_dot(found, column) for column in zip(*A, strict=True)]
     return found
 
 

@@ -87,6 +87,7 @@ from trackably.checker.tables import RefutedTable, Table
 from trackably.checker.watch import tick
 
 T = TypeVar("T")
+U = TypeVar("U")
 Reader = Callable[[object, str], T]
 """Reads a value found at a place; the place is named in messages."""
 
@@ -202,6 +203,17 @@ def many(reader: Reader[T], most: int, empty: bool = False) -> Reader[tuple[T, .
             return tuple([reader(item, where) for item in value])
         except UnreadableError:  # is said again, with the place of the entry: this takes time
             return tuple(reader(item, f"{where}[{i}]") for i, item in enumerate(value))
+
+    return read
+
+
+def a_pair(first: Reader[T], second: Reader[U]) -> Reader[tuple[T, U]]:
+    """Read a list of two values."""
+
+    def read(value: object, where: str) -> tuple[T, U]:
+        if not isinstance(value, list) or len(value) != 2:
+            raise UnreadableError(f"{where} must be a list of two values")
+        return first(value[0], f"{where}[0]"), second(value[1], f"{where}[1]")
 
     return read
 
@@ -634,23 +646,10 @@ signal_class = record(
 """Reads a class of signals that explain samples."""
 
 
-def _pair(value: object, where: str) -> tuple[int, int]:
-    found = many(whole_number(2 * CENTRES, 0), 2)(value, where)
-    if len(found) != 2:
-        raise UnreadableError(f"{where} must be two numbers")
-    return found[0], found[1]
-
-
-_pairs = many(_pair, BOXES)
-
-
-def _multiplier(value: object, where: str) -> tuple[int, Fraction]:
-    if not isinstance(value, list) or len(value) != 2:
-        raise UnreadableError(f"{where} must be a measurement and its multiplier")
-    return whole_number(2 * CENTRES, 0)(value[0], where), rational_number(value[1], where)
-
-
-_derived = record(Derived, time=real_number, upper=many(_multiplier, CENTRES), lower=many(_multiplier, CENTRES))
+_measurement = whole_number(2 * CENTRES, 0)
+_pairs = many(a_pair(_measurement, _measurement), BOXES)
+_multipliers = many(a_pair(_measurement, rational_number), CENTRES)
+_derived = record(Derived, time=real_number, upper=_multipliers, lower=_multipliers)
 _truth = record(
     TrueSignal,
     {"plant": real_number, "derived": many(_derived, BOXES, empty=True)},
@@ -665,14 +664,9 @@ _truth = record(
 )
 
 
-class _Evaluation(NamedTuple):
-    until: float
-    errors: dict[str, float]
-
-
 def _certificate(
     claim: object,
-    evaluation: _Evaluation,
+    evaluation: dict[str, Any],
     disturbance: Robust | None = None,
     truth: tuple[TrueSignal, ...] = (),
     **about: Any,
@@ -681,7 +675,8 @@ def _certificate(
     if disturbance and not isinstance(subject.system, LinearSystem):
         raise UnreadableError("there may be a disturbance for linear systems only")
     read = _claim_of_pieces if subject.pieces else _claim
-    return Certificate(subject, *read(claim, "certificate.claim"), *evaluation, disturbance, truth)
+    stated = read(claim, "certificate.claim")
+    return Certificate(subject, *stated, **evaluation, robust=disturbance, truth=truth)
 
 
 read_certificate = file_of(
@@ -692,7 +687,7 @@ read_certificate = file_of(
         {**_of_linear, "disturbance": _disturbance, "truth": many(_truth, COORDINATES)},
         claim=itself,
         reference=_reference,
-        evaluation=record(_Evaluation, until=positive_number, errors=by_name(a_bound, positive_number)),
+        evaluation=record(dict, until=positive_number, errors=by_name(a_bound, positive_number)),
     ),
     ": prove the reference again to get one",
 )

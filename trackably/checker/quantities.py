@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from trackably.checker.flatness import Need, Shapes, needs
 from trackably.checker.formulas import Formula, Name, Number, Operation, names
-from trackably.checker.intervals import SIGN, Real, exact_sum, ratio
+from trackably.checker.intervals import SIGN, Real, exact_dot, exact_sum, ratio
 from trackably.checker.inverse import inputs_of
 from trackably.checker.models import enclose
 from trackably.checker.moving import Limit, limits
@@ -145,10 +145,8 @@ def _signal(subject: Subject, i: int, j: int, count: int) -> Functional:
 def _combine(subject: Subject, row: tuple[Fraction, ...], parts: tuple[Functional, ...]) -> LinearCombination:
     """Return Σ_i row_i part_i."""
     found, gross = weighted_sum(row, parts), absolute_sum(row, parts)
-    of_means = (
-        Fraction(z.mean) * exact_sum(weights) for z, weights in zip(subject.signals, found.weights, strict=True)
-    )
-    at_rest = found.offset + exact_sum(of_means)
+    means = (Fraction(z.mean) for z in subject.signals)
+    at_rest = found.offset + exact_dot(means, map(exact_sum, found.weights))
     return LinearCombination(
         [*map(list, found.weights)], ratio(at_rest), [*map(exact_sum, gross.weights)], gross.offset
     )

@@ -17,7 +17,7 @@ from fractions import Fraction
 from itertools import combinations
 from math import comb
 
-from trackably.checker.intervals import exact_sum
+from trackably.checker.intervals import exact_dot, exact_sum
 from trackably.checker.subject import Bound, LinearSystem, Row, Subject
 from trackably.checker.watch import short, tick
 
@@ -88,7 +88,7 @@ def _why_not_enumerable(system: LinearSystem, rows: tuple[Row, ...]) -> str | No
 def _demands(system: LinearSystem, rows: tuple[Row, ...]) -> Iterator[_Demand]:
     """Yield the conditions on u that follow from the circuits of the rows."""
     idle, m = _idle(system), len(system.inputs)
-    moved = [[exact_sum(r * z for r, z in zip(side.row, v, strict=True)) for v in idle] for side in rows]
+    moved = [[exact_dot(side.row, v) for v in idle] for side in rows]
     for circuit in _circuits(moved, len(idle)):
         row = [exact_sum(factor * rows[i].row[j] for i, factor in circuit) for j in range(m)]
         low = exact_sum(factor * Fraction(rows[i].lower if factor > 0 else rows[i].upper) for i, factor in circuit)

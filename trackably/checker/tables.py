@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Literal
 
-from trackably.checker.intervals import Real, UndefinedError, at_most, exact_sum, exactly
+from trackably.checker.intervals import Real, UndefinedError, at_most, exact_dot, exactly
 from trackably.checker.models import enclose
 from trackably.checker.subject import LinearSystem, Polytope, Row, System
 from trackably.checker.trajectories import why_no_plant
@@ -122,7 +122,7 @@ def excesses(table: Table, part: Part, row: int) -> Sequence[Fraction | Real]:
 
 def value_of_row(bound: Row, values: tuple[float, ...]) -> Fraction:
     """Return the sum that a row bounds, exactly."""
-    return exact_sum(r * Fraction(v) for r, v in zip(bound.row, values, strict=True))
+    return exact_dot(bound.row, map(Fraction, values))
 
 
 def differences(table: Table, row: int) -> Sequence[Fraction | Real]:
@@ -133,7 +133,7 @@ def differences(table: Table, row: int) -> Sequence[Fraction | Real]:
     system, x, u, successor = table.system, table.states[row], table.inputs[row], table.states[row + 1]
     if isinstance(system, LinearSystem):
         exact = [
-            exact_sum(Fraction(a) * Fraction(v) for a, v in zip((*a_row, *b_row, c), (*x, *u, 1.0), strict=True))
+            exact_dot(map(Fraction, (*a_row, *b_row, c)), map(Fraction, (*x, *u, 1.0)))
             for a_row, b_row, c in zip(system.A, system.B, system.c, strict=True)
         ]
         return [abs(m - Fraction(s)) for m, s in zip(exact, successor, strict=True)]

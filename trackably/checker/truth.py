@@ -41,7 +41,7 @@ from trackably.checker.certificate import Derived, Measured, Pair, SignalClass, 
 from trackably.checker.disturbances import Robust, keeps_near
 from trackably.checker.form import file_of, many, rational_number, record, signal_class
 from trackably.checker.formulas import Name
-from trackably.checker.intervals import ZERO, Real, exact_sum, exactly, ratio, total
+from trackably.checker.intervals import ZERO, Real, exact_dot, exact_sum, exactly, ratio, total
 from trackably.checker.limits import CENTRES
 from trackably.checker.models import Model
 from trackably.checker.moving import Limit
@@ -243,9 +243,9 @@ def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fr
     if exact_sum(mu) or not pairs:
         return "multipliers of samples must have the sum 0"
     sides = ((mu, of.samples), (nu, rates))
-    seen = exact_sum(m * Fraction(y) for by, at in sides for m, y in zip(by, at.values, strict=True))
-    sizes = exact_sum(map(abs, mu)), exact_sum(map(abs, nu))
-    noise = exact_sum(Fraction(at.noise) * size for size, (_, at) in zip(sizes, sides, strict=True))
+    seen = exact_sum(exact_dot(by, map(Fraction, at.values)) for by, at in sides)
+    sizes = [exact_sum(map(abs, by)) for by, _ in sides]
+    noise = exact_dot(sizes, (Fraction(at.noise) for _, at in sides))
     if of.second_derivative is not None and not exact_sum([*(m * t for m, t in pairs), *(m for m, _ in jumps)]):
         bound, size, name = of.second_derivative, _integral(pairs, jumps), "second derivative"
     elif of.slope is not None and not jumps:
