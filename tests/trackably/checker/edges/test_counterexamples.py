@@ -7,7 +7,6 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.trackably.certificates import naive
 from tests.trackably.certificates.nonlinear.instances import tight
 from tests.trackably.certificates.test_prove import reference
 from tests.trackably.checker.instances import changed
@@ -64,19 +63,6 @@ def test_the_checker_verifies_it(kind: str) -> None:
     assert isinstance(verdict, Refuted), verdict
     assert verdict.statement.startswith("NOT TRACKABLE: at t = ")
     assert "SHA-256" in verdict.statement
-
-
-@pytest.mark.parametrize("kind", ["squared exponential", "periodic", "sum"])
-def test_a_counterexample_to_instants_is_at_an_instant(kind: str) -> None:
-    """Once it was far away, at a time between two instants, where the kernel never settles."""
-    kernels = {"squared exponential": SquaredExponential(1.0, 0.3), "periodic": Periodic(1.0, 1.0, 0.73)}
-    kernel = kernels.get(kind) or SquaredExponential(1.0, 0.3) + Periodic(1.0, 1.0, 0.73)
-    found = prove_at_instants(narrowed(reference(kernel), state_set=Polytope.box([-1e-3], [2.0])))
-    assert isinstance(found, Counterexample)
-    assert found.step is not None
-    t = naive.instant(found.reference, found.step)
-    assert naive.margin(found.reference, found.quantity, t) <= -found.violation < 0
-    assert isinstance(check(encode_counterexample(found)), Refuted)
 
 
 TOO_MUCH = {

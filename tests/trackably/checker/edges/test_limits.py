@@ -3,7 +3,7 @@
 import pytest
 
 from tests.trackably.checker.edges import hostile
-from tests.trackably.checker.instances import changed, scalar_certificate
+from tests.trackably.checker.instances import SIGNAL, changed, scalar_certificate
 from tests.trackably.checker.tight import VALID
 from trackably import checker
 from trackably.certificates.form import encode_certificate
@@ -12,12 +12,6 @@ from trackably.checker.formulas import Name, Number, Operation, names, numbers, 
 from trackably.checker.intervals import exactly
 from trackably.checker.models import enclose
 
-SIGNAL = {
-    "kernel": {"type": "squared_exponential", "signal_std": 1.0, "lengthscale": 0.3},
-    "mean": 0.0,
-    "centres": [0.0],
-    "weights": [1.0],
-}
 KERNEL = SIGNAL["kernel"]
 
 
