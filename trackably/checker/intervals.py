@@ -255,7 +255,7 @@ _NOTHING = Fraction(0)
 
 def exact_dot(xs: Iterable[Fraction], ys: Iterable[Fraction]) -> Fraction:
     """Return Σ x_j y_j of rational numbers, exactly."""
-    return exact_sum(x * y for x, y in zip(xs, ys, strict=True))
+    return exact_sum(x * y for x, y in zip(xs, ys, strict=True) if x and y)
 
 
 def common_denominator(numbers: Iterable[Fraction | int]) -> int:

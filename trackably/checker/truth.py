@@ -224,6 +224,11 @@ def side(of: SignalClass, pair: Pair, sign: int, box: Box, every: Mapping[int, P
     return [middle, (high - low) / 2, (high + low) / 2 - middle]  # it is quadratic in the box
 
 
+def check_contradicted(found: ContradictedSamples) -> str | None:
+    """Return why samples do not contradict the class of signals; None if they do."""
+    return reason if isinstance(reason := contradiction_of(found), str) else None
+
+
 def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fraction, str] | str:
     """Return by how much samples contradict the class of signals, with the sensitivities to its bounds.
 
