@@ -82,7 +82,7 @@ class Steps:
     @cached_property
     def _ends(self) -> Array:
         """The bounds of all rows of both sets, step by step, at the times of the checker: shape (2, r)."""
-        _, X, U, _ = a_moving_plant(as_written(self.plant), "plant")
+        _, X, U = a_moving_plant(as_written(self.plant), "plant")
         start, T, rows = Fraction(self.start), Fraction(self.plant.sampling_time), (*X.rows, *U.rows)
         found = [ends_at(row, start + k * T) for k in range(self.count) for row in rows]
         return np.array(found, dtype=float).reshape(-1, 2).T
@@ -247,7 +247,7 @@ def first_gap(steps: Steps) -> tuple[Gap, float] | None:
 
     Each state is enclosed by an interval of its own, for all others in theirs: a superset of what can be reached.
     """
-    system, state_set, input_set = a_plant(as_written(steps.plant), "plant")[:3]
+    system, state_set, input_set = a_plant(as_written(steps.plant), "plant")
     assert isinstance(system, subject.NonlinearSystem), "of linear systems, a program says more"
     asked = Contradiction(system, state_set, input_set, steps.start, steps.count, steps.values, 0.0, Gap(0, ""))
     last, before = max((value.step for value in steps.values), default=0), None

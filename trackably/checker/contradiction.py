@@ -121,7 +121,7 @@ _by_step = many(_row, INSTANTS)
 
 
 def _contradiction(plant: Plant, **found: Any) -> Contradiction:
-    return Contradiction(*plant[:3], **found)
+    return Contradiction(*plant, **found)
 
 
 read_contradiction = file_of(

@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields
 from fractions import Fraction
-from functools import cache, lru_cache
+from functools import cache, partial
 from reprlib import repr as short
 from typing import Any, NamedTuple, TypeVar
 
@@ -19,8 +19,6 @@ from trackably.checker import counterexample as refutations
 from trackably.checker import tables
 from trackably.checker.certificate import (
     KINDS,
-    AllPhases,
-    AllTimes,
     Boxes,
     Certificate,
     Claim,
@@ -308,14 +306,8 @@ def rational_number(value: object, where: str) -> Fraction:
     """Read a rational number from a text such as -3/4."""
     if not isinstance(value, str) or len(value) > DIGITS or not _RATIONAL.fullmatch(value):
         raise UnreadableError(f"{where} must be a rational number, as in -3/4, of {DIGITS} characters at most")
-    return _rational(value)
-
-
-@lru_cache(maxsize=4096)
-def _rational(text: str) -> Fraction:
-    """Return the number in a text, cached because few different ones occur."""
     tick()
-    numerator, _, denominator = text.partition("/")
+    numerator, _, denominator = value.partition("/")
     return Fraction(int(numerator), int(denominator or "1"))
 
 
@@ -453,24 +445,15 @@ a_polytope = _set_of(real_number)
 
 
 class Plant(NamedTuple):
-    """A system and its sets, and the system as `written` in the file."""
+    """A system and its sets."""
 
     system: System
     state_set: Polytope
     input_set: Polytope
-    written: object
 
 
-def _plant_with(a_set: Reader[Polytope]) -> Reader[Plant]:
-    read: Reader[dict[str, Any]] = record(dict, system=a_system, state_set=a_set, input_set=a_set)
-
-    def plant(value: object, where: str) -> Plant:
-        return Plant(**read(value, where), written=value["system"] if isinstance(value, dict) else None)
-
-    return plant
-
-
-a_plant, a_moving_plant = _plant_with(a_polytope), _plant_with(_moving_set)
+a_plant = record(Plant, system=a_system, state_set=a_polytope, input_set=a_polytope)
+a_moving_plant = record(Plant, system=a_system, state_set=_moving_set, input_set=_moving_set)
 """Read a system with its sets, of which no bound moves, or some may."""
 
 _numbers_of_centres = many(real_number, CENTRES)
@@ -489,19 +472,14 @@ def _pieces_beyond(*kinds: Beyond) -> Reader[Pieces]:
 _pieces = _pieces_beyond("rest", "period", "end")
 
 
-def _reference(value: object, where: str) -> tuple[tuple[Signal, ...], tuple[Pieces, ...], Plant, object]:
-    """Read signals, all of kernels or all of pieces, and their plant.
-
-    Return the signals also as written in the file.
-    """
-    read: Reader[dict[str, Any]] = record(dict, signals=itself, plant=a_moving_plant)
-    found = read(value, where)
-    written, at = found["signals"], f"{where}.signals"
-    if isinstance(written, list) and any(isinstance(one, dict) and "breakpoints" in one for one in written):
-        return (), many(_pieces, SIGNALS)(written, at), found["plant"], written
-    return many(_signal, SIGNALS)(written, at), (), found["plant"], written
+def _signals(value: object, where: str) -> tuple[tuple[Signal, ...], tuple[Pieces, ...]]:
+    """Read signals, all of kernels or all of pieces."""
+    if isinstance(value, list) and any(isinstance(one, dict) and "breakpoints" in one for one in value):
+        return (), many(_pieces, SIGNALS)(value, where)
+    return many(_signal, SIGNALS)(value, where), ()
 
 
+_reference: Reader[dict[str, Any]] = record(dict, signals=_signals, plant=a_moving_plant)
 _functionals = many(
     record(Functional, offset=rational_number, weights=many(many(rational_number, SHIFTS), SIGNALS)), COORDINATES
 )
@@ -519,22 +497,23 @@ _of_linear = {
 
 
 def _subject(
-    reference: tuple[tuple[Signal, ...], tuple[Pieces, ...], Plant, object],
-    trajectories: Trajectories | None = None,
-    attainable: tuple[Row, ...] | None = None,
+    reference: Any, trajectories: Trajectories | None = None, attainable: tuple[Row, ...] | None = None
 ) -> Subject:
-    signals, pieces, plant, written = reference
+    """Return the subject of a reference as written in the file, of which the fingerprint is made."""
+    found = _reference(reference, "reference")
+    plant: Plant = found["plant"]
+    signals, pieces = found["signals"]
     is_linear = isinstance(plant.system, LinearSystem)
     if is_linear != (trajectories is not None) or (attainable is not None and not is_linear):
         raise UnreadableError("there must be trajectories, and may be attainable rows, for linear systems only")
-    known = fingerprint(written, plant.written, trajectories)
-    return Subject(signals, *plant[:3], trajectories, attainable, known, pieces)
+    known = fingerprint(reference["signals"], reference["plant"]["system"], trajectories)
+    return Subject(signals, *plant, trajectories, attainable, known, pieces)
 
 
 def subject_of(data: Mapping[str, object]) -> Subject:
     """Return the subject of a file from its content. Raise UnreadableError if there is none."""
     about = {name: data[name] for name in ("reference", *_of_linear) if name in data}
-    return record(_subject, _of_linear, reference=_reference)(about, "subject")
+    return record(_subject, _of_linear, reference=itself)(about, "subject")
 
 
 def fingerprint(signals: object, system: object, trajectories: Trajectories | None) -> str:
@@ -610,25 +589,27 @@ _cover = {
 Stated = tuple[Claim, Cover | Steps]
 
 
-def _covered(claim: Claim, end: float, covers: Mapping[str, Boxes] | None = None, terms: int = 0) -> Stated:
-    start, end = claim.span if isinstance(claim, Window) else (0.0, end)
-    return claim, Cover(start, end, covers or {}, terms)
+_ENDS: dict[str, dict[str, Reader[float]]] = {
+    "all_times": {"tail_start": positive_number},
+    "all_phases": {"period": positive_number},
+    "window": {"start": real_number, "end": real_number},
+}
+
+
+def _covered(
+    of: Callable[..., Claim],
+    covers: Mapping[str, Boxes] | None = None,
+    terms: int = 0,
+    start: float = 0.0,
+    **ends: float,
+) -> Stated:
+    (end,) = ends.values()
+    return of(start, end) if of is Window else of(), Cover(start, end, covers or {}, terms)
 
 
 def _claims(cover: dict[str, Reader[Any]]) -> dict[str, Reader[Stated]]:
     """Return the readers of claims about all times of an interval, which have covers of this form."""
-    return {
-        "all_times": record(
-            lambda tail_start, **by: _covered(AllTimes(), tail_start, **by), tail_start=positive_number, **cover
-        ),
-        "all_phases": record(lambda period, **by: _covered(AllPhases(), period, **by), period=positive_number, **cover),
-        "window": record(
-            lambda start, end, **by: _covered(Window(start, end), end, **by),
-            start=real_number,
-            end=real_number,
-            **cover,
-        ),
-    }
+    return {kind: record(partial(_covered, KINDS[kind]), **ends, **cover) for kind, ends in _ENDS.items()}
 
 
 _instants: Reader[Stated] = record(lambda last_step: (Instants(), Steps(last_step)), last_step=whole_number(INSTANTS))
@@ -686,7 +667,7 @@ read_certificate = file_of(
         _certificate,
         {**_of_linear, "disturbance": _disturbance, "truth": many(_truth, COORDINATES)},
         claim=itself,
-        reference=_reference,
+        reference=itself,
         evaluation=record(dict, until=positive_number, errors=by_name(a_bound, positive_number)),
     ),
     ": prove the reference again to get one",
@@ -703,8 +684,9 @@ def _counterexample(claim: Claim, at: object, quantity: str, violation: float, *
     return Counterexample(_subject(**about), claim, read(at, "counterexample.at"), quantity, violation)
 
 
-_ends = {"window": {"start": real_number, "end": real_number}}
-_claimed_times = by_tag("kind", {kind: record(of, **_ends.get(kind, {})) for kind, of in KINDS.items()})
+_claimed_times = by_tag(
+    "kind", {kind: record(of, **(_ENDS[kind] if of is Window else {})) for kind, of in KINDS.items()}
+)
 read_counterexample = file_of(
     "counterexample",
     refutations.VERSION,
@@ -712,7 +694,7 @@ read_counterexample = file_of(
         _counterexample,
         _of_linear,
         claim=_claimed_times,
-        reference=_reference,
+        reference=itself,
         quantity=a_bound,
         at=itself,
         violation=positive_number,
@@ -729,9 +711,7 @@ _parts_of_table: dict[str, Reader[Any]] = {
 
 
 def _table(table: dict[str, Any], plant: Plant, tolerance: float) -> Table:
-    return Table(
-        **table, system=plant.system, state_set=plant.state_set, input_set=plant.input_set, tolerance=tolerance
-    )
+    return Table(**table, **plant._asdict(), tolerance=tolerance)
 
 
 def _refuted_table(at: dict[str, Any], **table: Any) -> RefutedTable:

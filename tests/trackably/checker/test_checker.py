@@ -5,7 +5,6 @@ from mpmath import mp
 
 from tests.trackably.certificates import naive
 from tests.trackably.checker.instances import SIGNAL, changed, scalar_certificate
-from trackably import checker
 from trackably.checker import Failed, check
 from trackably.checker.intervals import iv
 
@@ -13,11 +12,6 @@ from trackably.checker.intervals import iv
 @pytest.fixture
 def data() -> dict:
     return scalar_certificate()
-
-
-def test_its_docstring_states_the_theorem():
-    assert "Theorem." in checker.__doc__
-    assert "Proof." in checker.__doc__
 
 
 @pytest.mark.parametrize(
