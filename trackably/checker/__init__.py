@@ -95,6 +95,7 @@ from trackably.checker.form import (
     read_table,
     require_short_texts,
 )
+from trackably.checker.inverse import UnsolvableError
 from trackably.checker.joints import BROKEN as BROKEN_JOINTS
 from trackably.checker.joints import FORMAT as JOINTS
 from trackably.checker.joints import (
@@ -142,7 +143,10 @@ def _check(data: object, exact: bool) -> Verdict:
             if kind in (kinds := _kinds(*passes)):
                 wanted, name, read, why_not, say = kinds[kind]
                 found = read(data)
-                reason = why_not(found)
+                try:
+                    reason = why_not(found)
+                except UnsolvableError as error:
+                    reason = f"system: {error}"
                 return Failed(reason, name) if reason else wanted(f"{say(found)} {passes[0].trusted}")
     except UnreadableError as error:
         return NotACertificate(str(error))

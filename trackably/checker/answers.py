@@ -1,17 +1,17 @@
 """The answers of a check, each with its sentence, and the steps of each proof in order."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 
 from trackably.checker.boxes import FirstPass, check_boxes, check_cover
 from trackably.checker.certificate import Certificate
 from trackably.checker.counterexample import Counterexample, check_violation
 from trackably.checker.disturbances import check_robust
 from trackably.checker.intervals import Real, ratio
-from trackably.checker.inverse import UnsolvableError
 from trackably.checker.piecewise import check_pieces, check_signals, value_of_pieces
-from trackably.checker.quantities import Quantity, quantities, value_at
+from trackably.checker.quantities import quantities, value_at
 from trackably.checker.redundancy import check_input_set
 from trackably.checker.rounding import check_rounding, check_sizes
 from trackably.checker.subject import Bound, Subject
@@ -83,7 +83,10 @@ Verdict = Proved | Refuted | Contradicted | Failed | NotACertificate | Undecided
 
 
 def check_certificate(certificate: Certificate, first_pass: FirstPass) -> str | None:
-    """Return the first step of a certificate that fails; `first_pass` decides as much as float64 intervals can."""
+    """Return the first step of a certificate that fails; `first_pass` decides as much as float64 intervals can.
+
+    Raise UnsolvableError if f determines no inputs.
+    """
     subject, robust = certificate.subject, certificate.robust
     reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
     reason = reason or check_robust(subject, robust) or check_truth(subject, certificate.truth, robust, first_pass)
@@ -92,36 +95,23 @@ def check_certificate(certificate: Certificate, first_pass: FirstPass) -> str | 
 
 def _check_kernels(certificate: Certificate, first_pass: FirstPass) -> str | None:
     """Return the first step of the base that fails; None where everything is shown."""
-    bounded = _bounded_quantities(certificate.subject, certificate.errors)
-    if isinstance(bounded, str):
-        return bounded
+    bounded = quantities(certificate.subject, certificate.errors)
     reason = check_sizes(certificate, bounded) or check_rounding(certificate, bounded)
     return reason or check_boxes(certificate, bounded, first_pass) or check_tail(certificate, bounded, first_pass)
 
 
 def check_counterexample(counterexample: Counterexample) -> str | None:
-    """Return why a counterexample refutes nothing; None if it refutes its claim."""
+    """Return why a counterexample refutes nothing; None if it refutes its claim. Raise UnsolvableError."""
     subject = counterexample.subject
-    if reason := _misfit(subject):
-        return reason
-    if subject.pieces:
-        return check_violation(counterexample, lambda bound, t: value_of_pieces(subject, bound, t))
-    bounded = _bounded_quantities(subject, {bound.name: 0.0 for bound in subject.bounds})
-    return bounded if isinstance(bounded, str) else check_violation(counterexample, _value_of(subject, bounded))
+    value: Callable[[Subject, Bound, Fraction], Real | Fraction] = value_of_pieces if subject.pieces else _value
+    return _misfit(subject) or check_violation(counterexample, partial(value, subject))
 
 
-def _value_of(subject: Subject, bounded: list[Quantity]) -> Callable[[Bound, Fraction], Real]:
-    by_name = {q.name: q for q in bounded}
-    return lambda bound, t: value_at(subject, by_name[bound.name], ratio(t))
+def _value(subject: Subject, bound: Bound, t: Fraction) -> Real:
+    """Return the value of a bound's row at a time [s], of signals that are sums of kernels."""
+    every = quantities(subject, {bound.name: 0.0 for bound in subject.bounds})
+    return value_at(subject, next(q for q in every if q.name == bound.name), ratio(t))
 
 
 def _misfit(subject: Subject) -> str | None:
     return (check_signals(subject) if subject.pieces else None) or check_shapes(subject) or check_trajectories(subject)
-
-
-def _bounded_quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity] | str:
-    """Return the bounded quantities, or why f determines no inputs."""
-    try:
-        return quantities(subject, errors)
-    except UnsolvableError as error:
-        return f"system: {error}"

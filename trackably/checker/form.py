@@ -485,14 +485,12 @@ _functionals = many(
 )
 
 
-def _constant_row(row: tuple[Fraction, ...], lower: float, upper: float) -> Row:
-    return Row(row, lower, upper)
-
-
-_attainable = many(record(_constant_row, row=_exact_vector, lower=real_number, upper=real_number), ROWS, empty=True)
+_row = record(
+    lambda row, lower, upper: Row(row, low=lower, high=upper), row=_exact_vector, lower=real_number, upper=real_number
+)
 _of_linear = {
     "trajectories": record(Trajectories, states=_functionals, inputs=_functionals),
-    "attainable": _attainable,
+    "attainable": many(_row, ROWS, empty=True),
 }
 
 
@@ -714,16 +712,12 @@ def _table(table: dict[str, Any], plant: Plant, tolerance: float) -> Table:
     return Table(**table, **plant._asdict(), tolerance=tolerance)
 
 
-def _refuted_table(at: dict[str, Any], **table: Any) -> RefutedTable:
-    return RefutedTable(_table(**table), **at)
-
-
 read_table = file_of("table", tables.VERSION, record(_table, **_parts_of_table))
 read_refuted_table = file_of(
     "refuted table",
     tables.VERSION,
     record(
-        _refuted_table,
+        lambda at, **table: RefutedTable(_table(**table), **at),
         **_parts_of_table,
         at=record(
             dict,

@@ -2,12 +2,14 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol, Self, TypeVar
+from operator import add, mul, sub, truediv
+from typing import Any, Literal, Protocol, Self, TypeVar
 
 from trackably.checker.watch import tick
 
 Symbol = Literal["+", "-", "*", "/"]
 SYMBOLS: tuple[Symbol, ...] = ("+", "-", "*", "/")
+OPERATORS: Mapping[Symbol, Callable[[Any, Any], Any]] = dict(zip(SYMBOLS, (add, sub, mul, truediv), strict=True))
 FUNCTIONS = ("exp", "log", "sqrt", "sin", "cos", "atan")
 
 
@@ -103,14 +105,10 @@ def evaluate(
                 known[node] = arithmetic.constant(value)
             case Name(name):
                 known[node] = values[name]
-            case Operation("+", left, right):
-                known[node] = known[left] + known[right]
-            case Operation("-", left, right):
-                known[node] = known[left] - known[right]
-            case Operation("*", left, right):
-                known[node] = known[left] * known[right]
-            case Operation(_, left, right):
+            case Operation("/", left, right):
                 known[node] = arithmetic.over(known[left], known[right])
+            case Operation(symbol, left, right):
+                known[node] = OPERATORS[symbol](known[left], known[right])
             case Power(base, exponent):
                 known[node] = arithmetic.power(known[base], exponent)
             case Function(function, argument):

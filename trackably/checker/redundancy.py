@@ -38,7 +38,11 @@ def why_not_attainable(system: LinearSystem, rows: tuple[Row, ...], attainable: 
     for demand in _demands(system, rows):
         if not any(demand.row) and not demand.low <= 0 <= demand.high:
             return f"input_set: no input keeps its rows {demand.numbers} together"
-        if any(demand.row) and not any(_implies(bound, demand) for bound in attainable):
+        if any(demand.row) and not any(
+            ends[0] <= Fraction(bound.lower) and Fraction(bound.upper) <= ends[1]
+            for bound in attainable
+            if (ends := _scale(demand, bound.row))
+        ):
             return f"input_set: no attainable row implies the inequality that its rows {demand.numbers} add up to"
     return None
 
@@ -50,8 +54,7 @@ def demand_of(system: LinearSystem, rows: tuple[Row, ...], bound: Bound) -> tupl
     """
     if _why_not_enumerable(system, rows):
         return None
-    ends = [_scale(demand, bound.row) for demand in _demands(system, rows)]
-    found = [end for end in ends if end is not None]
+    found = [ends for demand in _demands(system, rows) if (ends := _scale(demand, bound.row))]
     if not found:
         return None
     lows, highs = zip(*found, strict=True)
@@ -108,12 +111,6 @@ def _circuits(moved: list[list[Fraction]], dimension: int) -> Iterator[list[tupl
             relations = null_space([[moved[i][k] for i in support] for k in range(dimension)], size)
             if len(relations) == 1 and all(relations[0]):
                 yield list(zip(support, relations[0], strict=True))
-
-
-def _implies(bound: Row, demand: _Demand) -> bool:
-    """Return whether a bound, whose row is a multiple of the demand's row, implies the demand."""
-    ends = _scale(demand, bound.row)
-    return ends is not None and ends[0] <= Fraction(bound.lower) and Fraction(bound.upper) <= ends[1]
 
 
 def _scale(demand: _Demand, row: tuple[Fraction, ...]) -> tuple[Fraction, Fraction] | None:
