@@ -154,14 +154,6 @@ def curve(low: float, high: float) -> Samples:
     return Samples(t, low + (high - low) * (10 * part**3 - 15 * part**4 + 6 * part**5) + noise)
 
 
-def arm(x, u):
-    """Two links, with the inverse of their mass matrix written out."""
-    q, v, c, s = x[:2], x[2:], np.cos(x[1]), np.sin(x[1])
-    y = u - np.array([-s * (2 * v[0] * v[1] + v[1] ** 2), s * v[0] ** 2])
-    a, b, d = 3 + 2 * c, 1 + c, 1.0
-    return [*(q + 0.1 * v), *(v + 0.1 * np.array([[d, -b], [-b, a]]) @ y / (a * d - b * b))]
-
-
 LEAKY = LinearSystem([[0.9]], [[0.5]], [0.1], states=("level",), inputs=("inflow",), sampling_time=0.1)
 RESTING = {
     "an axis": (AXIS, {"position": SAMPLES}),
@@ -171,18 +163,10 @@ RESTING = {
     ),
     "a tank": (TANK, {"level": curve(0.6, 1.5)}),
     "two outputs": (CART, {"a": curve(-0.3, 0.2), "b": curve(0.1, -0.4)}),
-    "an arm": (
-        ConstrainedSystem(
-            NonlinearSystem.of(arm, ["q1", "q2", "v1", "v2"], ["t1", "t2"], 0.1),
-            Polytope.box([-3, -3, -2, -2], [3, 3, 2, 2]),
-            Polytope.box([-15, -8], [15, 8]),
-        ),
-        {"q1": curve(-0.5, 0.6), "q2": curve(0.9, 0.3)},
-    ),
 }
 
 
-@pytest.mark.parametrize("name", [name for name in RESTING if name != "an arm"])  # a tank is no line either
+@pytest.mark.parametrize("name", RESTING)
 def test_at_rest_the_system_stays_where_it_is_with_the_input_that_holds_it(name, tmp_path):
     plant, samples = RESTING[name]
     at, start = {0.0: "rest", 3.0: "rest"}, 0.0

@@ -14,9 +14,7 @@ from scipy.interpolate import BSpline
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import Written
-from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.certificates.prove import prove, prove_on_window
 from trackably.control.programs import Program
 from trackably.given.certify import CertifiedReference, Given, RepairDistance, distance
 from trackably.given.conversion import Interpolation, as_pieces
@@ -220,7 +218,7 @@ def repair(
     if start not in get_args(Start):
         raise ValueError(f"repair: start must be one of {', '.join(get_args(Start))}, got {start!r}")
     given = Given.of(trajectory, plant, claim, interpolation)
-    outcome = judge(given.prove())
+    outcome = given.prove(given.reference)
     if isinstance(outcome, Certificate):
         nowhere = {name: RepairDistance(0.0, 0.0) for name in given.curves}
         return CertifiedReference(given.reference, outcome, given.off(outcome), nowhere)
@@ -231,10 +229,9 @@ def repair(
         if coefficients is None:
             return outcome if isinstance(outcome, Unproved) else _not_found(outcome, backoff, near)
         reference = Reference(near.signals(coefficients), plant)
-        found = judge(prove_on_window(reference, *given.window.span) if given.window else prove(reference))
-        if isinstance(found, Certificate):
-            return CertifiedReference(reference, found, {}, _distances(given, reference, found))
-        outcome = found
+        outcome = given.prove(reference)
+        if isinstance(outcome, Certificate):
+            return CertifiedReference(reference, outcome, {}, _distances(given, reference, outcome))
     return outcome
 
 

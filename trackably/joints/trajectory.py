@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from scipy.interpolate import CubicSpline, PPoly
 
-from trackably.arguments import names, numbers, real
+from trackably.arguments import names, numbers, positive, real
 from trackably.arrays import Array, ArrayLike
+from trackably.given.conversion import shift
 from trackably.systems.pieces import is_spline, pieces_of_spline
 
 _ACCEPTED = (
@@ -93,10 +94,9 @@ class JointTrajectory:
 
     @classmethod
     def _of_one(cls, given: Any, names: Sequence[str] | None, rests: bool) -> Self:
+        given = getattr(given, "cspl", given)  # TOPP-RA's splines
         if hasattr(given, "profiles") and hasattr(given, "at_time"):
             ends, c = _of_ruckig(given)
-        elif hasattr(given, "cspl"):
-            ends, c = _of_spline(given.cspl)
         elif hasattr(given, "_ss") and hasattr(given, "_velocities"):
             ends, c = _of_toppra(given)
         elif is_spline(given):
@@ -184,9 +184,7 @@ class JointTrajectory:
 
         ValueError: the factor is not positive.
         """
-        if not (s := real("slowed: factor", factor)) > 0:
-            raise ValueError(f"slowed: factor must be above 0, got {s}")
-        first = self.breakpoints[0]
+        s, first = positive("slowed: factor", factor), self.breakpoints[0]
         scaled = self.coefficients / s ** np.arange(float(self.degree + 1))
         return replace(self, breakpoints=first + s * (self.breakpoints - first), coefficients=scaled)
 
@@ -227,15 +225,6 @@ def _at_end(R: int) -> tuple[Array, Array]:
     lower, upper = (np.array([[comb(k, r) for k in of] for r in range(R)], dtype=float)
                     for of in (range(R), range(R, 2 * R)))  # fmt: skip
     return lower, np.rint(np.linalg.inv(upper))
-
-
-def shift(c: Array, by: Array) -> Array:
-    """Return the coefficients of p(t + by), along the last axis; `by` broadcasts with the other axes."""
-    found = c.copy()
-    for i in range(c.shape[-1] - 1):
-        for k in range(c.shape[-1] - 2, i - 1, -1):
-            found[..., k] += by * found[..., k + 1]
-    return found
 
 
 def _shared_breakpoints(ends: Sequence[Array]) -> Array:

@@ -50,23 +50,28 @@ def read_parquet(
         For a file that cannot be read, if pyarrow is not installed, and for any error in the file that no repair
         removes; names file and row, counted from 1.
     """
-    reading = parquet_reading(path, time, time_unit, signals, repairs, origin)
-    return recording_of((reading, read_cells(path_given(path), reading.names)))
+    return recording_of(parquet_table(path, time, time_unit, signals, repairs, origin))
 
 
-def parquet_reading(
+def parquet_table(
     path: str | Path,
     time: str,
     time_unit: str | Clock,
     signals: Mapping[str, Column | str],
     repairs: Sequence[Repair | str],
     origin: Origin,
-) -> TableReading:
-    """Return the arguments of `read_parquet`, checked. InputError: one of them is wrong."""
+    also: Sequence[str] = (),
+) -> tuple[TableReading, Cells]:
+    """Return the arguments of `read_parquet`, checked, and the cells of its columns and those in `also`.
+
+    Raises InputError.
+    """
     if not isinstance(time, str):
         raise InputError(f"time: expected the name of a column, got {time!r}")
     form = Form("column", is_none, _count, _date, lambda _: "")
-    return TableReading.of(str(path_given(path)), form, time, time_unit, signals, repairs, origin)
+    file = path_given(path)
+    reading = TableReading.of(str(file), form, time, time_unit, signals, repairs, origin)
+    return reading, read_cells(file, [*dict.fromkeys((*reading.names, *also))])
 
 
 def read_cells(path: Path, names: Sequence[str]) -> Cells:

@@ -5,6 +5,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -91,19 +92,15 @@ def out_of_order(stamps: Sequence[Decimal]) -> list[int]:
     log n).
     """
     smallest: list[Decimal] = []  # [k]: over all chains of k + 1 rows found so far, the latest first stamp, negated
-    starts: list[int] = []  # [k]: the row of that stamp
-    follower: dict[int, int | None] = {}
-    for row in range(len(stamps) - 1, -1, -1):
-        key = -stamps[row]
-        k = bisect_right(smallest, key)
-        smallest[k : k + 1] = [key]
-        starts[k : k + 1] = [row]
-        follower[row] = starts[k - 1] if k else None
-    kept = set()
-    at = starts[-1] if starts else None
-    while at is not None:
-        kept.add(at)
-        at = follower[at]
+    chains: list[Any] = []  # [k]: the row of that stamp, and the rest of its chain
+    for row in reversed(range(len(stamps))):
+        k = bisect_right(smallest, -stamps[row])
+        smallest[k : k + 1] = [-stamps[row]]
+        chains[k : k + 1] = [(row, chains[k - 1] if k else None)]
+    kept, chain = set(), chains[-1] if chains else None
+    while chain:
+        row, chain = chain
+        kept.add(row)
     return [row for row in range(len(stamps)) if row not in kept]
 
 
@@ -118,29 +115,24 @@ def far_apart(rows: Rows) -> tuple[Finding, ...]:
     The noise is that of each sample, if it is known; otherwise it is bounded by the usual difference of neighbours in
     time. InputError: a row has no time.
     """
-    found: dict[str, list[tuple[float, int, float]]] = {}
-    repeats = list(rows.repeats())
-    usual = {name: _usual(rows, name) for name in {name for name, _ in repeats}}
-    for name, together in repeats:
-        apart = float(np.ptp(rows.values[name][together]))
-        most = _noise(rows.noise_std[name][together]) if name in rows.noise_std else usual[name]
-        if apart > most:
-            found.setdefault(name, []).append((apart, together[0], most))
-    return tuple(_doubtful(rows, name, far) for name, far in found.items())
-
-
-def _doubtful(rows: Rows, name: str, far: list[tuple[float, int, float]]) -> Finding:
-    apart, _, most = max(far)
-    of = "their noise" if name in rows.noise_std else "what is usual between neighbours in time"
-    what = (
-        f"values of {name} at one time that were averaged, though up to {apart:.3g} apart, more than {of} explains "
-        f"({most:.3g}): are they of one signal?"
-    )
-    return Finding(what, len(far), rows.places[min(row for _, row, _ in far)], is_doubtful=True)
-
-
-def _noise(deviations: Array) -> float:
-    return _TIMES_NOISE * float(np.sqrt(2) * np.max(deviations))
+    findings, repeats = [], list(rows.repeats())
+    for name in dict.fromkeys(name for name, _ in repeats):
+        groups, deviations = [together for of, together in repeats if of == name], rows.noise_std.get(name)
+        if deviations is None:
+            of, most = "what is usual between neighbours in time", [_usual(rows, name)] * len(groups)
+        else:
+            of, most = "their noise", [_TIMES_NOISE * float(np.sqrt(2) * np.max(deviations[rs])) for rs in groups]
+        apart = [float(np.ptp(rows.values[name][together])) for together in groups]
+        far = [(a, together[0], m) for a, together, m in zip(apart, groups, most, strict=True) if a > m]
+        if far:
+            largest, _, explained = max(far)
+            what = (
+                f"values of {name} at one time that were averaged, though up to {largest:.3g} apart, more than {of} "
+                f"explains ({explained:.3g}): are they of one signal?"
+            )
+            first = rows.places[min(row for _, row, _ in far)]
+            findings.append(Finding(what, len(far), first, is_doubtful=True))
+    return tuple(findings)
 
 
 def _usual(rows: Rows, name: str) -> float:
