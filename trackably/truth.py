@@ -32,7 +32,6 @@ from trackably.checker.truth import (
     CONTRADICTION,
     VERSION,
     ContradictedSamples,
-    Place,
     contradiction_of,
     gaps,
     places,
@@ -176,19 +175,13 @@ class Points:
 
         At a common time the one with less noise is kept.
         """
-        every = sorted((float(t), float(y), float(noise), i) for i, (t, y, noise) in _places(of, derived).items())
-        times, values, noise, ids = (np.array(column) for column in zip(*every, strict=True))
-        return cls(times, values, noise, ids.astype(int))
-
-
-def _places(of: SignalClass, derived: Sequence[Derived]) -> dict[int, Place]:
-    """Return the known points by number; of several at one time, only the one with the least noise."""
-    found = places(TrueSignal("", of, (), (), 0, (), (), (), None, tuple(derived)))
-    best: dict[Fraction, int] = {}
-    for i, (t, _, noise) in found.items():
-        if t not in best or noise < found[best[t]][2]:
-            best[t] = i
-    return {i: found[i] for i in best.values()}
+        found = places(TrueSignal("", of, (), (), 0, (), (), (), None, tuple(derived)))
+        best: dict[Fraction, int] = {}
+        for i, (t, _, noise) in found.items():
+            if t not in best or noise < found[best[t]][2]:
+                best[t] = i
+        every = sorted((*map(float, found[i]), i) for i in best.values())
+        return cls(*(np.array(column) for column in zip(*every, strict=True)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,14 +224,14 @@ class Sides:
         i, j, value, slack = (np.concatenate([part[k] for part in parts]) for k in range(4))
         return cls(i, j, value + slack, value - slack)
 
-    def best(self, x: Array) -> tuple[tuple[int, int], tuple[int, int]]:
+    def best(self, x: Array) -> tuple[tuple[int, int], tuple[int, int], float]:
         """Return the pair (i, j) with the tightest upper bound on x (T,), and that with the tightest lower bound.
 
-        A pair is judged by its largest distance from x at the T times.
+        A pair is judged by its largest distance from x at the T times; the larger one of the two is returned, too.
         """
-        found = (np.argmin(np.max(side, axis=1)) for side in (self.upper - x, x - self.lower))
-        upper, lower = ((int(self.i[k]), int(self.j[k])) for k in found)
-        return upper, lower
+        apart = [np.max(side, axis=1) for side in (self.upper - x, x - self.lower)]
+        upper, lower = ((int(self.i[k]), int(self.j[k])) for k in map(np.argmin, apart))
+        return upper, lower, max(float(np.min(of)) for of in apart)
 
 
 def _around(times: Array, middle: float) -> Any:
@@ -298,14 +291,12 @@ def _choose(
     derived = [*known_before]
     asked = {d.time for d in derived}
     known, apart = Points.of(of, derived), np.zeros(len(course))
-    found: list[Any] = [None] * len(course)
+    found: list[Any] = [[] for _ in course]
     changed = set(range(len(course)))
     while changed:
         for k in changed:
             times, x = course[k]
-            sides = Sides.near(of, times, known)
-            found[k] = sides.best(x)
-            apart[k] = max(float(np.min(np.max(s, axis=1))) for s in (sides.upper - x, x - sides.lower))
+            *found[k], apart[k] = Sides.near(of, times, known).best(x)
         worst = [
             k for k in np.flatnonzero(apart >= _WORST * np.max(apart)).tolist() if not {*edges[k : k + 2]} <= asked
         ]
@@ -402,7 +393,7 @@ def _bound(models: tuple[Any, Any]) -> float:
             return float("inf")
         c = np.array([float(each.b) for each in model.coefficients])
         missed = float(model.missed.b) + sum(float(each.delta.b) for each in model.coefficients)
-        found = max(found, float(np.max(_BERNSTEIN[:, : len(c)] @ c)) + missed)
+        found = max(found, float(np.max(_BERNSTEIN @ c)) + missed)
     return found
 
 
@@ -535,16 +526,12 @@ def _only(of: SignalClass, which: list[int]) -> SignalClass:
     n = len(of.samples.times)
 
     def some(measured: Measured, chosen: list[int]) -> Measured:
-        return Measured(
-            tuple(measured.times[i] for i in chosen), tuple(measured.values[i] for i in chosen), measured.noise
-        )
+        times, values = (tuple(each[i] for i in chosen) for each in (measured.times, measured.values))
+        return Measured(times, values, measured.noise)
 
     rates = [i - n for i in which if i >= n]
-    return replace(
-        of,
-        samples=some(of.samples, [i for i in which if i < n]),
-        rates=some(of.rates, rates) if of.rates and rates else None,
-    )
+    samples = some(of.samples, [i for i in which if i < n])
+    return replace(of, samples=samples, rates=some(of.rates, rates) if of.rates and rates else None)
 
 
 # A reference that is to be near: bounds that move.

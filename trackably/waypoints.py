@@ -49,7 +49,9 @@ def _waypoint(
     claim: Claim,
     left: str,
 ) -> Waypoint:
-    _refuse_unclaimed(time, claim)
+    first, last = claim.span
+    if not first <= time <= last:
+        raise ValueError(f"at: {time:g} s is outside of the times that are claimed, from {first:g} s to {last:g} s")
     if values == "rest":
         _refuse_restless(time, plant)
         names = (*plant.system.states, *plant.system.inputs)
@@ -71,7 +73,11 @@ def _waypoint(
             raise ValueError(f"at: {name} must be {within} at {time:g} s, got {value:g}{left}")
         by[name] = _tolerance(tolerance, name, bounds)
     found = Waypoint(time, {name: float(value) for name, value in values.items()}, by)
-    _refuse_outside(found, plant, left)
+    for names, bounded in ((plant.system.states, plant.state_set), (plant.system.inputs, plant.input_set)):
+        try:
+            found.within(bounded, names)  # each value is possible, but perhaps not all together
+        except ValueError:
+            raise ValueError(f"at: {found} lies outside of {bounded}, where x is {', '.join(names)}{left}") from None
     return found
 
 
@@ -91,12 +97,6 @@ def _refuse_restless(time: float, plant: ConstrainedSystem) -> None:
             )
 
 
-def _refuse_unclaimed(time: float, claim: Claim) -> None:
-    first, last = claim.span
-    if not (math.isfinite(time) and first <= time <= last):
-        raise ValueError(f"at: {time:g} s is outside of the times that are claimed, from {first:g} s to {last:g} s")
-
-
 def _refuse_unknown(argument: str, values: Mapping[str, float], plant: ConstrainedSystem) -> None:
     known = (*plant.system.states, *plant.system.inputs)
     for name in values:
@@ -107,17 +107,6 @@ def _refuse_unknown(argument: str, values: Mapping[str, float], plant: Constrain
                 f"{argument}: {name} is one of several inputs that act alike; only their effect is learned, so give "
                 "states instead"
             )
-
-
-def _refuse_outside(found: Waypoint, plant: ConstrainedSystem, left: str) -> None:
-    """Raise ValueError if the values of one time, each of which is possible, lie outside of the
-    plant's sets together.
-    """
-    for names, bounded in ((plant.system.states, plant.state_set), (plant.system.inputs, plant.input_set)):
-        try:
-            found.within(bounded, names)
-        except ValueError:
-            raise ValueError(f"at: {found} lies outside of {bounded}, where x is {', '.join(names)}{left}") from None
 
 
 def _tolerance(given: float | Mapping[str, float] | None, name: str, bounds: Interval | None) -> float:

@@ -93,23 +93,19 @@ def leaves(message: object) -> list[str]:
     return found if len(found) <= _LISTED else [*found[:_LISTED], "…"]
 
 
-def labels(message: object, path: str) -> tuple[str, ...]:
-    """Return the names of the list entries that a path selects by number: a transform's child frame, or a name."""
-    entries = [find(message, path[: number.end()]) for number in _NUMBERED.finditer(path)]
-    return tuple(label for entry in entries if (label := _label(entry)))
+def labels(message: object, path: str) -> list[tuple[str, str]]:
+    """Return the names of the list entries that a path selects by number: a transform's child frame, or a name.
 
-
-def label_field(message: object, path: str) -> str:
-    """Return the path with its first number replaced by the name of the entry."""
-    number = _NUMBERED.search(path)
-    assert number is not None
-    entry = find(message, path[: number.end()])
-    field = next(name for name in _LABELS if _text(entry, name))
-    return f"{path[: number.start()]}[{field}={_text(entry, field)}]{path[number.end() :]}"
-
-
-def _label(entry: object) -> str:
-    return next((text for name in _LABELS if (text := _text(entry, name))), "")
+    With each, return the path in which it replaces the number.
+    """
+    found = []
+    for number in _NUMBERED.finditer(path):
+        entry = find(message, path[: number.end()])
+        for field in _LABELS:
+            if label := _text(entry, field):
+                found.append((label, f"{path[: number.start()]}[{field}={label}]{path[number.end() :]}"))
+                break
+    return found
 
 
 def _text(entry: object, name: str) -> str:
@@ -164,16 +160,10 @@ def _leaves(node: object, path: str, depth: int) -> Iterator[str]:
         return
     if isinstance(node, int | float | Decimal | str):
         yield path
-    for name, child in _children(node):
-        dot = "." if path and not name.startswith("[") else ""
-        yield from _leaves(child, f"{path}{dot}{name}", depth - 1)
-
-
-def _children(node: object) -> Iterator[tuple[str, object]]:
-    if (fields := _fields(node)) is not None:
-        yield from ((str(name), child) for name, child in fields.items())
-    elif isinstance(node, Sequence) and not isinstance(node, str) and node:
-        yield "[0]", node[0]
+    elif isinstance(node, Sequence) and node:
+        yield from _leaves(node[0], f"{path}[0]", depth - 1)
+    for name, child in (_fields(node) or {}).items():
+        yield from _leaves(child, f"{path}.{name}" if path else str(name), depth - 1)
 
 
 Decode = Callable[[bytes], object]
@@ -465,7 +455,10 @@ def read_mcap(
     path = path_given(path)
     check_mapping(str(path), signals, 'a mapping from names to fields, as {"position": Field("/topic", "x")}')
     for name, wanted in signals.items():
-        _refuse_no_field(name, wanted)
+        if not isinstance(wanted, Field):
+            raise InputError(
+                f'signal {name!r}: expected a Field, as Field("/topic", "path.in.message"), got {wanted!r}'
+            )
     if len({field.time.clock.absolute for field in signals.values()}) > 1:
         raise InputError(f"{path}: signals are timed by clocks with different zeros; read them one by one")
     groups: dict[tuple[str, MessageTime], dict[str, Column]] = {}
@@ -479,11 +472,6 @@ def read_mcap(
     messages = read_messages(path, {topic for topic, _, _ in readings})
     found = recording_of(*((of, _cells(of, messages[topic], time)) for topic, time, of in readings))
     return replace(found, signals={name: found[name] for name in signals})
-
-
-def _refuse_no_field(signal: str, wanted: object) -> None:
-    if not isinstance(wanted, Field):
-        raise InputError(f'signal {signal!r}: expected a Field, as Field("/topic", "path.in.message"), got {wanted!r}')
 
 
 def _cells(reading: TableReading, messages: Sequence[Received], time: MessageTime) -> Cells:
@@ -514,9 +502,10 @@ def _refuse_other_frame(path: str, content: object, frames: dict[str, tuple[str,
     """Raise ValueError if the number in a path selects another frame than before, as may happen on `/tf`."""
     if "[" not in path:
         return
-    named = labels(content, path)
+    found = labels(content, path)
+    named = tuple(label for label, _ in found)
     if (before := frames.setdefault(path, named)) != named:
         raise ValueError(
             f"is of {', '.join(named)} here, and was of {', '.join(before)} before; name the one that is meant: "
-            f"{label_field(content, path)}"
+            f"{found[0][1] if found else path}"
         )
