@@ -15,7 +15,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from trackably.arguments import instance, real
+from trackably.arguments import instance, positive, real
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate, Robust
 from trackably.certificates.cover import radii
@@ -77,9 +77,9 @@ class Truth:
             given = getattr(self, name)
             if given is None:
                 continue
-            value = real(f"truth: {name}", given)
-            if not (0 < value < np.inf or (value == 0 and name == "noise")):
-                raise ValueError(f"truth: {name}: expected a positive number, got {value:g}")
+            value = (real if name == "noise" else positive)(f"truth: {name}", given)
+            if value < 0:
+                raise ValueError(f"truth: {name} must not be negative, got {value:g}")
             object.__setattr__(self, name, value)
         if self.slope is None and self.second_derivative is None:
             raise ValueError("truth: expected a bound of the slope, of the second derivative, or of both")
@@ -126,8 +126,7 @@ def true_signals(
     for name, given in (tolerance if isinstance(tolerance, Mapping) else dict.fromkeys(found, tolerance)).items():
         if name not in found:
             raise ValueError(f"tolerance: expected a state that truth= describes, {', '.join(found)}, got {name}")
-        if not 0 < (most := real(f"tolerance of {name}", given)) < np.inf:
-            raise ValueError(f"tolerance of {name}: expected a positive number, got {most:g}")
+        most = positive(f"tolerance of {name}", given)
         known = _middle(name, found[name].of, claim)
         least = max(known.error, _least_error(plant, known)) / _SHARE
         if not most > least:

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from trackably.arguments import is_number, real
+from trackably.arguments import positive, real
 from trackably.certificates.waypoint import Waypoint, coordinates, extent
 from trackably.checker.certificate import Claim
 from trackably.systems.constrained import ConstrainedSystem
@@ -65,12 +65,9 @@ def _waypoint(
         raise ValueError(f"at: nothing is given at {time:g} s")
     by: dict[str, float] = {}
     for name, value in values.items():
-        bounds = extent(plant, name)
-        if not is_number(value):
-            raise TypeError(f"at: expected a number for {name} at {time:g} s, got {short(value)}")
-        if not math.isfinite(value) or (bounds and not bounds.lower <= value <= bounds.upper):
-            within = f"inside {bounds}" if bounds else "a finite number"
-            raise ValueError(f"at: {name} must be {within} at {time:g} s, got {value:g}{left}")
+        bounds, number = extent(plant, name), real(f"at: {name} at {time:g} s", value)
+        if bounds and not bounds.lower <= number <= bounds.upper:
+            raise ValueError(f"at: {name} must be inside {bounds} at {time:g} s, got {number:g}{left}")
         by[name] = _tolerance(tolerance, name, bounds)
     found = Waypoint(time, {name: float(value) for name, value in values.items()}, by)
     for names, bounded in ((plant.system.states, plant.state_set), (plant.system.inputs, plant.input_set)):
@@ -116,8 +113,4 @@ def _tolerance(given: float | Mapping[str, float] | None, name: str, bounds: Int
         if bounds is None:
             raise ValueError(f"at_tolerance: is needed for {name}, which has no bounds to take a part of")
         return _OF_WIDTH * bounds.width
-    if not is_number(found):
-        raise TypeError(f"at_tolerance: expected a number for {name}, or numbers by name, got {short(found)}")
-    if not (math.isfinite(found) and found > 0):
-        raise ValueError(f"at_tolerance: must be positive, got {found:g} for {name}")
-    return float(found)
+    return positive(f"at_tolerance of {name}", found)

@@ -205,7 +205,7 @@ REFUSALS = {
         "at: -0.1 s is outside of the times that are claimed, from 0 s to",
     ),
     "outside": ({"at": {0.0: {"velocity": 1.5}}}, "at: velocity must be inside [-1, 1] at 0 s, got 1.5"),
-    "no tolerance": ({"at_tolerance": 0.0}, "at_tolerance: must be positive, got 0 for position"),
+    "no tolerance": ({"at_tolerance": 0.0}, "at_tolerance of position must be positive, got 0"),
     "together outside": (
         {"plant": SLOPING, "samples": {"a": SAMPLES, "b": SAMPLES}, "at": {0.0: {"a": 0.9, "b": 0.9}}},
         "at: a = 0.9 ± 0.0002, b = 0.9 ± 0.0002 at 0 s lies outside of {x : -1 ≤ 1 x1 + 1 x2 ≤ 1",

@@ -290,7 +290,7 @@ class Given:
 
 def _by_name(trajectory: Any, plant: ConstrainedSystem, span: tuple[float, float] | None) -> dict[str, Any]:
     if is_flat_trajectory(trajectory):
-        states = dict(zip(plant.system.states, states_as_pieces(trajectory, "end", span), strict=True))
+        states = dict(zip(plant.system.states, states_as_pieces(trajectory, span), strict=True))
         first = [sampled_names(plant, signal)[0] for signal in range(plant.signal_count)]
         return {name: states[name] for name in first if name in states}
     if isinstance(trajectory, Mapping):

@@ -32,7 +32,7 @@ def is_flat_trajectory(given: Any) -> bool:
     return all(hasattr(given, name) for name in ("basis", "coeffs", "flaglen", "eval"))
 
 
-def states_as_pieces(given: Any, beyond: Beyond, span: tuple[float, float] | None) -> list[PolynomialPieces]:
+def states_as_pieces(given: Any, span: tuple[float, float] | None) -> list[PolynomialPieces]:
     """Return all states of a flat trajectory, from zero, or its first breakpoint, to the end of its basis.
 
     If a basis has no breakpoints and its T is the default, 1 s, the end of the trajectory is unknown: then the
@@ -43,7 +43,7 @@ def states_as_pieces(given: Any, beyond: Beyond, span: tuple[float, float] | Non
     ends = np.unique(_ends(given.basis, span))
     nodes = np.cos(np.pi * np.arange(2 * given.basis.N + 1) / (2 * given.basis.N))[::-1] / 2 + 0.5
     rows = [_fit_pieces(given, start, end, nodes) for start, end in pairwise(ends.tolist())]
-    return [PolynomialPieces(ends, [row[i] for row in rows], beyond) for i in range(given.nstates)]
+    return [PolynomialPieces(ends, [row[i] for row in rows], "end") for i in range(given.nstates)]
 
 
 def _ends(basis: Any, span: tuple[float, float] | None) -> Sequence[float]:

@@ -7,9 +7,7 @@ from math import inf, nextafter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from trackably.arguments import instance, numbers, positive, whole
+from trackably.arguments import array, instance, positive, whole
 from trackably.arrays import Array, ArrayLike
 from trackably.certificates.judge import judged_file
 from trackably.certificates.outcome import Unproved
@@ -41,15 +39,12 @@ class Table:
         def __init__(self, states: ArrayLike, inputs: ArrayLike, first_step: int = 0) -> None: ...
 
     def __post_init__(self) -> None:
-        x, u = numbers("table: states", self.states), numbers("table: inputs", self.inputs)
+        x, u = array("table: states", self.states, None, None), array("table: inputs", self.inputs, None, None)
         whole("table: first_step", self.first_step)
-        if x.ndim != 2 or u.ndim != 2 or len(x) < 2 or len(u) not in (len(x), len(x) - 1):
+        if len(x) < 2 or len(u) not in (len(x), len(x) - 1):
             raise ValueError(f"table: expected a row for each step, got states of shape {x.shape}, inputs {u.shape}")
-        if not (np.all(np.isfinite(x)) and np.all(np.isfinite(u))):
-            raise ValueError("table: states and inputs must be finite")
-        for name, array in (("states", x), ("inputs", u)):
-            array.flags.writeable = False
-            object.__setattr__(self, name, array)
+        object.__setattr__(self, "states", x)
+        object.__setattr__(self, "inputs", u)
 
     @property
     def last_step(self) -> int:

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from trackably.arguments import instance, numbers, positive, real
+from trackably.arguments import array, instance, positive, real
 from trackably.arrays import Array, ArrayLike
 from trackably.given.conversion import shift
 from trackably.joints.certify import TOLERANCE, CertifiedTrajectory, NotAcceptedError, fit_joints, room
@@ -69,9 +69,7 @@ class Gate:
 
         ValueError: a position is outside its limits, or the shape does not fit.
         """
-        q, t = numbers("gate: positions", positions), real("gate: now", now)
-        if q.shape != (len(self.joints.names),):
-            raise ValueError(f"gate: expected {len(self.joints.names)} positions, got shape {q.shape}")
+        q, t = array("gate: positions", positions, len(self.joints.names)), real("gate: now", now)
         for name, at, (low, high) in zip(self.joints.names, q.tolist(), self.joints.position.tolist(), strict=True):
             if not low <= at <= high:
                 raise ValueError(f"gate: the position of {name} must be in [{low:g}, {high:g}], got {at:g}")

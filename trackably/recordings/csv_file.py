@@ -174,7 +174,7 @@ def read_cells(path: Path, layout: CsvLayout, names: Collection[str] | None = No
                 )
             lines.append(line)
             rows.append(row)
-    except _NoCsvError as error:
+    except csv.Error as error:
         raise InputError(f"{path}, {error}") from error
     if not rows:
         raise InputError(f"{path}: there are no rows{'' if layout.columns else ' below the header'}")
@@ -226,7 +226,7 @@ def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | 
     for separator in _separators(layout):
         try:
             firsts[separator] = [cell.strip() for cell in next(_records(text, layout, separator), (0, []))[1]]
-        except _NoCsvError as error:
+        except csv.Error as error:
             refused.append(error)  # as when another separator follows a quoted name
     if not firsts:
         raise InputError(f"{path}, {refused[0]}") from refused[0]
@@ -255,7 +255,7 @@ def _header_below(text: str, layout: CsvLayout, names: Collection[str]) -> str:
     "" if there is none.
     """
     for separator in _separators(layout):
-        with suppress(_NoCsvError):
+        with suppress(csv.Error):
             for line, cells in islice(_records(text, layout, separator), 1, _TITLE):
                 if {cell.strip() for cell in cells}.issuperset(names):
                     return f"; line {line} names all of them: `skip` of the layout leaves out the lines above it"
@@ -266,12 +266,11 @@ def _separators(layout: CsvLayout) -> Sequence[str]:
     return SEPARATORS if layout.separator is None else (layout.separator,)
 
 
-class _NoCsvError(Exception):
-    """A line that is not valid CSV."""
-
-
 def _records(text: str, layout: CsvLayout, separator: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield each row that is not blank, with the number of the line on which it ends."""
+    """Yield each row that is not blank, with the number of the line on which it ends.
+
+    csv.Error: a line is not valid CSV; the message begins with its number.
+    """
     line = 0
 
     def lines() -> Iterator[str]:
@@ -286,7 +285,7 @@ def _records(text: str, layout: CsvLayout, separator: str) -> Iterator[tuple[int
             if row and (len(row) > 1 or row[0].strip()):
                 yield line, row
     except csv.Error as error:
-        raise _NoCsvError(f"line {line}: no CSV with the separator {separator!r} ({error})") from error
+        raise csv.Error(f"line {line}: no CSV with the separator {separator!r} ({error})") from error
 
 
 def read_csv(

@@ -31,7 +31,6 @@ from trackably.recordings.clocks import (
     NANOSECOND,
     RECORDED,
     Clock,
-    DateTimes,
     Origin,
     check_scale,
     clock_named,
@@ -47,6 +46,7 @@ from trackably.recordings.tables import (
     Form,
     TableReading,
     check_mapping,
+    date_in_text,
     is_none,
     path_given,
     recording_of,
@@ -381,13 +381,7 @@ def _pair(stamp: object) -> Decimal:
     raise ValueError(f"expected seconds and nanoseconds, got {shorten(stamp)} (a number or a text needs its unit said)")
 
 
-def _date(clock: DateTimes, stamp: object) -> Decimal:
-    if not isinstance(stamp, str):
-        raise ValueError(f"expected a date and a time of day as text, got {shorten(stamp)}")
-    return clock.seconds(stamp)
-
-
-_FORM = Form("field", is_none, exact, _date, lambda _: "")
+_FORM = Form("field", is_none, exact, date_in_text, lambda _: "")
 
 
 @dataclass(frozen=True)
@@ -410,10 +404,8 @@ class Field:
 
     def __post_init__(self) -> None:
         for what, given in (("topic", self.topic), ("path", self.path), ("noise_std", self.noise_std)):
-            if not isinstance(given, str) and not (what == "noise_std" and given is None):
-                raise InputError(f"Field: {what}: expected a text, got {given!r}")
-            if given == "":
-                raise InputError(f"Field: {what}: expected a text, got an empty one")
+            if not (isinstance(given, str) and given) and not (what == "noise_std" and given is None):
+                raise InputError(f"Field: {what}: expected a text that is not empty, got {given!r}")
         if not isinstance(self.time, MessageTime):
             raise InputError(
                 f'Field: time: expected LOG_TIME, PUBLISH_TIME or Stamp("header.stamp"), got {self.time!r}'

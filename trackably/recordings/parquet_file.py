@@ -11,10 +11,20 @@ from typing import Any
 
 from trackably.errors import InputError
 from trackably.extras import optional
-from trackably.recordings.clocks import EXACT, NANOSECOND, Clock, DateTimes, Origin, exact
+from trackably.recordings.clocks import Clock, DateTimes, Origin, exact, origin_seconds
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
-from trackably.recordings.tables import LARGEST, Cells, Column, Form, TableReading, is_none, path_given, recording_of
+from trackably.recordings.tables import (
+    LARGEST,
+    Cells,
+    Column,
+    Form,
+    TableReading,
+    date_in_text,
+    is_none,
+    path_given,
+    recording_of,
+)
 
 
 def read_parquet(
@@ -119,12 +129,7 @@ def _nanoseconds(column: Any) -> list[_Instant | None]:
 
 
 def _date(clock: DateTimes, cell: object) -> Decimal:
-    match cell:
-        case _Instant(nanoseconds):
-            return EXACT.multiply(Decimal(nanoseconds), NANOSECOND)
-        case str():
-            return clock.seconds(cell)
-    raise ValueError(f"expected a date, got {cell!r}")
+    return origin_seconds(cell.nanoseconds) if isinstance(cell, _Instant) else date_in_text(clock, cell)
 
 
 def _count(cell: object) -> Decimal:

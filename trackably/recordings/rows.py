@@ -12,13 +12,13 @@ import numpy.typing as npt
 
 from trackably.arrays import Array
 from trackably.errors import InputError
-from trackably.recordings.clocks import EXACT, NANOSECOND, Origin, plain, zero_of
+from trackably.recordings.clocks import EXACT, Origin, origin_seconds, plain, zero_of
 from trackably.recordings.recording import Cleaning, Finding, Recording, Signal
 
 
 def rows_between(stamps: Sequence[Decimal | None], ends: tuple[float, float], origin: int) -> list[int]:
     """Return the indices of the rows with start ≤ time ≤ end [s] since `origin` [ns], or without a time."""
-    zero = EXACT.multiply(Decimal(origin), NANOSECOND)
+    zero = origin_seconds(origin)
     first, last = (EXACT.add(zero, Decimal(repr(float(end)))) for end in ends)
     return [row for row, at in enumerate(stamps) if at is None or first <= at <= last]
 
@@ -221,16 +221,10 @@ def chosen_repairs(repairs: Sequence[Repair | str]) -> list[Repair]:
         raise InputError(f"repairs: expected a list of them, in their order, got {alone} by itself")
     if not isinstance(repairs, Sequence):
         raise InputError(f"repairs: expected a list of them, got {repairs!r}")
-    return [_repair(repair) for repair in repairs]
-
-
-def _repair(repair: object) -> Repair:
-    if callable(repair):
-        chosen: Repair = repair
-        return chosen
-    if not isinstance(repair, str) or repair not in REPAIRS:
-        raise InputError(f"there is no repair {repair!r}; there are {', '.join(REPAIRS)}")
-    return REPAIRS[repair]
+    for repair in repairs:
+        if not callable(repair) and repair not in [*REPAIRS]:
+            raise InputError(f"there is no repair {repair!r}; there are {', '.join(REPAIRS)}")
+    return [REPAIRS[repair] if isinstance(repair, str) else repair for repair in repairs]
 
 
 def _without(rows: Rows, dropped: Sequence[int], what: str) -> tuple[Rows, tuple[Finding, ...]]:
@@ -317,8 +311,7 @@ def _refuse_disorder(rows: Rows) -> None:
 
 
 def _refuse_repeats(rows: Rows) -> None:
-    repeats = list(rows.repeats())
-    if repeats:
+    if repeats := list(rows.repeats()):
         name, (first, second, *_) = min(repeats, key=lambda repeat: repeat[1][1])
         count = len({row for _, together in repeats for row in together[1:]})
         raise InputError(
@@ -348,7 +341,7 @@ def _first(rows: Rows) -> Decimal:
 def _signal(rows: Rows, name: str, origin: int) -> Signal:
     stamps = rows.require_times()
     at = np.flatnonzero(rows.present(name))
-    zero = EXACT.multiply(Decimal(origin), NANOSECOND)
+    zero = origin_seconds(origin)
     times = np.array([float(EXACT.subtract(stamps[row], zero)) for row in at.tolist()])
     if bad := np.flatnonzero(np.isinf(times)).tolist():
         raise InputError(

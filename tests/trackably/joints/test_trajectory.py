@@ -147,7 +147,7 @@ WRONG: dict[str, tuple[Callable[[], object], type[Exception], str]] = {
     "a start of another shape": (
         lambda: repair_joints(CubicSpline(T, Q), ARM, start=[[0.0]]),
         ValueError,
-        "a column for each of 2 joints, got shape (1, 1)",
+        "start: orders, joints must have shape (any, 2), got shape (1, 1)",
     ),
     "joints that must move": (
         lambda: stretch_joints(CubicSpline(T, Q), Joints(velocity={"a": (0.5, 1), "b": (0.5, 1)})),

@@ -23,7 +23,7 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
         "signals: expected a mapping from names to fields",
     ),
     "scale, text": (lambda: Column("y", "1e-3"), "'y': expected a number as scale, got '1e-3'"),
-    "empty topic": (lambda: Field("", "y"), "Field: topic: expected a text, got an empty one"),
+    "empty topic": (lambda: Field("", "y"), "Field: topic: expected a text that is not empty, got ''"),
     "stamp as a text": (lambda: Field("/t", "y", time="header.stamp"), 'PUBLISH_TIME or Stamp("header.stamp"), got'),
     "stamp number": (lambda: Stamp(3), "Stamp: field: expected the path of a field, as 'header.stamp', got 3"),
     "unit number": (lambda: csv(time_unit=1e-3), "expected a time unit, one of s, ms"),
