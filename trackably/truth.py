@@ -16,7 +16,7 @@ from typing import Any, Self
 import numpy as np
 
 from trackably.arguments import instance, positive, real
-from trackably.arrays import Array
+from trackably.arrays import Array, ArrayLike
 from trackably.certificates.certificate import Certificate, Robust
 from trackably.certificates.cover import radii
 from trackably.certificates.form import as_subject, as_written
@@ -233,9 +233,9 @@ class Sides:
         return upper, lower, max(float(np.min(of)) for of in apart)
 
 
-def _around(times: Array, middle: float) -> Any:
-    place = int(np.searchsorted(times, middle))
-    return np.arange(max(0, place - _NEAR), min(len(times), place + _NEAR))
+def _around(times: ArrayLike, middle: float, count: int = _NEAR) -> Any:
+    """Return the indices of so many times on each side of one."""
+    return np.arange(np.size(times))[max(0, (place := int(np.searchsorted(times, middle))) - count) : place + count]
 
 
 def sides_at(of: SignalClass, times: Array, derived: Sequence[Derived] = ()) -> tuple[Array, Array]:
@@ -317,11 +317,8 @@ _WORST, _AT_ONCE, _DERIVED, _BESIDE = 0.95, 10, 120, 12
 def _derive(of: SignalClass, t: float) -> Derived | None:
     """Return what near measurements together say of a signal at a time, by the multipliers of linear programs."""
     n = len(of.samples.times)
-    which: list[int] = []
-    for measured, first in ((of.samples, 0), (of.rates, n)):
-        if measured:
-            place = int(np.searchsorted(measured.times, t))
-            which += range(first + max(0, place - _BESIDE), first + min(len(measured.times), place + _BESIDE))
+    parts = [_around(of.samples.times, t, _BESIDE), n + _around(of.rates.times if of.rates else (), t, _BESIDE)]
+    which = np.concatenate(parts).tolist()
     some = replace(_only(of, which), slope=None)
     signals = Signals.of(some, (t,))
     found = []

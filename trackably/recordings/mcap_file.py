@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import struct
+from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -201,7 +202,7 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
     """
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
-    counts: dict[int, int] = {}
+    counts = Counter[int]()
     messages: dict[str, list[Message]] = {topic: [] for topic in topics}
     kept = 0
     for record in _records(path):
@@ -213,7 +214,7 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
             case Message():
                 if record.channel_id not in channels:
                     raise InputError(f"{path}: a message is of channel {record.channel_id}, which is not described")
-                counts[record.channel_id] = counts.get(record.channel_id, 0) + 1
+                counts[record.channel_id] += 1
                 if (topic := channels[record.channel_id].topic) in messages:
                     messages[topic].append(record)
                     kept += _MESSAGE + len(record.data)
@@ -221,7 +222,7 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
                         raise InputError(
                             f"{path}: the messages on {', '.join(messages)} take more than {LARGEST} bytes"
                         )
-    listed = ", ".join(sorted(_describe(c, schemas.get(c.schema_id), counts.get(i, 0)) for i, c in channels.items()))
+    listed = ", ".join(sorted(_describe(c, schemas.get(c.schema_id), counts[i]) for i, c in channels.items()))
     for topic, received in messages.items():
         if not received:
             known = any(channel.topic == topic for channel in channels.values())
