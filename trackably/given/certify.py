@@ -71,14 +71,12 @@ def _repeating(curve: PolynomialPieces, delay: float) -> Array:
     return ends if exact and np.all(np.diff(ends) > 0) else curve.breakpoints
 
 
-def distance(
-    curve: PolynomialPieces, output: PolynomialPieces, stencil: Stencil, reference: Reference, claim: Claim
-) -> float:
-    """Return the largest distance between the stencil's values and the curve at the times of a claim, rounded up.
+def distance(curve: PolynomialPieces, output: PolynomialPieces, stencil: Stencil, certificate: Certificate) -> float:
+    """Return the largest distance between the stencil's values and the curve at the times of the claim, rounded up.
 
     The distance is sought in float64, and then verified by the checker's arithmetic.
     """
-    first, last = claim.span
+    reference, (first, last) = certificate.reference, certificate.claim.span
     start = max(first, 0.0) if curve.beyond != "end" else first
     end = last if last < inf else max(float(z.breakpoints[-1]) for z in (curve, output))
     if curve.beyond == "period":
@@ -208,7 +206,7 @@ def certify(
     outcome = given.prove(given.reference)
     if not isinstance(outcome, Certificate):
         return outcome
-    return CertifiedReference(given.reference, outcome, given.off(outcome))
+    return CertifiedReference(outcome.reference, outcome, given.off(outcome))
 
 
 @dataclass(frozen=True)
@@ -280,11 +278,10 @@ class Given:
         return judge(prove_on_window(reference, *self.window.span) if self.window else prove(reference))
 
     def off(self, certificate: Certificate) -> dict[str, float]:
-        """Return the distances of states from the given curves, by name."""
-        reference = self.reference
+        """Return the distances of the states of a proved reference from the given curves, by name."""
         return {
-            name: distance(curve, signal, self.stencils[name], reference, certificate.claim)
-            for (name, curve), signal in zip(self.curves.items(), reference.pieces, strict=True)
+            name: distance(curve, signal, self.stencils[name], certificate)
+            for (name, curve), signal in zip(self.curves.items(), certificate.reference.pieces, strict=True)
         }
 
 
