@@ -14,10 +14,9 @@ from trackably.errors import InputError
 from trackably.extras import optional
 from trackably.files import path_of
 from trackably.gp.samples import Samples
-from trackably.recordings import csv_file, parquet_file
 from trackably.recordings.clocks import Clock, Origin
-from trackably.recordings.csv_file import PLAIN, CsvLayout, csv_reading
-from trackably.recordings.parquet_file import parquet_reading
+from trackably.recordings.csv_file import PLAIN, CsvLayout, csv_table
+from trackably.recordings.parquet_file import parquet_table
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
 from trackably.recordings.tables import Cells, Column, TableReading, path_given, recording_of
@@ -120,8 +119,7 @@ def parts_of_csv(
     The file is read once, here; workers convert its cells to numbers. InputError: the file is unreadable, lacks a
     column, or a row has no name.
     """
-    reading = csv_reading(path, time, time_unit, signals, layout, repairs, origin)
-    return _parts(reading, csv_file.read_cells(path_given(path), layout, [*dict.fromkeys((*reading.names, by))]), by)
+    return _parts(*csv_table(path, time, time_unit, signals, layout, repairs, origin, also=[by]), by)
 
 
 def parts_of_parquet(
@@ -137,8 +135,7 @@ def parts_of_parquet(
 
     InputError: the file is unreadable, lacks a column, or a row has no name; or pyarrow is not installed.
     """
-    reading = parquet_reading(path, time, time_unit, signals, repairs, origin)
-    return _parts(reading, parquet_file.read_cells(path_given(path), [*dict.fromkeys((*reading.names, by))]), by)
+    return _parts(*parquet_table(path, time, time_unit, signals, repairs, origin, also=[by]), by)
 
 
 def topics_of(
