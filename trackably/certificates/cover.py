@@ -1,6 +1,6 @@
 """Propose boxes that cover a window: the checker tells in which of them bounds are kept, and the others are halved."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
@@ -38,19 +38,13 @@ class UncoveredBox:
     reason: str
 
 
-def cover(
-    draft: Draft, reference: Reference, start: float, end: float, asks: bool = True
-) -> dict[str, Boxes] | UncoveredBox:
+def cover(draft: Draft, reference: Reference, start: float, end: float) -> dict[str, Boxes] | UncoveredBox:
     """Return boxes from `start` to `end` [s] for each quantity, all accepted by the checker; or a box that it refuses.
 
     Quantities share boxes, and smaller boxes are parts of larger ones, so that each signal is enclosed once in a box.
-    If `asks` is False, narrow boxes are proposed without asking the checker.
     """
-    edges = _first_edges(draft, reference, start, end, asks)
+    edges = _first_edges(draft, reference, start, end)
     boxes, wanted = np.stack([edges[:-1], edges[1:]]), np.ones((len(draft.quantities), len(edges) - 1), dtype=bool)
-    if not asks:
-        one = _join(start, [np.vstack([boxes, radii(draft.subject, reference, draft.arguments, *boxes)])])
-        return {q.name: one for q in draft.quantities}
     kinks, accepted = _Kinks.of(draft), [dict[float, Box]() for _ in draft.quantities]
     exact = set[Box]()
     for halvings in range(_MOST_HALVINGS):
@@ -76,7 +70,7 @@ def cover(
             boxes, missing = _left(draft, accepted, exact)
             if not boxes.size:
                 named = zip(draft.quantities, accepted, strict=True)
-                return {q.name: _join(start, [np.array([*found.values()]).T]) for q, found in named}
+                return {q.name: _join(start, found.values()) for q, found in named}
         boxes, wanted = _split(boxes, missing, kinks)
     raise AssertionError("a box that is not proved after the last halving is given up")
 
@@ -214,7 +208,7 @@ def _refusals(draft: Draft, boxes: Array, wanted: Flags, exactly: bool) -> tuple
     return missing, reasons
 
 
-def _first_edges(draft: Draft, reference: Reference, start: float, end: float, asks: bool) -> Array:
+def _first_edges(draft: Draft, reference: Reference, start: float, end: float) -> Array:
     """Return the ends [s] of the boxes that are tried first, by repeated halving, with narrow boxes near centres.
 
     A box is not halved if no centre is closer than its width, as signals change slowly far from all centres. A box
@@ -222,7 +216,7 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float, a
     """
     is_linear = all(q.combination is not None and not q.needs for q in draft.quantities)
     shortest = min(signal.kernel.correlation_time for signal in reference.kernel_sums)
-    widest = (_WIDTH if is_linear and asks else _NARROW) * shortest
+    widest = (_WIDTH if is_linear else _NARROW) * shortest
     shifts = sorted({float(shift) for _, shift in _shifts(draft.subject, draft.arguments)})
     centres = np.sort(
         np.concatenate([np.subtract.outer(signal.centres, shifts).ravel() for signal in draft.subject.signals])
@@ -283,7 +277,6 @@ def _on_discs(
     return tried, np.where(np.isfinite(sizes), sizes, np.inf)
 
 
-def _join(start: float, found: Sequence[Array]) -> Boxes:
-    starts, ends, radii = np.concatenate(found, axis=1)
-    order = np.argsort(starts)
-    return Boxes((start, *ends[order].tolist()), tuple(radii[order].tolist()))
+def _join(start: float, found: Iterable[Box]) -> Boxes:
+    boxes = sorted(found)
+    return Boxes((start, *(box.end for box in boxes)), tuple(box.radius for box in boxes))

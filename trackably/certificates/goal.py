@@ -82,10 +82,3 @@ def for_all_times(samples: tuple[Samples, ...], prior: JointPrior, plant: Constr
     first, last = min(float(s.times[0]) for s in samples), max(float(s.times[-1]) for s in samples)
     window = Window(max(2 * first - last, 0.0), 2 * last - first + plant.sampling_time)
     return Goal(window, prove_while_settling, is_extensible=True)
-
-
-def for_all_times_again(samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem) -> Goal:
-    """Return the goal of `for_all_times` for a reference that is likely to be proved, as a
-    similar one was: see `prove`.
-    """
-    return replace(for_all_times(samples, prior, plant), prove=partial(prove, is_likely=True))

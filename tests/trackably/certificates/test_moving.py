@@ -24,7 +24,7 @@ from trackably import (
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import as_written, encode_certificate, encode_counterexample
 from trackably.certificates.outcome import Counterexample
-from trackably.certificates.prove import prove, prove_at_instants, prove_for_all_phases, prove_on_window
+from trackably.certificates.prove import prove, prove_at_instants, prove_on_window
 from trackably.checker import Failed, Proved, Refuted, check
 from trackably.codec import dumps, loads
 from trackably.files import from_json, to_json
@@ -198,7 +198,7 @@ def test_all_phases_need_bounds_of_the_same_period() -> None:
 
     low, high = (float(swing(np.asarray(t))) for t in (1.5, 0.5))
     fits = PolynomialPieces.lines({0.0: high, 0.5: high + 0.01, 1.5: low + 0.1}, period=2.0)
-    found = prove_for_all_phases(of(fits), 2.0)
+    found = prove(of(fits))
     assert isinstance(found, Certificate), found
     data = from_json(to_json(encode_certificate(found)))
     assert isinstance(check(data), Proved)
@@ -207,7 +207,7 @@ def test_all_phases_need_bounds_of_the_same_period() -> None:
         other["reference"]["plant"]["state_set"]["upper"][0].update(change)
         assert isinstance(check(other), Failed)
     late = PolynomialPieces.lines({0.0: low + 0.1, 0.5: low + 0.2, 1.5: high}, period=2.0)
-    assert isinstance(prove_for_all_phases(of(late), 2.0), Counterexample)
+    assert isinstance(prove(of(late)), Counterexample)
 
 
 def test_sets_survive_their_file() -> None:

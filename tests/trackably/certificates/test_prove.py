@@ -11,7 +11,7 @@ from tests.trackably.systems.instances import bounded
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import Draft
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.certificates.prove import prove, prove_at_instants, prove_for_all_phases, prove_on_window
+from trackably.certificates.prove import prove, prove_at_instants, prove_on_window
 from trackably.checker.certificate import AllPhases, AllTimes, Instants, Window
 from trackably.gp.kernels.base import Product, Sum
 from trackably.gp.kernels.matern import Matern32
@@ -118,11 +118,6 @@ def test_what_is_only_unproved_is_not_called_broken():
         if kind is Unproved:
             assert "float64 evaluation" in found.explanation
             assert 0 < found.shortfall < 1e-13
-
-
-def test_a_wrong_period_cannot_be_claimed():
-    with pytest.raises(ValueError, match="period"):
-        prove_for_all_phases(reference(Periodic(1.0, 0.8, 0.7)), np.nextafter(0.7, 1))
 
 
 @pytest.mark.parametrize("kernel", [SquaredExponential(1.0, 1.0), Matern32(1.0, 1.0), Periodic(1.0, 1.0, 2.0)])

@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import cache
 
 from tests.trackably.control.tube.instances import LOOPS, STEPS
-from trackably.certificates.certificate import Certificate, robust_of
+from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove_on_window
 from trackably.systems.disturbances import Zonotope
@@ -22,7 +22,7 @@ def noisy_data() -> dict:
     loop = replace(LOOPS["pushed cart"], part=0.9, noise=NOISE)
     found = prove_on_window(loop.reference, 0.0, STEPS * loop.plant.sampling_time)
     assert isinstance(found, Certificate)
-    return json.loads(json.dumps(encode_certificate(replace(found, robust=robust_of(loop.tightening)))))
+    return json.loads(json.dumps(encode_certificate(found.with_robust(loop.tightening))))
 
 
 @cache
@@ -30,7 +30,7 @@ def robust_certificate(kind: str) -> Certificate:
     loop = replace(LOOPS[kind], part=0.9)  # between the steps too
     found = prove_on_window(loop.reference, 0.0, STEPS * loop.plant.sampling_time)
     assert isinstance(found, Certificate)
-    return replace(found, robust=robust_of(loop.tightening))
+    return found.with_robust(loop.tightening)
 
 
 def robust_data(kind: str) -> dict:
