@@ -55,17 +55,14 @@ class Certified:
     """A learned reference with its proof.
 
     Its signals, and those of the `solution`, are sums of as few kernels as do. Bounds were tightened by up to `backoff`
-    (a part of their width). `cost` is the increase of l compared with the smallest back-off, which is the optimiser's
-    tolerance. `attempts` counts the fits; each solves several nonlinear programs. `space` is the searched box, without
-    the length scales at which float64 cannot evaluate the reference.
+    (a part of their width). `space` is the searched box, without the length scales at which float64 cannot evaluate the
+    reference.
     """
 
     solution: Solution
     reference: Reference
     certificate: Certificate
     backoff: float
-    cost: float
-    attempts: int
     space: SearchSpace
 
     def is_with(self, prior: JointPrior) -> bool:
@@ -74,8 +71,7 @@ class Certified:
 
     @property
     def explanation(self) -> str:
-        drawn = f"bounds tightened by up to {self.backoff:.1g} of their width, at a cost of {self.cost:.2g} in l"
-        return f"{self.certificate.explanation}; {drawn}"
+        return f"{self.certificate.explanation}; bounds tightened by up to {self.backoff:.1g} of their width"
 
 
 @one_blas_thread()
@@ -195,7 +191,7 @@ class _Learning:
         """
         backoff, learner = self.learner.first_backoff, self.learner
         problem = self._problem(goal, backoff)
-        first = found = learner.solve(problem) if self.last is None else learner.extended(self.last, problem)
+        found = learner.solve(problem) if self.last is None else learner.extended(self.last, problem)
         while isinstance(found, Solution):
             self.last = found
             self.fits += found.fits
@@ -213,17 +209,15 @@ class _Learning:
             done("fit")
             self.on_attempt(Attempt(backoff, found.objective, isinstance(outcome, Certificate)))
             if isinstance(outcome, Certificate):
-                assert isinstance(first, Solution), "every later fit follows a first one"
-                cost = found.objective - first.objective
                 solution = replace(found, fits=self.fits, signals=outcome.reference.kernel_sums)
                 largest = max([backoff, *self.rounding.values()])
-                return Certified(solution, reference, outcome, largest, cost, self.attempts, self.space)
+                return Certified(solution, reference, outcome, largest, self.space)
             if goal.extends_to(_failure_time(outcome)) or not self.may_go_on:
                 return outcome
             largest = max(error, self.rounding.get(outcome.quantity, 0.0))
             if largest >= _LARGEST_BACKOFF and self._shortened(found, error):
                 backoff, self.rounding = learner.first_backoff, {}
-                first = found = learner.solve(self._problem(goal, backoff))
+                found = learner.solve(self._problem(goal, backoff))
                 continue
             if max(backoff, largest) >= _LARGEST_BACKOFF:
                 return outcome

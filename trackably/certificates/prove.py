@@ -238,7 +238,7 @@ class _ProofProblem:
             for time in seen.worst_times:
                 if failure := self._failure_at(quantity, time):
                     return failure
-        return jump_of(self.reference, drawn)
+        return jump_of(self.reference, drawn[0].times)
 
     def _broken_for_certain(self, start: float, end: float) -> Counterexample | None:
         """Return a counterexample near one of the worst times; None if none is found."""

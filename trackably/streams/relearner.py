@@ -208,7 +208,7 @@ def _certify(reference: TrackableReference) -> Certified:
     """Return a reference in the form from which a search can continue."""
     fit = reference.fit
     space = SearchSpace.around(fit.samples, fit.prior)
-    return Certified(fit.solution, reference.reference, reference.certificate, 0.0, 0.0, 0, space)
+    return Certified(fit.solution, reference.reference, reference.certificate, 0.0, space)
 
 
 def _with_proof(found: Certified, last: TrackableReference) -> TrackableReference:
