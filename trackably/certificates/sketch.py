@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy
@@ -71,8 +72,7 @@ def _of_kernels(reference: Reference, start: float, end: float) -> tuple[Quantit
     most = 0 if every.is_linear else _FEW_CENTRES  # formulas of smooth signals may have narrow valleys there
     near_change = [of.centres for of in of_signals if not of.kernel.is_analytic or len(of.centres) <= most]
     centres = np.subtract.outer(np.concatenate([np.empty(0), *near_change]), _shifts(reference)).ravel()
-    times = [np.linspace(start, end, count), every.breakpoints_in(start, end), centres]
-    times = np.unique(np.concatenate(times))
+    times = np.unique(np.concatenate([np.linspace(start, end, count), every.breakpoints_in(start, end), centres]))
     return every, times[(start <= times) & (times <= end)]
 
 
@@ -149,11 +149,11 @@ def jump_of(reference: Reference, times: Array) -> Unproved | None:
                 before, after = (values := np.broadcast_to(y(times), times.shape))[:-1], values[1:]
                 for i in np.flatnonzero(((before > 0) != (after > 0)) & np.isfinite(before * after)).tolist():
                     at = float(scipy.optimize.brentq(y, times[i], times[i + 1]))
-                    if x(np.asarray(at)) < 0:
+                    if x(at) < 0:
                         return Unproved(quantity.name, quantity.bounds, (at, at), np.inf, JUMP)
     return None
 
 
-def _along(formula: Formula, trajectory: Trajectory, signals: Signals) -> Callable[[Array], Array]:
-    """Return part of a trajectory's formula as a function of time [s]."""
+def _along(formula: Formula, trajectory: Trajectory, signals: Signals) -> Callable[[Any], Any]:
+    """Return part of a trajectory's formula as a function of times [s], or of one."""
     return lambda t: evaluate_floats(formula, {name: q(signals, t) for name, q in trajectory.arguments})

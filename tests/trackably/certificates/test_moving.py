@@ -12,7 +12,6 @@ from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 from tests.trackably.certificates import naive
 from trackably import (
     Controller,
-    IgnoresSamplesWarning,
     Infeasible,
     Plan,
     Samples,
@@ -229,29 +228,34 @@ def test_an_end_that_moves_is_no_constant() -> None:
             Polytope.box(bad, [PolynomialPieces.steps({0.0: 0.5, 1.0: 0.25})])
 
 
-def test_what_is_learned_keeps_bounds_that_move() -> None:
-    t = np.linspace(0, 6, 25)
-    upper = PolynomialPieces.lines({0.0: 0.1, 3.0: 0.6, 4.0: 0.05, 6.0: 0.4})
-    plant = ConstrainedSystem(SCALAR, Polytope.box([-1.0], [upper]), Polytope.box(-1.0, 1.0))
-    samples, kernel = Samples(t, 0.45 * np.sin(1.3 * t)), SquaredExponential()
-    with pytest.warns(IgnoresSamplesWarning):
-        learned = learn_reference(samples, plant, kernel, "all_times", noise_std=0.02, progress=False)
-    assert min(learned.reference.quantities[0].margin(learned.reference.signals, np.linspace(0, 9, 2001))) >= 0
-    assert any(bound.name == "state" for bound in learned.fit.active_bounds)
-    assert "polyline" in learned._repr_html_()
-    with pytest.raises(ValueError, match="period"):
-        learn_reference(samples, plant, Periodic(period=6.0), "all_phases", noise_std=0.02, progress=False)
+T_LEARNED = np.arange(25) / 5
+LEARNED: dict[str, tuple] = {
+    "all_times": (
+        SquaredExponential(),
+        PolynomialPieces.lines({0.0: 0.1, 2.4: 0.6, 3.2: 0.05, 4.8: 0.4}),
+        0.45 * np.sin(1.6 * T_LEARNED),
+    ),
+    "all_phases": (
+        Periodic(period=4.0),
+        PolynomialPieces.steps({0.0: 0.35, 1.0: 0.29}, 4.0),
+        0.3 * np.sin(np.pi / 2 * T_LEARNED),
+    ),
+}
 
 
-def test_motions_that_repeat_are_learned_beside_bounds_that_repeat() -> None:
-    t = np.arange(25) / 5
-    upper = PolynomialPieces.steps({0.0: 0.35, 1.0: 0.29}, period=4.0)
+@pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning")
+@pytest.mark.parametrize("claim", LEARNED)
+def test_what_is_learned_keeps_bounds_that_move(claim) -> None:
+    kernel, upper, values = LEARNED[claim]
     plant = ConstrainedSystem(SCALAR, Polytope.box([-1.0], [upper]), Polytope.box(-1.0, 1.0))
-    samples, kernel = Samples(t, 0.3 * np.sin(np.pi / 2 * t)), Periodic(period=4.0)
-    learned = learn_reference(samples, plant, kernel, "all_phases", noise_std=0.02, progress=False)
+    learned = learn_reference(Samples(T_LEARNED, values), plant, kernel, claim, noise_std=0.02, progress=False)
     times = np.linspace(0, 12, 2001)
     assert min(learned.reference.quantities[0].margin(learned.reference.signals, times)) >= 0
     assert any(bound.name == "state" for bound in learned.fit.active_bounds)
+    assert "polyline" in learned._repr_html_()
+    if claim == "all_times":
+        with pytest.raises(ValueError, match="period"):
+            learn_reference(Samples(T_LEARNED, values), plant, Periodic(period=6.0), "all_phases", noise_std=0.02)
 
 
 def test_a_vehicle_passes_a_corridor_that_is_narrow_for_a_while() -> None:
