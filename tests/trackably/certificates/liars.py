@@ -38,7 +38,9 @@ def _with_smaller_errors(rng: np.random.Generator, honest: Any) -> Any:
 
 
 def _refuses_nothing(rng: np.random.Generator, honest: Any) -> Any:
-    return lambda draft, boxes, wanted, exactly: (wanted & (rng.uniform(size=wanted.shape) < 0.02), {})
+    return lambda draft, held, exactly: {
+        box: {q.name: "" for q in of} for box, of in held.items() if rng.random() < 0.02
+    }
 
 
 def _loses_a_box(rng: np.random.Generator, found: Boxes) -> Boxes:

@@ -12,6 +12,7 @@ from trackably.certificates.form import encode_certificate
 from trackably.certificates.outcome import Unproved
 from trackably.certificates.prove import prove_on_window
 from trackably.checker import Proved, boxes, check
+from trackably.checker.boxes import Box
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
@@ -69,7 +70,7 @@ def test_where_all_narrow_boxes_are_refused_no_more_of_them_are_tried(kernel, mo
 def test_boxes_are_divided_within(kinks, start, length):
     """Kinks that are no float64 take a while each, in which boxes may begin or end, and which may overlap."""
     rows = sorted((float(t - half), float(t + half), size) for t, half, size in kinks)
-    cuts = _Kinks(*np.array(rows).reshape(-1, 3).T).cuts(float(start), float(start + length))
+    cuts = _Kinks(*np.array(rows).reshape(-1, 3).T).cuts(Box(float(start), float(start + length), 1.0))
     assert cuts
     assert np.all(np.diff([start, *cuts, start + length]) > 0)
 
