@@ -106,14 +106,9 @@ def learn_certified(
     # From the given space on: length scales that are too long for a function may do for hyperparameters alone.
     other = _learn(goal, replace(first, learner=fallback, fits=learning.fits))
     if not isinstance(found, Certified):
-        return other if isinstance(other, Certified) else _nearer(found, other)
+        return found if not isinstance(other, Certified) and _missing(found) < _missing(other) else other
     is_better = isinstance(other, Certified) and other.solution.objective < found.solution.objective
     return other if is_better else found
-
-
-def _nearer(one: NoSolution | Failure, other: NoSolution | Failure) -> NoSolution | Failure:
-    """Return the failure with the smaller shortfall; `other` if they cannot be compared."""
-    return one if _missing(one) < _missing(other) else other
 
 
 def _missing(failure: NoSolution | Failure) -> float:
@@ -144,9 +139,8 @@ def _may_cost_more(solution: Solution) -> bool:
 def _learn(goal: Goal, learning: "_Learning") -> Certified | NoSolution | Failure:
     """Learn towards the goal; if the proof fails before or after all constraints, extend the window and repeat."""
     outcome = learning.towards(goal)
-    while isinstance(outcome, Failure) and goal.extends_to(_failure_time(outcome)) and learning.may_go_on:
-        longer = goal.longer(_failure_time(outcome))
-        if longer is None:
+    while isinstance(outcome, Failure) and learning.attempts < _MOST_ATTEMPTS:
+        if (longer := goal.longer(_failure_time(outcome))) is None:
             break
         goal = longer
         outcome = learning.towards(goal)
@@ -180,10 +174,6 @@ class _Learning:
         """What to learn instead; None with given values, as hyperparameters alone cannot meet them."""
         return None if self.required else self.learner.fallback
 
-    @property
-    def may_go_on(self) -> bool:
-        return self.attempts < _MOST_ATTEMPTS
-
     def towards(self, goal: Goal) -> Certified | NoSolution | Failure:
         """Fit and try to prove, each time with a larger back-off.
 
@@ -212,7 +202,7 @@ class _Learning:
                 solution = replace(found, fits=self.fits, signals=outcome.reference.kernel_sums)
                 largest = max([backoff, *self.rounding.values()])
                 return Certified(solution, reference, outcome, largest, self.space)
-            if goal.extends_to(_failure_time(outcome)) or not self.may_go_on:
+            if goal.is_beyond(_failure_time(outcome)) or self.attempts >= _MOST_ATTEMPTS:
                 return outcome
             largest = max(error, self.rounding.get(outcome.quantity, 0.0))
             if largest >= _LARGEST_BACKOFF and self._shortened(found, error):

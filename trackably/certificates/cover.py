@@ -13,6 +13,7 @@ from trackably.arrays import Array
 from trackably.certificates.draft import TERMS, Draft, has_periodic_part
 from trackably.checker.boxes import Box
 from trackably.checker.certificate import Boxes
+from trackably.checker.floats.boxes import shifts_of
 from trackably.checker.floats.intervals import Floats
 from trackably.checker.quantities import LinearCombination, Quantity
 from trackably.checker.subject import Subject
@@ -215,13 +216,7 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float) -
 
 def _shifts(subject: Subject, arguments: Iterable[LinearCombination]) -> list[tuple[int, Fraction]]:
     """Return the pairs of a signal's index s and a shift j T [s] that occur in linear combinations."""
-    found = {
-        (s, j)
-        for argument in arguments
-        for s, weights in enumerate(argument.weights)
-        for j, w in enumerate(weights)
-        if w
-    }
+    found = {shifted for argument in arguments for shifted in shifts_of(argument)}
     return [(s, j * Fraction(subject.system.sampling_time)) for s, j in sorted(found)]
 
 

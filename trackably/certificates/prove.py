@@ -210,9 +210,15 @@ class _ProofProblem:
         if failure := self.broken(start, end):
             return failure
         found = cover(self.draft, self.reference, start, end)
-        if isinstance(found, UncoveredBox):
-            return self._explain(found)
-        return self.certificate(Cover(start, end, found, TERMS))
+        if not isinstance(found, UncoveredBox):
+            return self.certificate(Cover(start, end, found, TERMS))
+        quantity, box, reason = (
+            self.reference.quantity(found.name),
+            (found.start, found.end),
+            self._advice(found.reason),
+        )
+        unproved = Unproved(found.name, quantity.bounds.at(found.start), box, 0.0, reason)
+        return self._failure_at(quantity, found.start + (found.end - found.start) / 2) or unproved
 
     def prove_instants(self, last_step: int) -> Outcome:
         times = self.reference.instants(np.arange(last_step + 1.0))
@@ -255,9 +261,9 @@ class _ProofProblem:
             return self.beyond_analysis
         far = _FAR * self.window
         failures = [self._failure_near(quantity, far) for quantity in self.reference.quantities]
-        broken = next((failure for failure in failures if isinstance(failure, Counterexample)), None)
-        if broken := broken or self._broken_for_certain(0.0, self.window):
-            return broken
+        broken = (failure for failure in failures if isinstance(failure, Counterexample))
+        if found := next(broken, None) or self._broken_for_certain(0.0, self.window):
+            return found
         if name := self.draft.unbounded:
             return self._unbounded_error(self.reference.quantity(name))
         quantity = next((q for q, of in zip(self.reference.quantities, failures, strict=True) if of), None)
@@ -289,7 +295,9 @@ class _ProofProblem:
         The value is enclosed, which takes long for many kernels, only if float64 does not show that bounds are kept.
         """
         bounds, reserve = quantity.bounds.at(time), self.draft.errors[quantity.name]
-        margin = self._margin_of_kernels(quantity, time)
+        margin = -math.inf  # of polynomial pieces, whose values are quickly enclosed
+        if not self.reference.pieces:
+            margin = quantity.margin([of.summed for of in self.reference.kernel_sums], np.array([time])).item()
         if margin > 0 and np.isfinite(reserve):
             return None if margin >= reserve else self._too_close(quantity, time, margin)
         at = Fraction(time) if step is None else step * Fraction(self.reference.plant.sampling_time)
@@ -310,12 +318,6 @@ class _ProofProblem:
             return None
         return self._too_close(quantity, time, margin) if np.isfinite(reserve) else self._unbounded_error(quantity)
 
-    def _margin_of_kernels(self, quantity: Quantity, time: float) -> float:
-        """Return the margin in float64; −∞ for polynomial pieces, whose values are quickly enclosed."""
-        if self.reference.pieces:
-            return -math.inf
-        return float(quantity.margin([of.summed for of in self.reference.kernel_sums], np.array([time]))[0])
-
     def _too_close(self, quantity: Quantity, time: float, margin: float) -> Unproved:
         reserve = self.draft.errors[quantity.name]
         reason = f"the margin is smaller than the error of float64 evaluation, up to {reserve:.3g}"
@@ -330,9 +332,3 @@ class _ProofProblem:
         """Return the reason with advice, if the undefined quantity is a heading."""
         form = self.reference.plant.flat_form
         return f"{reason}{_MOVES}" if form is not None and form.angles and "angle" in reason else reason
-
-    def _explain(self, found: UncoveredBox) -> Failure:
-        quantity = self.reference.quantity(found.name)
-        box, reason = (found.start, found.end), self._advice(found.reason)
-        unproved = Unproved(found.name, quantity.bounds.at(found.start), box, 0.0, reason)
-        return self._failure_at(quantity, found.start + (found.end - found.start) / 2) or unproved
