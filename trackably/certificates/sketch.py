@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy
 
 from trackably.arrays import Array
 from trackably.certificates.outcome import Unproved
@@ -134,6 +133,7 @@ JUMP = (
     "its formula takes the angle of a vector that crosses the direction of ±π, where it jumps; a heading does not jump "
     "inside of bounds that are up to 6.1 rad wide, and without bounds it may turn as it likes"
 )
+_HALVINGS = 50
 
 
 def jump_of(reference: Reference, times: Array) -> Unproved | None:
@@ -146,11 +146,14 @@ def jump_of(reference: Reference, times: Array) -> Unproved | None:
         for node in parts(quantity.trajectory.formula):
             if isinstance(node, Angle):
                 y, x = (_along(part, quantity.trajectory, signals) for part in (node.y, node.x))
-                before, after = (values := np.broadcast_to(y(times), times.shape))[:-1], values[1:]
-                for i in np.flatnonzero(((before > 0) != (after > 0)) & np.isfinite(before * after)).tolist():
-                    at = float(scipy.optimize.brentq(y, times[i], times[i + 1]))
-                    if x(at) < 0:
-                        return Unproved(quantity.name, quantity.bounds, (at, at), np.inf, JUMP)
+                above, behind = (np.broadcast_to(part, times.shape) for part in (y(times) > 0, x(times) < 0))
+                for i in np.flatnonzero((above[1:] != above[:-1]) & behind[1:]).tolist():
+                    left, right = times[i], times[i + 1]
+                    for _ in range(_HALVINGS):
+                        middle = left + (right - left) / 2
+                        left, right = (middle, right) if (y(middle) > 0) == above[i] else (left, middle)
+                    if x(left) < 0:
+                        return Unproved(quantity.name, quantity.bounds, (float(left), float(left)), np.inf, JUMP)
     return None
 
 

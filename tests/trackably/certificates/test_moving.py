@@ -42,6 +42,19 @@ AXIS = LinearSystem([[1, T], [0, 1]], [[T**2 / 2], [T]], T)
 SCALAR = LinearSystem([[0.9]], [[0.5]], T)
 
 
+def as_read(found: Certificate | Counterexample) -> dict:
+    """What a file says."""
+    encode = encode_certificate if isinstance(found, Certificate) else encode_counterexample
+    return from_json(to_json(encode(found)))
+
+
+def with_upper(data: dict, change: dict) -> dict:
+    """The file with another upper bound of the state."""
+    other = copy.deepcopy(data)
+    other["reference"]["plant"]["state_set"]["upper"][0].update(change)
+    return other
+
+
 def signal(rng: np.random.Generator, count: int = 8) -> KernelSum:
     return KernelSum(SquaredExponential(0.4, 0.5), 0.0, np.linspace(0, END, count), rng.standard_normal(count))
 
@@ -114,10 +127,10 @@ def test_verdicts_on_random_bounds_agree_with_a_dense_search() -> None:
         said[type(found)] += 1
         if isinstance(found, Certificate):
             assert least >= 0, seed
-            assert isinstance(check(from_json(to_json(encode_certificate(found))), exact=seed % 4 == 0), Proved)
+            assert isinstance(check(as_read(found), exact=seed % 4 == 0), Proved)
         elif isinstance(found, Counterexample):
             assert least <= -found.violation, seed
-            assert isinstance(check(from_json(to_json(encode_counterexample(found)))), Refuted)
+            assert isinstance(check(as_read(found)), Refuted)
         else:
             assert abs(least) < 1e-9, (seed, found.explanation)
     assert min(said[Certificate], said[Counterexample]) >= 5, said
@@ -135,7 +148,7 @@ def proved(upper=None, prover=lambda reference: prove_on_window(reference, 0.0, 
     upper = PolynomialPieces.steps({0.0: 0.5, 2.0: 0.1}) if upper is None else upper
     found = prover(of_hill(upper, lower))
     assert isinstance(found, Certificate), found
-    return from_json(to_json(encode_certificate(found)))
+    return as_read(found)
 
 
 def test_each_side_of_a_jump_counts() -> None:
@@ -181,9 +194,7 @@ def test_claims_of_all_times_compare_the_tail_with_where_bounds_rest() -> None:
         {"beyond": "period"},
         {"coefficients": [[0.5], [0.5], [-0.1]]},
     ):
-        other = copy.deepcopy(data)
-        other["reference"]["plant"]["state_set"]["upper"][0].update(change)
-        assert isinstance(check(other), Failed)
+        assert isinstance(check(with_upper(data, change)), Failed)
     assert isinstance(prove(of_hill(PolynomialPieces.steps({0.0: 0.5, 50.0: -0.01}))), Counterexample)
     assert proved(PolynomialPieces.steps({0.0: 0.5, 2.0: 0.1}), prove_at_instants)
     assert not isinstance(prove_at_instants(of_hill(PolynomialPieces.steps({0.0: 0.5, 1.5: 0.2}))), Certificate)
@@ -199,12 +210,10 @@ def test_all_phases_need_bounds_of_the_same_period() -> None:
     fits = PolynomialPieces.lines({0.0: high, 0.5: high + 0.01, 1.5: low + 0.1}, period=2.0)
     found = prove(of(fits))
     assert isinstance(found, Certificate), found
-    data = from_json(to_json(encode_certificate(found)))
+    data = as_read(found)
     assert isinstance(check(data), Proved)
     for change in ({"beyond": "rest"}, {"breakpoints": [0.0, 0.5, 1.5, 2.5]}):
-        other = copy.deepcopy(data)
-        other["reference"]["plant"]["state_set"]["upper"][0].update(change)
-        assert isinstance(check(other), Failed)
+        assert isinstance(check(with_upper(data, change)), Failed)
     late = PolynomialPieces.lines({0.0: low + 0.1, 0.5: low + 0.2, 1.5: high}, period=2.0)
     assert isinstance(prove(of(late)), Counterexample)
 
@@ -268,7 +277,7 @@ def test_a_vehicle_passes_a_corridor_that_is_narrow_for_a_while() -> None:
     t = np.arange(0.0, 8.01, 0.25)
     samples = {"x": Samples(t, t), "y": Samples(t, 0.65 * np.exp(-(((t - 4.1) / 0.9) ** 2)))}
     learned = learn_reference(samples, plant, SquaredExponential(), (0.0, 8.0), noise_std=0.03, progress=False)
-    assert isinstance(check(from_json(to_json(encode_certificate(learned.certificate)))), Proved)
+    assert isinstance(check(as_read(learned.certificate)), Proved)
     inside, outside = (learned.reference.state_at(times)[:, 1] for times in (np.linspace(3, 5, 2001), t[t < 2]))
     assert 0.2 <= np.min(inside) <= 0.21
     assert 0.59 <= np.max(inside) <= 0.6
@@ -283,7 +292,7 @@ def test_disturbed_systems_keep_bounds_that_move() -> None:
     learned = learn_reference(
         samples, plant, SquaredExponential(), (0.0, 6.0), noise_std=0.02, progress=False, disturbance=W
     )
-    data = from_json(to_json(encode_certificate(learned.certificate)))
+    data = as_read(learned.certificate)
     assert isinstance(check(data), Proved)
     left = data["reference"]["plant"]["state_set"]["upper"][0]["coefficients"]
     given = data["disturbance"]["state_set"]["upper"][0]["coefficients"]
@@ -344,12 +353,10 @@ def test_polynomial_pieces_keep_bounds_that_move(exact: bool) -> None:
     for reference, prover in ((spline(tent), prove), (spline(tent), lambda of: prove_on_window(of, 0.0, 2.0))):
         found = prover(reference)
         assert isinstance(found, Certificate), found
-        data = from_json(to_json(encode_certificate(found)))
+        data = as_read(found)
         assert isinstance(check(data, exact=exact), Proved)
         for change in ({"breakpoints": [0.0, 0.9, 2.0]}, {"coefficients": [[0.01, 0.38], [0.41, -0.4]]}):
-            other = copy.deepcopy(data)
-            other["reference"]["plant"]["state_set"]["upper"][0].update(change)
-            assert isinstance(check(other, exact=exact), Failed)
+            assert isinstance(check(with_upper(data, change), exact=exact), Failed)
     periodic = PolynomialPieces.lines({0.0: 0.01, 1.0: 0.41}, period=2.0)
     assert isinstance(prove(spline(periodic, "period")), Certificate)
     assert not isinstance(
@@ -361,7 +368,7 @@ def test_polynomial_pieces_keep_bounds_that_move(exact: bool) -> None:
     ):
         broken = prove(spline(low))
         assert isinstance(broken, Counterexample)
-        assert isinstance(check(from_json(to_json(encode_counterexample(broken))), exact=exact), Refuted)
+        assert isinstance(check(as_read(broken), exact=exact), Refuted)
 
 
 @pytest.mark.parametrize("disturbed", [False, True])
