@@ -12,7 +12,7 @@ from typing import Generic, Self, TypeVar
 
 from trackably.arguments import real
 from trackably.arrays import Array
-from trackably.certificates.certificate import Certificate, robust_of
+from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import as_written
 from trackably.certificates.prove import Failure, prove, prove_on_window
 from trackably.certificates.waypoint import Waypoint, prove_waypoints
@@ -118,7 +118,7 @@ class Saved(ABC):
             found = prove_on_window(self.reference, self.proved_from, self.proved_until)
         if not isinstance(found, Certificate):
             return found
-        found = replace(found.with_robust(robust_of(self.computed_tightening)), truth=self.truth or ())
+        found = replace(found.with_robust(self.computed_tightening), truth=self.truth or ())
         pinned = prove_waypoints(self.reference, self.waypoints)
         return (found, pinned) if isinstance(pinned, tuple) else pinned
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from trackably.arguments import instance, positive, real
 from trackably.arrays import Array, ArrayLike
-from trackably.certificates.certificate import Certificate, Robust
+from trackably.certificates.certificate import Certificate
 from trackably.certificates.cover import radii
 from trackably.certificates.form import as_subject, as_written
 from trackably.certificates.judge import NotTrackableError, found_or_raise, judge_contradiction
@@ -46,6 +46,7 @@ from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
 from trackably.systems.rationals import float_above
 from trackably.systems.reference import Reference
+from trackably.systems.tightening import Tightening
 
 _NEAR = 30
 """Number of measurements on each side of a time whose pairs are all examined; more distant ones bound little."""
@@ -249,7 +250,7 @@ def sides_at(of: SignalClass, times: Array, derived: Sequence[Derived] = ()) -> 
 
 
 def true_signal(
-    reference: Reference, claim: Claim, name: str, sought: Sought, robust: Robust | None = None
+    reference: Reference, claim: Claim, name: str, sought: Sought, robust: Tightening | None = None
 ) -> TrueSignal:
     """Bound how far a state of the reference is from every signal of a class, from the first sample to the last.
 
@@ -397,8 +398,9 @@ _BERNSTEIN = np.array([[1.0, -1.0, 1.0, -1.0], [1.0, -1 / 3, -1 / 3, 1.0], [1.0,
 """Bernstein coefficients of degree 3 of 1, x, x² and x³ on [−1, 1]."""
 
 
-def _of_plant(proved: TrueSignal, robust: Robust, state: int) -> float:
+def _of_plant(proved: TrueSignal, robust: Tightening, state: int) -> float:
     """Return ε plus the largest deviation of the disturbed plant's state from that of the reference, rounded up."""
+    assert robust.invariant is not None, "the plant is disturbed"
     up = [Fraction(int(i == state)) for i in range(len(robust.given.system.states))]
     down, Z, noise = [-r for r in up], robust.invariant, robust.measured
     sides = [Z.support(row) + (noise.support(back) if noise else 0) for row, back in ((up, down), (down, up))]

@@ -13,7 +13,6 @@ import numpy as np
 
 from trackably.arguments import real
 from trackably.arrays import ArrayLike
-from trackably.certificates.certificate import robust_of
 from trackably.certificates.claim import Written, as_claim, refusal
 from trackably.certificates.judge import found_or_raise
 from trackably.certificates.waypoint import prove_waypoints
@@ -150,7 +149,7 @@ def learn_stream(
         reference, certificate = found_or_raise(learn_proved(stream))
         pinned = tuple(at.found(reference) for at in pinned)
         proofs = found_or_raise(prove_waypoints(reference, pinned))
-    certificate = with_truth(certificate.with_robust(robust_of(tightening)), signals)
+    certificate = with_truth(certificate.with_robust(tightening), signals)
     learned = StreamReference(reference, certificate, replace(stream, pinned=pinned), cost, tightening, proofs)
     if large := [misfit for misfit in learned.misfits if misfit.is_large]:
         off = "; ".join(f"it is {misfit.size:.3g} off those of {misfit.name}" for misfit in large)

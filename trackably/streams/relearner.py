@@ -10,10 +10,8 @@ import numpy as np
 
 from trackably.arguments import instance, real, whole
 from trackably.arrays import ArrayLike
-from trackably.certificates.certificate import robust_of
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.claim import times_of
-from trackably.certificates.goal import for_all_times_again
 from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.checker.certificate import AllPhases, AllTimes
@@ -97,8 +95,7 @@ class WindowLearner:
         prior = near.posterior.prior
         space = SearchSpace.around(samples, prior, starts=1)
         plant = self.last.reference.plant
-        goal = for_all_times_again(samples, prior, plant)
-        return learn_certified(samples, prior, plant, space, goal, learner=learner, last=near)
+        return learn_certified(samples, prior, plant, space, learner=learner, last=near)
 
     def _from_known(self) -> tuple[Learner, Solution]:
         """Return the learner of functions, and the last solution with known hyperparameters."""
@@ -211,11 +208,11 @@ def _certify(reference: TrackableReference) -> Certified:
     """Return a reference in the form from which a search can continue."""
     fit = reference.fit
     space = SearchSpace.around(fit.samples, fit.prior)
-    return Certified(fit.solution, reference.reference, reference.certificate, 0.0, 0.0, 0, space)
+    return Certified(fit.solution, reference.reference, reference.certificate, 0.0, space)
 
 
 def _with_proof(found: Certified, last: TrackableReference) -> TrackableReference:
     """Return the result as a reference for the plant of the last one; its l without bounds is that of the same θ."""
     fit = Fit.of(found.reference, found.solution, found.solution.posterior, ())
-    certificate = found.certificate.with_robust(robust_of(last.tightening))
+    certificate = found.certificate.with_robust(last.tightening)
     return TrackableReference(fit, certificate, tightening=last.tightening)

@@ -6,7 +6,7 @@ from functools import cache
 
 from tests.trackably.control.tube.instances import LOOPS as PLAIN
 from tests.trackably.control.tube.instances import STEPS
-from trackably.certificates.certificate import Certificate, robust_of
+from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove_on_window
 from trackably.systems.disturbances import Zonotope
@@ -21,7 +21,7 @@ def robust_certificate(kind: str) -> Certificate:
     loop = replace(LOOPS[kind], part=0.9)  # between the steps too
     found = prove_on_window(loop.reference, 0.0, STEPS * loop.plant.sampling_time)
     assert isinstance(found, Certificate)
-    return replace(found, robust=robust_of(loop.tightening))
+    return found.with_robust(loop.tightening)
 
 
 def robust_data(kind: str) -> dict:
