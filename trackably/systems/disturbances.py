@@ -9,9 +9,10 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import combinations, product
 from reprlib import repr as short
-from typing import TYPE_CHECKING, Any, Self, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Self, cast
 
 import numpy as np
+import scipy
 
 from trackably.arguments import array, instance, numbers
 from trackably.arrays import Array, ArrayLike
@@ -23,8 +24,8 @@ from trackably.checker.subject import Polytope as Rows
 from trackably.systems.intervals import End, ends_within
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import PolynomialPieces
-from trackably.systems.polytopes import Polytope, box_ends, deepest
-from trackably.systems.rationals import exact, row_echelon, whole
+from trackably.systems.polytopes import Polytope, box_ends
+from trackably.systems.rationals import exact, row_echelon
 
 Vector = tuple[Fraction, ...]
 
@@ -45,6 +46,9 @@ def _vectors(what: str, given: ArrayLike | Sequence[Sequence[Fraction]]) -> tupl
 
 class _ExactSet(ABC):
     """A set that is defined by exact vectors."""
+
+    _checked: ClassVar[type[checker.Zonotope | checker.Hull]]
+    """The checker's class of such sets."""
 
     @property
     @abstractmethod
@@ -69,9 +73,13 @@ class _ExactSet(ABC):
         """The least d that makes all entries of d · W integers."""
         return self._whole[0]
 
+    def whole_support(self, row: Sequence[int]) -> int:
+        """Return d h_W(row) = d max {row · w : w ∈ W}, exactly, for the denominator d."""
+        return self._checked.support(self._whole[1], row)
+
     @cached_property
     def _whole(self) -> tuple[int, list[list[int]]]:
-        return whole(self.vectors)
+        return checker.in_whole_numbers(self.vectors)
 
 
 # Disturbance sets that are zonotopes; boxes are some of them.
@@ -86,6 +94,8 @@ class Zonotope(_ExactSet):
 
     centre: Vector
     generators: tuple[Vector, ...] = field(default=())
+
+    _checked = checker.Zonotope
 
     if TYPE_CHECKING:  # rationals are made of what is given
 
@@ -128,10 +138,6 @@ class Zonotope(_ExactSet):
     def vectors(self) -> tuple[Vector, ...]:
         """The centre, and the generators."""
         return (self.centre, *self.generators)
-
-    def whole_support(self, row: Sequence[int]) -> int:
-        """Return d h_W(row), exactly, for the denominator d."""
-        return checker.Zonotope.support(self._whole[1], row)
 
     def support(self, rows: Array) -> Array:
         """Return h_W(row) = max {row · w : w ∈ W} in float64 for rows (…, n): shape (…)."""
@@ -186,6 +192,8 @@ class ConvexHull(_ExactSet):
 
     vertices: tuple[Vector, ...]
 
+    _checked = checker.Hull
+
     if TYPE_CHECKING:  # rationals are made of what is given
 
         def __init__(self, vertices: ArrayLike | Sequence[Sequence[Fraction]]) -> None: ...
@@ -205,16 +213,12 @@ class ConvexHull(_ExactSet):
         found = dict.fromkeys(_vertices(rows, sides))
         if not found:
             raise ValueError("disturbance: H w ≤ h must be bounded: no vertex was found")
-        return cls([list(vertex) for vertex in found])
+        return cls(list(found))
 
     @property
     def vectors(self) -> tuple[Vector, ...]:
         """The vertices."""
         return self.vertices
-
-    def whole_support(self, row: Sequence[int]) -> int:
-        """Return d h_W(row), exactly, for the denominator d."""
-        return checker.Hull.support(self._whole[1], row)
 
     def support(self, rows: Array) -> Array:
         """Return h_W(row) = max {row · w : w ∈ W} in float64 for rows (…, n): shape (…)."""
@@ -257,8 +261,6 @@ def _vertices(H: Array, h: Array) -> Iterator[Vector]:
 
 DisturbanceSet = Zonotope | ConvexHull
 
-_ROUNDING = 1e-9
-
 
 def require_disturbance(given: object, states: int) -> DisturbanceSet:
     """Return `given` if it is a disturbance set of a system with this number of `states`.
@@ -277,6 +279,13 @@ def require_disturbance(given: object, states: int) -> DisturbanceSet:
     return given
 
 
+def require_zonotope(what: str, given: object) -> Zonotope:
+    """Return `given` if it is a zonotope. TypeError: it is something else."""
+    instance(what, given, Zonotope, "a Zonotope, as of Zonotope.box(lower, upper)")
+    assert isinstance(given, Zonotope), "instance has refused anything else"
+    return given
+
+
 def _holds_zero(given: DisturbanceSet) -> bool:
     """Whether 0 is in a set, up to rounding, by a linear program scaled with the set."""
     if isinstance(given, Zonotope):
@@ -286,13 +295,11 @@ def _holds_zero(given: DisturbanceSet) -> bool:
     else:
         matrix, bounds = np.vstack([given.matrix.T, np.ones(len(given.vertices))]), (0.0, 1.0)
         aim = np.append(np.zeros(given.dimension), 1.0)
-    size = np.max(np.abs(np.column_stack([matrix, aim])), axis=1, keepdims=True)
+    size = np.max(np.abs(np.column_stack([matrix, aim])), axis=1)
     unit = np.where(size > 0, size, 1.0)
-    rows, goal, each = matrix / unit, aim / unit[:, 0], np.eye(matrix.shape[1])
-    at_most = [np.full(len(each), side) for side in (bounds[1], -bounds[0])]
-    shares = np.repeat([1.0, 0.0], [2 * len(rows), 2 * len(each)])  # coefficients of the bound of |matrix x − aim|
-    limits = np.concatenate([goal, -goal, *at_most])
-    return deepest(np.vstack([rows, -rows, each, -each]), shares, limits)[0] >= -_ROUNDING
+    none = np.zeros(matrix.shape[1])
+    program = scipy.optimize.linprog(none, A_eq=matrix / unit[:, None], b_eq=aim / unit, bounds=bounds, method="highs")
+    return program.x is not None
 
 
 # Measurement noise: its effect on the disturbance of the measured state, and on the bounds of the state.
@@ -317,26 +324,23 @@ class Measured:
 
     def support(self, row: Sequence[Fraction]) -> Fraction:
         """Return h_V(row), exactly."""
-        d, (whole_row,) = whole([row])
+        d, (whole_row,) = checker.in_whole_numbers([row])
         return Fraction(self.noise.whole_support(whole_row), d * self.noise.denominator)
 
 
-def with_noise_set(disturbance: DisturbanceSet | None, noise: DisturbanceSet, states: int) -> Measured:
-    """Return both sets for a system with this number of `states`; without a disturbance set, only noise disturbs it.
+def with_noise_set(disturbance: DisturbanceSet, noise: DisturbanceSet, states: int) -> Measured:
+    """Return both sets for a system with this number of `states`.
 
     TypeError: one is no Zonotope. ValueError: one has another dimension, or does not contain 0.
     """
-    W = Zonotope([Fraction(0)] * states) if disturbance is None else disturbance
-    for name, of in (("disturbance, with measurement_noise", W), ("measurement_noise", noise)):
-        instance(name, of, Zonotope, "a Zonotope, as of Zonotope.box(lower, upper)")
+    W = require_zonotope("disturbance, with measurement_noise", disturbance)
+    V = require_zonotope("measurement_noise", noise)
     try:
-        require_disturbance(noise, states)
+        require_disturbance(V, states)
     except ValueError as error:
         raise ValueError(f"measurement_noise: {str(error).removeprefix('disturbance: ')}") from None
     require_disturbance(W, states)
-    assert isinstance(W, Zonotope), "instance has refused anything else"
-    assert isinstance(noise, Zonotope), "instance has refused anything else"
-    return Measured(W, noise)
+    return Measured(W, V)
 
 
 # A wrong model: plants whose matrices lie in a convex hull, treated as a larger disturbance of the nominal one.
@@ -452,13 +456,6 @@ class ModelError:
         if isinstance(found, str):
             raise ValueError(f"model_error: {found}")
         return list(found)
-
-    def beside(self, disturbance: DisturbanceSet | None) -> Zonotope:
-        """Return W, or {0} if there is no disturbance. TypeError: it is no zonotope."""
-        W = Zonotope([Fraction(0)] * len(self.vertices[0].A)) if disturbance is None else disturbance
-        instance("disturbance, with model_error", W, Zonotope, "a Zonotope, as of Zonotope.box(lower, upper)")
-        assert isinstance(W, Zonotope), "instance has refused anything else"
-        return W
 
     def added_to(self, W: Zonotope, system: LinearSystem, state_set: Polytope, input_set: Polytope) -> Zonotope:
         """Return W ⊕ D, exactly. Raises as `generators`."""

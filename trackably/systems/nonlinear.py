@@ -78,8 +78,8 @@ class NonlinearSystem:
 
     def _verify(self, form: FlatForm) -> FlatForm:
         """Return the flat form, without jumps of its headings if possible. ValueError: it is no flat form of f."""
-        smooth = without_jumps(form) if form.angles else form
-        if smooth is not form and why_not_flat(self.f, smooth, self.states, self.inputs) is None:
+        smooth = without_jumps(form)
+        if why_not_flat(self.f, smooth, self.states, self.inputs) is None:
             return smooth
         if why := why_not_flat(self.f, form, self.states, self.inputs):
             raise ValueError(f"system: the flat form {why}")

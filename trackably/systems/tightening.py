@@ -11,6 +11,7 @@ import scipy
 
 from trackably.arguments import array, instance, real
 from trackably.arrays import Array, ArrayLike
+from trackably.checker.disturbances import in_whole_numbers
 from trackably.systems.constrained import ConstrainedSystem, LinearConstraint
 from trackably.systems.disturbances import (
     DisturbanceSet,
@@ -18,13 +19,14 @@ from trackably.systems.disturbances import (
     ModelError,
     Zonotope,
     require_disturbance,
+    require_zonotope,
     with_noise_set,
 )
 from trackably.systems.intervals import End
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope, deepest, squares_in_widths, unit_scales
-from trackably.systems.rationals import exact, float_below, whole
+from trackably.systems.rationals import exact, float_below
 
 # How fast the error decays under a feedback, and how far disturbances take it, in float64.
 
@@ -196,7 +198,7 @@ class InvariantSet:
     def support(self, row: Sequence[Fraction]) -> Fraction:
         """Return h_Z(row) = max {row · e : e ∈ Z}, exactly."""
         q, closed = self._closed_loop
-        d, (whole_row,) = whole([row])
+        d, (whole_row,) = in_whole_numbers([row])
         (p, (half,)), disturbance = self._whole_box, self.disturbance
         head = tail = 0
         for _ in range(self.head):
@@ -222,11 +224,11 @@ class InvariantSet:
     def _closed_loop(self) -> tuple[int, list[list[int]]]:
         """q and q A_K as integers."""
         A, B, K = (exact(of) for of in (self.system.A, self.system.B, self.feedback))
-        return whole((A + B @ K).tolist())
+        return in_whole_numbers((A + B @ K).tolist())
 
     @cached_property
     def _whole_box(self) -> tuple[int, list[list[int]]]:
-        return whole([exact(self.box).tolist()])
+        return in_whole_numbers([exact(self.box).tolist()])
 
 
 def _times(row: list[int], matrix: list[list[int]]) -> list[int]:
@@ -387,8 +389,10 @@ class Tightening:
         named = zip(self.given.given_constraints, self.taken, strict=True)
         if self.model and self.invariant:
             return self._shortage_of_model(self.model, self.invariant)
-        short = [(self._missing(constraint, *by), constraint, float(sum(by))) for constraint, by in named]
-        missing, worst, taken = max(short, key=lambda found: found[0] / found[1].bounds.width)
+        left = 1 - 2 * self.margin
+        short = [(float(low + high), of) for of, (low, high) in named]
+        taken, worst = max(short, key=lambda found: found[0] / found[1].bounds.width)
+        missing = taken - left * worst.bounds.width
         would = (
             f"with this feedback {fraction:.3g} of this disturbance set would do"
             if fraction > 0
@@ -405,18 +409,17 @@ class Tightening:
     def _shortage_of_model(self, model: WrongModel, Z: InvariantSet) -> str:
         """Say how much of which bound each vertex costs, and which share of the model's error would be possible."""
         sets, width = (self.given.state_set, self.given.input_set), (1 - 2 * self.margin) * bound_widths(self.given)
-        noise = [sum(map(self.measured.support, ends)) if self.measured else 0 for ends in _both(self.given)]
 
         def cost(of: DisturbanceSet) -> Array:
             """Return the part of each width that errors take under a disturbance set."""
             return widths_taken(self.given, of, Z.feedback)
 
-        beside = cost(model.beside) + np.array([float(of) for of in noise])
         by_vertex = []
         for each in model.error.vertices:
             generators = ModelError((each,)).generators(self.given.linear, *sets)
             by_vertex.append(cost(Zonotope([Fraction(0)] * len(Z.box), generators)))
         whole = cost(Z.disturbance) - cost(model.beside)
+        beside = np.array([float(low + high) for low, high in self.taken]) - whole
         left = np.where(whole > 0, (width - beside) / np.where(whole > 0, whole, 1.0), np.inf)
         worst = int(np.argmin((width - beside - whole) / width))
         vertex = int(np.argmax([of[worst] for of in by_vertex]))
@@ -427,9 +430,6 @@ class Tightening:
             f"{by_vertex[vertex][worst]:.4g} and all of them {whole[worst]:.4g}, beside {beside[worst]:.4g} for "
             f"disturbance and noise, of the {width[worst]:.4g} between them; with this feedback {would}"
         )
-
-    def _missing(self, constraint: LinearConstraint, low: Fraction, high: Fraction) -> float:
-        return float(low + high) - (1 - 2 * self.margin) * constraint.bounds.width
 
 
 def _inwards(end: End, sign: int, by: Fraction) -> End:
@@ -467,26 +467,19 @@ def tightening(
         if feedback is not None:
             raise ValueError("feedback: is only of use with a disturbance set")
         return Tightening(plant, margin, None)
-    system = plant.linear
-    with_noise = None if noise is None else with_noise_set(disturbance, noise, len(system.A))
+    system, wrong = plant.linear, None
     n = len(system.A)
-    undisturbed = Zonotope([Fraction(0)] * n) if disturbance is None else disturbance
-    W = with_noise.of_measured_state(system.A) if with_noise else require_disturbance(undisturbed, n)
-    sets, wrong = (plant.state_set, plant.input_set), None
+    given = Zonotope([Fraction(0)] * n) if disturbance is None else disturbance
+    with_noise = None if noise is None else with_noise_set(given, noise, n)
+    W = with_noise.of_measured_state(system.A) if with_noise else require_disturbance(given, n)
     if model_error is not None:
         instance("model_error", model_error, ModelError, "a ModelError, as of ModelError.intervals(system, entries)")
-        beside = model_error.beside(W)
-        W = model_error.added_to(beside, system, *sets)
-        given = with_noise.disturbance if with_noise else beside
-        wrong = WrongModel(model_error, given, beside)
+        beside = require_zonotope("disturbance, with model_error", W)
+        wrong = WrongModel(model_error, with_noise.disturbance if with_noise else beside, beside)
+        W = model_error.added_to(beside, system, plant.state_set, plant.input_set)
     K = best_feedback(plant, W) if feedback is None else array("feedback: K", feedback, *system.B.T.shape)
     Z = invariant_set(plant, K, W)
     return Tightening(plant, margin, Z, with_noise, wrong)
-
-
-def _both(plant: ConstrainedSystem) -> list[tuple[Sequence[Fraction], ...]]:
-    """Return each row of the state set with its negative, and an empty tuple for each row of inputs."""
-    return [(c.row, [-r for r in c.row]) if c.side == "state" else () for c in plant.given_constraints]
 
 
 def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:
