@@ -47,7 +47,7 @@ STENCIL = Stencil((1.0, -2.0), 0.5)
         (
             Prior,
             edited(PRIOR, "noise_std", to={"learned": 0.1}),
-            "an object with learned and interval, got {'learned': 0",
+            "LearnedHyperparameter lacks interval @ $.noise_std",
         ),
         (
             Prior,
@@ -57,7 +57,7 @@ STENCIL = Stencil((1.0, -2.0), 0.5)
         (
             Prior,
             edited(PRIOR, "noise_std", to={"learned": 1, "interval": [1]}),
-            "must be two numbers, got [1] @ $.noise",
+            "must have 2 entries, got [1] @ $.noise_std.interval",
         ),
         (Prior, edited(PRIOR, "noise_std", to={"learned": -1, "interval": None}), "noise_std must be a positive"),
         (Prior, edited(PRIOR, "noise_std", to=None), "must be a number, got None @ $.noise_std"),
@@ -69,7 +69,11 @@ STENCIL = Stencil((1.0, -2.0), 0.5)
         (Prior, edited(PRIOR, "kernel", to=None), "an object with a type, got None @ $.kernel"),
         (Periodic, encode(SE), "must be one of periodic, got 'squared_exponential' @ $"),
         (Reference, edited(REFERENCE, "signals", 0, "kernel", "left", "right", "period", to="1"), "left.right.period"),
-        (Reference, edited(REFERENCE, "signals", 0, "weights", 1, to="1"), "[1] must be a number, got '1'"),
+        (
+            Reference,
+            edited(REFERENCE, "signals", 0, "weights", 1, to="1"),
+            "must be a number, got '1' @ $.signals[0].weights[1]",
+        ),
         (
             Reference,
             edited(REFERENCE, "signals", 0, "weights", 0, to=[1.0]),
@@ -81,11 +85,11 @@ STENCIL = Stencil((1.0, -2.0), 0.5)
             edited(GENERAL.plant.system, "A", 1, to=[1.0, 2.0]),
             "must be lists of one length, got [[1.0, 0.1",
         ),
-        (LinearSystem, edited(GENERAL.plant.system, "A", 1, 2, to="0"), "[1] [2] must be a number, got '0' @ $.A"),
+        (LinearSystem, edited(GENERAL.plant.system, "A", 1, 2, to="0"), "must be a number, got '0' @ $.A[1][2]"),
         (LinearSystem, edited(GENERAL.plant.system, "states", 1, to=2), "must be of type str, got 2 @ $.states"),
         (Polytope, edited(PLANT.state_set, "upper", 0, to=-1.0), "must have an interior"),
         (Reference, edited(REFERENCE, "signals", to=[]), "the system needs 1 signals, got 0"),
-        (Reference, edited(REFERENCE, "signals", 0, "weights", 0, to=True), "[0] must be a number, got True"),
+        (Reference, edited(REFERENCE, "signals", 0, "weights", 0, to=True), "got True @ $.signals[0].weights[0]"),
         (Reference, edited(REFERENCE, "signals", 0, "weights", to=1.0), "must be a list of numbers, got 1.0"),
         (Samples, edited(SAMPLES, "times", 1, to=0.0), "samples: times must increase strictly"),
         (LinearSystem, edited(PLANT.system, "states", to=""), "@ $.states"),
@@ -124,7 +128,7 @@ class Unknown(Elementary):
     ("make", "complaint"),
     [
         (lambda: replace(SIGNAL, mean=math.nan), r"nan @ \$.mean"),
-        (lambda: replace(SIGNAL, weights=np.array([1.0, np.inf])), r"\[1\] must be finite.* @ \$.weights"),
+        (lambda: replace(SIGNAL, weights=np.array([1.0, np.inf])), r"must be finite.* @ \$.weights\[1\]"),
         (lambda: replace(SIGNAL, weights=np.array(1.0)), "list of numbers"),
         (lambda: replace(STENCIL, offset=True), r"got True @ \$.offset"),
         (lambda: JointPrior((PRIOR,), (3,)), r"got 3 @ \$.names"),
