@@ -2,7 +2,6 @@
 
 import cvxpy as cp
 import numpy as np
-import pytest
 
 from pipeline.margins import smallest_defect
 from tests.trackably.gp.instances import over
@@ -120,16 +119,6 @@ def test_numbers_at_the_end_of_the_range():
     ((row, bounds),) = Allocation.of(ONE_STATE, Polytope.box([-huge, -huge], [huge, huge])).attainable
     assert row == (1, 1)
     assert (bounds.lower, bounds.upper) == (-huge, huge)
-
-
-def test_a_set_that_only_rounding_leaves_open_is_refused():
-    """Its interior is smaller than the linear program's tolerance; exactly there is none."""
-    rows = np.array([[1.0, 0.0], [1.0, 1e-13], [0.0, 1.0]])
-    wanted = Polytope(rows, np.array([0.0, -1.0, -1.0]), np.array([1.0, 1.0, 1.0]))
-    object.__setattr__(wanted, "lower", np.array([0.0, 1.5, -1.0]))
-    object.__setattr__(wanted, "upper", np.array([1.0, 2.0, 1.0]))
-    with pytest.raises(ValueError, match="set: must have an interior, but no input lies strictly inside"):
-        _ = Allocation.of(ONE_STATE, wanted).attainable
 
 
 @over(CASES, "case")
