@@ -127,12 +127,8 @@ class Zonotope(_ExactSet):
             raise ValueError(
                 f"disturbance: needs finite bounds, lower ≤ upper, got [{low[i]:g}, {high[i]:g}] for state {i + 1}"
             )
-        ends = [(Fraction(a), Fraction(b)) for a, b in zip(low.tolist(), high.tolist(), strict=True)]
-        halves = [(b - a) / 2 for a, b in ends]
-        generators = [
-            [half if i == j else Fraction(0) for j in range(len(ends))] for i, half in enumerate(halves) if half
-        ]
-        return cls([(a + b) / 2 for a, b in ends], generators)
+        halves = (exact(high) - exact(low)) / 2
+        return cls((exact(low) + halves).tolist(), np.diag(halves)[halves != 0].tolist())
 
     @property
     def vectors(self) -> tuple[Vector, ...]:

@@ -125,8 +125,6 @@ def _functionals(
 def _chains(A: Rationals, B: Rationals, states: Sequence[str]) -> list[int]:
     """Return κ_c, the number of columns B_c, A B_c, … among the first independent columns of [B, A B, …]."""
     n, m = B.shape
-    if m == n:
-        return [1] * n
     taken, orders, alive, columns = B[:, :0], [0] * m, [True] * m, B
     while taken.shape[1] < n and any(alive):
         for c in range(m):

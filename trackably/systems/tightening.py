@@ -26,7 +26,7 @@ from trackably.systems.intervals import End
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope, deepest, squares_in_widths, unit_scales
-from trackably.systems.rationals import exact, float_below
+from trackably.systems.rationals import Rationals, exact, float_below
 
 # How fast the error decays under a feedback, and how far disturbances take it, in float64.
 
@@ -198,16 +198,16 @@ class InvariantSet:
     def support(self, row: Sequence[Fraction]) -> Fraction:
         """Return h_Z(row) = max {row · e : e ∈ Z}, exactly."""
         q, closed = self._closed_loop
-        d, (whole_row,) = in_whole_numbers([row])
-        (p, (half,)), disturbance = self._whole_box, self.disturbance
-        head = tail = 0
+        d, (numbers,) = in_whole_numbers([row])
+        moved: Rationals = np.array(numbers, dtype=object)
+        (p, (half,)), head, tail = self._whole_box, 0, 0
         for _ in range(self.head):
-            head = head * q + disturbance.whole_support(whole_row)
-            whole_row = _times(whole_row, closed)
+            head = head * q + self.disturbance.whole_support(moved.tolist())
+            moved = moved @ closed
         for _ in range(self.terms):
-            tail = tail * q + sum(abs(r) * size for r, size in zip(whole_row, half, strict=True))
-            whole_row = _times(whole_row, closed)
-        of_head = Fraction(head, d * disturbance.denominator * q ** (self.head - 1))
+            tail = tail * q + abs(moved) @ half
+            moved = moved @ closed
+        of_head = Fraction(head, d * self.disturbance.denominator * q ** (self.head - 1))
         of_tail = Fraction(tail, d * p * q ** (self.head + self.terms - 1))
         return of_head + of_tail / (1 - Fraction(self.contraction))
 
@@ -221,18 +221,15 @@ class InvariantSet:
         return closed_loop(self.system, self.feedback)
 
     @cached_property
-    def _closed_loop(self) -> tuple[int, list[list[int]]]:
+    def _closed_loop(self) -> tuple[int, Rationals]:
         """q and q A_K as integers."""
         A, B, K = (exact(of) for of in (self.system.A, self.system.B, self.feedback))
-        return in_whole_numbers((A + B @ K).tolist())
+        q, closed = in_whole_numbers((A + B @ K).tolist())
+        return q, np.array(closed, dtype=object)
 
     @cached_property
     def _whole_box(self) -> tuple[int, list[list[int]]]:
         return in_whole_numbers([exact(self.box).tolist()])
-
-
-def _times(row: list[int], matrix: list[list[int]]) -> list[int]:
-    return [sum(r * m[j] for r, m in zip(row, matrix, strict=True)) for j in range(len(row))]
 
 
 def invariant_set(plant: ConstrainedSystem, feedback: Array, disturbance: DisturbanceSet) -> InvariantSet:
