@@ -413,8 +413,8 @@ _BERNSTEIN = np.array([[1.0, -1.0, 1.0, -1.0], [1.0, -1 / 3, -1 / 3, 1.0], [1.0,
 def _of_plant(proved: TrueSignal, robust: Robust, state: int) -> float:
     """Return ε plus the largest deviation of the disturbed plant's state from that of the reference, rounded up."""
     up = [Fraction(int(i == state)) for i in range(len(robust.given.system.states))]
-    down, Z, noise = [-r for r in up], robust.invariant, robust.measured
-    sides = [Z.support(row) + (noise.support(back) if noise else 0) for row, back in ((up, down), (down, up))]
+    down, Z, V = [-r for r in up], robust.invariant, robust.noise
+    sides = [Z.support(row) + (V.exact_support(back) if V else 0) for row, back in ((up, down), (down, up))]
     return float_above(Fraction(proved.error) + max(sides))
 
 

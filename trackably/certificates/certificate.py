@@ -8,10 +8,10 @@ from trackably.arrays import Array
 from trackably.certificates.claim import times_of
 from trackably.checker.certificate import AllPhases, Claim, Cover, Steps, TrueSignal
 from trackably.systems.constrained import ConstrainedSystem, LinearConstraint
-from trackably.systems.disturbances import Measured
+from trackably.systems.disturbances import DisturbanceSet, ModelError, Zonotope
 from trackably.systems.intervals import ends_within, rounded_text
 from trackably.systems.reference import Reference
-from trackably.systems.tightening import InvariantSet, Tightening, WrongModel
+from trackably.systems.tightening import InvariantSet, Tightening
 
 _TIME_TOLERANCE, TIME_TOLERANCE_OF_PIECES = 1e-12, 2.0**-50
 _PERIODS, _STEPS = 2.0**40, 2.0**52
@@ -29,13 +29,14 @@ class Robust:
     The starts are at the times of the certificate's claim, and x and u are meant at every step after. Z is the
     `invariant` set. The statement holds because the certified reference keeps bounds that are tightened by h_Z(row) for
     states, and by h_Z(Kᵀ row) for inputs: the error e = x − x_r obeys e⁺ = (A + B K) e + w, and stays in Z. If the
-    state is `measured` with noise, this holds for y = x + v, and x keeps the bounds less the noise set V.
+    state is measured with `noise`, this holds for y = x + v, and x keeps the bounds less the noise set V.
     """
 
     given: ConstrainedSystem
     invariant: InvariantSet
-    measured: Measured | None = None
-    model: WrongModel | None = None
+    disturbance: DisturbanceSet
+    noise: Zonotope | None = None
+    model_error: ModelError | None = None
 
     @property
     def explanation(self) -> str:
@@ -47,14 +48,13 @@ class Robust:
             for side in ("state", "input")
         )
         kept = ", ".join(filter(None, (states, inputs)))
-        W = (self.model or self.measured or self.invariant).disturbance
-        seen, K = "y" if self.measured else "x", self.invariant.feedback.tolist()
-        named = any(map(any, W.vectors)) or not (self.measured or self.model)
+        W, seen, K = self.disturbance, "y" if self.noise else "x", self.invariant.feedback.tolist()
+        named = any(map(any, W.vectors)) or not (self.noise or self.model_error)
         under = [f"disturbance in {W}"] if named else []
-        if self.measured:
-            under.append(f"measurement noise in {self.measured.noise}")
-        if self.model:
-            under.append(f"plant in {self.model.error}")
+        if self.noise:
+            under.append(f"measurement noise in {self.noise}")
+        if self.model_error:
+            under.append(f"plant in {self.model_error}")
         return (
             f"under every {' and '.join(under)}, from every start in x_r ⊕ Z at one of these times and for all later "
             f"steps among them, u = u_r + K ({seen} - x_r) with K = {K} keeps {kept}"
@@ -66,9 +66,10 @@ def robust_of(tightening: Tightening | None) -> Robust | None:
 
     None without disturbances.
     """
-    if tightening is None or tightening.invariant is None:
+    if tightening is None or tightening.invariant is None or tightening.disturbance is None:
         return None
-    return Robust(tightening.given, tightening.invariant, tightening.measured, tightening.model)
+    found = tightening
+    return Robust(found.given, tightening.invariant, tightening.disturbance, found.noise, found.model_error)
 
 
 def _bounds_text(constraint: LinearConstraint) -> str:

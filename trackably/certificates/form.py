@@ -117,20 +117,15 @@ def _robust(robust: Robust | None) -> dict[str, Any]:
             "state_set": as_written(given.state_set),
             "input_set": as_written(given.input_set),
             "feedback": Z.feedback.tolist(),
-            **_sets(robust),
+            "set": _set(robust.disturbance),
+            **({"noise": _set(robust.noise)} if robust.noise else {}),
+            **({"model": as_written(robust.model_error.vertices)} if robust.model_error else {}),
             "head": Z.head,
             "terms": Z.terms,
             "contraction": Z.contraction,
             "box": Z.box.tolist(),
         }
     }
-
-
-def _sets(robust: Robust) -> dict[str, Any]:
-    model = {"model": [as_written(vertex) for vertex in robust.model.error.vertices]} if robust.model else {}
-    if robust.measured is None:
-        return {"set": _set(robust.model.disturbance if robust.model else robust.invariant.disturbance), **model}
-    return {"set": _set(robust.measured.disturbance), "noise": _set(robust.measured.noise), **model}
 
 
 def _set(disturbance: DisturbanceSet) -> dict[str, Any]:

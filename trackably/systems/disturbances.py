@@ -77,6 +77,11 @@ class _ExactSet(ABC):
         """Return d h_W(row) = d max {row · w : w ∈ W}, exactly, for the denominator d."""
         return self._checked.support(self._whole[1], row)
 
+    def exact_support(self, row: Sequence[Fraction]) -> Fraction:
+        """Return h_W(row), exactly."""
+        d, (whole_row,) = checker.in_whole_numbers([row])
+        return Fraction(self.whole_support(whole_row), d * self.denominator)
+
     @cached_property
     def _whole(self) -> tuple[int, list[list[int]]]:
         return checker.in_whole_numbers(self.vectors)
@@ -258,19 +263,19 @@ def _vertices(H: Array, h: Array) -> Iterator[Vector]:
 DisturbanceSet = Zonotope | ConvexHull
 
 
-def require_disturbance(given: object, states: int) -> DisturbanceSet:
-    """Return `given` if it is a disturbance set of a system with this number of `states`.
+def require_disturbance(given: object, states: int, what: str = "disturbance") -> DisturbanceSet:
+    """Return `given` if it is a disturbance set of a system with this number of `states`; errors say `what` it is.
 
     TypeError: it is no set. ValueError: it has another dimension, or it does not contain 0. It has to contain 0, so
     that the undisturbed system is a special case of the disturbed one.
     """
-    instance("disturbance", given, DisturbanceSet, "a Zonotope, as of Zonotope.box(lower, upper), or a ConvexHull")
+    instance(what, given, DisturbanceSet, "a Zonotope, as of Zonotope.box(lower, upper), or a ConvexHull")
     assert isinstance(given, DisturbanceSet), "instance has refused anything else"
     if given.dimension != states:
-        raise ValueError(f"disturbance: must have an entry for each of {states} states, got {given.dimension}")
+        raise ValueError(f"{what}: must have an entry for each of {states} states, got {given.dimension}")
     if not _holds_zero(given):
         raise ValueError(
-            f"disturbance: must hold 0, got {given}: add its middle to c of the system, and subtract it from the set"
+            f"{what}: must hold 0, got {given}: add its middle to c of the system, and subtract it from the set"
         )
     return given
 
@@ -298,45 +303,26 @@ def _holds_zero(given: DisturbanceSet) -> bool:
     return program.x is not None
 
 
-# Measurement noise: its effect on the disturbance of the measured state, and on the bounds of the state.
+# Measurement noise: its effect on the disturbance of the measured state.
 
 
-@dataclass(frozen=True)
-class Measured:
-    """Disturbances w(k) ∈ W of a system whose state is measured as y = x + v, with `noise` v(k) ∈ V.
+def require_noise(given: object, states: int) -> Zonotope:
+    """Return a set of measurement noise. TypeError: it is no zonotope. ValueError: as `require_disturbance`."""
+    noise = require_zonotope("measurement_noise", given)
+    require_disturbance(noise, states, "measurement_noise")
+    return noise
 
-    The measured state obeys y⁺ = A y + B u + c + w − A v + v⁺. So it is disturbed by W ⊕ (−A V) ⊕ V. If r y ≤ h −
-    h_V(−r), then x = y − v satisfies the bound r x ≤ h. A controller that receives y then keeps x in X and u in U.
+
+def of_measured_state(W: Zonotope, V: Zonotope, A: Array) -> Zonotope:
+    """Return W ⊕ (−A V) ⊕ V, exactly.
+
+    A system with disturbances w(k) ∈ W, whose state is measured as y = x + v with v(k) ∈ V, has y⁺ = A y + B u + c + w
+    − A v + v⁺. So the measured state is disturbed by this set. If r y ≤ h − h_V(−r), then x = y − v satisfies the bound
+    r x ≤ h. A controller that receives y then keeps x in X and u in U.
     """
-
-    disturbance: Zonotope
-    noise: Zonotope
-
-    def of_measured_state(self, A: Array) -> Zonotope:
-        """Return W ⊕ (−A V) ⊕ V, exactly."""
-        W, V = (checker.Zonotope(of.centre, of.generators) for of in (self.disturbance, self.noise))
-        found = checker.of_measured_state(W, V, A.tolist())
-        return Zonotope(found.centre, found.generators)
-
-    def support(self, row: Sequence[Fraction]) -> Fraction:
-        """Return h_V(row), exactly."""
-        d, (whole_row,) = checker.in_whole_numbers([row])
-        return Fraction(self.noise.whole_support(whole_row), d * self.noise.denominator)
-
-
-def with_noise_set(disturbance: DisturbanceSet, noise: DisturbanceSet, states: int) -> Measured:
-    """Return both sets for a system with this number of `states`.
-
-    TypeError: one is no Zonotope. ValueError: one has another dimension, or does not contain 0.
-    """
-    W = require_zonotope("disturbance, with measurement_noise", disturbance)
-    V = require_zonotope("measurement_noise", noise)
-    try:
-        require_disturbance(V, states)
-    except ValueError as error:
-        raise ValueError(f"measurement_noise: {str(error).removeprefix('disturbance: ')}") from None
-    require_disturbance(W, states)
-    return Measured(W, V)
+    pushes, noise = (checker.Zonotope(of.centre, of.generators) for of in (W, V))
+    found = checker.of_measured_state(pushes, noise, A.tolist())
+    return Zonotope(found.centre, found.generators)
 
 
 # A wrong model: plants whose matrices lie in a convex hull, treated as a larger disturbance of the nominal one.

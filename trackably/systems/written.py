@@ -116,10 +116,10 @@ def vector(written: object) -> tuple[float, ...]:
 
 
 def _bounds(written: object) -> list[Any]:
-    known = isinstance(written, list) and all(v is None or is_number(v) or isinstance(v, Mapping) for v in written)
-    if not written or not known:
+    known = written if isinstance(written, list) else []
+    if not known or not all(v is None or is_number(v) or isinstance(v, Mapping) for v in known):
         raise ValueError(
             "expected a list of numbers, with null for what is free and mappings for what moves in time, got "
             f"{short(written)}"
         )
-    return written
+    return known
