@@ -36,10 +36,7 @@ def test_successors_against_a_loop(shape):
     found = system.successor(x, u)
     assert found.shape == (*shape, 3)
     for where in np.ndindex(shape):
-        for i in range(3):
-            expected = system.c[i] + sum(system.A[i, j] * x[where][j] for j in range(3))
-            expected += sum(system.B[i, j] * u[where][j] for j in range(2))
-            assert found[where][i] == pytest.approx(expected, abs=1e-14)
+        np.testing.assert_allclose(found[where], system.A @ x[where] + system.B @ u[where] + system.c, atol=1e-14)
 
 
 CONTINUOUS = {
