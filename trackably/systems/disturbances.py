@@ -344,10 +344,6 @@ class Vertex:
     B: Array
     c: Array
 
-    def __post_init__(self) -> None:
-        for matrix in (self.A, self.B, self.c):
-            matrix.flags.writeable = False
-
 
 @dataclass(frozen=True, eq=False)
 class ModelError:
