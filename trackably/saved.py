@@ -44,8 +44,8 @@ class SavedTightening:
     def maybe(cls, found: Tightening | None) -> Self | None:
         if found is None:
             return None
-        Z, error = found.invariant, found.model.error if found.model else None
-        return cls(found.given, found.margin, found.disturbance, Z.feedback if Z else None, found.noise, error)
+        K = found.invariant.feedback if found.invariant else None
+        return cls(found.given, found.margin, found.disturbance, K, found.noise, found.model_error)
 
     def found_again(self, plant: ConstrainedSystem) -> Tightening:
         """Compute the tightening again. ValueError: it does not lead to `plant`, the reference's."""

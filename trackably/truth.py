@@ -402,8 +402,8 @@ def _of_plant(proved: TrueSignal, robust: Tightening, state: int) -> float:
     """Return ε plus the largest deviation of the disturbed plant's state from that of the reference, rounded up."""
     assert robust.invariant is not None, "the plant is disturbed"
     up = [Fraction(int(i == state)) for i in range(len(robust.given.system.states))]
-    down, Z, noise = [-r for r in up], robust.invariant, robust.measured
-    sides = [Z.support(row) + (noise.support(back) if noise else 0) for row, back in ((up, down), (down, up))]
+    down, Z, V = [-r for r in up], robust.invariant, robust.noise
+    sides = [Z.support(row) + (V.exact_support(back) if V else 0) for row, back in ((up, down), (down, up))]
     return float_above(Fraction(proved.error) + max(sides))
 
 

@@ -139,7 +139,7 @@ def _bounds_text(bounded: Iterable[Quantity | LinearConstraint]) -> str:
 
 
 def _robust_text(tightening: Tightening) -> str:
-    Z, W, noise, model = tightening.invariant, tightening.disturbance, tightening.noise, tightening.model
+    Z, W, noise, model = tightening.invariant, tightening.disturbance, tightening.noise, tightening.model_error
     assert Z is not None, "bounds are tightened for disturbances"
     assert W is not None
     named = any(map(any, W.vectors)) or not (noise or model)
@@ -147,7 +147,7 @@ def _robust_text(tightening: Tightening) -> str:
     if noise:
         under.append(f"measurement noise in {noise}")
     if model:
-        under.append(f"plant in {model.error}")
+        under.append(f"plant in {model}")
     return (
         f"under every {' and '.join(under)}, from every start in x_r ⊕ Z at one of these times and for all later "
         f"steps among them, u = u_r + K ({'y' if noise else 'x'} - x_r) with K = {Z.feedback.tolist()} "

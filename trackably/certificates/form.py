@@ -112,7 +112,7 @@ def _robust(tightening: Tightening | None) -> dict[str, Any]:
     """Return the field about disturbances; no field if there are none."""
     if tightening is None or (Z := tightening.invariant) is None:
         return {}
-    given, W, V, model = tightening.given, tightening.disturbance, tightening.noise, tightening.model
+    given, W, V, model = tightening.given, tightening.disturbance, tightening.noise, tightening.model_error
     assert W is not None, "Z is that of disturbances"
     return {
         "disturbance": {
@@ -121,7 +121,7 @@ def _robust(tightening: Tightening | None) -> dict[str, Any]:
             "feedback": Z.feedback.tolist(),
             "set": _set(W),
             **({"noise": _set(V)} if V else {}),
-            **({"model": [as_written(vertex) for vertex in model.error.vertices]} if model else {}),
+            **({"model": as_written(model.vertices)} if model else {}),
             "head": Z.head,
             "terms": Z.terms,
             "contraction": Z.contraction,

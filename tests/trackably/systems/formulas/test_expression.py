@@ -7,10 +7,10 @@ from mpmath import mp
 
 from tests.trackably.systems.formulas.random_expressions import expressions, in_balls, many_digits, points
 from trackably.checker.form import a_formula
-from trackably.checker.formulas import FUNCTIONS, Name, Operation, operands, parts
+from trackably.checker.formulas import FUNCTIONS, parts
 from trackably.checker.intervals import iv
 from trackably.checker.models import enclose
-from trackably.systems.formulas import derivative, evaluate_floats, steps, text, to_lists
+from trackably.systems.formulas import derivative, evaluate_floats, text, to_lists
 
 
 def test_balls_intervals_and_floats_agree():
@@ -87,15 +87,3 @@ def test_the_text_of_a_formula_is_the_formula():
 
     law()
     assert len(examined) > 45
-
-
-def test_the_steps_of_a_formula_compute_each_node_once_after_its_operands():
-    x, y = Name("x"), Name("y")
-    shared = Operation("*", x, y)
-    formula = Operation("+", shared, Operation("-", shared, x))
-    computed = [node for node, _ in steps(formula)]
-    assert len(computed) == len({id(node) for node in computed}) == 5
-    assert computed[-1] is formula
-    for place, (node, operands_at) in enumerate(steps(formula)):
-        assert [id(computed[i]) for i in operands_at] == [id(operand) for operand in operands(node)]
-        assert all(i < place for i in operands_at)
