@@ -92,7 +92,6 @@ class StartSet(NamedTuple):
         return cls(np.zeros(n), np.zeros((0, n)), np.zeros(0), np.zeros((0, 0)), 1)
 
 
-_ELASTIC_TOLERANCES = (1e-10,)
 _PROXIMAL = 1e-6
 """Weight of a step's own size, which makes the best step unique."""
 
@@ -190,7 +189,7 @@ class StepPrograms:
             0,
         ).solve(
             np.concatenate([-d, d, np.maximum(left, 0.0), np.full(2 * count, radius)]),
-            _ELASTIC_TOLERANCES,
+            (1e-10,),
             ("Solved", "AlmostSolved"),
         )
         return None if x is None or not np.all(np.isfinite(x)) else self._apply(at, x[:count])
