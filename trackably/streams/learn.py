@@ -185,16 +185,13 @@ def _busiest(measured: Measurements, length: float) -> Measurements:
             most, best = motion, found
     if not best:
         raise ValueError(f"window: none of {length:g} s holds samples of all of {', '.join(given)}; give a longer one")
-    share = max(len(of) / len(given[name]) for name, of in best.items())
-    return replace(measured, given=best, centres=_part_of(measured.centres, share))
+    share, centres = max(len(of) / len(given[name]) for name, of in best.items()), measured.centres
+    centres = max(NODES, round(centres * share)) if isinstance(centres, int) else centres
+    return replace(measured, given=best, centres=centres)
 
 
 def _motion(samples: Samples) -> float:
     return float(np.sum(np.abs(samples.values - np.median(samples.values))))
-
-
-def _part_of(centres: Centres, share: float) -> Centres:
-    return max(NODES, round(centres * share)) if isinstance(centres, int) else centres
 
 
 def _as_known(begun: Measurements, first: EmpiricalPrior, plant: ConstrainedSystem, starts: int) -> JointPrior:

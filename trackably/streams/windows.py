@@ -37,7 +37,9 @@ class Continued(Posterior):
     base: KernelSum
 
     def with_kernels(self, own: Array, t: Array, weights: Array) -> KernelSum:
-        return together(self.base, super().with_kernels(own, t, weights))
+        more = super().with_kernels(own, t, weights)  # with the same prior mean, which counts once
+        centres, weights = np.append(self.base.centres, more.centres), np.append(self.base.weights, more.weights)
+        return KernelSum.of_terms(self.base.kernel, self.base.mean, centres, weights)
 
     @cached_property
     def _residual(self) -> Array:
@@ -64,12 +66,6 @@ class ContinuedProblem(ConstrainedProblem):
 
     def posterior(self, log_theta: Array) -> JointPosterior:
         return JointlyContinued(self.prior, self.samples, self.bases)
-
-
-def together(base: KernelSum, more: KernelSum) -> KernelSum:
-    """Return the sum of two functions with the same prior mean, counting the mean once."""
-    centres, weights = np.append(base.centres, more.centres), np.append(base.weights, more.weights)
-    return KernelSum.of_terms(base.kernel, base.mean, centres, weights)
 
 
 def part_of(samples: Samples, start: float, end: float) -> Samples | None:
@@ -143,7 +139,10 @@ def learn_proved(stream: Stream) -> tuple[Reference, Certificate] | NoSolution |
         if isinstance(signals, NoSolution):
             return outcome or signals
         reference = Reference(signals, stream.plant)
-        proved = _prove(reference, stream.claim)
+        if isinstance(stream.claim, Window):
+            proved = prove_on_window(reference, *stream.claim.span)
+        else:
+            proved = prove_while_settling(reference)
         done("fit")
         if isinstance(proved, Certificate):
             return reference, proved
@@ -217,9 +216,3 @@ def constraints_at(times: Window, plant: ConstrainedSystem, backoff: float = _BA
         Constraint(replace(q, bounds=q.bounds.shrunk(backoff / 2 * q.bounds.width)), RealTimes(times), backoff / 2)
         for q in plant.quantities
     )
-
-
-def _prove(reference: Reference, claim: Claim) -> Certificate | Failure:
-    if isinstance(claim, Window):
-        return prove_on_window(reference, *claim.span)
-    return prove_while_settling(reference)
