@@ -161,19 +161,17 @@ def topics_of(
     if not names:
         wanted = " and ".join(field.topic for field in signals.values())
         raise InputError(f"{path}: there are no topics {wanted}; there are {', '.join(topics)}")
-    return tuple(
-        Source(name, partial(read_mcap, path, _fields_by_name(signals, name), tuple(repairs), origin)) for name in names
-    )
+
+    def fields(name: str) -> dict[str, Field]:
+        return {signal: replace(field, topic=field.topic.replace(_NAME, name)) for signal, field in signals.items()}
+
+    return tuple(Source(name, partial(read_mcap, path, fields(name), tuple(repairs), origin)) for name in names)
 
 
 def _names(pattern: str, topics: Sequence[str]) -> list[str]:
     before, after = map(re.escape, pattern.split(_NAME))
     matches = (re.fullmatch(f"{before}(.+){after}", topic) for topic in topics)
     return [match[1] for match in matches if match]
-
-
-def _fields_by_name(signals: Mapping[str, Field], name: str) -> dict[str, Field]:
-    return {signal: replace(field, topic=field.topic.replace(_NAME, name)) for signal, field in signals.items()}
 
 
 def _parts(reading: TableReading, cells: Cells, by: str) -> tuple[Source, ...]:
