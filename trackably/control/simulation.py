@@ -277,18 +277,15 @@ def worst_plant(
         states.append(x)
         inputs.append(u)
         chosen.append(pick)
-    return _worst(plant, first_step, np.array(states), np.array(inputs), np.array(chosen))
-
-
-def _worst(plant: ConstrainedSystem, first: int, states: Array, inputs: Array, chosen: Array) -> WorstPlant:
-    """Return the policy and the step with the largest violation relative to a bound's width."""
     found = []
     for constraint in plant.given_constraints:
-        values = (states if constraint.side == "state" else inputs) @ np.array([float(r) for r in constraint.row])
+        row = np.array([float(r) for r in constraint.row])
+        values = np.array(states if constraint.side == "state" else inputs) @ row
         over = np.maximum(values - constraint.bounds.upper, constraint.bounds.lower - values)
         k, p = divmod(int(np.argmax(over)), over.shape[1])
-        vertices = tuple(chosen[:, p].tolist())
-        worst = WorstPlant(constraint.name, first + k, float(over[k, p]), first, vertices, states[:, p])
+        violation, vertices = float(over[k, p]), tuple(int(pick[p]) for pick in chosen)
+        path = np.array([x[p] for x in states])
+        worst = WorstPlant(constraint.name, first_step + k, violation, first_step, vertices, path)
         found.append((worst.violation / constraint.bounds.width, worst))
     if not found:
         raise ValueError("worst_plant: the plant has no bounds")

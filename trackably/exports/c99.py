@@ -460,7 +460,10 @@ def _story(proved: Proved, name: str) -> list[str]:
         "By how much values with bounds differ from exact ones at most, which keep the bounds with as much to spare:",
         *(f"  {quantity}: {error:.3g}" for quantity, error in certificate.evaluation_error.items()),
         "",
-        *(f"x[{i}] {state}{_turning(reference, i)}" for i, state in enumerate(system.states)),
+        *(
+            f"x[{i}] {state}{', an angle in (-pi, pi]: add whole turns' * (i in reference.plant.angles)}"
+            for i, state in enumerate(system.states)
+        ),
         *(f"u[{i}] {given}" for i, given in enumerate(system.inputs)),
     ]
     if isinstance(certificate.claim, Instants):
@@ -477,10 +480,6 @@ def _at_ends(certificate: Certificate) -> list[str]:
     return [
         f"A step counts as proved up to {certificate.time_tolerance:g} of its time outside of {' and '.join(ends)}."
     ]
-
-
-def _turning(reference: Reference, state: int) -> str:
-    return ", an angle in (-pi, pi]: add whole turns" if state in reference.plant.angles else ""
 
 
 def _signals(reference: Reference, name: str) -> list[str]:

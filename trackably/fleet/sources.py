@@ -50,7 +50,11 @@ def recordings_in(where: Path | str, read: Callable[[Path], Measured]) -> tuple[
     """
     where = path_of("recordings_in", where)
     folder, pattern = (where, "*") if where.is_dir() else _split_pattern(where)
-    found = sorted(path for path in folder.glob(pattern) if path.is_file() and not _is_hidden(path.relative_to(folder)))
+    found = sorted(
+        path
+        for path in folder.glob(pattern)
+        if path.is_file() and not any(part.startswith(".") for part in path.relative_to(folder).parts)
+    )
     if not found:
         raise InputError(f"{where}: there is no such file")
     short = [path.relative_to(folder).with_suffix("").as_posix() for path in found]
@@ -64,10 +68,6 @@ def _split_pattern(pattern: Path) -> tuple[Path, str]:
     parts = pattern.parts
     first = next((i for i, part in enumerate(parts) if any(mark in part for mark in "*?[")), len(parts) - 1)
     return Path(*parts[:first]), str(Path(*parts[first:]))
-
-
-def _is_hidden(path: Path) -> bool:
-    return any(part.startswith(".") for part in path.parts)
 
 
 def _measured_values(measured: Measured) -> Measured:

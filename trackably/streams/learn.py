@@ -118,7 +118,9 @@ def learn_stream(
     NotTrackableError
         If no reference was found, or none that is proved.
     """
-    _refuse(others)
+    for name in others:
+        instead = _INSTEAD.get(name, "`help(learn_stream)` shows what it takes")
+        raise TypeError(f"learn_stream: takes no {name!r}: {instead}")
     plant, tightening = tighten_plant(plant, disturbance, feedback, margin, measurement_noise, model_error)
     measured = Measurements.of(samples, plant, noise_std, centres)
     claim = as_claim(claim, measured.given, plant.sampling_time)
@@ -157,13 +159,6 @@ def learn_stream(
         sentence = f"the reference keeps its bounds but does not follow its samples: {off}; wider bounds may help"
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
     return learned
-
-
-def _refuse(others: Mapping[str, object]) -> None:
-    """Raise TypeError for an option that streams do not take, and say what to do instead."""
-    for name in others:
-        instead = _INSTEAD.get(name, "`help(learn_stream)` shows what it takes")
-        raise TypeError(f"learn_stream: takes no {name!r}: {instead}")
 
 
 def _busiest(measured: Measurements, length: float) -> Measurements:

@@ -23,7 +23,7 @@ from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import RealTimes
 from trackably.learning.joint.search import learn_function
-from trackably.learning.problem import ConstrainedProblem, NoSolution, RequiredValue, Solution
+from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
@@ -197,17 +197,12 @@ def _problem(
     times = Window(max(min(earliest, now), now - 2 * memory), last + memory + stream.plant.sampling_time)
     constraints = constraints_at(times, stream.plant, backoff)
     space = SearchSpace.around(given, stream.prior, starts=1)
-    return ContinuedProblem(given, stream.prior, space, constraints, _required_values(stream, times), bases=bases)
-
-
-def _required_values(stream: Stream, times: Window) -> tuple[RequiredValue, ...]:
-    """Return the required values that a window can still change, and those that it has to prepare for.
-
-    Times before the first sample belong to the first window, and times after the last sample to the last one.
-    """
+    # Required values that the window can still change, and those that it has to prepare for. Times before the first
+    # sample belong to the first window, and times after the last sample to the last one.
     ends = [float(of.times[i]) for of in stream.samples for i in (0, -1)]
     within = (at for at in stream.pinned if times.start <= min(max(at.time, min(ends)), max(ends)) <= times.end)
-    return tuple(value for at in within for value in at.required_values(stream.plant))
+    required = tuple(value for at in within for value in at.required_values(stream.plant))
+    return ContinuedProblem(given, stream.prior, space, constraints, required, bases=bases)
 
 
 def constraints_at(times: Window, plant: ConstrainedSystem, backoff: float = _BACKOFFS[0]) -> tuple[Constraint, ...]:
