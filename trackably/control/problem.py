@@ -10,7 +10,7 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.control.bounds import AdmissiblePoints, PlantInequalities, Scales, Slack
-from trackably.control.error_model import ErrorModel, LinearQuadratic, linearisation_defects
+from trackably.control.error_model import ErrorModel, linearisation_defects
 from trackably.control.programs import Program, StartSet, StepPrograms
 from trackably.control.stepping import ROUNDING, Infeasible, Plan, Status
 from trackably.systems.constrained import ConstrainedSystem
@@ -20,13 +20,9 @@ from trackably.systems.reference import Window
 
 @dataclass(frozen=True, eq=False)
 class LocalModel:
-    """The error model near one trajectory, with its defects d (N, n), its optimum without bounds, and its programs.
-
-    The last two are scaled.
-    """
+    """The error model near one trajectory, with its defects d (N, n), and its programs, which are scaled."""
 
     error_model: ErrorModel
-    without_bounds: LinearQuadratic
     programs: StepPrograms
     defects: Array
 
@@ -120,9 +116,7 @@ class Formulation:
 
     def _along(self, nominal: Window) -> LocalModel:
         model = ErrorModel.along(self.plant.system, nominal)
-        programs = self.programs(model)
-        without_bounds = LinearQuadratic(programs.model, *self.scaled_weights)
-        return LocalModel(model, without_bounds, programs, np.zeros((self.horizon, len(self.Q))))
+        return LocalModel(model, self.programs(model), np.zeros((self.horizon, len(self.Q))))
 
 
 TOLERANCE = 1e-7
@@ -187,7 +181,8 @@ class StepProblem:
         if start is None:
             return None
         unforced = self.model.error_model.unforced_errors(start, self.model.defects)
-        v = self.model.without_bounds.input_errors(unforced / scales.states) * scales.inputs
+        v = self.model.programs.gain @ (unforced / scales.states).ravel()
+        v = v.reshape(self.window.inputs.shape) * scales.inputs
         plan = self.plan(v, Status.NO_ACTIVE_BOUND, start)
         return plan if plan.slack >= -ROUNDING else None
 
