@@ -49,7 +49,11 @@ def recordings_in(where: Path | str, read: Callable[[Path], Measured]) -> tuple[
     """
     where = path_of("recordings_in", where)
     folder, pattern = (where, "*") if where.is_dir() else _split_pattern(where)
-    found = sorted(path for path in folder.glob(pattern) if path.is_file() and not _is_hidden(path.relative_to(folder)))
+    found = sorted(
+        path
+        for path in folder.glob(pattern)
+        if path.is_file() and not any(part.startswith(".") for part in path.relative_to(folder).parts)
+    )
     if not found:
         raise InputError(f"{where}: there is no such file")
     short = [path.relative_to(folder).with_suffix("").as_posix() for path in found]
@@ -63,10 +67,6 @@ def _split_pattern(pattern: Path) -> tuple[Path, str]:
     parts = pattern.parts
     first = next((i for i, part in enumerate(parts) if any(mark in part for mark in "*?[")), len(parts) - 1)
     return Path(*parts[:first]), str(Path(*parts[first:]))
-
-
-def _is_hidden(path: Path) -> bool:
-    return any(part.startswith(".") for part in path.parts)
 
 
 def _measured_values(measured: Measured) -> Measured:
@@ -158,19 +158,17 @@ def topics_of(
     if not names:
         wanted = " and ".join(field.topic for field in signals.values())
         raise InputError(f"{path}: there are no topics {wanted}; there are {', '.join(topics)}")
-    return tuple(
-        Source(name, partial(read_mcap, path, _fields_by_name(signals, name), tuple(repairs), origin)) for name in names
-    )
+
+    def fields(name: str) -> dict[str, Field]:
+        return {signal: replace(field, topic=field.topic.replace(_NAME, name)) for signal, field in signals.items()}
+
+    return tuple(Source(name, partial(read_mcap, path, fields(name), tuple(repairs), origin)) for name in names)
 
 
 def _names(pattern: str, topics: Sequence[str]) -> list[str]:
     before, after = map(re.escape, pattern.split(_NAME))
     matches = (re.fullmatch(f"{before}(.+){after}", topic) for topic in topics)
     return [match[1] for match in matches if match]
-
-
-def _fields_by_name(signals: Mapping[str, Field], name: str) -> dict[str, Field]:
-    return {signal: replace(field, topic=field.topic.replace(_NAME, name)) for signal, field in signals.items()}
 
 
 def _parts(reading: TableReading, cells: Cells, by: str) -> tuple[Source, ...]:
