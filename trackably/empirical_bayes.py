@@ -141,10 +141,9 @@ def empirical_prior(
         replace(own, noise_std=float(of.noise_std)) if may and of.noise_std > _SEEN * low else own
         for own, of, may, low in parts
     )
-    together = JointPrior(known, prior.names, prior.shared)
     minima = (likeliest.log_hyperparameters, *found.others) if means == [part.mean for part in likeliest.parts] else ()
     return EmpiricalPrior(
-        together,
+        prior.with_parts(known),
         tuple(questions),
         found.posterior,
         with_noise if known != with_noise.parts else None,
@@ -230,8 +229,7 @@ def _noise_alone(posterior: Posterior) -> float | None:
 
 def _holding_noise(prior: JointPrior, noises: Mapping[str, float]) -> JointPrior:
     parts = zip(prior.names, prior.parts, strict=True)
-    held = tuple(replace(part, noise_std=noises.get(name, part.noise_std)) for name, part in parts)
-    return JointPrior(held, prior.names, prior.shared)
+    return prior.with_parts(replace(part, noise_std=noises.get(name, part.noise_std)) for name, part in parts)
 
 
 def _go_on(posterior: Posterior) -> bool:
@@ -291,7 +289,7 @@ def _is_left_out(prior: Prior) -> bool:
 
 def _with_means(prior: JointPrior, means: Sequence[float]) -> JointPrior:
     parts = zip(prior.parts, means, strict=True)
-    return prior.with_parts(tuple(replace(part, mean=mean) for part, mean in parts))
+    return prior.with_parts(replace(part, mean=mean) for part, mean in parts)
 
 
 def _held_back(prior: JointPrior, between: Ends) -> list[str]:

@@ -6,7 +6,7 @@ value with the interval. Only this type says which hyperparameters are learned.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Self, overload
 
@@ -118,11 +118,6 @@ def as_text(value: float) -> str:
 def with_value(stored: float, value: float) -> float:
     """Return a hyperparameter with another value; it stays known, or learned in the same interval."""
     return Learned(value, stored.interval) if isinstance(stored, Learned) else float(value)
-
-
-def with_next(stored: float, values: Iterator[float]) -> float:
-    """Return a learned hyperparameter with the next of the values, unchecked; return a known one as it is."""
-    return Learned(next(values), stored.interval) if isinstance(stored, Learned) else stored
 
 
 def amplitude(scales: Scales) -> Search:

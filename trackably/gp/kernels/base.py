@@ -8,7 +8,7 @@ of `jet` and `jet_and_gradient`.
 import dataclasses
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from math import comb
@@ -178,13 +178,6 @@ class Kernel(ABC):
         """Return the same kernel with `change(name, value)` for the value of each hyperparameter."""
 
     @abstractmethod
-    def moved(self, values: Iterator[float]) -> Self:
-        """Return the same kernel with the next of `values` for each learned hyperparameter.
-
-        Values are positive, unchecked.
-        """
-
-    @abstractmethod
     def search(self, name: str, scales: Scales) -> Search:
         """Return the search interval of a hyperparameter for which none is given."""
 
@@ -308,9 +301,6 @@ class _Pair(Kernel):
     def map_values(self, change: Callable[[str, float], float]) -> Self:
         left = self.left.map_values(lambda name, value: change(f"left.{name}", value))
         return type(self)(left, self.right.map_values(lambda name, value: change(f"right.{name}", value)))
-
-    def moved(self, values: Iterator[float]) -> Self:
-        return type(self)(self.left.moved(values), self.right.moved(values))
 
     def search(self, name: str, scales: Scales) -> Search:
         side, _, inner = name.partition(".")

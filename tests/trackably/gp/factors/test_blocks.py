@@ -49,10 +49,8 @@ def test_a_posterior_asked_at_many_times_at_once(kernel, monkeypatch):
     samples = Samples(CENTRES[:20], np.cos(CENTRES[:20]))
     posterior = Posterior(Prior(kernel, 0.1, 0.3).as_learned(), samples)
     t = np.linspace(0, 3, 60).reshape(3, 20)
-    whole = posterior.variance(t), *posterior.jet_and_gradient(t, 1), posterior.mean(t)
+    whole = posterior.variance(t), posterior.jets(t, 1), posterior.mean(t)
     monkeypatch.setattr(blocks, "_WHOLE", 0)
     monkeypatch.setattr(blocks, "_BLOCK", 2000)
-    for one, other in zip(
-        whole, (posterior.variance(t), *posterior.jet_and_gradient(t, 1), posterior.mean(t)), strict=True
-    ):
+    for one, other in zip(whole, (posterior.variance(t), posterior.jets(t, 1), posterior.mean(t)), strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-11, atol=1e-12)
