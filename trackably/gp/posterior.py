@@ -61,14 +61,12 @@ class Posterior:
     def variance_of(self, weights: Array, step: float, t: Array) -> Array:
         """Return the variance of Σ_j w_j g(t + j step), with weights (J,) and step [s], at t [s]: the shape of t."""
         width = 4 * len(weights) * len(self.samples.centres)
-        function = partial(self._variance_of, weights, step)
-        (variance,) = in_blocks(function, np.asarray(t, dtype=float), width)
-        return variance
+        return in_blocks(partial(self._variance_of, weights, step), np.asarray(t, dtype=float), width)
 
     def jets(self, t: Array, order: int) -> Array:
         """Return m⁺ and its ∂/∂ln θ_j, with time derivatives up to `order`: shape (1 + p, order + 1, *t.shape)."""
         width = (order + 1) * self._weights_and_gradient.size
-        return in_blocks(partial(self._jets, order), np.asarray(t, dtype=float), width)[0]
+        return in_blocks(partial(self._jets, order), np.asarray(t, dtype=float), width)
 
     def negative_log_marginal_likelihood(self) -> tuple[float, Array]:
         """Return l(θ) = ln|A| + (y − m)ᵀ A⁻¹ (y − m) + n ln 2π with A = K + σ_n² I, and ∂l/∂ln θ of shape (p,).
@@ -102,7 +100,7 @@ class Posterior:
 
     def covariance_with(self, rows: RowKernel) -> Array:
         """Return the covariance of rows and the n samples: shape (rows, n)."""
-        return self._by_sample(rows.across(self.samples.centres))
+        return self.samples.stencil.combine(rows.across(self.samples.centres))
 
     def solve(self, right: Array) -> Array:
         """Return A⁻¹ r with A = K + σ_n² I, for one r of shape (n,), or for the columns of an (n, m)."""
@@ -188,21 +186,17 @@ class Posterior:
         """y minus the prior mean of the samples, shape (n,)."""
         return self.samples.values - self.samples.stencil.at_rest(self.prior.mean)
 
-    def _variance_of(self, weights: Array, step: float, t: Array) -> tuple[Array]:
+    def _variance_of(self, weights: Array, step: float, t: Array) -> Array:
         kernel = self.prior.kernel
         shifts = step * np.arange(len(weights))
         covariances = kernel(t[..., None, None] + shifts[:, None] - self.samples.centres)
-        cross = self._by_sample(weights @ covariances)
+        cross = self.samples.stencil.combine(weights @ covariances)
         columns = cross.reshape(-1, len(self.samples)).T
         explained = np.sum(cross * self._factored.solve(columns).T.reshape(cross.shape), axis=-1)
         before = weights @ kernel(shifts[:, None] - shifts) @ weights
-        return (np.maximum(before - explained, 0.0),)
+        return np.maximum(before - explained, 0.0)
 
-    def _by_sample(self, covariances: Array) -> Array:
-        """Combine covariances (…, centres) with the sample centres to those with the samples: shape (…, n)."""
-        return self.samples.stencil.combine(covariances)
-
-    def _jets(self, order: int, t: Array) -> tuple[Array]:
+    def _jets(self, order: int, t: Array) -> Array:
         kernel, r, weights = self.prior.kernel, t[..., None] - self.samples.centres, self._weights_and_gradient
         if order:
             jet, by_theta = kernel.jet_and_gradient(r, order)
@@ -213,7 +207,7 @@ class Posterior:
         sums[0, 0] += self.prior.mean
         of_kernel = self.prior.places_of_kernel  # the noise, which follows, moves the weights only
         sums[1 : 1 + len(of_kernel)] += by_theta.dot(weights[0])[of_kernel]
-        return (sums,)
+        return np.asarray(sums)
 
     @cached
     def _factored(self) -> Factorisation:

@@ -79,7 +79,7 @@ class RowPosterior:
         return tuple(part.covariance_with(k) for part, k in zip(self.posterior.parts, self._kernels, strict=True))
 
     def _covariance(self, part: Posterior, kernel: RowKernel, across: Array) -> Array:
-        covariance = kernel.among() - _product(across, part.solve(across.T))
+        covariance = kernel.among() - across @ part.solve(across.T)
         return np.asarray((covariance + covariance.T) / 2)
 
 
@@ -89,16 +89,3 @@ _MANY = 400  # rows: for fewer, their dense covariance takes less time
 def has_system(posterior: JointPosterior, count: int) -> bool:
     """Whether so many rows are solved for together with samples: of one process, whose kernel is a sum of decays."""
     return count >= _MANY and len(posterior.parts) == 1 and bool(posterior.prior.parts[0].kernel.gradient_decays)
-
-
-_AT_ONCE = 64  # rows
-
-
-def _product(across: Array, solved: Array) -> Array:
-    """Return the product of (n, m) and (m, n), without the samples that have no covariance with neighbouring rows."""
-    found = np.empty((len(across), len(across)))
-    for start in range(0, len(across), _AT_ONCE):
-        some = across[start : start + _AT_ONCE]
-        near = np.flatnonzero(np.any(some, axis=0))
-        found[start : start + _AT_ONCE] = some[:, near] @ solved[near]
-    return found

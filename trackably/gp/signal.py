@@ -15,7 +15,6 @@ from trackably.gp.kernels.base import Kernel, sum_by_moments
 _ROUNDING = 2  # spacings of float64: centres that differ by no more count as equal
 _LONG = 200  # centres
 _FEW = 2**16  # terms: a sum with no more is summed directly
-_MANY = 2**22  # terms: for fewer, direct summation is faster than looking for a regular grid
 _MANY_OF_MOMENTS = 2**18  # terms: for fewer, moments of all centres take longer than the sum
 _NEARBY = 2**14  # terms that are summed at once, so that their times are neighbours
 
@@ -91,23 +90,18 @@ class KernelSum:
     def _sums(self, t: Array, order: int) -> Array:
         if len(self.centres) >= _LONG and t.size * len(self.centres) > _MANY_OF_MOMENTS and self.kernel.decays:
             return sum_by_moments(self.kernel.decays, self.centres, self.weights, t, order)
-        terms = t.shape[-1] * self._most_relevant if t.ndim else 0
-        if terms > _MANY and t.ndim > 1:
-            return np.stack([self._sums(row, order) for row in t], axis=1)
         if self._most_relevant > len(self.centres) // 2:
             return self._blocks(t, order)
-        return in_blocks(partial(self._nearby, order), t, self._most_relevant * (order + 1), _NEARBY)[0]
+        products = partial(self._products, order, self.kernel.negligible_distance)
+        return in_blocks(products, t, self._most_relevant * (order + 1), _NEARBY)
 
     def _blocks(self, t: Array, order: int) -> Array:
         products = partial(self._products, order, self.kernel.vanishing_distance)
-        return in_blocks(products, t, len(self.centres) * (order + 1))[0]
+        return in_blocks(products, t, len(self.centres) * (order + 1))
 
-    def _nearby(self, order: int, t: Array) -> tuple[Array]:
-        return self._products(order, self.kernel.negligible_distance, t)
-
-    def _products(self, order: int, reach: float, t: Array) -> tuple[Array]:
+    def _products(self, order: int, reach: float, t: Array) -> Array:
         centres, weights = self._relevant(t, reach)
-        return (self.kernel.jet(t[..., None] - centres, order) @ weights,)
+        return np.asarray(self.kernel.jet(t[..., None] - centres, order) @ weights)
 
     def _relevant(self, t: Array, reach: float) -> tuple[Array, Array]:
         """Return the centres within reach [s] of any of the times, and their weights."""

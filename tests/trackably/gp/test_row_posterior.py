@@ -9,7 +9,6 @@ from tests.trackably.gp.test_joint import PRIORS, SAMPLES
 from tests.trackably.gp.test_rows import random_terms
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.base import Kernel
-from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2
 from trackably.gp.prior import Prior
 from trackably.gp.row_posterior import RowPosterior
 from trackably.gp.rows import Rows, Terms
@@ -97,12 +96,3 @@ def test_slopes_of_the_price_of_differences(kernel, h):
     prior = JointPrior((Prior(kernel, 0.1).as_learned(),))
     size = np.sqrt(np.diag(RowPosterior(JointPosterior(prior, SAMPLES[:1]), rows).covariance))
     assert_price_has_its_slope(prior, SAMPLES[:1], rows, np.array([1.0, -0.5, 0.3, 0.8]) / size, _LEFT[h])
-
-
-def test_samples_without_covariance_with_some_rows_are_left_out_for_these():
-    """Of a kernel with compact support; more rows than are multiplied at once."""
-    prior, count = Prior(PiecewisePolynomial2(1.0, 2.0), noise_std=0.1), 150
-    samples, times = Samples(np.linspace(0, 50, 200), np.sin(np.linspace(0, 50, 200))), np.linspace(-1, 51, count)
-    rows = Rows(np.zeros(count), (Terms(times, np.ones(count), np.arange(count)),))
-    found = RowPosterior(JointPosterior(JointPrior((prior,)), (samples,)), rows).covariance
-    np.testing.assert_allclose(found, after(prior, samples, prior.kernel, times, times), atol=1e-12)

@@ -146,10 +146,8 @@ _WHOLE = 2**16  # numbers for which one call is faster than several
 _BLOCK = 2**15  # numbers that stay in the cache: larger arrays are fetched from memory for each operation
 
 
-def in_blocks(
-    function: Callable[[Array], tuple[Array, ...]], t: Array, width: int, most: int | None = None
-) -> tuple[Array, ...]:
-    """Evaluate a function of times t (any shape) that returns arrays (…, *t.shape), block by block.
+def in_blocks(function: Callable[[Array], Array], t: Array, width: int, most: int | None = None) -> Array:
+    """Evaluate a function of times t (any shape) that returns an array (…, *t.shape), block by block.
 
     The function must treat each time separately; it needs `width` numbers of memory for each. It is called only once if
     all of them fit into the cache, or are no more than `most`.
@@ -157,6 +155,5 @@ def in_blocks(
     if t.size * width <= (most or _WHOLE):
         return function(t)
     flat, height = t.reshape(-1), max(1, (most or _BLOCK) // width)
-    blocks = [function(flat[i : i + height]) for i in range(0, flat.size, height)]
-    joined = (np.concatenate(parts, axis=-1) for parts in zip(*blocks, strict=True))
-    return tuple(array.reshape((*array.shape[:-1], *t.shape)) for array in joined)
+    joined = np.concatenate([function(flat[i : i + height]) for i in range(0, flat.size, height)], axis=-1)
+    return joined.reshape((*joined.shape[:-1], *t.shape))
