@@ -21,8 +21,9 @@ from trackably.arrays import Array
 from trackably.gp.factors.dense import Dense
 from trackably.gp.factors.factorisation import Covariance, Factorisation
 from trackably.gp.factors.fourier import Fourier
-from trackably.gp.factors.quasiseparable import Cut, Quasiseparable, blocks, reach, tails
+from trackably.gp.factors.quasiseparable import Cut, Quasiseparable, blocks, reach, row_blocks, tails
 from trackably.gp.prior import Prior
+from trackably.gp.rows import Terms
 from trackably.gp.samples import Samples
 from trackably.gp.stencil import Stencil, Stencils
 
@@ -42,6 +43,12 @@ _AGREEMENT = 3e-9  # relative, with the dense factorisation: less than the promi
 def noise_variance(prior: Prior, samples: Samples) -> Array:
     """Return σ_n² ϱ_i² of each sample i, shape (n,)."""
     return np.asarray(prior.noise_std**2 * samples.relative_variance)
+
+
+def terms_of(samples: Samples, origin: float = 0.0) -> Terms:
+    """Return the samples as weighted sums of values of the process, without offsets, at times [s] since the origin."""
+    n, at = len(samples), samples.stencil.centres(samples.times - origin)
+    return Terms(at, samples.stencil.spread(np.ones(n)), np.tile(np.arange(n), len(at) // n))
 
 
 def factorise_kinds(prior: Prior, samples: Samples, stencils: Stencils) -> Factorisation | None:
@@ -114,14 +121,18 @@ def _structured_factorisations(prior: Prior, samples: Samples, covariance: Covar
     if n < _FEWEST:
         return
 
-    longest, far = stencil.lags[-1][1], tails(kernel, stencil.lags)
+    def of_blocks(cut: Cut) -> Candidate:
+        terms = terms_of(samples, times[0])  # the shorter the times, the less is rounded
+        of_instants = kernel.value_and_gradient
+        return Candidate(cut.cost, lambda: Quasiseparable.of(row_blocks(terms, cut, of_instants), variances))
+
+    longest, far = stencil.lags[-1][1], tails(kernel.decays, *kernel.gradient_decays)
     if far and max(tail.rate for tail in far) * longest <= _WITHIN_A_LAG:
-        cut = Cut(blocks(times, longest, _BLOCK), far, longest > 0)
-        yield Candidate(cut.cost, partial(Quasiseparable.of, times, cut, covariance, variances))
+        yield of_blocks(Cut(blocks(times, longest, _BLOCK), far, longest > 0))
 
     if math.isfinite(kernel.decay_distance):
         (variance,), _ = covariance(np.zeros(1))
         negligible = _NEGLIGIBLE * variance / stencil.largest_gain
         cut = Cut(blocks(times, reach(kernel, samples.ladder.span, negligible) + longest), [], True)
         if len(cut.rows) > 2 and max(row.stop - row.start for row in cut.rows) <= _LARGEST_BLOCK:
-            yield Candidate(cut.cost, partial(Quasiseparable.of, times, cut, covariance, variances))
+            yield of_blocks(cut)

@@ -194,7 +194,7 @@ class Posterior:
         columns = cross.reshape(-1, len(self.samples)).T
         explained = np.sum(cross * self._factored.solve(columns).T.reshape(cross.shape), axis=-1)
         before = weights @ kernel(shifts[:, None] - shifts) @ weights
-        return np.maximum(before - explained, 0.0)
+        return np.asarray(np.maximum(before - explained, 0.0))
 
     def _jets(self, order: int, t: Array) -> Array:
         kernel, r, weights = self.prior.kernel, t[..., None] - self.samples.centres, self._weights_and_gradient

@@ -6,16 +6,9 @@ import mpmath
 import numpy as np
 import pytest
 
-from tests.trackably.gp.factors.factors import (
-    covariance_of,
-    dense,
-    disagreement,
-    factorisations,
-    posterior_at,
-    with_factor,
-)
-from trackably.gp.factorise import noise_variance
-from trackably.gp.factors.quasiseparable import Cut, Quasiseparable, blocks, reach, tails
+from tests.trackably.gp.factors.factors import dense, disagreement, factorisations, posterior_at, with_factor
+from trackably.gp.factorise import noise_variance, terms_of
+from trackably.gp.factors.quasiseparable import Cut, Quasiseparable, blocks, reach, row_blocks, tails
 from trackably.gp.kernels.base import Product, Sum
 from trackably.gp.kernels.matern import Matern32, Matern52, Matern72
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -57,15 +50,13 @@ KERNELS = {
 
 def in_blocks(posterior, fewest, by_tails=True):
     """The same posterior in blocks of so many samples: with tails, or without what is lost in rounding."""
-    prior, samples, lags = posterior.prior, posterior.samples, posterior.samples.stencil.lags
-    longest, own = lags[-1][1], tails(prior.kernel, lags) if by_tails else []
+    prior, samples, kernel = posterior.prior, posterior.samples, posterior.prior.kernel
+    longest, own = samples.stencil.lags[-1][1], tails(kernel.decays, *kernel.gradient_decays) if by_tails else []
     span = samples.times[-1] - samples.times[0]
-    far = longest if own else longest + reach(prior.kernel, span, 1e-18)
-    rows = blocks(samples.times, far, fewest)
-    covariance, noise = covariance_of(posterior), noise_variance(prior, samples)
-    return with_factor(
-        posterior, Quasiseparable.of(samples.times, Cut(rows, own, not own or longest > 0), covariance, noise)
-    )
+    far = longest if own else longest + reach(kernel, span, 1e-18)
+    cut = Cut(blocks(samples.times, far, fewest), own, not own or longest > 0)
+    found = row_blocks(terms_of(samples), cut, kernel.value_and_gradient)
+    return with_factor(posterior, Quasiseparable.of(found, noise_variance(prior, samples)))
 
 
 @pytest.mark.parametrize("kernel", KERNELS.values(), ids=KERNELS)
