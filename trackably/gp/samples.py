@@ -44,6 +44,11 @@ class ResidualStatistics:
             self.count + other.count, self.squares + other.squares, self.log_scale + other.log_scale
         )
 
+    @property
+    def mean_square(self) -> float:
+        """The mean of their squares; 0 if there are none."""
+        return self.squares / max(self.count, 1)
+
     def negative_log_likelihood(self, noise_std: float) -> tuple[float, float]:
         """Return −2 ln p of the residuals for σ_n = `noise_std`, and its ∂/∂ln σ_n."""
         if not self.count:
