@@ -111,15 +111,6 @@ def test_digits_of_slow_processes_are_those_of_the_samples():
     assert gradient[1] == pytest.approx(float(slope), rel=1e-8)
 
 
-def test_many_right_sides_at_once():
-    posterior = posterior_at(Matern52(1.0, 1.0), TIMES["jittered"](300), 0.1)
-    right = RNG.standard_normal((300, 250))
-    found, wanted = (p._factored.solve(right) for p in (in_blocks(posterior, 64), dense(posterior)))
-    np.testing.assert_allclose(found, wanted, atol=1e-10 * np.max(np.abs(wanted)))
-    one = in_blocks(posterior, 64)._factored.solve(right[:, 7])
-    np.testing.assert_allclose(one, found[:, 7], atol=1e-12 * np.max(np.abs(wanted)))
-
-
 @pytest.mark.parametrize(
     ("kernel", "stencil"),
     [
