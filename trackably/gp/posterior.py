@@ -205,7 +205,7 @@ class Posterior:
             jet, by_theta = value[None], slopes[:, None]
         sums = weights.dot(jet.reshape(-1, weights.shape[1]).T).reshape(len(weights), *jet.shape[:-1])
         sums[0, 0] += self.prior.mean
-        of_kernel = self.prior.places_of_kernel  # the noise, which follows, moves the weights only
+        of_kernel = self.prior.places[self.prior.places < len(by_theta)]  # the noise moves the weights only
         sums[1 : 1 + len(of_kernel)] += by_theta.dot(weights[0])[of_kernel]
         return np.asarray(sums)
 
@@ -231,9 +231,6 @@ class Posterior:
     @cached
     def _moved_weights(self) -> tuple[Array, Array]:
         """A⁻¹ ∂A c and ∂A c of the learned hyperparameters: shapes (n, p) and (p, n)."""
-        c, of_kernel = self.weights, self.prior.places_of_kernel
-        by_theta = np.empty((len(self.prior.places), len(c)))
-        by_theta[: len(of_kernel)] = self._factored.gradient_times(c)[of_kernel]
-        if len(of_kernel) < len(by_theta):  # the noise is learned
-            by_theta[-1] = 2 * noise_variance(self.prior, self.samples) * c
+        by_noise = 2 * noise_variance(self.prior, self.samples) * self.weights
+        by_theta = np.vstack([self._factored.gradient_times(self.weights), by_noise])[self.prior.places]
         return self._factored.solve(by_theta.T), by_theta

@@ -47,11 +47,6 @@ class Prior:
         values = self.hyperparameters.values()
         return np.array([place for place, value in enumerate(values) if isinstance(value, Learned)], dtype=np.intp)
 
-    @cached
-    def places_of_kernel(self) -> npt.NDArray[np.intp]:
-        """The indices of the kernel's learned hyperparameters among all; the noise is not included."""
-        return self.places[self.places < len(self.kernel.hyperparameters)]
-
     @property
     def log_hyperparameters(self) -> Array:
         """ln θ of the learned hyperparameters, shape (p,)."""
