@@ -35,6 +35,7 @@ _LARGEST_BLOCK = LARGEST_DENSE // 2
 _FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for neighbours
 _FEWEST_OF_WAVES = 50  # samples: for fewer, the dense matrix is always faster
 _MOST_WAVES = 0.65  # for each sample: with more, the dense matrix is faster
+_COST_OF_LOOKING = 5e5  # nanoseconds: one half for the search for neighbours, one for the fastest other way
 _NEGLIGIBLE = 2.0**-53  # relative to the variance: a smaller addition to a diagonal entry is lost in rounding
 _ROUNDING = 4 * float(np.finfo(float).eps)  # of covariances, relative to the largest one
 _AGREEMENT = 3e-9  # relative, with the dense factorisation: less than the promised 1e-8, as errors are only estimated
@@ -95,7 +96,7 @@ def candidates(prior: Prior, samples: Samples, covariance: Covariance) -> list[C
             "whose memory grows with the number of samples"
         )
     if n <= LARGEST_DENSE or not found:
-        found.append(Candidate(0.025 * n**3 + 8 * n**2, partial(dense_factorisation, prior, samples, covariance)))
+        found.append(Candidate(0.025 * n**3 + 8 * n**2 + 2e5, partial(dense_factorisation, prior, samples, covariance)))
     return found
 
 
@@ -118,6 +119,8 @@ def _structured_factorisations(prior: Prior, samples: Samples, covariance: Covar
         m = rung.waves
         cost = 0.03 * m**3 + 6 * m**2 + 3 * n * m + 0.01 * n * m**2 + 6e4  # waves are used about ten times
         yield Candidate(cost, partial(Fourier.of, samples.ladder, rung, density, prior.noise_std**2))
+        if cost < _COST_OF_LOOKING:
+            return
     if n < _FEWEST:
         return
 

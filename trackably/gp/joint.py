@@ -80,10 +80,12 @@ class JointPrior:
     def with_log_hyperparameters(self, log_theta: Array) -> Self:
         """Return the prior at ln θ of the learned hyperparameters, shape (p,): the inverse of `log_hyperparameters`."""
         values = dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True))
-        return self.with_parts(
+        moved = self.with_parts(
             part.with_hyperparameters({name: values[self.name_of(process, name)] for name in part.learned})
             for process, part in self._named
         )
+        vars(moved).update(learned=self.learned, places=self.places)  # an optimiser need not compute names at each step
+        return moved
 
     def with_parts(self, parts: Iterable[Prior]) -> Self:
         """Return the joint prior with other priors of the processes."""

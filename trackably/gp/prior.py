@@ -74,7 +74,9 @@ class Prior:
         """Return the prior with these values; learned hyperparameters stay learned."""
         own = {name: v for name, v in values.items() if name != NOISE}
         kernel = self.kernel.with_hyperparameters(own) if own else self.kernel
-        return type(self)(kernel, with_value(self.noise_std, values.get(NOISE, self.noise_std)), self.mean)
+        moved = type(self)(kernel, with_value(self.noise_std, values.get(NOISE, self.noise_std)), self.mean)
+        vars(moved).update(learned=self.learned, places=self.places)  # names do not depend on values
+        return moved
 
     def with_log_hyperparameters(self, log_theta: Array) -> Self:
         """Return the prior at ln θ of the learned hyperparameters, shape (p,): the inverse of `log_hyperparameters`.
