@@ -69,13 +69,12 @@ class JointPrior:
         For a shared hyperparameter, the samples of the first process are used.
         """
         every = zip(self._named, scales, strict=True)
-        found = (
+        return next(
             part.search(own, of)
             for (process, part), of in every
             for own in part.learned
             if self.name_of(process, own) == name
         )
-        return next(found)
 
     def with_log_hyperparameters(self, log_theta: Array) -> Self:
         """Return the prior at ln θ of the learned hyperparameters, shape (p,): the inverse of `log_hyperparameters`."""
@@ -151,7 +150,7 @@ class JointPosterior:
     def with_likeliest_means(self, between: Sequence[tuple[float, float] | None]) -> "JointPosterior":
         """Return the posterior with each prior mean at its most likely value in its interval; None keeps a mean."""
         pairs = zip(self.parts, between, strict=True)
-        parts = tuple(part if ends is None else part.with_likeliest_mean(*ends) for part, ends in pairs)
+        parts = tuple(part.with_likeliest_mean(*ends) if ends else part for part, ends in pairs)
         moved = JointPosterior(self.prior.with_parts(part.prior for part in parts), self.samples)
         vars(moved)["parts"] = parts  # with their factorisations, which do not depend on the means
         return moved

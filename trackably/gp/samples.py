@@ -112,7 +112,9 @@ class Samples:
         if self.scatters and len(self.scatters) != kinds:
             raise ValueError(f"samples: one scatter for each of {kinds} kinds is needed, got {len(self.scatters)}")
         if isinstance(self.stencil, Stencils):
-            self._refuse_disorder_of_parts(self.stencil)
+            if len(self.stencil.of) != len(self.times) or np.any(np.diff(self.times) < 0):
+                raise ValueError("samples: of several kinds must be sorted by time, and each needs its stencil")
+            self.by_name("")  # no time is repeated within one kind
         elif bad := np.flatnonzero(np.diff(self.times) <= 0).tolist():
             i = bad[0]
             what = "repeats" if self.times[i + 1] == self.times[i] else "lies before"
@@ -120,12 +122,6 @@ class Samples:
                 f"samples: times must increase strictly, but times[{i + 1}] = {self.times[i + 1]:g} s {what} "
                 f"times[{i}] = {self.times[i]:g} s"
             )
-
-    def _refuse_disorder_of_parts(self, stencils: Stencils) -> None:
-        """Raise ValueError if times decrease, or if a time is repeated within one kind of sample."""
-        if len(stencils.of) != len(self.times) or np.any(np.diff(self.times) < 0):
-            raise ValueError("samples: of several kinds must be sorted by time, and each needs its stencil")
-        self.by_name("")
 
     def by_name(self, name: str) -> dict[str, Samples]:
         """Return these samples by their `name`; if they are of several kinds, each kind by its own name."""

@@ -33,30 +33,17 @@ def rows(kernel: Kernel, step: float) -> Terms:
     return Terms.joined(parts)
 
 
-def spread(kernel: Kernel, terms: Terms) -> np.ndarray:
-    """Standard deviations of the rows."""
-    return np.sqrt(np.diag(with_many_digits(kernel, terms)))
-
-
-def with_many_digits(kernel: Kernel, terms: Terms) -> np.ndarray:
+def with_many_digits(kernel: Kernel, terms: Terms, others: Terms, count: int) -> np.ndarray:
     with mp.workdps(DIGITS):
-        kappa, found = formula(kernel), np.zeros((COUNT, COUNT))
-        pairs = [(mp.mpf(t), mp.mpf(w), a) for t, w, a in zip(terms.times, terms.weights, terms.of_row, strict=True)]
+        kappa, found = formula(kernel), np.zeros((COUNT, count))
+        one, other = (
+            [(mp.mpf(t), mp.mpf(w), a) for t, w, a in zip(of.times, of.weights, of.of_row, strict=True)]
+            for of in (terms, others)
+        )
         for a in range(COUNT):
-            for b in range(a + 1):
-                sums = (v * w * kappa(s - t) for s, v, i in pairs if i == a for t, w, j in pairs if j == b)
-                found[a, b] = found[b, a] = float(mp.fsum(sums))
-    return found
-
-
-def across_with_many_digits(kernel: Kernel, terms: Terms, times: np.ndarray) -> np.ndarray:
-    found = np.zeros((COUNT, len(times)))
-    with mp.workdps(DIGITS):
-        kappa = formula(kernel)
-        for i, s in enumerate(times.tolist()):
-            for a in range(COUNT):
-                own = [p for p in range(len(terms.times)) if terms.of_row[p] == a]
-                found[a, i] = float(mp.fsum(mp.mpf(terms.weights[p]) * kappa(terms.times[p] - mp.mpf(s)) for p in own))
+            for b in range(count):
+                sums = (v * w * kappa(s - t) for s, v, i in one if i == a for t, w, j in other if j == b)
+                found[a, b] = float(mp.fsum(sums))
     return found
 
 
@@ -66,12 +53,12 @@ def largest_error(found: np.ndarray, exact: np.ndarray, scale: np.ndarray) -> fl
 
 def assert_are_those_with_many_digits(kernel: Kernel, step: float, tolerance: float) -> RowKernel:
     terms = rows(kernel, step)
-    exact, found = with_many_digits(kernel, terms), row_kernel(kernel, terms, COUNT)
+    exact, found = with_many_digits(kernel, terms, terms, COUNT), row_kernel(kernel, terms, COUNT)
     size = np.sqrt(np.diag(exact))[:-1]
     assert largest_error(found.among()[:, :-1], exact[:, :-1], np.outer(size, size)) < tolerance
     assert not found.among()[-1].any()
     times = np.linspace(-1, 4, 4) * min(time_scales(kernel))
-    across = across_with_many_digits(kernel, terms, times)
+    across = with_many_digits(kernel, terms, Terms(times, np.ones(4), np.arange(4)), 4)
     assert largest_error(found.across(times), across, size[:, None] * np.sqrt(kernel(np.zeros(())))) < tolerance
     return found
 
