@@ -38,6 +38,7 @@ def test_sums_are_those_of_all_terms(kernel: Kernel, in_order: bool) -> None:
     signal = KernelSum(kernel, 0.3, centres, rng.standard_normal(500))
     for t in (
         np.linspace(-1, 12, 50),
+        np.linspace(-1, 12, 3001),
         np.array([4.0]),
         np.array([-100.0, -99.0]),
         np.array(5.0),
