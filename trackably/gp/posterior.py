@@ -10,11 +10,11 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.cached import cached
 from trackably.gp.factorise import factorise, factorise_kinds, noise_variance
-from trackably.gp.factors.factorisation import Factorisation, in_blocks
+from trackably.gp.factors.factorisation import Factorisation
 from trackably.gp.prior import Prior
 from trackably.gp.rows import RowKernel
 from trackably.gp.samples import Samples
-from trackably.gp.signal import KernelSum
+from trackably.gp.signal import KernelSum, in_blocks
 from trackably.gp.stencil import Stencils
 
 _LOG_TAU = math.log(math.tau)

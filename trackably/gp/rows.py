@@ -12,8 +12,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from trackably.arrays import Array
 from trackably.cached import cached
-from trackably.gp.factors.factorisation import in_blocks
 from trackably.gp.kernels.base import Kernel, sum_by_moments
+from trackably.gp.signal import in_blocks
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """The learned signal: a constant plus a sum of kernels, as plain stored numbers."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Self
@@ -8,7 +8,6 @@ from typing import Self
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import in_blocks
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.kernels.base import Kernel, sum_by_moments
 
@@ -17,6 +16,25 @@ _LONG = 200  # centres
 _FEW = 2**16  # terms: a sum with no more is summed directly
 _MANY_OF_MOMENTS = 2**18  # terms: for fewer, moments of all centres take longer than the sum
 _NEARBY = 2**14  # terms that are summed at once, so that their times are neighbours
+
+
+# Evaluate functions of many times block by block, in bounded memory.
+
+_WHOLE = 2**16  # numbers for which one call is faster than several
+_BLOCK = 2**15  # numbers that stay in the cache: larger arrays are fetched from memory for each operation
+
+
+def in_blocks(function: Callable[[Array], Array], t: Array, width: int, most: int | None = None) -> Array:
+    """Evaluate a function of times t (any shape) that returns an array (…, *t.shape), block by block.
+
+    The function must treat each time separately; it needs `width` numbers of memory for each. It is called only once if
+    all of them fit into the cache, or are no more than `most`.
+    """
+    if t.size * width <= (most or _WHOLE):
+        return function(t)
+    flat, height = t.reshape(-1), max(1, (most or _BLOCK) // width)
+    joined = np.concatenate([function(flat[i : i + height]) for i in range(0, flat.size, height)], axis=-1)
+    return joined.reshape((*joined.shape[:-1], *t.shape))
 
 
 @dataclass(frozen=True)

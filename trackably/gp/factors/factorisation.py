@@ -138,22 +138,3 @@ def gram(n: int, entries: Entries) -> tuple[Array, Array]:
         part = slice(start, start + _PART)
         memory[0, part], memory[1:, part] = entries(part)
     return memory[0], memory[1:]
-
-
-# Evaluate functions of many times block by block, in bounded memory.
-
-_WHOLE = 2**16  # numbers for which one call is faster than several
-_BLOCK = 2**15  # numbers that stay in the cache: larger arrays are fetched from memory for each operation
-
-
-def in_blocks(function: Callable[[Array], Array], t: Array, width: int, most: int | None = None) -> Array:
-    """Evaluate a function of times t (any shape) that returns an array (…, *t.shape), block by block.
-
-    The function must treat each time separately; it needs `width` numbers of memory for each. It is called only once if
-    all of them fit into the cache, or are no more than `most`.
-    """
-    if t.size * width <= (most or _WHOLE):
-        return function(t)
-    flat, height = t.reshape(-1), max(1, (most or _BLOCK) // width)
-    joined = np.concatenate([function(flat[i : i + height]) for i in range(0, flat.size, height)], axis=-1)
-    return joined.reshape((*joined.shape[:-1], *t.shape))

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from trackably.gp.factors.factorisation import in_blocks
 from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.signal import KernelSum
+from trackably.gp.signal import KernelSum, in_blocks
 
 CENTRES = 0.3 + 0.04 * np.arange(150)
 WEIGHTS = np.random.default_rng(2).standard_normal(150)
