@@ -21,7 +21,7 @@ from trackably.arrays import Array
 from trackably.gp.factors.dense import Dense
 from trackably.gp.factors.factorisation import Covariance, Factorisation
 from trackably.gp.factors.fourier import Fourier
-from trackably.gp.factors.quasiseparable import Cut, Quasiseparable, blocks, reach, row_blocks, tails
+from trackably.gp.factors.quasiseparable import Cut, Quasiseparable, blocks, reach, row_blocks
 from trackably.gp.prior import Prior
 from trackably.gp.rows import Terms
 from trackably.gp.samples import Samples
@@ -129,7 +129,7 @@ def _structured_factorisations(prior: Prior, samples: Samples, covariance: Covar
         of_instants = kernel.value_and_gradient
         return Candidate(cut.cost, lambda: Quasiseparable.of(row_blocks(terms, cut, of_instants), variances))
 
-    longest, far = stencil.lags[-1][1], tails(kernel.decays, *kernel.gradient_decays)
+    longest, far = stencil.lags[-1][1], kernel.decays
     if far and max(tail.rate for tail in far) * longest <= _WITHIN_A_LAG:
         yield of_blocks(Cut(blocks(times, longest, _BLOCK), far, longest > 0))
 

@@ -85,4 +85,4 @@ _MANY = 400  # rows: for fewer, their dense covariance takes less time
 
 def has_system(posterior: JointPosterior, count: int) -> bool:
     """Whether so many rows are solved for together with samples: of one process, whose kernel is a sum of decays."""
-    return count >= _MANY and len(posterior.parts) == 1 and bool(posterior.prior.parts[0].kernel.gradient_decays)
+    return count >= _MANY and len(posterior.parts) == 1 and bool(posterior.prior.parts[0].kernel.decays)

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from trackably.arrays import Array
 from trackably.cached import cached
 from trackably.gp.factorise import noise_variance, terms_of
-from trackably.gp.factors.quasiseparable import Block, Cut, Quasiseparable, blocks, row_blocks, tails, times
+from trackably.gp.factors.quasiseparable import Block, Cut, Quasiseparable, blocks, row_blocks, times
 from trackably.gp.posterior import Posterior
 from trackably.gp.rows import Terms
 
@@ -41,7 +41,7 @@ class RowSystem:
         every, count = Terms.joined([of_samples, terms], [0, n]), n + count
         first = every.first_times(count)
         longest = float(np.max(every.times - first[every.of_row]))
-        own = tails(kernel.decays)
+        own = [decay.only(0) for decay in kernel.decays]
         if not own or max(tail.rate for tail in own) * longest > _WITHIN_A_ROW:
             return None
         order = np.argsort(first, kind="stable")

@@ -206,9 +206,9 @@ class Direct(RowKernel):
 
     def _form_gradient(self, times: Array, u: Array, t: Array, weights: Array) -> Array:
         """Return ∂/∂ln θ of uᵀ κ(times − t) w; of kernels that are sums of decays, long sums are those of moments."""
-        if len(times) * len(t) > _MANY and self.kernel.gradient_decays:
-            sums = [sum_by_moments(decays, t, weights, times, 0)[0] for decays in self.kernel.gradient_decays]
-            return np.asarray(sums) @ u
+        if len(times) * len(t) > _MANY and (decays := self.kernel.decays):
+            rows = range(1, len(decays[0].coefficients))
+            return np.array([sum_by_moments(decays, t, weights, times, 0, row)[0] for row in rows]) @ u
         _, by_theta = self.kernel.value_and_gradient(times[:, None] - t)
         return np.asarray(by_theta @ weights @ u)
 

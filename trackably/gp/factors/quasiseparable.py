@@ -20,16 +20,14 @@ and R. Angus: Fast and scalable Gaussian process modeling with applications to a
 (2017), for blocks of one sample.)
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import comb
 from typing import NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
 import scipy
-from numpy.polynomial import Polynomial
 
 from trackably.arrays import Array
 from trackably.gp.factors.factorisation import Covariance, Factorisation
@@ -62,51 +60,11 @@ def reach(kernel: Kernel, span: float, negligible: float) -> float:
     return float(span * 2.0 ** ((1 - first) / _PARTS))
 
 
-@dataclass(frozen=True)
-class Tail:
-    """Covariances Σ_j a_j x^j e^(−x), x = λ r, of two instants r [s] apart, with the rate λ [1/s].
-
-    `coefficients` has a, and that of each ∂/∂ln θ_j: shape (1 + p, degree + 1).
-    """
-
-    rate: float
-    coefficients: Array
-
-    @property
-    def size(self) -> int:
-        """The number of coefficients."""
-        return int(self.coefficients.shape[1])
-
-    def values(self, elapsed: Array) -> Array:
-        """Return x^j e^(−x) after so many seconds, shape (n,): shape (n, size)."""
-        x = self.rate * elapsed
-        return np.asarray(x[:, None] ** np.arange(self.size) * np.exp(-x)[:, None])
-
-    def moved(self, by: Array) -> Array:
-        """Return the matrices that take a polynomial to later times, `by` [s] of shape (n,): shape (n, size, size)."""
-        x, found = self.rate * by, np.zeros((len(by), self.size, self.size))
-        for j in range(self.size):
-            for k in range(j + 1):
-                found[:, k, j] = comb(j, k) * x ** (j - k)
-        return np.asarray(found * np.exp(-x)[:, None, None])
-
-
-def tails(*parts: tuple[Decay, ...]) -> list[Tail]:
-    """Return sums of decays, those of κ and perhaps of each ∂κ/∂ln θ_j, rate by rate; empty if there are none."""
-    found = list[Tail]()
-    for rate in sorted({decay.rate for decay in parts[0]}):
-        sums = [sum((d.polynomial for d in part if d.rate == rate), Polynomial([0.0])) for part in parts]
-        size = max(len(polynomial) for polynomial in sums)
-        padded = [np.pad(np.asarray(each.coef, dtype=float), (0, size - len(each))) for each in sums]
-        found.append(Tail(rate, np.array(padded) / rate ** np.arange(size)))
-    return found
-
-
 class Cut(NamedTuple):
     """Blocks of `rows` with covariances that pass through `tails`; with `is_near`, neighbours covary otherwise, too."""
 
     rows: list[slice]
-    tails: list[Tail]
+    tails: Sequence[Decay]
     is_near: bool
 
     @property

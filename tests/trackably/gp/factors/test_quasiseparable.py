@@ -8,7 +8,7 @@ import pytest
 
 from tests.trackably.gp.factors.factors import dense, disagreement, factorisations, posterior_at, with_factor
 from trackably.gp.factorise import noise_variance, terms_of
-from trackably.gp.factors.quasiseparable import Cut, Quasiseparable, blocks, reach, row_blocks, tails
+from trackably.gp.factors.quasiseparable import Cut, Quasiseparable, blocks, reach, row_blocks
 from trackably.gp.kernels.base import Product, Sum
 from trackably.gp.kernels.matern import Matern32, Matern52, Matern72
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -51,7 +51,7 @@ KERNELS = {
 def in_blocks(posterior, fewest, by_tails=True):
     """The same posterior in blocks of so many samples: with tails, or without what is lost in rounding."""
     prior, samples, kernel = posterior.prior, posterior.samples, posterior.prior.kernel
-    longest, own = samples.stencil.lags[-1][1], tails(kernel.decays, *kernel.gradient_decays) if by_tails else []
+    longest, own = samples.stencil.lags[-1][1], kernel.decays if by_tails else ()
     span = samples.times[-1] - samples.times[0]
     far = longest if own else longest + reach(kernel, span, 1e-18)
     cut = Cut(blocks(samples.times, far, fewest), own, not own or longest > 0)
