@@ -1,6 +1,7 @@
 """Attack: hundreds of random references whose bounds are kept or broken by a hair, and a search that knows no mercy."""
 
 from collections import Counter
+from functools import partial
 
 import numpy as np
 import pytest
