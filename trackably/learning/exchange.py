@@ -226,16 +226,16 @@ class Exchange:
         """Halve the signals' amplitudes at each point until all bounds hold; keep the best result."""
         for point in points:
             for halvings in range(_MAX_HALVINGS):
-                candidate = self._evaluate(self.problem.space.scaled_down(point, 2.0**halvings))
-                if candidate and candidate.is_feasible:
-                    self._keep(candidate)
+                if self.try_point(self.problem.space.scaled_down(point, 2.0**halvings)):
                     break
 
-    def try_all(self, points: Iterable[Array]) -> None:
-        """Evaluate some points without improving them; keep the best, or the one with the smallest violation."""
-        for candidate in map(self._evaluate, points):
-            if candidate and candidate.is_feasible:
-                self._keep(candidate)
+    def try_point(self, point: Array) -> bool:
+        """Evaluate a point without improving it, keep it if it is the best, and return whether it keeps all bounds."""
+        candidate = self._evaluate(point)
+        if candidate is None or not candidate.is_feasible:
+            return False
+        self._keep(candidate)
+        return True
 
     @property
     def _no_places(self) -> Places:

@@ -420,6 +420,35 @@ class JointSearch:
     def _is_no_better(self, value: float) -> bool:
         return self.best is not None and value >= self.best.objective - _SAME_VALUE * (1 + abs(self.best.objective))
 
+    def outcome(
+        self, problem: ConstrainedProblem, unconstrained: JointPosterior | None = None
+    ) -> Solution | NoSolution:
+        """Return the best solution, or the reason why there is none; `problem` has the bounds as they were given."""
+        if self.best is not None:
+            mean = self.best.function.mean
+            return Solution(
+                mean.posterior,
+                mean.signals,
+                self.best.objective,
+                self.best.function.places,
+                self.fits,
+                active_bounds=mean.active_bounds,
+                method="joint",
+                unconstrained=unconstrained,
+                missed=max(0.0, -self.best.function.margin),
+                spread=self.spread,
+            )
+        if self.closest is None:
+            return NoFunction(problem.required)
+        function = self.closest.function
+        mean = function.mean
+        if mean.contradicts:
+            given_first = sorted(mean.most_influential, key=lambda bound: bound.side != "equal")
+            return UnmetBounds(mean.posterior, tuple(given_first[:_TOLD]))
+        quantity = problem.constraints[function.constraint].quantity
+        violation = -function.margin * quantity.bounds.width
+        return NothingFeasible(mean.posterior, quantity, function.time, violation, problem.broken_at_rest)
+
 
 _OTHER_MINIMA = 3  # minima of the likelihood that are starts beside the best one
 _MANY_SAMPLES = 200  # with more, the search over θ alone takes longer than that for functions
@@ -449,14 +478,13 @@ def learn_jointly(
             search.follow(other)
     fits = search.fits + sum(found.fits for found in (free, alone) if isinstance(found, Solution))
     least = search.best.objective if search.best else np.inf
-    if isinstance(alone, Solution) and not problem.required and alone.objective < least:
-        return replace(alone, fits=fits, unconstrained=free.posterior, alone=alone.objective)
-    if search.best is not None:
-        known = alone.objective if isinstance(alone, Solution) else np.inf
-        return replace(_solution(search.best, search, free.posterior), alone=known, fits=fits)
-    if search.closest is not None:
-        return _no_solution(problem, search.closest)
-    return NoFunction(problem.required) if problem.required else alone
+    known = alone.objective if isinstance(alone, Solution) else np.inf
+    if isinstance(alone, Solution) and not problem.required and known < least:
+        return replace(alone, fits=fits, unconstrained=free.posterior, alone=known)
+    if search.closest is None and not problem.required:
+        return alone
+    found = search.outcome(problem, free.posterior)
+    return replace(found, alone=known, fits=fits) if isinstance(found, Solution) else found
 
 
 def _likeliest(problem: ConstrainedProblem, minima: Sequence[Mapping[str, float]]) -> Solution | NoSolution:
@@ -479,9 +507,7 @@ def learn_from(starts: Sequence[Array], problem: ConstrainedProblem) -> Solution
     search = JointSearch(problem)
     for log_theta in starts:
         search.follow(log_theta)
-    if search.best is not None:
-        return _solution(search.best, search, None)
-    return _no_solution(problem, search.closest) if search.closest is not None else NoFunction(problem.required)
+    return search.outcome(problem)
 
 
 def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
@@ -500,43 +526,42 @@ def extended(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSo
     anew. The result may cost more than hyperparameters alone would: `alone` is taken from `solution`, and shows this.
     """
     takes_long = solution.missed or solution.is_rough
-    kept = _with_same_hyperparameters(solution, problem) if takes_long else None
-    return kept or _searched_on(solution, problem)
+    return continued(solution, problem) if takes_long else _searched_on(solution, problem)
 
 
-def _with_same_hyperparameters(solution: Solution, problem: ConstrainedProblem) -> Solution | None:
+def _with_same_hyperparameters(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution | None:
     """Return the function for the hyperparameters of `solution`; None if J rises by more than the allowed gap.
 
     What the bounds that it violates would have cost is no reason to search again.
     """
     search = JointSearch(problem)
-    places = solution.active if solution.active_bounds else None
-    search.settle(solution.posterior.prior.log_hyperparameters, places, solution.signals)
+    search.settle(solution.posterior.prior.log_hyperparameters, _places(solution), solution.signals)
     missed = solution.missed * solution.rise([constraint.quantity for constraint in problem.constraints])
     if search.best is None or search.best.objective - solution.objective > 2 * (solution.allowed_gap + missed):
         return None
-    return _like(solution, _solution(search.best, search, solution.unconstrained))
+    return _like(solution, search.outcome(problem))
 
 
 def _searched_on(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
     search = JointSearch(problem)
-    places = solution.active if solution.active_bounds else None
-    search.follow(solution.posterior.prior.log_hyperparameters, places, solution.signals, farthest=_NEARBY)
+    search.follow(solution.posterior.prior.log_hyperparameters, _places(solution), solution.signals, farthest=_NEARBY)
     if search.best:
-        return _like(solution, _solution(search.best, search, solution.unconstrained))
+        return _like(solution, search.outcome(problem))
     if solution.method == "hyperparameters" and not problem.required:
-        alone = continued_alone(solution, problem)
-        return (
-            _like(solution, replace(alone, unconstrained=solution.unconstrained))
-            if isinstance(alone, Solution)
-            else alone
-        )
+        return _like(solution, continued_alone(solution, problem))
     return learn_jointly(problem)
 
 
-def _like(solution: Solution, found: Solution) -> Solution:
-    """Return what was found, with what is known of a similar problem: J of hyperparameters alone, and its spread."""
-    return replace(found, alone=solution.alone, spread=solution.spread)
+def _places(solution: Solution) -> Places | None:
+    """Return the places of a function at which a search can begin; None for a posterior mean."""
+    return solution.active if solution.active_bounds else None
+
+
+def _like(solution: Solution, found: Solution | NoSolution) -> Solution | NoSolution:
+    """Return what was found, with what is known of a similar problem: without bounds, and of hyperparameters alone."""
+    if not isinstance(found, Solution):
+        return found
+    return replace(found, alone=solution.alone, spread=solution.spread, unconstrained=solution.unconstrained)
 
 
 def _alone(problem: ConstrainedProblem, free: Solution, best: Point | None) -> Solution | NoSolution:
@@ -560,14 +585,12 @@ def learn_function(problem: ConstrainedProblem, near: Solution | None = None) ->
     if problem.prior.learned:
         raise ValueError(f"function: hyperparameters have to be known, but {', '.join(problem.prior.learned)}")
     search = JointSearch(problem)
-    known, places = problem.prior.log_hyperparameters, near.active if near and near.active_bounds else None
+    known, places = problem.prior.log_hyperparameters, _places(near) if near else None
     signals: Signals | None = near.signals if near else None
     if near is None and not is_linear(problem) and (begun := search.begin(known)) is not None:
         places, signals = begun.function.places, begun.function.mean.signals
     search.settle(known, places, signals)
-    if search.best is not None:
-        return _solution(search.best, search, None)
-    return NoFunction(problem.required) if search.closest is None else _no_solution(problem, search.closest)
+    return search.outcome(problem)
 
 
 def _nlml(problem: ConstrainedProblem, log_theta: Array) -> float:
@@ -575,29 +598,3 @@ def _nlml(problem: ConstrainedProblem, log_theta: Array) -> float:
         return problem.posterior(log_theta).negative_log_marginal_likelihood()[0]
     except IllConditioned:
         return np.inf
-
-
-def _solution(point: Point, search: JointSearch, unconstrained: JointPosterior | None) -> Solution:
-    mean = point.function.mean
-    return Solution(
-        mean.posterior,
-        mean.signals,
-        point.objective,
-        point.function.places,
-        search.fits,
-        active_bounds=mean.active_bounds,
-        method="joint",
-        unconstrained=unconstrained,
-        missed=max(0.0, -point.function.margin),
-        spread=search.spread,
-    )
-
-
-def _no_solution(problem: ConstrainedProblem, closest: Point) -> NoSolution:
-    mean, function = closest.function.mean, closest.function
-    if mean.contradicts:
-        given_first = sorted(mean.most_influential, key=lambda bound: bound.side != "equal")
-        return UnmetBounds(mean.posterior, tuple(given_first[:_TOLD]))
-    quantity = problem.constraints[function.constraint].quantity
-    violation = -function.margin * quantity.bounds.width
-    return NothingFeasible(mean.posterior, quantity, function.time, violation, problem.broken_at_rest)

@@ -13,9 +13,8 @@ from trackably.checker.certificate import Window
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.learning.index_set import RealTimes
-from trackably.learning.joint import exchange, search
 from trackably.learning.joint.exchange import exchange_bounds, no_places
-from trackably.learning.joint.search import JointProgram, continued, extended, learn_from, learn_jointly
+from trackably.learning.joint.search import JointProgram, continued, learn_jointly
 from trackably.learning.joint.sequential import keep_off_short_times
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
@@ -147,71 +146,6 @@ def test_hyperparameters_are_kept_where_bounds_hardly_change_and_learned_again_w
     assert tighter.posterior.prior != first.posterior.prior
 
 
-@pytest.mark.parametrize("missed", [True, False])
-def test_hyperparameters_are_kept_where_violated_bounds_would_have_cost_the_rise(missed, monkeypatch):
-    steps, right = list[JointProgram](), JointProgram.minimise
-
-    def recorded(program, *others):
-        steps.append(program)
-        return right(program, *others)
-
-    problem, known = problem_of("tight_4"), jointly("tight_4")
-    by_width = known.rise([constraint.quantity for constraint in problem.constraints])
-    cheaper = replace(known, objective=known.objective - 5 * known.allowed_gap)
-    violated = replace(cheaper, missed=5 * known.allowed_gap / by_width if missed else 0.0)
-    monkeypatch.setattr(JointProgram, "minimise", recorded)
-    assert isinstance(continued(violated, problem), Solution)
-    assert bool(steps) != missed
-
-
-@pytest.mark.parametrize("name", ["tight_2", "tight_4"])
-def test_a_search_goes_on_near_the_hyperparameters_of_a_similar_problem(name, monkeypatch):
-    reaches, right = list[float](), JointProgram.minimise
-
-    def recorded(program, start, curvature, reach, *others):
-        reaches.append(reach)
-        return right(program, start, curvature, reach, *others)
-
-    first = jointly(name)
-    monkeypatch.setattr(JointProgram, "minimise", recorded)
-    assert isinstance(extended(first, with_less_room(problem_of(name), 0.05)), Solution)
-    assert reaches[0] == 0.1
-
-
-@pytest.mark.parametrize("other_rule", ["_MORE_BENDS", "_MANY_MET"])
-def test_a_step_that_takes_far_more_places_than_a_known_function_is_given_up(other_rule, monkeypatch):
-    """Far more active ones, or far more that it meets at all; for kernels with which many take long."""
-    monkeypatch.setattr(exchange, "has_system", lambda *_: False)
-    monkeypatch.setattr(exchange, "MANY_ACTIVE", 0)
-    monkeypatch.setattr(exchange, other_rule, 1e9)
-    problem, known = problem_of("tight_3"), jointly("tight_3")
-    one = tuple(places[:1] for places in known.active)
-    anew, beside = (exchange_bounds(problem, known.posterior, one, ceiling=of) for of in (np.inf, 1e9))
-    assert anew.margin >= 0
-    assert beside.margin < 0
-    assert beside.rounds < anew.rounds
-
-
-@pytest.mark.parametrize("often", [1, 2, 4])
-@pytest.mark.parametrize("name", ["tight_3", "tight_4"])
-def test_a_far_step_that_is_given_up_is_followed_by_a_shorter_one(name, often, monkeypatch):
-    """Not by ever shorter ones: each costs the time of a program with far more places."""
-    right, given_up = exchange_bounds, list[bool]()
-
-    def give_up_first_fine_steps(problem, posterior, places, near, tolerance, ceiling, rounds):
-        found = right(problem, posterior, places, near, tolerance, ceiling, rounds)
-        if len(given_up) == often or tolerance or ceiling == np.inf:
-            return found
-        given_up.append(True)
-        return replace(found, margin=-1.0)
-
-    problem, expected = problem_of(name), jointly(name)
-    monkeypatch.setattr(search, "exchange_bounds", give_up_first_fine_steps)
-    found = learn_from([expected.unconstrained.prior.log_hyperparameters], problem)
-    assert given_up
-    assert (found.objective < expected.objective + 1e-4) == (often < 4)
-
-
 @pytest.mark.parametrize("sought", [None, (0.01, 0.06)])
 @pytest.mark.parametrize("name", ["tight_2", "wild_0"])
 def test_no_length_scale_below_two_steps_is_sought_for_bounds_at_all_times(name, sought):
@@ -228,15 +162,3 @@ def test_no_length_scale_below_two_steps_is_sought_for_bounds_at_all_times(name,
     assert keep_off_short_times(at_steps) == at_steps
     least = keep_off_short_times(at_all_times).space.bounds["lengthscale"]
     assert least == (given if sought else Interval(2 * step, given.upper))
-
-
-def test_where_many_bounds_are_active_steps_end_with_one_that_gains_less_than_the_allowed_gap(monkeypatch):
-    problem = problem_of("tight_4")
-    theta = jointly("tight_4").unconstrained.prior.log_hyperparameters
-    of = search.JointSearch(problem)
-    begun = search._Descent(of._at(theta, no_places(problem), None, 0.0), no_places(problem))
-    at_last = of._descend(begun, 0.0, 1e-9).point.objective
-    monkeypatch.setattr(search.JointSearch, "_has_many_active", lambda *_, **__: True)
-    monkeypatch.setattr(search.Point, "allowed_gap", np.inf)
-    after_one = of._descend(begun, 0.0, 1e-9).point.objective
-    assert at_last < after_one - 1e-6 < begun.point.objective - 1e-3
