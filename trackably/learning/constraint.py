@@ -275,6 +275,22 @@ def _lowest_of_each(times: Array, margins: Array) -> tuple[Array, Array]:
     return times[lowest, every], margins[lowest, every]
 
 
+def joined(one: Sequence[TimesAndMargins], other: Sequence[TimesAndMargins]) -> list[TimesAndMargins]:
+    """Return, for each constraint, the places and margins of both."""
+    pairs = zip(one, other, strict=True)
+    return [(np.concatenate([a, b]), np.concatenate([c, d])) for (a, c), (b, d) in pairs]
+
+
+def worst(minima: Sequence[TimesAndMargins]) -> tuple[float, int, float]:
+    """Return the smallest margin, the index of its constraint, and its (first) time [s]; (∞, −1, NaN) if none."""
+    found = [
+        (margins.min().item(), i, places[np.argmin(margins)].flat[0].item())
+        for i, (places, margins) in enumerate(minima)
+        if len(margins)
+    ]
+    return min(found, default=(np.inf, -1, np.nan))
+
+
 def owners(of_each: Sequence[Array]) -> Indices:
     """Return, for each entry of the joined arrays, the index of its array."""
     return np.repeat(np.arange(len(of_each)), [len(part) for part in of_each])

@@ -4,7 +4,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +12,7 @@ from trackably.arrays import Array
 from trackably.checker.certificate import AllPhases, Window
 from trackably.gp.joint import period_of
 from trackably.gp.kernels.base import Kernel
+from trackably.systems.trajectories import Quantities
 
 # A signal cannot change much faster than its kernel's correlation time: with this many grid points in each correlation
 # time the grid shows every local minimum, which is then refined.
@@ -31,26 +31,24 @@ TimesAndMargins = tuple[Array, Array]
 """Times [s] of local minima in increasing order, and the margins there: shape (n,) both."""
 
 
-class Margins(Protocol):
-    """Several margins that are evaluated together."""
+@dataclass(frozen=True)
+class _Single:
+    """A single margin, in the form of those of several quantities."""
 
-    def __len__(self) -> int:
-        """The number of margins."""
-        ...
+    margin: Margin
 
     def margins(self, t: Array) -> Array:
-        """Return all margins at t [s]: shape (Q, *t.shape)."""
-        ...
+        return self.margin(t)[None]
 
     def margins_of(self, which: Indices, t: Array) -> Array:
-        """Return margin `which[i]` at t[..., i] [s]; the result has the shape of t."""
-        ...
+        return self.margin(t)
 
     def breakpoints_in(self, start: float, end: float) -> Array:
-        """Return the times [s] between these at which a margin may jump or have a kink, because
-        its bound moves in time.
-        """
-        ...
+        return np.empty(0)
+
+
+Margins = Quantities | _Single
+"""Several margins that are evaluated together."""
 
 
 class IndexSet(ABC):
@@ -134,25 +132,6 @@ class RealTimes(IndexSet):
         if isinstance(self.of, AllPhases):
             return np.empty(0)
         return centres[(self.of.start <= centres) & (centres <= self.of.end)]
-
-
-@dataclass(frozen=True)
-class _Single:
-    """A single margin in the form of `Margins`."""
-
-    margin: Margin
-
-    def __len__(self) -> int:
-        return 1
-
-    def margins(self, t: Array) -> Array:
-        return self.margin(t)[None]
-
-    def margins_of(self, which: Indices, t: Array) -> Array:
-        return self.margin(t)
-
-    def breakpoints_in(self, start: float, end: float) -> Array:
-        return np.empty(0)
 
 
 def _minima_in_cells(margins: Margins, start: float, end: float, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:

@@ -151,14 +151,6 @@ def test_a_mean_left_out_is_the_likeliest_admissible_equilibrium(name: str) -> N
     np.testing.assert_allclose(means, best.x, atol=0.02)
 
 
-@pytest.mark.parametrize("name", INSTANCES)
-def test_in_a_window_it_is_the_likeliest_of_all(name: str) -> None:
-    plant, given = INSTANCES[name]
-    _, found = beforehand(plant, given, (0.0, 1.0))
-    assert found.likeliest is not None
-    assert [part.mean for part in found.prior.parts] == [part.mean for part in found.likeliest.prior.parts]
-
-
 def test_periodic_references_swing_about_the_mean_that_they_learn() -> None:
     t = np.linspace(0, 12, 40)
     samples = Samples(t, 80 + np.sin(2 * np.pi * t / 4) + 0.05 * NOISE[1][:40])

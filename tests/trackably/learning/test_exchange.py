@@ -87,15 +87,6 @@ def test_no_point_of_a_dense_grid_is_better_in_tight_sets_either(seed):
     assert found.objective <= naive.best_on_a_grid(case) + 1e-9
 
 
-@pytest.mark.parametrize("seed", SEEDS[::2])
-def test_learned_noise_is_as_good_as_brute_force(seed):
-    base = instance(seed)
-    prior = replace(base.prior, noise_std=Learned(base.prior.noise_std))
-    free = replace(base, prior=prior)
-    found = best_solution(replace(free.problem, constraints=()))
-    assert found.objective <= naive.best_of_many_starts(free, starts=20, constrained=False) + 1e-5
-
-
 @pytest.mark.parametrize("seed", [0, 1, 4])
 def test_learned_noise_under_constraints_is_as_good_as_brute_force(seed):
     base = instance(seed)

@@ -75,14 +75,6 @@ def test_minima_of_many_steps_are_those_of_all_of_them(seed, count):
     assert np.min(signal(found)) <= np.min(values) + 1e-10
 
 
-def test_a_window_finds_every_minimum_of_a_wave_and_its_ends():
-    """cos(2t + 1): minima where 2t + 1 is an odd multiple of π, and at an end towards which it falls."""
-    inside = [(np.pi - 1) / 2, (3 * np.pi - 1) / 2]
-    for end, minima in ((5.0, inside), (7.0, [*inside, 7.0])):
-        found = RealTimes(Window(0.0, end)).local_minima(lambda t: np.cos(2 * t + 1), [KERNEL])
-        np.testing.assert_allclose(found, minima, atol=1e-6)
-
-
 @given(st.floats(-3, 3), st.floats(0.1, 10), st.floats(-0.5, 1.5))
 def test_a_window_finds_the_bottom_of_a_bowl_or_the_nearer_end(start, length, where):
     bottom = start + where * length

@@ -9,7 +9,7 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.row_posterior import has_system
 from trackably.gp.rows import row_kernel
 from trackably.gp.signal import KernelSum
-from trackably.learning.constraint import Constraint, timed
+from trackably.learning.constraint import Constraint, timed, worst
 from trackably.learning.joint.constrained_mean import ConstrainedMean, constrained_mean, is_linear
 from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Minima, Places, demands, merge, places_of
 from trackably.learning.joint.sequential import with_regular
@@ -104,14 +104,14 @@ def exchange_bounds(
             return best
         seen = MarginScan(problem.constraints, bent.signals)
         minima = seen.closest(places)
-        least, gain, price = _worst(minima)[0], bent.price - price, bent.price
+        least, gain, price = worst(minima)[0], bent.price - price, bent.price
         removed = _removed_by_backoff(problem, bent) if is_rough else 0.0
         is_stuck, was_thinned = abs(gain) <= _NO_GAIN * price, is_thinned
         # What hides beside kinks is looked for near the end only: before, it would be thousands of places.
         was_close, is_close = is_close, is_rough and (is_close or is_stuck or least >= -max(removed, _MATTERS))
         if is_close or least >= 0:
             minima = seen.with_overlooked(minima)
-        margin, constraint, time = _worst(minima)
+        margin, constraint, time = worst(minima)
         kept = places_of(bent.active_bounds, [constraint.quantity.name for constraint in problem.constraints])
         crowded = sum(np.count_nonzero(margins < 0) for _, margins in minima) > _CROWDED
         is_thinned = bool(is_convex and crowded and not is_stuck and (tolerance or _count(kept) > _CROWD))
@@ -129,7 +129,7 @@ def exchange_bounds(
             or bent.contradicts
             or price > ceiling
             or is_worse
-            or is_same(met, places)
+            or all(map(np.array_equal, met, places))
         ):
             return best
         is_crowd = _count(met) > limits.most or (_count(met) > limits.many and margin >= -_MATTERS)
@@ -231,17 +231,3 @@ def _broken(minima: Minima) -> Minima:
 
 def _count(places: Places) -> int:
     return sum(map(len, places))
-
-
-def _worst(minima: Minima) -> tuple[float, int, float]:
-    found = [
-        (float(np.min(margins)), i, float(times[np.argmin(margins)]))
-        for i, (times, margins) in enumerate(minima)
-        if len(margins)
-    ]
-    return min(found, default=(np.inf, -1, np.nan))
-
-
-def is_same(one: Places, other: Places) -> bool:
-    """Return whether both have the same places for each constraint."""
-    return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))

@@ -16,7 +16,17 @@ from trackably.arrays import Array, Flags
 from trackably.cached import cached
 from trackably.gp.rows import Rows, Terms
 from trackably.gp.signal import EvaluationCache, KernelSum
-from trackably.learning.constraint import CLOSER, Bounded, Constraint, between, local_minima, owners, parts, timed
+from trackably.learning.constraint import (
+    CLOSER,
+    Bounded,
+    Constraint,
+    between,
+    joined,
+    local_minima,
+    owners,
+    parts,
+    timed,
+)
 from trackably.learning.problem import ActiveBound, ConstrainedProblem, Side
 from trackably.systems.trajectories import Functional, Quantities, Signals, Trajectory
 
@@ -108,8 +118,8 @@ def _unite(places: Array, new: Array, same: float) -> Array:
         at = bisect(times, time)
         if all(abs(time - t) > same for t in times[max(at - 1, 0) : at + 1]):
             times.insert(at, time)
-    joined = sorted((time, side) for side, times in known.items() for time in times)
-    return np.array(joined).reshape(-1, 2)
+    union = sorted((time, side) for side, times in known.items() for time in times)
+    return np.array(union).reshape(-1, 2)
 
 
 def demands(problem: ConstrainedProblem, places: Places, near: Signals) -> Demands:
@@ -199,12 +209,12 @@ class MarginScan:
         """
         kernels = [signal.kernel for signal in self.signals]
         minima = local_minima(self._known, kernels, self._all.signals)
-        return _join(minima, between(self._known, self._all, [at[:, 0] for at in places]))
+        return joined(minima, between(self._known, self._all, [at[:, 0] for at in places]))
 
     def with_overlooked(self, found: Minima) -> Minima:
         """Add the places between kinks where a bound is violated that the grid of `closest` missed."""
         centres = [each.suspect_centres(self) for each in self._known]
-        return _join(found, between(self._known, self._all, centres, CLOSER))
+        return joined(found, between(self._known, self._all, centres, CLOSER))
 
     def thinned(self, found: Minima, places: Places, apart: Sequence[float], by: float) -> Minima:
         """Return few of the times at which bounds are violated `by` more than this part of their
@@ -272,10 +282,3 @@ def _distances(times: Array, others: Array) -> Array:
     padded = np.concatenate([[-np.inf], others, [np.inf]])
     after = np.searchsorted(padded, times)
     return np.asarray(np.minimum(times - padded[after - 1], padded[after] - times))
-
-
-def _join(one: Minima, other: Minima) -> Minima:
-    return [
-        (np.concatenate([times, more]), np.concatenate([margins, below]))
-        for (times, margins), (more, below) in zip(one, other, strict=True)
-    ]

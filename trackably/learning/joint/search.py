@@ -8,6 +8,7 @@ The starts are the minima of the likelihood, and the minimum with hyperparameter
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -89,40 +90,35 @@ class JointProgram:
         """
         space = self.problem.space
         lower, upper = np.maximum(space.log_lower, start - reach), np.minimum(space.log_upper, start + reach)
-        working = self._working_set(active)
-
-        def evaluate(log_theta: Array) -> sqp.Evaluation | None:
-            return self._evaluate(log_theta, working.mean_for)
-
-        found = sqp.minimise(evaluate, start, lower, upper, _NEARBY, curvature, precision)
+        demanded = demands(self.problem, self.places, self.near)
+        begun = demanded.is_equation.copy()
+        begun[: sum(map(len, self.places))] = flags(self.places, active)
+        working = WorkingSet(demanded, begun)
+        found = sqp.minimise(
+            partial(self.evaluate, mean_for=working.mean_for), start, lower, upper, _NEARBY, curvature, precision
+        )
         return None if found is None else (found, select(self.places, working.chosen))
 
-    def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
-        """Return J with its gradient (envelope theorem); None if J is undefined."""
-        return self._evaluate(
-            log_theta, lambda posterior: constrained_mean(self.problem, posterior, self.places, self.near)
-        )
-
-    def _evaluate(
-        self, log_theta: Array, mean_for: Callable[[JointPosterior], ConstrainedMean | None]
+    def evaluate(
+        self, log_theta: Array, mean_for: Callable[[JointPosterior], ConstrainedMean | None] | None = None
     ) -> sqp.Evaluation | None:
+        """Return J with its gradient (envelope theorem); None if J is undefined.
+
+        The function is found by `mean_for`, if it is given.
+        """
         posterior = self.problem.posterior(log_theta)
         try:
             value, gradient = posterior.negative_log_marginal_likelihood()
-            mean = mean_for(posterior)
+            if mean_for is None:
+                mean = constrained_mean(self.problem, posterior, self.places, self.near)
+            else:
+                mean = mean_for(posterior)
         except IllConditioned:
             return None
         if mean is None:
             return None
         by_theta = gradient + mean.price_gradient()
         return sqp.Evaluation(value + mean.price, by_theta, np.empty(0), np.empty((0, len(log_theta))))
-
-    def _working_set(self, active: Places) -> WorkingSet:
-        """Return a working set with the active places and the required values."""
-        demanded = demands(self.problem, self.places, self.near)
-        begun = demanded.is_equation.copy()
-        begun[: sum(map(len, self.places))] = flags(self.places, active)
-        return WorkingSet(demanded, begun)
 
 
 @dataclass(frozen=True)
@@ -307,21 +303,13 @@ class JointSearch:
         """
         found = list[tuple[Point, ConstrainedProblem]]()
         for places, near in paths:
-            point, problem = self._tighten(log_theta, places, near, backoff)
+            search = JointSearch(with_backoff(self.problem, backoff), closest=self.closest)
+            point, self.closest = search._at(log_theta, places, near, _ALMOST), search.closest
             if point is not None and point.is_solution:
                 same = _OF_GAP * point.allowed_gap
                 if all(abs(point.objective - other.objective) > same for other, _ in found):
-                    found.append((point, problem))
+                    found.append((point, search.problem))
         return found
-
-    def _tighten(
-        self, log_theta: Array, places: Places, near: Signals, by: float
-    ) -> tuple[Point | None, ConstrainedProblem]:
-        """Return the function for bounds tightened `by` a part of their width, and the problem with these bounds."""
-        search = JointSearch(with_backoff(self.problem, by), closest=self.closest)
-        point = search._at(log_theta, places, near, _ALMOST)
-        self.closest = search.closest
-        return point, search.problem
 
     def settle(self, log_theta: Array, places: Places | None, near: Signals | None) -> None:
         """Find the function for these hyperparameters, without any step in θ."""

@@ -6,14 +6,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.trackably.learning.instances import Instance, instance, tight, wild
-from tests.trackably.learning.joint import naive
-from tests.trackably.learning.joint.instances import Case
+from tests.trackably.learning.instances import instance, tight, wild
 from trackably.checker.certificate import Window
-from trackably.gp.joint import JointPosterior, JointPrior
+from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.learning.index_set import RealTimes
-from trackably.learning.joint.exchange import exchange_bounds, no_places
 from trackably.learning.joint.search import JointProgram, continued, learn_jointly
 from trackably.learning.joint.sequential import keep_off_short_times
 from trackably.learning.problem import ConstrainedProblem, Solution
@@ -48,12 +45,6 @@ def alone(name: str) -> Solution:
     return found
 
 
-def as_case(of: Instance, found: Solution) -> Case:
-    """The problem at the learned θ, for the dense program."""
-    steps = of.problem.constraints[0].index_set
-    return Case((of.samples,), found.posterior.prior, of.plant, steps)
-
-
 @names
 def test_is_never_worse_than_hyperparameters_alone(name):
     assert jointly(name).objective <= alone(name).objective + 1e-9 * (1 + abs(alone(name).objective))
@@ -78,17 +69,6 @@ def test_bounds_are_kept_at_every_step(name):
         assert np.min(constraint.relative_margin(found, steps * case.plant.sampling_time)) >= 0
 
 
-@pytest.mark.parametrize("name", ["loose_0", "tight_3", "tight_8"])
-def test_the_function_is_optimal_for_what_was_learned(name):
-    """Inputs are bounded up to the step before the last state; the dense program bounds them at the last one too."""
-    found, case = jointly(name), INSTANCES[name]
-    dense = as_case(case, found)
-    posterior = JointPosterior(dense.prior, dense.samples)
-    (part,), (samples,) = posterior.parts, dense.samples
-    energy = part.weights @ (samples.values - part.prior.mean)
-    assert found.price == pytest.approx(naive.least(dense).value - energy, rel=1e-5)
-
-
 @names
 def test_the_slope_of_j_is_zero_or_points_out_of_the_space(name):
     """In units in which a step of 1 in ln θ changes J by the slope."""
@@ -98,19 +78,6 @@ def test_the_slope_of_j_is_zero_or_points_out_of_the_space(name):
     down, up = theta > problem.space.log_lower + 1e-9, theta < problem.space.log_upper - 1e-9
     left = np.where(slope > 0, slope * down, slope * up)
     np.testing.assert_allclose(left, 0.0, atol=1e-4 * (1 + abs(found.objective)))
-
-
-@pytest.mark.parametrize("name", ["loose_0", "tight_3"])
-def test_no_hyperparameters_nearby_are_better(name):
-    """J at other θ, with the function that is best there."""
-    found, problem = jointly(name), problem_of(name)
-    at, rng = found.posterior.prior.log_hyperparameters, np.random.default_rng(0)
-    for step in 10.0 ** np.array([-3, -2, -1, -0.5]):
-        near = np.clip(at + step * rng.normal(size=at.size), problem.space.log_lower, problem.space.log_upper)
-        posterior = problem.posterior(near)
-        value = posterior.negative_log_marginal_likelihood()[0]
-        value += exchange_bounds(problem, posterior, no_places(problem)).mean.price
-        assert value >= found.objective - 1e-7 * (1 + abs(found.objective))
 
 
 @pytest.mark.parametrize("name", ["loose_0", "tight_8"])

@@ -47,14 +47,3 @@ def test_bounds_matter_and_cost_something(seed):
     assert min(np.min(q.margin(reference.signals, t)) / q.bounds.width for q in reference.quantities) < 1e-2
     plain = Reference(solution.posterior.signals, reference.plant)
     assert min(np.min(q.margin(plain.signals, t)) for q in plain.quantities) < 0
-
-
-@seeds
-def test_the_system_follows(seed):
-    """x(t + T) = A x(t) + B u(t) + c."""
-    reference = learned(seed).reference
-    t = np.linspace(0, 4, 101)
-    x, u = reference.state_at(t), reference.input_at(t)
-    landed = reference.plant.linear.successor(x, u)
-    after = reference.state_at(t + reference.plant.sampling_time)
-    np.testing.assert_allclose(landed, after, atol=1e-8 * np.max(np.abs(x)))
