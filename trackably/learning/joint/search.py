@@ -81,7 +81,7 @@ class JointProgram:
     near: Signals
 
     def minimise(
-        self, start: Array, curvature: Array | None, reach: float, active: Places, precision: float = _PRECISION
+        self, start: Array, curvature: Array | None, reach: float, active: Places, precision: float
     ) -> tuple[sqp.Minimum, Places] | None:
         """Return a local minimum within `reach` of `start` in each ln θ, and the places that were active on the way.
 
@@ -342,7 +342,7 @@ class JointSearch:
             if minimised is None:
                 break
             found, active = minimised
-            if self._is_known(found.at.value, path, least_gain):
+            if found.at.value >= point.ceiling - least_gain * (1 + abs(found.at.value)) or path.reach < _SHORTEST:
                 break
             there = self._at(found.x, active, signals, tolerance, point.ceiling)
             if there is None or there.is_unfinished(point.ceiling) or self._is_hopeless(there):
@@ -375,12 +375,6 @@ class JointSearch:
         """Whether a function has more than `many` active places, and more than so many for each of the `samples`."""
         count = sum(map(len, self.problem.samples))
         return sum(map(len, point.function.active)) > max(many, samples * count)
-
-    def _is_known(self, value: float, path: "_Descent", least_gain: float) -> bool:
-        """Whether a relaxation with this value promises too small a gain, or nothing better than the best point."""
-        gain = least_gain * (1 + abs(value))
-        nothing = value >= path.point.ceiling - gain or path.reach < _SHORTEST
-        return nothing or (np.isinf(path.reach) and self._is_no_better(value))
 
     def _at(
         self,
