@@ -96,11 +96,6 @@ class KernelSum:
     def derivative(self, t: Array) -> Array:
         return np.asarray(self.jet(t, 1)[1])
 
-    @property
-    def curvature(self) -> float:
-        """A bound of |m̈⁺(t)| for all t (unit per s²). It uses that |κ̈| of a covariance is largest at 0."""
-        return float(np.sum(np.abs(self.weights)) * np.abs(self.kernel.jet(np.zeros(()), 2)[2]))
-
     def _sums(self, t: Array, order: int) -> Array:
         if len(self.centres) >= _LONG and t.size * len(self.centres) > _MANY_OF_MOMENTS and self.kernel.decays:
             return sum_by_moments(self.kernel.decays, self.centres, self.weights, t, order)
