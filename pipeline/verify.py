@@ -17,7 +17,7 @@ from pipeline.published.scalar import is_scalar, state_and_input
 from pipeline.storage.archive import Sampled, write_margins
 from pipeline.storage.results import Results, to_csv
 from trackably.arrays import Array
-from trackably.certificates.certificate import Certificate, robust_of
+from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import accepted_file, judge
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import Outcome
@@ -237,8 +237,8 @@ def prove_for(experiment: Experiment, method: str, sampled: Sampled, reference: 
     proof = METHODS[method].prove(experiment.goal(sampled.samples), reference)
     if not isinstance(proof, Certificate):
         return proof
-    robust = robust_of(experiment.tightening) if METHODS[method].is_robust else None
-    return with_truth(proof.with_robust(robust), experiment.signals(sampled.by_name))
+    tightening = experiment.tightening if METHODS[method].is_robust else None
+    return with_truth(proof.with_robust(tightening), experiment.signals(sampled.by_name))
 
 
 def _profiles(wanted: Verification, reference: Reference) -> list[MarginProfile]:

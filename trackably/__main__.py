@@ -35,14 +35,18 @@ def main(arguments: list[str]) -> int:
         prog="python -m trackably", description="Check proofs, and certify trajectories that others made."
     )
     commands = parser.add_subparsers(dest="command", required=True)
-    checking = commands.add_parser(
-        "check", help="check a certificate or a counterexample, with nothing of what found it", epilog=_CODES
-    )
-    checking.add_argument(
+    proof = argparse.ArgumentParser(add_help=False)
+    proof.add_argument(
         "file",
         type=Path,
         metavar="FILE",
         help="what `save_certificate`, `save_counterexample` or `save_contradiction` wrote",
+    )
+    checking = commands.add_parser(
+        "check",
+        help="check a certificate or a counterexample, with nothing of what found it",
+        epilog=_CODES,
+        parents=[proof],
     )
     checking.add_argument(
         "--seconds", type=_positive, metavar="N", help="answer within about this time: 3 if undecided"
@@ -50,12 +54,8 @@ def main(arguments: list[str]) -> int:
     checking.add_argument("--exact", action="store_true", help="without float64 intervals; takes longer")
     certifying = commands.add_parser("certify", help="prove or refute a trajectory that is given", epilog=_ANSWERS)
     _certify_arguments(certifying)
-    stating = commands.add_parser("theorem", help="write a certificate as a file for the proof assistant Coq")
-    stating.add_argument(
-        "file",
-        type=Path,
-        metavar="FILE",
-        help="what `save_certificate`, `save_counterexample` or `save_contradiction` wrote",
+    stating = commands.add_parser(
+        "theorem", help="write a certificate as a file for the proof assistant Coq", parents=[proof]
     )
     stating.add_argument(
         "--output", type=Path, metavar="COQ", help="file to write; without it FILE's name with .v, here"

@@ -102,7 +102,7 @@ def array(what: str, given: npt.ArrayLike, *shape: int | None) -> Array:
         described = ", ".join("any" if want is None else str(want) for want in shape)
         raise ValueError(f"{what} must have shape ({described}{',' * (len(shape) == 1)}), got shape {found.shape}")
     if not np.all(np.isfinite(found)):
-        raise ValueError(f"{what} must be finite, got {found.tolist()}")
+        raise ValueError(f"{what} must be finite, got {short(found.tolist())}")
     found.flags.writeable = False
     return found
 

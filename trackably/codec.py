@@ -7,9 +7,8 @@ a field may have one of several classes, its value is of the class of which it l
 """
 
 import re
-import sys
 from collections.abc import Callable, Mapping, Set
-from dataclasses import Field, fields, is_dataclass
+from dataclasses import Field, astuple, dataclass, fields, is_dataclass
 from fractions import Fraction
 from functools import cache
 from reprlib import repr as short
@@ -25,7 +24,7 @@ from trackably.files import LEFT_OUT, from_json, to_json
 from trackably.gp.hyperparameter import Hyperparameter, Learned
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.registry import KERNELS, name_of
-from trackably.systems.formulas import to_lists
+from trackably.systems.formulas import is_float64, to_lists
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
 
@@ -36,6 +35,14 @@ T = TypeVar("T")
 
 class CodecError(ValueError):
     """A value cannot be written as JSON, or JSON cannot be read as a value; the message says where ($ is the root)."""
+
+
+@dataclass(frozen=True)
+class LearnedHyperparameter:
+    """The JSON of a `Learned`."""
+
+    learned: float
+    interval: tuple[float, float] | None
 
 
 def encode(value: object) -> Any:
@@ -57,7 +64,7 @@ def encode_unverified(value: object) -> Any:  # noqa: PLR0911  one form for each
     """
     match value:
         case Learned():
-            return {"learned": float(value), "interval": list(value.interval) if value.interval else None}
+            return encode_unverified(LearnedHyperparameter(float(value), value.interval))
         case float():
             return float(value)
         case Fraction():
@@ -115,7 +122,7 @@ def _read(wanted: Any, data: Any, where: str) -> Any:  # noqa: PLR0911  one form
     """Return a value of a type; `where` is its place. CodecError: it is none."""
     kind, inner = get_origin(wanted) or wanted, get_args(wanted)
     if wanted is Hyperparameter and isinstance(data, dict):
-        return _read_learned(data, where)
+        return Learned(*astuple(_read_dataclass(LearnedHyperparameter, data, where)))
     if wanted in (float, Hyperparameter):
         return _read_float(data, where)
     if wanted in (int, bool, str):
@@ -133,6 +140,7 @@ def _read(wanted: Any, data: Any, where: str) -> Any:  # noqa: PLR0911  one form
         _require(data in inner, f"must be one of {', '.join(map(repr, inner))}", data, where)
         return data
     if kind is np.ndarray:
+        _require(isinstance(data, list), "must be a list of numbers", data, where)
         return _read_array(data, where)
     if kind in (tuple, list, frozenset):
         _require(isinstance(data, list), "must be a list", data, where)
@@ -154,33 +162,16 @@ def _require(fits: bool, what: str, data: Any, where: str) -> None:
 def _read_float(data: Any, where: str) -> float:
     """Return a finite number that float64 holds exactly."""
     _require(isinstance(data, int | float) and not isinstance(data, bool), "must be a number", data, where)
-    is_exact = abs(data) <= sys.float_info.max and float(data) == data
-    _require(is_exact, "must be finite, and exact in float64", data, where)
+    _require(is_float64(data), "must be finite, and exact in float64", data, where)
     return float(data)
 
 
-def _read_learned(data: dict[str, Any], where: str) -> Learned:
-    fits = data.keys() == {"learned", "interval"}
-    _require(fits, "a learned hyperparameter must be an object with learned and interval", data, where)
-    value, interval = _read_float(data["learned"], where), data["interval"]
-    if interval is None:
-        return Learned(value)
-    fits = isinstance(interval, list) and len(interval) == 2
-    _require(fits, "the interval of a hyperparameter must be two numbers", interval, where)
-    return Learned(value, (_read_float(interval[0], where), _read_float(interval[1], where)))
-
-
-def _read_array(data: Any, where: str, index: str = "") -> Array:
-    """Return nested lists of numbers as an array; `index` is their place in the whole one."""
-    _require(isinstance(data, list), f"{index}must be a list of numbers", data, where)
-    items: list[Any] = []
-    for i, item in enumerate(data):
-        at = f"{index}[{i}] "
-        try:
-            items.append(_read_array(item, where, at) if isinstance(item, list) else _read_float(item, where))
-        except CodecError as error:
-            raise error if isinstance(item, list) else CodecError(f"{at}{error}") from None
-    _require(len({np.shape(item) for item in items}) < 2, f"{index}must be lists of one length", data, where)
+def _read_array(data: Any, where: str) -> Array:
+    """Return nested lists of numbers as an array."""
+    if not isinstance(data, list):
+        return np.array(_read_float(data, where))
+    items = [_read_array(item, f"{where}[{i}]") for i, item in enumerate(data)]
+    _require(len({item.shape for item in items}) < 2, "must be lists of one length", data, where)
     return np.array(items, dtype=float)
 
 

@@ -15,7 +15,7 @@ allow. l and the mean of all samples are then compared with those of the centres
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal, NamedTuple, Self
+from typing import Literal, Self
 
 import numpy as np
 
@@ -35,25 +35,15 @@ NODES = 4
 """d: the error for a smooth signal is then of fourth order."""
 
 
-class Condensed(NamedTuple):
-    """Samples at `times` [s] with `values` and `relative_noise`, all (m,), and the residuals of
-    those that they replace.
-    """
+def condensed_bin(times: Array, values: Array, relative_noise: Array) -> tuple[Array, Array, Array, ResidualStatistics]:
+    """Return `NODES` times [s], values and relative noises in place of n, and the residuals of those that they replace.
 
-    times: Array
-    values: Array
-    relative_noise: Array
-    scatter: ResidualStatistics
-
-
-def condensed_bin(times: Array, values: Array, relative_noise: Array) -> Condensed:
-    """Return `NODES` samples in place of n samples, all arrays (n,); the same samples if n is no larger.
-
-    The orthonormal polynomials at the samples are the columns of Q in a QR decomposition of √w times the powers of t.
-    The nodes are the eigenvalues of Qᵀ diag(t) Q, the Jacobi matrix (Golub and Welsch, 1969).
+    The same samples if n is no larger. The orthonormal polynomials at the samples are the columns of Q in a QR
+    decomposition of √w times the powers of t. The nodes are the eigenvalues of Qᵀ diag(t) Q, the Jacobi matrix (Golub
+    and Welsch, 1969).
     """
     if len(times) <= NODES:
-        return Condensed(times, values, relative_noise, ResidualStatistics())
+        return times, values, relative_noise, ResidualStatistics()
     middle, half = (times[0] + times[-1]) / 2, (times[-1] - times[0]) / 2
     x, root = (times - middle) / half, 1 / relative_noise
     q, _ = np.linalg.qr(root[:, None] * np.polynomial.legendre.legvander(x, NODES - 1))
@@ -64,7 +54,7 @@ def condensed_bin(times: Array, values: Array, relative_noise: Array) -> Condens
     left = root * values - at_nodes @ along
     scale = 2 * float(np.sum(np.log(relative_noise)) + np.sum(np.log(np.abs(root_of_mass))))
     scatter = ResidualStatistics(len(times) - NODES, float(left @ left), scale)
-    return Condensed(middle + half * nodes, along / root_of_mass, 1 / np.abs(root_of_mass), scatter)
+    return middle + half * nodes, along / root_of_mass, 1 / np.abs(root_of_mass), scatter
 
 
 _OF_L = 4.0  # largest insignificant change of l: as much as one hyperparameter gains by chance
@@ -143,10 +133,11 @@ def condense(samples: Samples, centres: int) -> Samples:
         raise ValueError("centres: samples of several kinds must be condensed before they are joined")
     ends = np.linspace(samples.times[0], samples.times[-1], centres // NODES + 1)[1:-1]
     cuts = [0, *np.searchsorted(samples.times, ends).tolist(), len(samples)]
-    bins = [_bin(samples, slice(a, b)) for a, b in pairwise(cuts) if a < b]
-    scatter = sum((each.scatter for each in bins), samples.scatter)
-    times, values, noise = (np.concatenate(parts) for parts in zip(*(each[:3] for each in bins), strict=True))
-    return Samples(times, values, noise, samples.stencil, (scatter,))
+    arrays = samples.times, samples.values, samples.relative_noise
+    bins = (condensed_bin(*(array[a:b] for array in arrays)) for a, b in pairwise(cuts) if a < b)
+    *condensed, scatters = zip(*bins, strict=True)
+    times, values, noise = map(np.concatenate, condensed)
+    return Samples(times, values, noise, samples.stencil, (sum(scatters, samples.scatter),))
 
 
 def condensed_enough(samples: Samples, noise_std: float | None = None) -> Samples:
@@ -165,7 +156,7 @@ def condensed_enough(samples: Samples, noise_std: float | None = None) -> Sample
     quarter, half = len(samples) // _LEAST_GAIN, len(samples) // 2
     for finest in (quarter, half):
         centres, allowed = finest, _allowance(samples, finest, noise_std)
-        while centres // 2 >= NODES and _mean_square(condense(samples, centres // 2).scatter) <= allowed:
+        while centres // 2 >= NODES and condense(samples, centres // 2).scatter.mean_square <= allowed:
             centres //= 2
         if centres < finest:
             return condense(samples, 2 * centres)
@@ -174,24 +165,9 @@ def condensed_enough(samples: Samples, noise_std: float | None = None) -> Sample
 
 def _allowance(samples: Samples, finest: int, noise_std: float | None) -> float:
     """Return the largest allowed mean square residual of fewer centres than the `finest`."""
-    least = _mean_square(condense(samples, finest).scatter)
+    least = condense(samples, finest).scatter.mean_square
     chance = _DEVIATIONS * np.sqrt(2 / len(samples) * finest / (len(samples) - finest))
     return float(least + (_LOST + chance) * max(least, (noise_std or 0.0) ** 2))
-
-
-def finer(samples: Samples, fewer: Samples, most: int) -> Samples:
-    """Return samples for comparison with `fewer`: all samples if there are at most `most`,
-    otherwise twice as many as `fewer`.
-    """
-    return samples if len(samples) <= most else condense(samples, 2 * len(fewer))
-
-
-def _bin(samples: Samples, of: slice) -> Condensed:
-    return condensed_bin(samples.times[of], samples.values[of], samples.relative_noise[of])
-
-
-def _mean_square(scatter: ResidualStatistics) -> float:
-    return scatter.squares / max(scatter.count, 1)
 
 
 MANY = 500
@@ -234,10 +210,13 @@ def cost_of(
     """Return the effect of learning from `fewer` samples instead of those `given`, for the hyperparameters of `prior`.
 
     There is one for each flat output with fewer samples. They are compared with all samples if a dense matrix of these
-    is feasible.
+    is feasible, otherwise with twice as many as `fewer`.
     """
     most = LARGEST_DENSE // max(1, len(given) - plant.signal_count + 1)
-    more = {name: finer(samples, fewer[name], most) for name, samples in given.items()}
+    more = {
+        name: samples if len(samples) <= most else condense(samples, 2 * len(fewer[name]))
+        for name, samples in given.items()
+    }
     names, few = sampled_signals(plant, fewer)
     _, many = sampled_signals(plant, more)
     parts = zip(names, prior.parts, few, many, strict=True)

@@ -3,8 +3,7 @@ that contain most of them.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -22,63 +21,30 @@ from trackably.systems.trajectories import Coordinate, Functional
 # States and inputs at several steps as one normal distribution, given samples.
 
 
-@dataclass(frozen=True, eq=False)
-class StepNormal:
-    """The p = n + m states and inputs of a plant at `steps` (S,), as a normal distribution.
+def step_normal(reference: Reference, posterior: JointPosterior, steps: Array) -> tuple[Array, Array]:
+    """Return the p = n + m states and inputs of a plant at `steps` (S,), as a normal distribution.
 
-    They are weighted sums of the learned signals at shifted times; for a nonlinear plant this holds to first order in
-    the distance from the `reference`. The mean is that of the `posterior`, which may differ from the reference.
+    These are the mean, shape (p, S), and F with which mean + F w has the right covariance for w ~ N(0, I_r), shape (p,
+    S, r). States and inputs are weighted sums of the learned signals at shifted times; for a nonlinear plant this holds
+    to first order in the distance from the `reference`. The mean is that of the `posterior`, which may differ from the
+    reference.
+
+    ValueError: an input has no finite derivative. Raises IllConditioned as the posterior does.
     """
-
-    reference: Reference
-    posterior: JointPosterior
-    steps: Array
-
-    @cached_property
-    def mean(self) -> Array:
-        """The mean, shape (p, S)."""
-        off = self.rows.values(self.posterior.signals) - self.rows.values(self.reference.signals)
-        at_reference = np.array([q(self.reference.signals, self._times) for q in self._coordinates])
-        return np.asarray(at_reference + off.reshape(at_reference.shape))
-
-    @cached_property
-    def root(self) -> Array:
-        """F with which mean + F w has the right covariance for w ~ N(0, I_r): shape (p, S, r).
-
-        Raises IllConditioned as the posterior does.
-        """
-        found = root(RowPosterior(self.posterior, self.rows).covariance)
-        return found.reshape(len(self._coordinates), len(self.steps), -1)
-
-    @cached_property
-    def rows(self) -> Rows:
-        """The p states and inputs at S steps, linearised in the signals: p S rows, first all steps of the first state.
-
-        Weights are NaN or infinite where an input has no derivative.
-        """
-        terms: list[list[Terms]] = [[] for _ in self.posterior.parts]
-        each = [(q, t) for q in self._coordinates for t in self._times]
-        for row, (q, t) in enumerate(each):
-            for c, w in self._derivative(q, t):
-                times = t + self.reference.plant.sampling_time * np.arange(len(w))
-                terms[c].append(Terms(times, w, np.full(len(w), row)))
-        return Rows(np.zeros(len(each)), tuple(Terms.joined(parts) for parts in terms))
-
-    def _derivative(self, q: Coordinate, t: Array) -> list[tuple[int, Array]]:
-        """Return pairs of a signal c and its weights at t, t + T_s, …."""
-        if isinstance(q, Functional):
-            return q.rounded
+    plant, signals, times = reference.plant, reference.signals, steps * reference.plant.sampling_time
+    coordinates: tuple[Coordinate, ...] = (*plant.flatness.states, *plant.flatness.inputs)
+    terms: list[list[Terms]] = [[] for _ in posterior.parts]
+    for row, (q, t) in enumerate(product(coordinates, times)):
         with np.errstate(invalid="ignore"):
-            return q.weights_at(self.reference.signals, t)
-
-    @property
-    def _coordinates(self) -> tuple[Coordinate, ...]:
-        flatness = self.reference.plant.flatness
-        return (*flatness.states, *flatness.inputs)
-
-    @property
-    def _times(self) -> Array:
-        return self.steps * self.reference.plant.sampling_time
+            weights = q.rounded if isinstance(q, Functional) else q.weights_at(signals, t)
+        for c, w in weights:
+            terms[c].append(Terms(t + plant.sampling_time * np.arange(len(w)), w, np.full(len(w), row)))
+    rows = Rows(np.zeros(len(coordinates) * len(times)), tuple(Terms.joined(parts) for parts in terms))
+    if not all(np.isfinite(of.weights).all() for of in rows.terms):
+        raise ValueError("draws: an input has no finite derivative at the reference, so that no draws are near it")
+    mean = np.array([q(signals, times) for q in coordinates])
+    mean += (rows.values(posterior.signals) - rows.values(signals)).reshape(mean.shape)
+    return mean, root(RowPosterior(posterior, rows).covariance).reshape(*mean.shape, -1)
 
 
 MOST_VALUES = 1200
@@ -130,12 +96,10 @@ def draws_within_bounds(
             f"draws: {n + m} states and inputs at {steps.size} steps are {steps.size * (n + m)} values, and "
             f"{MOST_VALUES} can be drawn together; ask for fewer steps"
         )
-    normal = StepNormal(reference, posterior, steps)
-    if not all(np.isfinite(terms.weights).all() for terms in normal.rows.terms):
-        raise ValueError("draws: an input has no finite derivative at the reference, so that no draws are near it")
-    w, at_k = _given_bounds(normal, plant).draws(count, seed), np.searchsorted(steps, k)
-    deviations = np.tensordot(w, normal.root[:, at_k], axes=(-1, -1))
-    drawn = np.moveaxis(normal.mean[:, at_k] + deviations, 1, -1)
+    mean, half = step_normal(reference, posterior, steps)
+    w, at_k = _given_bounds(mean, half, plant).draws(count, seed), np.searchsorted(steps, k)
+    deviations = np.tensordot(w, half[:, at_k], axes=(-1, -1))
+    drawn = np.moveaxis(mean[:, at_k] + deviations, 1, -1)
     states, inputs = drawn[..., :n], drawn[..., n:]
     return Draws(states, plant.allocation.smallest(inputs) if plant.allocation else inputs)
 
@@ -188,15 +152,15 @@ def _next_to_a_bound(reference: Reference, steps: Array) -> Array:
     return np.array([step for _, step in sorted(found)[:_PLACES]])
 
 
-def _given_bounds(normal: StepNormal, plant: ConstrainedSystem) -> BoundedNormal:
-    """Return w ~ N(0, I), given that mean + root w satisfies all constraints of the plant at all steps."""
+def _given_bounds(mean: Array, half: Array, plant: ConstrainedSystem) -> BoundedNormal:
+    """Return w ~ N(0, I), given that mean + half w satisfies all constraints of the plant at all steps."""
     n = len(plant.flatness.states)
-    rows = np.zeros((len(plant.constraints), len(normal.mean)))
+    rows = np.zeros((len(plant.constraints), len(mean)))
     for row, constraint in zip(rows, plant.constraints, strict=True):
         side = row[:n] if constraint.side == "state" else row[n:]
         side[:] = [float(weight) for weight in constraint.row]
     lower, upper = np.array([(c.bounds.lower, c.bounds.upper) for c in plant.constraints]).reshape(-1, 2).T
-    values, directions = rows @ normal.mean, np.tensordot(rows, normal.root, axes=1)
+    values, directions = rows @ mean, np.tensordot(rows, half, axes=1)
     return BoundedNormal.between(
         directions.reshape(-1, directions.shape[-1]),
         (lower[:, None] - values).ravel(),

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 from reprlib import repr as short
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +19,7 @@ from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.posterior import Posterior
-from trackably.gp.prior import NOISE, Prior
+from trackably.gp.prior import NOISE
 from trackably.gp.samples import ResidualStatistics, Samples
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.search import best_solution
@@ -77,16 +77,14 @@ class EmpiricalPrior:
         """
         found = learn(self.prior)
         first = _solution_of(found)
-        if self.with_noise is None or (first and (first.method == "joint" or self._extra(first) < _NO_EVIDENCE)):
+        if self.with_noise is None or (first and first.method == "joint"):
+            return found
+        assert self.likeliest, "noise was learned from it"
+        if first and first.objective - self.likeliest.negative_log_marginal_likelihood()[0] < _NO_EVIDENCE:
             return found
         other = learn(self.with_noise)
         second = _solution_of(other)
         return other if second and (first is None or second.objective < first.objective) else found
-
-    def _extra(self, solution: Solution) -> float:
-        """Return the cost of the bounds, in the unit of l."""
-        assert self.likeliest, "noise was learned from it"
-        return solution.objective - self.likeliest.negative_log_marginal_likelihood()[0]
 
 
 def _solution_of(found: object) -> Solution | None:
@@ -110,41 +108,43 @@ def empirical_prior(
     also learned and then kept, because the cost of bounds is not sensor noise; if samples show no noise, it is learned
     again. Means without limits are chosen so that the quantities `at_rest` keep their bounds.
     """
-    left_out = [hold_noise and _is_left_out(part) for part in prior.parts]
+    noises = [part.noise_std for part in prior.parts]
+    left_out = [hold_noise and isinstance(noise, Learned) and noise.interval is None for noise in noises]
     if not (keep or any(between) or any(left_out)):
         return EmpiricalPrior(prior)
-    space = SearchSpace.around(samples, prior, starts)
-    found = best_solution(ConstrainedProblem(samples, prior, space, means=between))
+    found = _without_bounds(samples, prior, between, starts)
     if not isinstance(found, Solution):
         return found
     likeliest = found.posterior.prior
-    questions = [*_held_back(likeliest, between)]
+    questions = [
+        f"mean: that of {name} lies at an end of the interval in which it was sought: was it meant as a limit?"
+        for name, part, ends in zip(prior.names, likeliest.parts, between, strict=True)
+        if ends and part.mean in ends
+    ]
     if likelier := [] if keep else [*_likelier(found.posterior, prior, between, left_out, starts)]:
-        held = _holding_noise(prior, {of.name: of.noise_std for of in likelier})
-        found = best_solution(
-            ConstrainedProblem(samples, held, SearchSpace.around(samples, held, starts), means=between)
-        )
+        held = {of.name: of.noise_std for of in likelier}
+        own = zip(prior.names, prior.parts, strict=True)
+        holding = prior.with_parts(replace(part, noise_std=held.get(name, part.noise_std)) for name, part in own)
+        found = _without_bounds(samples, holding, between, starts)
         if not isinstance(found, Solution):
             return found
-        likeliest, questions = found.posterior.prior, [*questions, *map(str, likelier)]
+        likeliest, questions = found.posterior.prior, [*questions, *(of.question for of in likelier)]
     means = _admissible(at_rest, found.posterior, [ends == _ANYWHERE for ends in between])
     if keep:
         narrow = [edge for edge in edges_of(likeliest, samples) if edge.is_given]
         questions += [f"{edge}, {edge.interval}: was it meant as a limit?" for edge in narrow]
         return EmpiricalPrior(_with_means(likeliest, means).as_known(), tuple(questions))
     with_noise = _with_means(prior, means)
-    least = [
-        space.bounds[name].lower if (name := prior.name_of(of, NOISE)) in space.bounds else 0 for of in prior.names
-    ]
+    bounds = SearchSpace.around(samples, prior, starts).bounds
+    least = [bounds[name].lower if (name := prior.name_of(of, NOISE)) in bounds else 0 for of in prior.names]
     parts = zip(with_noise.parts, likeliest.parts, left_out, least, strict=True)
     known = tuple(
         replace(own, noise_std=float(of.noise_std)) if may and of.noise_std > _SEEN * low else own
         for own, of, may, low in parts
     )
-    together = JointPrior(known, prior.names, prior.shared)
     minima = (likeliest.log_hyperparameters, *found.others) if means == [part.mean for part in likeliest.parts] else ()
     return EmpiricalPrior(
-        together,
+        prior.with_parts(known),
         tuple(questions),
         found.posterior,
         with_noise if known != with_noise.parts else None,
@@ -152,39 +152,17 @@ def empirical_prior(
     )
 
 
-@dataclass(frozen=True)
-class LikelierKernel:
-    """Matérn 5/2 explains the samples of `name` far better than a squared exponential: −2 ln p is smaller by `gain`."""
-
-    name: str
-    gain: float
-    noise_std: float
-
-    def __str__(self) -> str:
-        return (
-            f"kernel: Matern52() explains the samples of {self.name} far better than SquaredExponential() does "
-            f"(−2 ln p is {self.gain:.3g} less): σ_n = {self.noise_std:.4g} is learned with it, as the smoother kernel "
-            "takes motion for noise"
-        )
-
-
-@dataclass(frozen=True)
-class NoiseAlone:
-    """Noise of `noise_std` about a level explains the samples of `name` as well as a motion does."""
+class _Likelier(NamedTuple):
+    """The `noise_std` that is learned instead for the samples of `name`, and the `question` that it raises."""
 
     name: str
     noise_std: float
-
-    def __str__(self) -> str:
-        return (
-            f"samples: those of {self.name} look like noise, as neighbours are not alike: σ_n = {self.noise_std:.4g} "
-            "is learned; if they show a motion, give its noise_std"
-        )
+    question: str
 
 
 def _likelier(
     likeliest: JointPosterior, prior: JointPrior, between: Ends, left_out: Sequence[bool], starts: int
-) -> Iterator[LikelierKernel | NoiseAlone]:
+) -> Iterator[_Likelier]:
     """Yield what σ_n is learned with instead, for each name whose kernel takes motion for noise, or noise for motion.
 
     Only names with a σ_n that was `left_out` are examined, and samples that are not all equal.
@@ -194,15 +172,31 @@ def _likelier(
         if not may or not np.ptp(posterior.samples.values):
             continue
         if noise_std := _noise_alone(posterior):
-            yield NoiseAlone(name, noise_std)
+            question = (
+                f"samples: those of {name} look like noise, as neighbours are not alike: σ_n = {noise_std:.4g} is "
+                "learned; if they show a motion, give its noise_std"
+            )
+            yield _Likelier(name, noise_std, question)
         elif isinstance(part.kernel, SquaredExponential) and _go_on(posterior):
-            alone = JointPrior((replace(part, kernel=Matern52()),), (name,))
-            space = SearchSpace.around((posterior.samples,), alone, starts)
-            found = best_solution(ConstrainedProblem((posterior.samples,), alone, space, means=(ends,)))
-            if isinstance(found, Solution):
-                gain = posterior.negative_log_marginal_likelihood()[0] - found.objective
-                if gain > _FAR_LIKELIER:
-                    yield LikelierKernel(name, gain, float(found.posterior.prior.parts[0].noise_std))
+            found = _without_bounds(
+                (posterior.samples,), JointPrior((replace(part, kernel=Matern52()),)), (ends,), starts
+            )
+            if not isinstance(found, Solution):
+                continue
+            gain = posterior.negative_log_marginal_likelihood()[0] - found.objective
+            if gain > _FAR_LIKELIER:
+                noise_std = float(found.posterior.prior.parts[0].noise_std)
+                question = (
+                    f"kernel: Matern52() explains the samples of {name} far better than SquaredExponential() does "
+                    f"(−2 ln p is {gain:.3g} less): σ_n = {noise_std:.4g} is learned with it, as the smoother kernel "
+                    "takes motion for noise"
+                )
+                yield _Likelier(name, noise_std, question)
+
+
+def _without_bounds(samples: tuple[Samples, ...], prior: JointPrior, means: Ends, starts: int) -> Solution | NoSolution:
+    """Return what is most likely without bounds."""
+    return best_solution(ConstrainedProblem(samples, prior, SearchSpace.around(samples, prior, starts), means=means))
 
 
 def _noise_alone(posterior: Posterior) -> float | None:
@@ -226,12 +220,6 @@ def _noise_alone(posterior: Posterior) -> float | None:
         return None
     worse = alone.negative_log_likelihood(noise_std)[0] - posterior.negative_log_likelihood
     return noise_std if worse < _AS_LIKELY else None
-
-
-def _holding_noise(prior: JointPrior, noises: Mapping[str, float]) -> JointPrior:
-    parts = zip(prior.names, prior.parts, strict=True)
-    held = tuple(replace(part, noise_std=noises.get(name, part.noise_std)) for name, part in parts)
-    return JointPrior(held, prior.names, prior.shared)
 
 
 def _go_on(posterior: Posterior) -> bool:
@@ -285,21 +273,9 @@ def _interval(name: str, ends: tuple[float, ...] | list[float]) -> tuple[float, 
     return float(ends[0]), float(ends[1])
 
 
-def _is_left_out(prior: Prior) -> bool:
-    return isinstance(prior.noise_std, Learned) and prior.noise_std.interval is None
-
-
 def _with_means(prior: JointPrior, means: Sequence[float]) -> JointPrior:
     parts = zip(prior.parts, means, strict=True)
-    return prior.with_parts(tuple(replace(part, mean=mean) for part, mean in parts))
-
-
-def _held_back(prior: JointPrior, between: Ends) -> list[str]:
-    return [
-        f"mean: that of {name} lies at an end of the interval in which it was sought: was it meant as a limit?"
-        for name, part, ends in zip(prior.names, prior.parts, between, strict=True)
-        if ends and part.mean in ends
-    ]
+    return prior.with_parts(replace(part, mean=mean) for part, mean in parts)
 
 
 def _admissible(at_rest: Sequence[Quantity], likeliest: JointPosterior, free: Sequence[bool]) -> list[float]:

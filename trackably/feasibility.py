@@ -17,7 +17,7 @@ from trackably.arrays import Array, Flags
 from trackably.certificates.form import as_written
 from trackably.certificates.judge import judge_contradiction
 from trackably.certificates.outcome import Impossible, InfeasibleTightening
-from trackably.certificates.waypoint import WINDOW, Waypoint, extent
+from trackably.certificates.waypoint import WINDOW, Waypoint, coordinates, extent
 from trackably.checker import subject
 from trackably.checker.certificate import Claim
 from trackably.checker.contradiction import FORMAT, VERSION, Contradiction, Gap, Value, wanted_boxes
@@ -54,11 +54,6 @@ class Steps:
     values: tuple[Value, ...] = ()
 
     @property
-    def size(self) -> int:
-        """The number of states and inputs."""
-        return len(self.names)
-
-    @property
     def names(self) -> tuple[str, ...]:
         system = self.plant.system
         return (*system.states, *system.inputs)
@@ -68,8 +63,8 @@ class Steps:
         """The matrix of all rows, (r, count · (n + m))."""
         X, U = self.plant.state_set.rows, self.plant.input_set.rows
         bounded = scipy.sparse.kron(scipy.sparse.eye_array(self.count), scipy.linalg.block_diag(X, U))
-        at = [value.step * self.size + self.names.index(value.name) for value in self.values]
-        return scipy.sparse.csr_array(scipy.sparse.vstack([bounded, unit_rows(at, self.count * self.size)]))
+        at = [value.step * len(self.names) + self.names.index(value.name) for value in self.values]
+        return scipy.sparse.csr_array(scipy.sparse.vstack([bounded, unit_rows(at, self.count * len(self.names))]))
 
     @property
     def lower(self) -> Array:
@@ -82,7 +77,7 @@ class Steps:
     @cached_property
     def _ends(self) -> Array:
         """The bounds of all rows of both sets, step by step, at the times of the checker: shape (2, r)."""
-        _, X, U, _ = a_moving_plant(as_written(self.plant), "plant")
+        _, X, U = a_moving_plant(as_written(self.plant), "plant")
         start, T, rows = Fraction(self.start), Fraction(self.plant.sampling_time), (*X.rows, *U.rows)
         found = [ends_at(row, start + k * T) for k in range(self.count) for row in rows]
         return np.array(found, dtype=float).reshape(-1, 2).T
@@ -105,12 +100,13 @@ class Steps:
         scale = dict(zip(self.names, self.scales.tolist(), strict=True))
         return np.append(self._ends[1] - self._ends[0], [scale[value.name] for value in self.values])
 
-    def with_values(self, values: tuple[Value, ...]) -> Steps:
-        return replace(self, values=values)
-
     def time(self, step: int) -> float:
         """Return the time of a step [s]."""
         return self.start + step * self.plant.sampling_time
+
+    def text(self, value: Value) -> str:
+        """Return the middle of a value with its name and its time."""
+        return f"{value.name} = {(value.lower + value.upper) / 2:.6g} at t = {self.time(value.step):.6g} s"
 
 
 def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Waypoint]) -> Iterator[Steps]:
@@ -121,9 +117,17 @@ def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Waypoint])
     Only the kernel couples waypoints of different sets. Waypoints hold in a short window around their times; so times
     count as whole steps apart if they are up to this window.
     """
-    step, most = plant.sampling_time, _MOST_UNKNOWNS // (len(plant.system.states) + len(plant.system.inputs))
+    step, most = plant.sampling_time, _MOST_UNKNOWNS // len(coordinates(plant))
     first, last = claim.span
-    for linked in _link(sorted(pinned, key=lambda of: of.time), step):
+    every: list[list[Waypoint]] = []
+    for one in sorted(pinned, key=lambda of: of.time):
+        apart = ((one.time - others[0].time) / step for others in every)
+        near = next((i for i, steps in enumerate(apart) if abs(steps - round(steps)) < WINDOW), None)
+        if near is None:
+            every.append([one])
+        else:
+            every[near].append(one)
+    for linked in every or [[]]:
         start = linked[0].time if linked else (first if math.isfinite(first) else 0.0)
         before, after = (_whole(time, start, step, most) for time in (start - first, last - start))
         at = [round((of.time - start) / step) for of in linked]
@@ -136,19 +140,6 @@ def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Waypoint])
             if early + k < count
         )
         yield Steps(plant, start - early * step, count, values)
-
-
-def _link(pinned: list[Waypoint], step: float) -> list[list[Waypoint]]:
-    found: list[list[Waypoint]] = []
-    for one in pinned:
-        for others in found:
-            steps = (one.time - others[0].time) / step
-            if abs(steps - round(steps)) < WINDOW:
-                others.append(one)
-                break
-        else:
-            found.append([one])
-    return found or [[]]
 
 
 def _whole(time: float, start: float, step: float, most: int) -> int:
@@ -203,14 +194,13 @@ def unit_rows(columns: Sequence[int] | Array, count: int) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Least:
-    """The least d ≥ 0 for which a sequence has every row between lower - d `elastic` and upper + d `elastic`.
+    """The least d ≥ 0 for which a sequence has every row between lower - d elastic and upper + d elastic.
 
     `at_lower` and `at_upper` are multipliers λ ≥ 0 of the rows, in their own units. `missing` is d up to the solver's
     tolerance; the checker proves how much of it is certain.
     """
 
     steps: Steps
-    elastic: Array
     missing: float
     at_lower: Array
     at_upper: Array
@@ -237,7 +227,7 @@ def least(steps: Steps, elastic: Array) -> Least | None:
     if found.fun is None:
         return None
     at_upper, at_lower = np.maximum(-found.ineqlin.marginals, 0).reshape(2, -1) / widths
-    return Least(steps, elastic, float(found.fun), at_lower, at_upper)
+    return Least(steps, float(found.fun), at_lower, at_upper)
 
 
 def first_gap(steps: Steps) -> tuple[Gap, float] | None:
@@ -247,7 +237,7 @@ def first_gap(steps: Steps) -> tuple[Gap, float] | None:
 
     Each state is enclosed by an interval of its own, for all others in theirs: a superset of what can be reached.
     """
-    system, state_set, input_set = a_plant(as_written(steps.plant), "plant")[:3]
+    system, state_set, input_set = a_plant(as_written(steps.plant), "plant")
     assert isinstance(system, subject.NonlinearSystem), "of linear systems, a program says more"
     asked = Contradiction(system, state_set, input_set, steps.start, steps.count, steps.values, 0.0, Gap(0, ""))
     last, before = max((value.step for value in steps.values), default=0), None
@@ -351,11 +341,10 @@ def _of_nonlinear(steps: Steps) -> Impossible | None:
         return None
     gap, missing = found
     bounds = {name: extent(steps.plant, name) for name in steps.names}
-    before = [value for value in steps.values if value.step <= gap.step]
-    values = [f"{of.name} = {(of.lower + of.upper) / 2:.6g} at t = {steps.time(of.step):.6g} s" for of in before]
-    given = (said for said, of in zip(values, before, strict=True) if (of.step, of.name) == (gap.step, gap.name))
-    wanted = next(given, f"{gap.name} in {bounds[gap.name]} at t = {steps.time(gap.step):.6g} s")
-    among = [said for said in values if said != wanted] + [f"{name} in {of}" for name, of in bounds.items() if of]
+    before = {(of.step, of.name): steps.text(of) for of in steps.values if of.step <= gap.step}
+    bound = f"{gap.name} in {bounds[gap.name]} at t = {steps.time(gap.step):.6g} s"
+    wanted = before.pop((gap.step, gap.name), bound)
+    among = [*before.values(), *(f"{name} in {of}" for name, of in bounds.items() if of)]
     proof = {"kind": "boxes", **vars(gap)}
     return _accept(Impossible(wanted, missing, tuple(among), _file(steps, 0, gap.step + 1, missing, proof)))
 
@@ -368,12 +357,12 @@ def _contradiction(steps: Steps) -> Least | None:
     """
     all_values = least(steps, np.where(steps.is_given, steps.widths, 0.0))
     if all_values is None:
-        bounds = steps.with_values(())
+        bounds = replace(steps, values=())
         return least(bounds, bounds.widths)
     if all_values.missing <= _NOTHING:
         return None
     for count in range(1, len(steps.values) + 1):
-        some = steps.with_values(steps.values[:count])
+        some = replace(steps, values=steps.values[:count])
         found = least(some, np.append(np.zeros(len(some.widths) - 1), some.widths[-1]))
         if found is not None and found.missing > _NOTHING:
             return found
@@ -381,12 +370,14 @@ def _contradiction(steps: Steps) -> Least | None:
 
 
 def _tell(found: Least) -> Impossible:
-    steps = found.steps
-    if not steps.values:
-        return Impossible("", found.missing, (*_bounds(found),), _multipliers(found, found.missing))
-    *others, last = _values(found)
-    missing, among = found.missing * steps.widths[-1].item(), (*filter(None, others), *_bounds(found))
-    return Impossible(last, missing, among, _multipliers(found, missing))
+    steps, given, missing, values = found.steps, "", found.missing, list[str]()
+    if steps.values:
+        *others, last = steps.values
+        given, missing = steps.text(last), missing * steps.widths[-1].item()
+        price = (found.at_lower + found.at_upper) * steps.widths
+        of_others = price[len(price) - len(steps.values) : -1].tolist()
+        values = [steps.text(value) for value, of in zip(others, of_others, strict=True) if of > _least(price)]
+    return Impossible(given, missing, (*values, *_bounds(found)), _multipliers(found, missing))
 
 
 def _multipliers(found: Least, missing: float) -> dict[str, Any]:
@@ -409,15 +400,6 @@ def _multipliers(found: Least, missing: float) -> dict[str, Any]:
         "values": [y for value, y in zip(steps.values, of_values, strict=True) if first <= value.step <= last],
     }
     return _file(steps, first, last + 1 - first, missing, proof)
-
-
-def _values(found: Least) -> Iterator[str]:
-    """Yield a text for each waypoint value, empty for those with multiplier 0."""
-    steps, price = found.steps, (found.at_lower + found.at_upper) * found.steps.widths
-    first = len(price) - len(steps.values)
-    for value, of in zip(steps.values, price[first:].tolist(), strict=True):
-        middle = (value.lower + value.upper) / 2
-        yield f"{value.name} = {middle:.6g} at t = {steps.time(value.step):.6g} s" if of > _least(price) else ""
 
 
 def _bounds(found: Least) -> Iterator[str]:

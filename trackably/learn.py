@@ -14,7 +14,6 @@ import numpy as np
 
 from trackably.arguments import instance, real
 from trackably.arrays import ArrayLike
-from trackably.certificates.certificate import robust_of
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.claim import Written, as_claim
 from trackably.certificates.goal import goal_for
@@ -265,7 +264,7 @@ def learn_reference(
         solution, ended = certified.solution, None if is_whole else budget
         assert solution.unconstrained, "it is beside the one without bounds"
         fit = Fit.of(certified.reference, solution, solution.unconstrained, pinned, cost, limited, ended)
-    certificate = with_truth(certified.certificate.with_robust(robust_of(tightening)), signals)
+    certificate = with_truth(certified.certificate.with_robust(tightening), signals)
     learned = TrackableReference(fit, certificate, proofs, tightening)
     if sentence := ignores_samples(learned.fit):
         sentence += ', or method="joint"' if method == "hyperparameters" else ""

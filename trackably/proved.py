@@ -177,27 +177,6 @@ class ExportMixin:
         return write_header(self, path, name)
 
 
-def where_it_is(reference: Reference) -> str:
-    """Return the times of a reference's kernels with nonzero weights, or of its pieces, and its
-    first states, as text.
-    """
-    span = _pieces(reference) if reference.pieces else _kernels(reference)
-    begun = max((float(z.breakpoints[0]) for z in reference.pieces if z.beyond == "end"), default=0.0)
-    states = zip(reference.plant.system.states, reference.state_at(np.asarray(begun)), strict=True)
-    return f"{span}, {', '.join(f'{name} = {value:.6g}' for name, value in states)} at t = {begun:g} s"
-
-
-def _kernels(reference: Reference) -> str:
-    used = np.concatenate([signal.centres[signal.weights != 0] for signal in reference.kernel_sums])
-    return f"{used.size} kernels centred from {used.min():g} s to {used.max():g} s" if used.size else "no kernel at all"
-
-
-def _pieces(reference: Reference) -> str:
-    ends = np.concatenate([signal.breakpoints for signal in reference.pieces])
-    count = sum(len(signal.coefficients) for signal in reference.pieces)
-    return f"{count} polynomial pieces from {ends.min():g} s to {ends.max():g} s"
-
-
 class ProvedReference(ExportMixin, ABC):
     """A `reference` with its proof: the system can follow it at all times that `certificate` claims.
 
@@ -214,7 +193,8 @@ class ProvedReference(ExportMixin, ABC):
         """
         for certificate in (self.certificate, *self.pin_certificates):
             found_or_raise(judge(certificate))
-            if certificate.reference is not self.reference and _fingerprint(certificate.reference) != self.fingerprint:
+            of = certificate.reference
+            if of is not self.reference and as_subject(of).fingerprint != self.fingerprint:
                 raise ValueError("certificate: expected one about this reference, got one about another reference")
 
     @property
@@ -255,12 +235,28 @@ class ProvedReference(ExportMixin, ABC):
         """The SHA-256 of the data that define states and inputs, as the checker prints it for
         certificates of this reference.
         """
-        return _fingerprint(self.reference)
+        return as_subject(self.reference).fingerprint
 
     @property
     def identity(self) -> str:
-        """The reference's identity in the checker's words: its fingerprint, its times, and its first states."""
-        return f"SHA-256 {self.fingerprint}, {where_it_is(self.reference)}"
+        """The reference's identity in the checker's words: its fingerprint, its times, and its first states.
+
+        Times are those of kernels with nonzero weights, or of pieces.
+        """
+        reference, begun = self.reference, 0.0
+        if reference.pieces:
+            ends = np.concatenate([signal.breakpoints for signal in reference.pieces])
+            count = sum(len(signal.coefficients) for signal in reference.pieces)
+            span = f"{count} polynomial pieces from {ends.min():g} s to {ends.max():g} s"
+            begun = max((float(z.breakpoints[0]) for z in reference.pieces if z.beyond == "end"), default=0.0)
+        else:
+            used = np.concatenate([signal.centres[signal.weights != 0] for signal in reference.kernel_sums])
+            span = "no kernel at all"
+            if used.size:
+                span = f"{used.size} kernels centred from {used.min():g} s to {used.max():g} s"
+        states = zip(reference.plant.system.states, reference.state_at(np.asarray(begun)), strict=True)
+        values = ", ".join(f"{name} = {value:.6g}" for name, value in states)
+        return f"SHA-256 {self.fingerprint}, {span}, {values} at t = {begun:g} s"
 
     def save_certificate(self, path: Path | str) -> tuple[Path, ...]:
         """Write the proof alone, for `python -m trackably check FILE`; return the files. Raises OSError.
@@ -285,7 +281,3 @@ class ProvedReference(ExportMixin, ABC):
 
     def _times(self, k: Array | int) -> Array:
         return np.asarray(self.reference.instants(numbers("steps", k)), dtype=float)
-
-
-def _fingerprint(reference: Reference) -> str:
-    return as_subject(reference).fingerprint

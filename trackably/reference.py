@@ -1,5 +1,7 @@
 """A learned reference with its proof, as programs and notebooks hold it, and as a file."""
 
+from abc import abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self, overload
@@ -24,7 +26,7 @@ from trackably.explanation import (
     means,
 )
 from trackably.files import new_file, path_of
-from trackably.fit import Fit
+from trackably.fit import Fit, Misfit
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ActiveBound, Method
@@ -36,8 +38,67 @@ from trackably.systems.tightening import Tightening
 from trackably.truth import Accuracy, accuracy
 
 
-@dataclass(frozen=True, eq=False)
-class TrackableReference(ProvedReference):
+class LearnedReference(ProvedReference):
+    """A proved reference that was learned from samples, and can be saved with all that it was learned from."""
+
+    @property
+    @abstractmethod
+    def prior(self) -> JointPrior:
+        """The prior of the flat outputs, with the learned hyperparameters."""
+
+    @property
+    @abstractmethod
+    def misfits(self) -> tuple[Misfit, ...]:
+        """The residuals for the samples of each name."""
+
+    @classmethod
+    @abstractmethod
+    def _read(cls, path: Path) -> Callable[[], Self]:
+        """Return the function that proves what a file holds. Raises InputError and CodecError as `load`."""
+
+    @property
+    def hyperparameters(self) -> dict[str, float]:
+        """All hyperparameters, learned and given, in natural units."""
+        return {name: float(value) for name, value in self.prior.hyperparameters.items()}
+
+    @property
+    def misfit(self) -> dict[str, float]:
+        """The root mean square of samples minus reference, by the sampled name and in its unit."""
+        return {misfit.name: misfit.size for misfit in self.misfits}
+
+    def accuracy(self, name: str | None = None) -> Accuracy:
+        """Return error bounds of the state `name` (by default the first): this reference's, and the least possible.
+
+        They bound the distance from the true signal. ValueError: no `truth` was given for this state.
+        """
+        return accuracy(self.certificate, name)
+
+    @overload
+    @classmethod
+    def load(cls, path: Path | str) -> Self: ...
+
+    @overload
+    @classmethod
+    def load(cls, path: Path | str, seconds: float | None) -> Self | Unchecked[Self]: ...
+
+    @classmethod
+    def load(cls, path: Path | str, seconds: float | None = None) -> Self | Unchecked[Self]:
+        """Read a file that `save` wrote, and prove and check the reference again.
+
+        Return Unchecked if that takes longer than `seconds`.
+
+        Raises InputError if the file cannot be read or holds a certificate, CodecError if `save` did not write it or it
+        is damaged, and NotTrackableError if the reference cannot be proved to keep its bounds.
+        """
+        return checked_within(seconds, path := path_of("load", path), cls._read(path))
+
+    def __repr__(self) -> str:
+        theta = ", ".join(f"{name} = {value:.4g}" for name, value in self.hyperparameters.items())
+        return f"{type(self).__name__}({theta}; {self.explanation}; {self.identity})"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TrackableReference(LearnedReference):
     """A learned reference with its proof: the system can follow it at all times that `certificate` names.
 
     `fit` holds what it was learned from, and what its bounds cost. `pin_certificates` prove the waypoints (values asked
@@ -76,6 +137,11 @@ class TrackableReference(ProvedReference):
     def prior(self) -> JointPrior:
         """The prior of the flat outputs, with the learned hyperparameters."""
         return self.fit.prior
+
+    @property
+    def misfits(self) -> tuple[Misfit, ...]:
+        """The residuals for the samples of each name, of this reference and of the one without bounds."""
+        return self.fit.misfits
 
     @property
     def objective(self) -> float:
@@ -149,16 +215,6 @@ class TrackableReference(ProvedReference):
         return Bands(*(band(of, coverage) for of in self.draws(k, count, seed)))
 
     @property
-    def hyperparameters(self) -> dict[str, float]:
-        """All hyperparameters, learned and given, in natural units."""
-        return {name: float(value) for name, value in self.prior.hyperparameters.items()}
-
-    @property
-    def misfit(self) -> dict[str, float]:
-        """The root mean square of samples minus reference, by the sampled name and in its unit."""
-        return {misfit.name: misfit.size for misfit in self.fit.misfits}
-
-    @property
     def unconstrained_misfit(self) -> dict[str, float]:
         """The root mean square of samples minus the reference learned without bounds, by the
         sampled name and in its unit.
@@ -184,13 +240,6 @@ class TrackableReference(ProvedReference):
         ]
         return "; ".join(filter(None, said))
 
-    def accuracy(self, name: str | None = None) -> Accuracy:
-        """Return error bounds of the state `name` (by default the first): this reference's, and the least possible.
-
-        They bound the distance from the true signal. ValueError: no `truth` was given for this state.
-        """
-        return accuracy(self.certificate, name)
-
     def unconstrained(self) -> Reference:
         """Return the reference with the least l without bounds, for comparison: the system may
         be unable to follow it.
@@ -201,28 +250,7 @@ class TrackableReference(ProvedReference):
         """Write everything as JSON, losslessly and atomically. Raises OSError."""
         SavedReference.of(self.fit, self.certificate, self.tightening).write(new_file("save", path))
 
-    @overload
     @classmethod
-    def load(cls, path: Path | str) -> Self: ...
-
-    @overload
-    @classmethod
-    def load(cls, path: Path | str, seconds: float | None) -> Self | Unchecked[Self]: ...
-
-    @classmethod
-    def load(cls, path: Path | str, seconds: float | None = None) -> Self | Unchecked[Self]:
-        """Read a file that `save` wrote, and prove and check the reference again.
-
-        Return Unchecked if that takes longer than `seconds`.
-
-        Raises InputError if the file cannot be read or holds a certificate, CodecError if `save` did not write it or it
-        is damaged, and NotTrackableError if the reference cannot be proved to keep its bounds.
-        """
-        saved = SavedReference.read(path := path_of("load", path))
-        return checked_within(
-            seconds, path, lambda: cls(saved.fit, *found_or_raise(saved.proofs()), saved.computed_tightening)
-        )
-
-    def __repr__(self) -> str:
-        theta = ", ".join(f"{name} = {value:.4g}" for name, value in self.hyperparameters.items())
-        return f"TrackableReference({theta}; {self.explanation}; {self.identity})"
+    def _read(cls, path: Path) -> Callable[[], Self]:
+        saved = SavedReference.read(path)
+        return lambda: cls(saved.fit, *found_or_raise(saved.proofs()), saved.computed_tightening)

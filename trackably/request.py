@@ -3,13 +3,12 @@
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol, Self, TypeGuard, TypeVar, runtime_checkable
+from typing import Protocol, Self, TypeVar, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
 from trackably.arguments import is_number, numbers, real
-from trackably.arrays import Array
 from trackably.checker.certificate import AllPhases, AllTimes, Claim, Window
 from trackably.condensed import Centres, Condensation, checked_centres, condense_by_name, cost_of
 from trackably.gp.hyperparameter import Learned
@@ -31,28 +30,7 @@ Noise = float | tuple[float, float] | Mapping[str, float | tuple[float, float] |
 """σ_n of samples, given like a hyperparameter, for all names or by name."""
 
 
-def priors_by_name(
-    names: Iterable[str],
-    kernel: Kernel | Mapping[str, Kernel],
-    noise_std: Noise,
-    mean: float | Mapping[str, float],
-) -> dict[str, Prior]:
-    """Return the prior of each name.
-
-    TypeError or ValueError, with the name in question: something is invalid or missing.
-    """
-    names = tuple(names)
-    for what, given in (("kernel", kernel), ("noise_std", noise_std), ("mean", mean)):
-        _refuse_unknown(what, given, names)
-    return {
-        name: _prior(
-            name, value_of(kernel, name, "kernel"), value_of(noise_std, name, "noise_std"), value_of(mean, name, "mean")
-        )
-        for name in names
-    }
-
-
-def value_of(given: T | Mapping[str, T], name: str, what: str) -> T:
+def _value_of(given: T | Mapping[str, T], name: str, what: str) -> T:
     """Return the value for a name, given for all names or by name. ValueError: `what` is missing for it."""
     if not isinstance(given, Mapping):
         return given
@@ -69,13 +47,6 @@ def _prior(name: str, kernel: object, noise_std: float | tuple[float, float] | N
         return Prior(kernel, noise_std, real(f"mean of {name}", mean))
     except ValueError as error:
         raise ValueError(f"{error}{'' if name in str(error) else f' for {name}'}") from None
-
-
-def _refuse_unknown(what: str, given: object, names: tuple[str, ...]) -> None:
-    """Raise ValueError for a value of a name that is not sampled, because it would be ignored silently."""
-    if isinstance(given, Mapping) and set(names) < set(given):
-        unknown = next(name for name in given if name not in names)
-        raise ValueError(f"{what}: is given for {unknown}, expected for {', '.join(names)} only")
 
 
 # Samples in tables with an index of times, as pandas has them; nothing is imported from there.
@@ -104,39 +75,20 @@ class FrameLike(Protocol):
     def __getitem__(self, key: object, /) -> SeriesLike: ...
 
 
-def is_frame(given: object) -> TypeGuard[FrameLike]:
-    """Whether an object is a table of columns, like a pandas DataFrame."""
-    return isinstance(given, FrameLike)
-
-
-def is_column(given: object) -> TypeGuard[SeriesLike]:
-    """Whether an object is one column with an index, like a pandas Series."""
-    return isinstance(given, SeriesLike) and not isinstance(given, FrameLike)
-
-
-def samples_of_frame(what: str, frame: FrameLike) -> dict[str, Samples]:
-    """Return the samples of each column by its name, as `samples_of_column` does."""
-    return {str(name): samples_of_column(f"{what}[{str(name)!r}]", frame[name]) for name in frame.columns}
-
-
-def samples_of_column(what: str, column: SeriesLike) -> Samples:
+def _of_column(what: str, column: SeriesLike) -> Samples:
     """Return the values of a column at the times [s] of its index; a time without a value (NaN) is no sample.
 
     Times may be durations (timedelta64). TypeError: they are dates, whose zero is unknown, or the index only counts
     rows. ValueError as `Samples`, which includes their order.
     """
-    times, values = _times(what, column.index), numbers(what, column.to_numpy())
-    there = ~np.isnan(values)
-    return Samples(times[there], values[there])
-
-
-def _times(what: str, index: Iterable[object]) -> Array:
-    if type(index).__name__ == "RangeIndex":
+    if type(column.index).__name__ == "RangeIndex":
         raise TypeError(f"{what}: expected an index of times in seconds, got row numbers; see `frame.set_index(times)`")
-    times = np.asarray(index)
+    times = np.asarray(column.index)
     if times.dtype.kind == "m":
         times = times / np.timedelta64(1, "s")
-    return numbers(f"{what}: index", times)
+    times, values = numbers(f"{what}: index", times), numbers(what, column.to_numpy())
+    there = ~np.isnan(values)
+    return Samples(times[there], values[there])
 
 
 SamplesLike = Samples | SeriesLike | FrameLike | Mapping[str, Samples | SeriesLike]
@@ -227,8 +179,27 @@ class Measurements:
         return replace(self, times=2 * self.times).enough_for(prior)
 
     def priors(self, kernel: Kernel | Mapping[str, Kernel], mean: float | Mapping[str, float]) -> dict[str, Prior]:
-        """Return the prior of each flat output, by name. Raises as `priors_by_name`."""
-        return priors_by_name(self.names, kernel, noise_of_first(self.noise_std, self.kinds), mean)
+        """Return the prior of each flat output, by name.
+
+        TypeError or ValueError, with the name in question: something is invalid, missing, or given for another name.
+        """
+        noise_std = self.noise_std
+        if isinstance(noise_std, Mapping):
+            others = {name for _, *rest in self.kinds for name in rest}
+            noise_std = {name: value for name, value in noise_std.items() if name not in others}
+        for what, given in (("kernel", kernel), ("noise_std", noise_std), ("mean", mean)):
+            if isinstance(given, Mapping) and set(self.names) < set(given):  # it would be ignored silently
+                unknown = next(name for name in given if name not in self.names)
+                raise ValueError(f"{what}: is given for {unknown}, expected for {', '.join(self.names)} only")
+        return {
+            name: _prior(
+                name,
+                _value_of(kernel, name, "kernel"),
+                _value_of(noise_std, name, "noise_std"),
+                _value_of(mean, name, "mean"),
+            )
+            for name in self.names
+        }
 
     def cost(self, prior: JointPrior) -> tuple[Condensation, ...]:
         """Return the effect of condensing the samples."""
@@ -245,9 +216,9 @@ def names_of_each(plant: ConstrainedSystem, names: Iterable[str]) -> list[tuple[
 
 def samples_by_name(given: SamplesLike, plant: ConstrainedSystem, what: str = "samples") -> dict[str, Samples]:
     """Return samples by the sampled name. TypeError: they are no samples."""
-    if is_frame(given):
-        return samples_of_frame(what, given)
-    if isinstance(given, Samples) or is_column(given):
+    if isinstance(given, FrameLike):
+        return {str(name): _of_column(f"{what}[{str(name)!r}]", given[name]) for name in given.columns}
+    if isinstance(given, Samples | SeriesLike):
         return {default_sample(plant): _samples(what, given)}
     if not isinstance(given, Mapping):
         raise TypeError(
@@ -258,8 +229,8 @@ def samples_by_name(given: SamplesLike, plant: ConstrainedSystem, what: str = "s
 
 
 def _samples(what: str, given: object, of: str = "") -> Samples:
-    if is_column(given):
-        return samples_of_column(f"{what}{of}", given)
+    if isinstance(given, SeriesLike) and not isinstance(given, FrameLike):
+        return _of_column(f"{what}{of}", given)
     if not isinstance(given, Samples):
         raise TypeError(f"{what}: expected Samples(times, values){of}, got {type(given).__name__}")
     return given
@@ -267,17 +238,16 @@ def _samples(what: str, given: object, of: str = "") -> Samples:
 
 def with_noise(
     samples: Mapping[str, Samples],
-    kinds: Iterable[Iterable[str]],
+    kinds: list[tuple[str, ...]],
     noise_std: Noise,
 ) -> dict[str, Samples]:
     """Return samples whose noise is relative to σ_n of the first name for the same flat output.
 
     `kinds` are the names that depend on each flat output. ValueError: there are several, and their noise is not known.
     """
-    shown = [tuple(names) for names in kinds]
-    several = [names for names in shown if len(names) > 1]
-    known = {name: _known_noise(value_of(noise_std, name, "noise_std"), names) for names in several for name in names}
-    return relative_to_first(samples, shown, known)
+    several = [names for names in kinds if len(names) > 1]
+    known = {name: _known_noise(_value_of(noise_std, name, "noise_std"), names) for names in several for name in names}
+    return relative_to_first(samples, kinds, known)
 
 
 def same_states(
@@ -302,14 +272,6 @@ def _of_states(
         expected = ", ".join(name for shown in kinds for name in shown)
         raise ValueError(f"{what}: expected samples of {expected}, as of the first ones, got {', '.join(given)}")
     return given
-
-
-def noise_of_first(noise_std: T | Mapping[str, T], kinds: Iterable[Iterable[str]]) -> T | dict[str, T]:
-    """Return the noise of the first name for each flat output; that of other names is left out."""
-    if not isinstance(noise_std, Mapping):
-        return noise_std
-    others = {name for _, *rest in kinds for name in rest}
-    return {name: value for name, value in noise_std.items() if name not in others}
 
 
 def _known_noise(given: object, names: tuple[str, ...]) -> float:

@@ -10,11 +10,9 @@ from pathlib import Path
 from time import monotonic
 from typing import Generic, Self, TypeVar
 
-import numpy as np
-
 from trackably.arguments import real
 from trackably.arrays import Array
-from trackably.certificates.certificate import Certificate, robust_of
+from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import as_written
 from trackably.certificates.prove import Failure, prove, prove_on_window
 from trackably.certificates.waypoint import Waypoint, prove_waypoints
@@ -24,7 +22,6 @@ from trackably.files import LEFT_OUT, read_bytes, write_atomically
 from trackably.fit import Fit
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError, Zonotope
-from trackably.systems.linear import LinearSystem
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening, tightening
 from trackably.work import BudgetEnded, until
@@ -47,24 +44,15 @@ class SavedTightening:
     def maybe(cls, found: Tightening | None) -> Self | None:
         if found is None:
             return None
-        Z, error = found.invariant, found.model.error if found.model else None
-        return cls(found.given, found.margin, found.disturbance, Z.feedback if Z else None, found.noise, error)
+        K = found.invariant.feedback if found.invariant else None
+        return cls(found.given, found.margin, found.disturbance, K, found.noise, found.model_error)
 
     def found_again(self, plant: ConstrainedSystem) -> Tightening:
-        """Compute the tightening again. ValueError: the tightened bounds are not those of `plant`, the reference's."""
+        """Compute the tightening again. ValueError: it does not lead to `plant`, the reference's."""
         found = tightening(self.given, self.disturbance, self.feedback, self.margin, self.noise, self.model_error)
-        if not _alike(found.plant, plant):
+        if as_written(found.plant) != as_written(plant):
             raise ValueError("tightening: the bounds of the reference are not the tightened ones")
         return found
-
-
-def _alike(one: ConstrainedSystem, other: ConstrainedSystem) -> bool:
-    """Whether two plants have the same bounds and, where they are linear, the same matrices."""
-    sets = [[as_written(of.state_set), as_written(of.input_set)] for of in (one, other)]
-    arrays = []
-    if isinstance(one.system, LinearSystem) and isinstance(other.system, LinearSystem):
-        arrays += [(getattr(one.system, name), getattr(other.system, name)) for name in ("A", "B", "c")]
-    return sets[0] == sets[1] and all(np.array_equal(a, b) for a, b in arrays)
 
 
 class Saved(ABC):
@@ -130,7 +118,7 @@ class Saved(ABC):
             found = prove_on_window(self.reference, self.proved_from, self.proved_until)
         if not isinstance(found, Certificate):
             return found
-        found = replace(found.with_robust(robust_of(self.computed_tightening)), truth=self.truth or ())
+        found = replace(found.with_robust(self.computed_tightening), truth=self.truth or ())
         pinned = prove_waypoints(self.reference, self.waypoints)
         return (found, pinned) if isinstance(pinned, tuple) else pinned
 

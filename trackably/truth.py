@@ -15,9 +15,9 @@ from typing import Any, Self
 
 import numpy as np
 
-from trackably.arguments import instance, real
-from trackably.arrays import Array
-from trackably.certificates.certificate import Certificate, Robust
+from trackably.arguments import instance, positive, real
+from trackably.arrays import Array, ArrayLike
+from trackably.certificates.certificate import Certificate
 from trackably.certificates.cover import radii
 from trackably.certificates.form import as_subject, as_written
 from trackably.certificates.judge import NotTrackableError, found_or_raise, judge_contradiction
@@ -32,7 +32,6 @@ from trackably.checker.truth import (
     CONTRADICTION,
     VERSION,
     ContradictedSamples,
-    Place,
     contradiction_of,
     gaps,
     places,
@@ -47,6 +46,7 @@ from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
 from trackably.systems.rationals import float_above
 from trackably.systems.reference import Reference
+from trackably.systems.tightening import Tightening
 
 _NEAR = 30
 """Number of measurements on each side of a time whose pairs are all examined; more distant ones bound little."""
@@ -78,9 +78,9 @@ class Truth:
             given = getattr(self, name)
             if given is None:
                 continue
-            value = real(f"truth: {name}", given)
-            if not (0 < value < np.inf or (value == 0 and name == "noise")):
-                raise ValueError(f"truth: {name}: expected a positive number, got {value:g}")
+            value = (real if name == "noise" else positive)(f"truth: {name}", given)
+            if value < 0:
+                raise ValueError(f"truth: {name} must not be negative, got {value:g}")
             object.__setattr__(self, name, value)
         if self.slope is None and self.second_derivative is None:
             raise ValueError("truth: expected a bound of the slope, of the second derivative, or of both")
@@ -127,8 +127,7 @@ def true_signals(
     for name, given in (tolerance if isinstance(tolerance, Mapping) else dict.fromkeys(found, tolerance)).items():
         if name not in found:
             raise ValueError(f"tolerance: expected a state that truth= describes, {', '.join(found)}, got {name}")
-        if not 0 < (most := real(f"tolerance of {name}", given)) < np.inf:
-            raise ValueError(f"tolerance of {name}: expected a positive number, got {most:g}")
+        most = positive(f"tolerance of {name}", given)
         known = _middle(name, found[name].of, claim)
         least = max(known.error, _least_error(plant, known)) / _SHARE
         if not most > least:
@@ -176,19 +175,13 @@ class Points:
 
         At a common time the one with less noise is kept.
         """
-        every = sorted((float(t), float(y), float(noise), i) for i, (t, y, noise) in _places(of, derived).items())
-        times, values, noise, ids = (np.array(column) for column in zip(*every, strict=True))
-        return cls(times, values, noise, ids.astype(int))
-
-
-def _places(of: SignalClass, derived: Sequence[Derived]) -> dict[int, Place]:
-    """Return the known points by number; of several at one time, only the one with the least noise."""
-    found = places(TrueSignal("", of, (), (), 0, (), (), (), None, tuple(derived)))
-    best: dict[Fraction, int] = {}
-    for i, (t, _, noise) in found.items():
-        if t not in best or noise < found[best[t]][2]:
-            best[t] = i
-    return {i: found[i] for i in best.values()}
+        found = places(TrueSignal("", of, (), (), 0, (), (), (), None, tuple(derived)))
+        best: dict[Fraction, int] = {}
+        for i, (t, _, noise) in found.items():
+            if t not in best or noise < found[best[t]][2]:
+                best[t] = i
+        every = sorted((*map(float, found[i]), i) for i in best.values())
+        return cls(*(np.array(column) for column in zip(*every, strict=True)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,19 +224,19 @@ class Sides:
         i, j, value, slack = (np.concatenate([part[k] for part in parts]) for k in range(4))
         return cls(i, j, value + slack, value - slack)
 
-    def best(self, x: Array) -> tuple[tuple[int, int], tuple[int, int]]:
+    def best(self, x: Array) -> tuple[tuple[int, int], tuple[int, int], float]:
         """Return the pair (i, j) with the tightest upper bound on x (T,), and that with the tightest lower bound.
 
-        A pair is judged by its largest distance from x at the T times.
+        A pair is judged by its largest distance from x at the T times; the larger one of the two is returned, too.
         """
-        found = (np.argmin(np.max(side, axis=1)) for side in (self.upper - x, x - self.lower))
-        upper, lower = ((int(self.i[k]), int(self.j[k])) for k in found)
-        return upper, lower
+        apart = [np.max(side, axis=1) for side in (self.upper - x, x - self.lower)]
+        upper, lower = ((int(self.i[k]), int(self.j[k])) for k in map(np.argmin, apart))
+        return upper, lower, max(float(np.min(of)) for of in apart)
 
 
-def _around(times: Array, middle: float) -> Any:
-    place = int(np.searchsorted(times, middle))
-    return np.arange(max(0, place - _NEAR), min(len(times), place + _NEAR))
+def _around(times: ArrayLike, middle: float, count: int = _NEAR) -> Any:
+    """Return the indices of so many times on each side of one."""
+    return np.arange(np.size(times))[max(0, (place := int(np.searchsorted(times, middle))) - count) : place + count]
 
 
 def sides_at(of: SignalClass, times: Array, derived: Sequence[Derived] = ()) -> tuple[Array, Array]:
@@ -257,7 +250,7 @@ def sides_at(of: SignalClass, times: Array, derived: Sequence[Derived] = ()) -> 
 
 
 def true_signal(
-    reference: Reference, claim: Claim, name: str, sought: Sought, robust: Robust | None = None
+    reference: Reference, claim: Claim, name: str, sought: Sought, robust: Tightening | None = None
 ) -> TrueSignal:
     """Bound how far a state of the reference is from every signal of a class, from the first sample to the last.
 
@@ -298,14 +291,12 @@ def _choose(
     derived = [*known_before]
     asked = {d.time for d in derived}
     known, apart = Points.of(of, derived), np.zeros(len(course))
-    found: list[Any] = [None] * len(course)
+    found: list[Any] = [[] for _ in course]
     changed = set(range(len(course)))
     while changed:
         for k in changed:
             times, x = course[k]
-            sides = Sides.near(of, times, known)
-            found[k] = sides.best(x)
-            apart[k] = max(float(np.min(np.max(s, axis=1))) for s in (sides.upper - x, x - sides.lower))
+            *found[k], apart[k] = Sides.near(of, times, known).best(x)
         worst = [
             k for k in np.flatnonzero(apart >= _WORST * np.max(apart)).tolist() if not {*edges[k : k + 2]} <= asked
         ]
@@ -327,11 +318,8 @@ _WORST, _AT_ONCE, _DERIVED, _BESIDE = 0.95, 10, 120, 12
 def _derive(of: SignalClass, t: float) -> Derived | None:
     """Return what near measurements together say of a signal at a time, by the multipliers of linear programs."""
     n = len(of.samples.times)
-    which: list[int] = []
-    for measured, first in ((of.samples, 0), (of.rates, n)):
-        if measured:
-            place = int(np.searchsorted(measured.times, t))
-            which += range(first + max(0, place - _BESIDE), first + min(len(measured.times), place + _BESIDE))
+    parts = [_around(of.samples.times, t, _BESIDE), n + _around(of.rates.times if of.rates else (), t, _BESIDE)]
+    which = np.concatenate(parts).tolist()
     some = replace(_only(of, which), slope=None)
     signals = Signals.of(some, (t,))
     found = []
@@ -402,7 +390,7 @@ def _bound(models: tuple[Any, Any]) -> float:
             return float("inf")
         c = np.array([float(each.b) for each in model.coefficients])
         missed = float(model.missed.b) + sum(float(each.delta.b) for each in model.coefficients)
-        found = max(found, float(np.max(_BERNSTEIN[:, : len(c)] @ c)) + missed)
+        found = max(found, float(np.max(_BERNSTEIN @ c)) + missed)
     return found
 
 
@@ -410,11 +398,12 @@ _BERNSTEIN = np.array([[1.0, -1.0, 1.0, -1.0], [1.0, -1 / 3, -1 / 3, 1.0], [1.0,
 """Bernstein coefficients of degree 3 of 1, x, x² and x³ on [−1, 1]."""
 
 
-def _of_plant(proved: TrueSignal, robust: Robust, state: int) -> float:
+def _of_plant(proved: TrueSignal, robust: Tightening, state: int) -> float:
     """Return ε plus the largest deviation of the disturbed plant's state from that of the reference, rounded up."""
+    assert robust.invariant is not None, "the plant is disturbed"
     up = [Fraction(int(i == state)) for i in range(len(robust.given.system.states))]
-    down, Z, noise = [-r for r in up], robust.invariant, robust.measured
-    sides = [Z.support(row) + (noise.support(back) if noise else 0) for row, back in ((up, down), (down, up))]
+    down, Z, V = [-r for r in up], robust.invariant, robust.noise
+    sides = [Z.support(row) + (V.exact_support(back) if V else 0) for row, back in ((up, down), (down, up))]
     return float_above(Fraction(proved.error) + max(sides))
 
 
@@ -535,16 +524,12 @@ def _only(of: SignalClass, which: list[int]) -> SignalClass:
     n = len(of.samples.times)
 
     def some(measured: Measured, chosen: list[int]) -> Measured:
-        return Measured(
-            tuple(measured.times[i] for i in chosen), tuple(measured.values[i] for i in chosen), measured.noise
-        )
+        times, values = (tuple(each[i] for i in chosen) for each in (measured.times, measured.values))
+        return Measured(times, values, measured.noise)
 
     rates = [i - n for i in which if i >= n]
-    return replace(
-        of,
-        samples=some(of.samples, [i for i in which if i < n]),
-        rates=some(of.rates, rates) if of.rates and rates else None,
-    )
+    samples = some(of.samples, [i for i in which if i < n])
+    return replace(of, samples=samples, rates=some(of.rates, rates) if of.rates and rates else None)
 
 
 # A reference that is to be near: bounds that move.

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from trackably.arguments import is_number, real
+from trackably.arguments import positive, real
 from trackably.certificates.waypoint import Waypoint, coordinates, extent
 from trackably.checker.certificate import Claim
 from trackably.systems.constrained import ConstrainedSystem
@@ -49,7 +49,9 @@ def _waypoint(
     claim: Claim,
     left: str,
 ) -> Waypoint:
-    _refuse_unclaimed(time, claim)
+    first, last = claim.span
+    if not first <= time <= last:
+        raise ValueError(f"at: {time:g} s is outside of the times that are claimed, from {first:g} s to {last:g} s")
     if values == "rest":
         _refuse_restless(time, plant)
         names = (*plant.system.states, *plant.system.inputs)
@@ -63,15 +65,16 @@ def _waypoint(
         raise ValueError(f"at: nothing is given at {time:g} s")
     by: dict[str, float] = {}
     for name, value in values.items():
-        bounds = extent(plant, name)
-        if not is_number(value):
-            raise TypeError(f"at: expected a number for {name} at {time:g} s, got {short(value)}")
-        if not math.isfinite(value) or (bounds and not bounds.lower <= value <= bounds.upper):
-            within = f"inside {bounds}" if bounds else "a finite number"
-            raise ValueError(f"at: {name} must be {within} at {time:g} s, got {value:g}{left}")
+        bounds, number = extent(plant, name), real(f"at: {name} at {time:g} s", value)
+        if bounds and not bounds.lower <= number <= bounds.upper:
+            raise ValueError(f"at: {name} must be inside {bounds} at {time:g} s, got {number:g}{left}")
         by[name] = _tolerance(tolerance, name, bounds)
     found = Waypoint(time, {name: float(value) for name, value in values.items()}, by)
-    _refuse_outside(found, plant, left)
+    for names, bounded in ((plant.system.states, plant.state_set), (plant.system.inputs, plant.input_set)):
+        try:
+            found.within(bounded, names)  # each value is possible, but perhaps not all together
+        except ValueError:
+            raise ValueError(f"at: {found} lies outside of {bounded}, where x is {', '.join(names)}{left}") from None
     return found
 
 
@@ -91,12 +94,6 @@ def _refuse_restless(time: float, plant: ConstrainedSystem) -> None:
             )
 
 
-def _refuse_unclaimed(time: float, claim: Claim) -> None:
-    first, last = claim.span
-    if not (math.isfinite(time) and first <= time <= last):
-        raise ValueError(f"at: {time:g} s is outside of the times that are claimed, from {first:g} s to {last:g} s")
-
-
 def _refuse_unknown(argument: str, values: Mapping[str, float], plant: ConstrainedSystem) -> None:
     known = (*plant.system.states, *plant.system.inputs)
     for name in values:
@@ -109,17 +106,6 @@ def _refuse_unknown(argument: str, values: Mapping[str, float], plant: Constrain
             )
 
 
-def _refuse_outside(found: Waypoint, plant: ConstrainedSystem, left: str) -> None:
-    """Raise ValueError if the values of one time, each of which is possible, lie outside of the
-    plant's sets together.
-    """
-    for names, bounded in ((plant.system.states, plant.state_set), (plant.system.inputs, plant.input_set)):
-        try:
-            found.within(bounded, names)
-        except ValueError:
-            raise ValueError(f"at: {found} lies outside of {bounded}, where x is {', '.join(names)}{left}") from None
-
-
 def _tolerance(given: float | Mapping[str, float] | None, name: str, bounds: Interval | None) -> float:
     """Return the tolerance given for a name; by default a small part of the width of its bounds."""
     found = given.get(name) if isinstance(given, Mapping) else given
@@ -127,8 +113,4 @@ def _tolerance(given: float | Mapping[str, float] | None, name: str, bounds: Int
         if bounds is None:
             raise ValueError(f"at_tolerance: is needed for {name}, which has no bounds to take a part of")
         return _OF_WIDTH * bounds.width
-    if not is_number(found):
-        raise TypeError(f"at_tolerance: expected a number for {name}, or numbers by name, got {short(found)}")
-    if not (math.isfinite(found) and found > 0):
-        raise ValueError(f"at_tolerance: must be positive, got {found:g} for {name}")
-    return float(found)
+    return positive(f"at_tolerance of {name}", found)

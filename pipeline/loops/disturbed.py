@@ -67,9 +67,9 @@ def disturbed_plant(kind: str, tightened: Tightening, seed: int) -> tuple[Succes
         pushed = greedy(W, tightened.given.state_set)
     else:
         pushed = drawn(W, seed) if kind == "drawn" else constant(W, of_disturbance.standard_normal(W.dimension))
-    if tightened.model is None:
+    if tightened.model_error is None:
         return lambda k, x, u: tightened.given.linear.successor(x, u), pushed
-    vertices, X = tightened.model.error.vertices, Inequalities.of(tightened.given.state_set)
+    vertices, X = tightened.model_error.vertices, Inequalities.of(tightened.given.state_set)
     same = int(of_plant.integers(len(vertices)))
 
     def moved(k: int, x: Array, u: Array) -> Array:
@@ -235,10 +235,10 @@ def scaled(tightened: Tightening, size: float) -> Tightening:
     assert W is not None, "asked for where there is a disturbance"
     assert tightened.invariant is not None, "it belongs to a disturbance"
     noise, wrong = None if V is None else V.scaled(by), None
-    if tightened.model:
+    if tightened.model_error:
         model = tightened.given.linear
         nominal = np.column_stack([model.A, model.B, model.c])
-        whole = [np.column_stack([v.A, v.B, v.c]) for v in tightened.model.error.vertices]
+        whole = [np.column_stack([v.A, v.B, v.c]) for v in tightened.model_error.vertices]
         parts = np.array([nominal + size * (each - nominal) for each in whole])
         n = len(model.A)
         wrong = ModelError.of([(of[:, :n], of[:, n:-1], of[:, -1]) for of in parts])

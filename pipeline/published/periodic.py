@@ -69,9 +69,9 @@ class GrowthRates(Bounded):
         return self._combined(posterior.signals[0].derivative(t), posterior.signals[0](s)) - self._offset
 
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
-        jet, gradient = posterior.jet_and_gradient(0, places.T, 1)
-        value = self._combined(jet[1, 0], jet[0, 1]) - self._offset
-        return value, self._combined(gradient[:, 1, 0], gradient[:, 0, 1])
+        jets = posterior.jets(0, places.T, 1)
+        value, *gradient = self._combined(jets[:, 1, 0], jets[:, 0, 1])
+        return value - self._offset, np.array(gradient)
 
     def _combined(self, rate: Array, state: Array) -> Array:
         a, b, _ = self._coefficients

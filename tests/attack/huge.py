@@ -22,7 +22,7 @@ from mcap.writer import MCAP0_MAGIC
 from tests.trackably.checker.edges import hostile
 from tests.trackably.checker.instances import scalar_certificate
 from tests.trackably.checker.pieces.instances import certificate as of_pieces
-from tests.trackably.checker.robust.instances import noisy_data, robust_data
+from tests.trackably.checker.robust.instances import robust_data
 from trackably.checker.__main__ import FAILED, REFUTED, UNDECIDED, UNUSABLE
 from trackably.checker.form import read_certificate
 
@@ -456,7 +456,7 @@ HUGE: dict[str, Callable[[], Data]] = {
     "many disturbances": _many_disturbances,
     "much noise": _much_noise,
     "N and s of a cart": lambda: _changed_robust(lambda: robust_data("pushed cart"), head=10_000, terms=10_000),
-    "N and s with noise": lambda: _changed_robust(noisy_data, head=10_000, terms=10_000),
+    "N and s with noise": lambda: _changed_robust(lambda: robust_data("noisy cart"), head=10_000, terms=10_000),
     "endless periods": _endless_periods,
     "pieces with a tiny breakpoint": _fine_pieces,
     "a counterexample of such pieces": _fine_counterexample,

@@ -49,7 +49,7 @@ from trackably import (
     truth,
     worst_plant,
 )
-from trackably.certificates.certificate import Certificate, robust_of
+from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import judge, judge_contradiction
 from trackably.certificates.prove import prove_on_window
 from trackably.checker.certificate import Measured, SignalClass, Window
@@ -326,7 +326,7 @@ def of_models(rng: np.random.Generator) -> Found:
         most = max(float(np.max(np.abs(q([signal], t))) / min(-of.lower, of.upper)) for q, of in limits)
         reference = Reference((replace(signal, weights=signal.weights * (0.999 / most)),), left.plant)
         found = prove_on_window(reference, 0.0, 1.9)
-        found = judge(replace(found, robust=robust_of(left))) if isinstance(found, Certificate) else found
+        found = judge(found.with_robust(left)) if isinstance(found, Certificate) else found
     except (ValueError, ArithmeticError, IndexError, AssertionError):
         yield "nothing", None
         return

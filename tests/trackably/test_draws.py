@@ -50,12 +50,21 @@ def drawn(upper: float = 0.01):
     return example1(upper).draws(STEPS, 4000)
 
 
-def test_every_draw_keeps_the_bounds_and_is_a_way_the_system_can_go():
-    (states, inputs), sets = drawn(), example1().reference.plant
-    assert (states.shape, inputs.shape) == ((4000, 101, 1), (4000, 101, 1))
+def assert_kept(sets: ConstrainedSystem, states, inputs, room: float = 0.0) -> None:
+    """Every draw keeps all bounds, up to some room for inputs."""
     assert np.min(sets.state_set.margin(states)) >= 0
-    assert np.min(sets.input_set.margin(inputs)) >= 0
-    np.testing.assert_allclose(sets.system.successor(states[:, :-1], inputs[:, :-1]), states[:, 1:], atol=1e-6)
+    assert np.min(sets.input_set.margin(inputs)) >= room
+
+
+def assert_followed(system, states, inputs) -> None:
+    np.testing.assert_allclose(system.successor(states[:, :-1], inputs[:, :-1]), states[:, 1:], atol=1e-6)
+
+
+def test_every_draw_keeps_the_bounds_and_is_a_way_the_system_can_go():
+    states, inputs = drawn()
+    assert (states.shape, inputs.shape) == ((4000, 101, 1), (4000, 101, 1))
+    assert_kept(sets := example1().reference.plant, states, inputs)
+    assert_followed(sets.system, states, inputs)
     off = states[:, WITHIN[::10], 0] - example1().samples[0].values
     assert np.max(np.abs(np.mean(off, axis=0))) < 0.01
 
@@ -118,9 +127,7 @@ def test_which_reference_is_looked_at_makes_no_difference_for_a_linear_system():
 def test_of_redundant_inputs_every_draw_takes_admissible_ones():
     found, k = redundant(), np.arange(0, 80, 2)
     states, inputs = found.draws(k, 100)
-    sets = found.reference.plant
-    assert np.min(sets.input_set.margin(inputs)) >= -1e-12
-    assert np.min(sets.state_set.margin(states)) >= 0
+    assert_kept(found.reference.plant, states, inputs, -1e-12)
     assert np.any(np.abs(inputs[..., 1]) > 0.2 - 1e-9)
 
 
@@ -130,9 +137,8 @@ def test_several_signals_are_drawn_together():
     found = learn_reference(seen, CART, Matern52(), (0.0, 1.9), noise_std=0.1, starts=1, progress=False)
     states, inputs = found.draws(np.arange(18), 50)
     assert (states.shape, inputs.shape) == ((50, 18, 2), (50, 18, 2))
-    np.testing.assert_allclose(CART.system.successor(states[:, :-1], inputs[:, :-1]), states[:, 1:], atol=1e-6)
-    assert np.min(CART.state_set.margin(states)) >= 0
-    assert np.min(CART.input_set.margin(inputs)) >= 0
+    assert_kept(CART, states, inputs)
+    assert_followed(CART.system, states, inputs)
 
 
 def test_inputs_of_a_nonlinear_system_are_drawn_to_first_order():
@@ -145,8 +151,7 @@ def test_inputs_of_a_nonlinear_system_are_drawn_to_first_order():
     found = Reference(posterior.signals, sets)
     k = np.arange(15)
     states, inputs = draws_within_bounds(found, posterior, k, NONE, 200, 0)
-    assert np.min(sets.state_set.margin(states)) >= 0
-    assert np.min(sets.input_set.margin(inputs)) >= 0
+    assert_kept(sets, states, inputs)
     assert np.max(found.input(k)) > 0.84
     x = states[:, :-1, 0]
     exactly = (states[:, 1:, 0] - x) / 0.1 + 0.6 * np.sqrt(x)

@@ -9,13 +9,10 @@ import pytest
 
 from tests.trackably.plants import AXIS, CART, KERNEL, MIXED, MOVED, SAMPLES, TIMES
 from trackably import (
-    ConstrainedSystem,
     DoubtfulInputWarning,
     Failed,
-    LinearSystem,
     NotTrackableError,
     Periodic,
-    Polytope,
     Proved,
     Samples,
     SquaredExponential,
@@ -156,25 +153,6 @@ def assert_late_steps_are_refused(found: TrackableReference) -> None:
     with pytest.raises(ValueError, match="further from zero"):
         found.window(last - 3, 5)
     assert found.reference.input(10**16).shape == found.input(0).shape
-
-
-def test_the_shared_period_is_not_a_multiple_of_itself() -> None:
-    """Three periods only: every multiple has a minimum of its own, and a longer memory to fit with."""
-    t, rng = np.arange(0, 8, 0.25), np.random.default_rng(0)
-    values = {
-        "q1": 0.8 * np.sin(2 * np.pi * t / 2.5),
-        "q2": 0.5 * np.cos(2 * np.pi * t / 2.5) + 0.2 * np.sin(4 * np.pi * t / 2.5),
-    }
-    samples = {name: Samples(t, y + 0.02 * rng.standard_normal(t.size)) for name, y in values.items()}
-    joints = ConstrainedSystem(
-        LinearSystem.discretised(
-            np.kron(np.eye(2), np.eye(2, k=1)), np.eye(4)[:, 1::2], 0.05, states=("q1", "w1", "q2", "w2")
-        ),
-        Polytope.box([-1.5, -2.2] * 2, [1.5, 2.2] * 2),
-        Polytope.box([-6.0] * 2, [6.0] * 2),
-    )
-    found = learn_reference(samples, joints, Periodic(), "all_phases", noise_std=0.02)
-    assert found.hyperparameters["period"] == pytest.approx(2.5, abs=0.05)
 
 
 def test_flat_outputs_themselves_can_be_sampled() -> None:

@@ -206,10 +206,6 @@ def test_a_tolerance_that_means_nothing_is_refused(tolerance, claim, more) -> No
         learn_reference(near_samples(), PLANT, SquaredExponential(), claim, **{**COARSE, **more}, tolerance=tolerance)
 
 
-def test_a_certificate_without_a_truth_says_nothing_of_it(learned: TrackableReference) -> None:
-    assert "truth" not in encode_certificate(replace(learned.certificate, truth=()))
-
-
 def test_what_is_saved_says_the_same_when_it_is_loaded(learned: TrackableReference, tmp_path) -> None:
     learned.save(tmp_path / "reference.json")
     assert TrackableReference.load(tmp_path / "reference.json").certificate.truth == learned.certificate.truth

@@ -1,5 +1,6 @@
 """A certificate: a claim about a stored reference, with everything that a checker needs to verify it."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -7,72 +8,16 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.certificates.claim import times_of
 from trackably.checker.certificate import AllPhases, Claim, Cover, Steps, TrueSignal
-from trackably.systems.constrained import ConstrainedSystem, LinearConstraint
-from trackably.systems.disturbances import Measured
+from trackably.systems.constrained import LinearConstraint
 from trackably.systems.intervals import ends_within, rounded_text
 from trackably.systems.reference import Reference
-from trackably.systems.tightening import InvariantSet, Tightening, WrongModel
+from trackably.systems.tightening import Tightening
+from trackably.systems.trajectories import Quantity
 
 _TIME_TOLERANCE, TIME_TOLERANCE_OF_PIECES = 1e-12, 2.0**-50
 _PERIODS, _STEPS = 2.0**40, 2.0**52
 _YEAR = 31_557_600.0  # s
 _NEVER_REACHED = 1e30  # s
-
-
-# What a certificate says of the disturbed system.
-
-
-@dataclass(frozen=True, eq=False)
-class Robust:
-    """For all w(k) ∈ W and starts in x_r ⊕ Z, u = u_r + K (x − x_r) keeps x and u in the `given` sets.
-
-    The starts are at the times of the certificate's claim, and x and u are meant at every step after. Z is the
-    `invariant` set. The statement holds because the certified reference keeps bounds that are tightened by h_Z(row) for
-    states, and by h_Z(Kᵀ row) for inputs: the error e = x − x_r obeys e⁺ = (A + B K) e + w, and stays in Z. If the
-    state is `measured` with noise, this holds for y = x + v, and x keeps the bounds less the noise set V.
-    """
-
-    given: ConstrainedSystem
-    invariant: InvariantSet
-    measured: Measured | None = None
-    model: WrongModel | None = None
-
-    @property
-    def explanation(self) -> str:
-        """The claim in a sentence."""
-        states, inputs = (
-            ", ".join(
-                _bounds_text(constraint) for constraint in self.given.given_constraints if constraint.side == side
-            )
-            for side in ("state", "input")
-        )
-        kept = ", ".join(filter(None, (states, inputs)))
-        W = (self.model or self.measured or self.invariant).disturbance
-        seen, K = "y" if self.measured else "x", self.invariant.feedback.tolist()
-        named = any(map(any, W.vectors)) or not (self.measured or self.model)
-        under = [f"disturbance in {W}"] if named else []
-        if self.measured:
-            under.append(f"measurement noise in {self.measured.noise}")
-        if self.model:
-            under.append(f"plant in {self.model.error}")
-        return (
-            f"under every {' and '.join(under)}, from every start in x_r ⊕ Z at one of these times and for all later "
-            f"steps among them, u = u_r + K ({seen} - x_r) with K = {K} keeps {kept}"
-        )
-
-
-def robust_of(tightening: Tightening | None) -> Robust | None:
-    """Return the statement about the disturbed plant of a certificate for a tightened plant.
-
-    None without disturbances.
-    """
-    if tightening is None or tightening.invariant is None:
-        return None
-    return Robust(tightening.given, tightening.invariant, tightening.measured, tightening.model)
-
-
-def _bounds_text(constraint: LinearConstraint) -> str:
-    return f"{constraint.name} in {constraint.bounds}"
 
 
 @dataclass(frozen=True)
@@ -82,8 +27,12 @@ class Certificate:
     Each quantity stays at least its `evaluation_error` away from its bounds. So its float64 value at a float64 time |t|
     ≤ `evaluated_until` [s] keeps the bounds too. Float64 values are those of `Reference.state`, `input` and `window`,
     which add products (of polynomial pieces in twice the precision). If all signals have a period, this also holds at
-    later times, up to `last_time`. `proof` holds the boxes, or the last step that is examined. `robust` states the
-    consequence for the disturbed system, and `truth` the distances of states from true signals.
+    later times, up to `last_time`. `proof` holds the boxes, or the last step that is examined. `truth` holds the
+    distances of states from true signals.
+
+    If bounds are tightened for disturbances, `robust` tells how, and the certificate states the consequence: for all
+    w(k) ∈ W and starts in x_r ⊕ Z at the claim's times, u = u_r + K (x − x_r) keeps the given bounds at every step
+    after. For the error e = x − x_r obeys e⁺ = (A + B K) e + w, and stays in Z.
     """
 
     reference: Reference
@@ -91,28 +40,28 @@ class Certificate:
     proof: Cover | Steps
     evaluation_error: dict[str, float]
     evaluated_until: float
-    robust: Robust | None = None
+    robust: Tightening | None = None
     truth: tuple[TrueSignal, ...] = ()
 
     @property
     def explanation(self) -> str:
         """The proved statement in a sentence."""
-        kept = ", ".join(f"{q.name} in {q.bounds}" for q in self.reference.quantities)
-        plant = self.reference.plant
-        chosen = f", with inputs in {_box(plant)} that push alike" if plant.allocation else ""
-        disturbed = f"; {self.robust.explanation}" if self.robust else ""
+        kept, plant = _bounds_text(self.reference.quantities), self.reference.plant
+        box = "{" + _bounds_text(limit for limit in plant.given_constraints if limit.side == "input") + "}"
+        chosen = f", with inputs in {box} that push alike" if plant.allocation else ""
+        disturbed = f"; {_robust_text(self.robust)}" if self.robust else ""
         truth = "".join(map(_truth, self.truth))
         return f"proved for {times_of(self.claim)}: {kept}{self._limit}{chosen}{disturbed}{truth}"
 
     def __repr__(self) -> str:
         return f"Certificate({self.explanation})"
 
-    def with_robust(self, robust: Robust | None) -> "Certificate":
+    def with_robust(self, tightening: Tightening | None) -> "Certificate":
         """Return the certificate with the consequence for the disturbed system.
 
-        Without one it is the same object, so that what the checker has accepted is not checked again.
+        Without disturbances it is the same object, so that what the checker has accepted is not checked again.
         """
-        return self if robust is None else replace(self, robust=robust)
+        return replace(self, robust=tightening) if tightening and tightening.invariant else self
 
     @property
     def last_time(self) -> float:
@@ -185,9 +134,22 @@ def _truth(of: TrueSignal) -> str:
     )
 
 
-def _box(plant: ConstrainedSystem) -> str:
+def _bounds_text(bounded: Iterable[Quantity | LinearConstraint]) -> str:
+    return ", ".join(f"{of.name} in {of.bounds}" for of in bounded)
+
+
+def _robust_text(tightening: Tightening) -> str:
+    Z, W, noise, model = tightening.invariant, tightening.disturbance, tightening.noise, tightening.model_error
+    assert Z is not None, "bounds are tightened for disturbances"
+    assert W is not None
+    named = any(map(any, W.vectors)) or not (noise or model)
+    under = [f"disturbance in {W}"] if named else []
+    if noise:
+        under.append(f"measurement noise in {noise}")
+    if model:
+        under.append(f"plant in {model}")
     return (
-        "{"
-        + ", ".join(f"{limit.name} in {limit.bounds}" for limit in plant.given_constraints if limit.side == "input")
-        + "}"
+        f"under every {' and '.join(under)}, from every start in x_r ⊕ Z at one of these times and for all later "
+        f"steps among them, u = u_r + K ({'y' if noise else 'x'} - x_r) with K = {Z.feedback.tolist()} "
+        f"keeps {_bounds_text(tightening.given.given_constraints)}"
     )

@@ -55,17 +55,14 @@ class Certified:
     """A learned reference with its proof.
 
     Its signals, and those of the `solution`, are sums of as few kernels as do. Bounds were tightened by up to `backoff`
-    (a part of their width). `cost` is the increase of l compared with the smallest back-off, which is the optimiser's
-    tolerance. `attempts` counts the fits; each solves several nonlinear programs. `space` is the searched box, without
-    the length scales at which float64 cannot evaluate the reference.
+    (a part of their width). `space` is the searched box, without the length scales at which float64 cannot evaluate the
+    reference.
     """
 
     solution: Solution
     reference: Reference
     certificate: Certificate
     backoff: float
-    cost: float
-    attempts: int
     space: SearchSpace
 
     def is_with(self, prior: JointPrior) -> bool:
@@ -74,8 +71,7 @@ class Certified:
 
     @property
     def explanation(self) -> str:
-        drawn = f"bounds tightened by up to {self.backoff:.1g} of their width, at a cost of {self.cost:.2g} in l"
-        return f"{self.certificate.explanation}; {drawn}"
+        return f"{self.certificate.explanation}; bounds tightened by up to {self.backoff:.1g} of their width"
 
 
 @one_blas_thread()
@@ -110,14 +106,9 @@ def learn_certified(
     # From the given space on: length scales that are too long for a function may do for hyperparameters alone.
     other = _learn(goal, replace(first, learner=fallback, fits=learning.fits))
     if not isinstance(found, Certified):
-        return other if isinstance(other, Certified) else _nearer(found, other)
+        return found if not isinstance(other, Certified) and _missing(found) < _missing(other) else other
     is_better = isinstance(other, Certified) and other.solution.objective < found.solution.objective
     return other if is_better else found
-
-
-def _nearer(one: NoSolution | Failure, other: NoSolution | Failure) -> NoSolution | Failure:
-    """Return the failure with the smaller shortfall; `other` if they cannot be compared."""
-    return one if _missing(one) < _missing(other) else other
 
 
 def _missing(failure: NoSolution | Failure) -> float:
@@ -148,9 +139,8 @@ def _may_cost_more(solution: Solution) -> bool:
 def _learn(goal: Goal, learning: "_Learning") -> Certified | NoSolution | Failure:
     """Learn towards the goal; if the proof fails before or after all constraints, extend the window and repeat."""
     outcome = learning.towards(goal)
-    while isinstance(outcome, Failure) and goal.extends_to(_failure_time(outcome)) and learning.may_go_on:
-        longer = goal.longer(_failure_time(outcome))
-        if longer is None:
+    while isinstance(outcome, Failure) and learning.attempts < _MOST_ATTEMPTS:
+        if (longer := goal.longer(_failure_time(outcome))) is None:
             break
         goal = longer
         outcome = learning.towards(goal)
@@ -184,10 +174,6 @@ class _Learning:
         """What to learn instead; None with given values, as hyperparameters alone cannot meet them."""
         return None if self.required else self.learner.fallback
 
-    @property
-    def may_go_on(self) -> bool:
-        return self.attempts < _MOST_ATTEMPTS
-
     def towards(self, goal: Goal) -> Certified | NoSolution | Failure:
         """Fit and try to prove, each time with a larger back-off.
 
@@ -195,7 +181,7 @@ class _Learning:
         """
         backoff, learner = self.learner.first_backoff, self.learner
         problem = self._problem(goal, backoff)
-        first = found = learner.solve(problem) if self.last is None else learner.extended(self.last, problem)
+        found = learner.solve(problem) if self.last is None else learner.extended(self.last, problem)
         while isinstance(found, Solution):
             self.last = found
             self.fits += found.fits
@@ -213,17 +199,15 @@ class _Learning:
             done("fit")
             self.on_attempt(Attempt(backoff, found.objective, isinstance(outcome, Certificate)))
             if isinstance(outcome, Certificate):
-                assert isinstance(first, Solution), "every later fit follows a first one"
-                cost = found.objective - first.objective
                 solution = replace(found, fits=self.fits, signals=outcome.reference.kernel_sums)
                 largest = max([backoff, *self.rounding.values()])
-                return Certified(solution, reference, outcome, largest, cost, self.attempts, self.space)
-            if goal.extends_to(_failure_time(outcome)) or not self.may_go_on:
+                return Certified(solution, reference, outcome, largest, self.space)
+            if goal.is_beyond(_failure_time(outcome)) or self.attempts >= _MOST_ATTEMPTS:
                 return outcome
             largest = max(error, self.rounding.get(outcome.quantity, 0.0))
             if largest >= _LARGEST_BACKOFF and self._shortened(found, error):
                 backoff, self.rounding = learner.first_backoff, {}
-                first = found = learner.solve(self._problem(goal, backoff))
+                found = learner.solve(self._problem(goal, backoff))
                 continue
             if max(backoff, largest) >= _LARGEST_BACKOFF:
                 return outcome

@@ -1,17 +1,19 @@
 """Propose boxes that cover a window: the checker tells in which of them bounds are kept, and the others are halved."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from itertools import pairwise
 from typing import Any, Self
 
 import numpy as np
 
-from trackably.arrays import Array, Flags
+from trackably.arrays import Array
 from trackably.certificates.draft import TERMS, Draft, has_periodic_part
 from trackably.checker.boxes import Box
 from trackably.checker.certificate import Boxes
+from trackably.checker.floats.boxes import shifts_of
 from trackably.checker.floats.intervals import Floats
 from trackably.checker.quantities import LinearCombination, Quantity
 from trackably.checker.subject import Subject
@@ -38,70 +40,75 @@ class UncoveredBox:
     reason: str
 
 
-def cover(
-    draft: Draft, reference: Reference, start: float, end: float, asks: bool = True
-) -> dict[str, Boxes] | UncoveredBox:
+def cover(draft: Draft, reference: Reference, start: float, end: float) -> dict[str, Boxes] | UncoveredBox:
     """Return boxes from `start` to `end` [s] for each quantity, all accepted by the checker; or a box that it refuses.
 
     Quantities share boxes, and smaller boxes are parts of larger ones, so that each signal is enclosed once in a box.
-    If `asks` is False, narrow boxes are proposed without asking the checker.
     """
-    edges = _first_edges(draft, reference, start, end, asks)
-    boxes, wanted = np.stack([edges[:-1], edges[1:]]), np.ones((len(draft.quantities), len(edges) - 1), dtype=bool)
-    if not asks:
-        one = _join(start, [np.vstack([boxes, radii(draft.subject, reference, draft.arguments, *boxes)])])
-        return {q.name: one for q in draft.quantities}
-    kinks, accepted = _Kinks.of(draft), [dict[float, Box]() for _ in draft.quantities]
+    wanted: _Wanted = dict.fromkeys(pairwise(_first_edges(draft, reference, start, end).tolist()), draft.quantities)
+    kinks, accepted = _Kinks.of(draft), {q.name: dict[float, Box]() for q in draft.quantities}
     exact = set[Box]()
     for halvings in range(_MOST_HALVINGS):
-        tried = np.vstack([boxes, radii(draft.subject, reference, draft.arguments, *boxes)])
-        missing, reasons = _refusals(draft, tried, wanted, exactly=False)
-        refused = np.any(missing, axis=0)
-        if halvings >= _EXACT_FROM and 0 < refused.sum() <= _MOST_EXACT and not kinks.are_in(boxes[:, refused]).any():
-            before = missing
-            missing, reasons = _refusals(draft, tried, missing, exactly=True)
-            exact.update(Box(*box) for box in tried[:, np.any(before & ~missing, axis=0)].T.tolist())
-        for found, kept in zip(accepted, wanted & ~missing, strict=True):
-            for box in tried[:, kept].T.tolist():
-                found[box[0]] = Box(*box)
-                done("box")
-        if np.any(missing):
-            given_up = _hopeless(draft, reference, boxes, missing, halvings, ~kinks.are_in(boxes))
+        ends = np.array([*wanted]).T
+        boxes = np.vstack([ends, radii(draft.subject, reference, draft.arguments, *ends)]).T.tolist()
+        tried = {Box(*box): of for box, of in zip(boxes, wanted.values(), strict=True)}
+        refused: _Refused = _refusals(draft, tried, exactly=False)
+        if halvings >= _EXACT_FROM and 0 < len(refused) <= _MOST_EXACT and not any(map(kinks.are_in, refused)):
+            left = {box: [q for q in tried[box] if q.name in names] for box, names in refused.items()}
+            before, refused = refused, _refusals(draft, left, exactly=True)
+            exact.update(box for box, names in before.items() if len(names) > len(refused.get(box, ())))
+        for box, of in tried.items():
+            for q in of:
+                if q.name not in refused.get(box, ()):
+                    accepted[q.name][box.start] = box
+                    done("box")
+        if refused:
+            smooth = sum(not kinks.are_in(box) for box in tried)
+            given_up = _hopeless(draft, reference, refused, halvings, smooth, kinks)
             if given_up is not None:
-                q, b = given_up
-                name, first = draft.quantities[q].name, float(boxes[0, b])
-                reason = reasons.get((name, first), "") or "no enclosure found in this box is narrow enough"
-                return UncoveredBox(name, first, float(boxes[1, b]), reason)
+                name, box = given_up
+                reason = refused[box][name] or "no enclosure found in this box is narrow enough"
+                return UncoveredBox(name, box.start, box.end, reason)
         else:
-            boxes, missing = _left(draft, accepted, exact)
-            if not boxes.size:
-                named = zip(draft.quantities, accepted, strict=True)
-                return {q.name: _join(start, [np.array([*found.values()]).T]) for q, found in named}
-        boxes, wanted = _split(boxes, missing, kinks)
+            refused = _left(draft, accepted, exact)
+            if not refused:
+                return {name: _join(start, found.values()) for name, found in accepted.items()}
+        wanted = {
+            part: [q for q in draft.quantities if q.name in names]
+            for box, names in refused.items()
+            for part in pairwise([box.start, *kinks.cuts(box), box.end])
+        }
     raise AssertionError("a box that is not proved after the last halving is given up")
 
 
+_Wanted = dict[tuple[float, float], Sequence[Quantity]]
+"""The quantities to be proved from a start to an end [s]."""
+
+_Refused = Mapping[Box, Mapping[str, str]]
+"""Boxes with the names of the quantities that are refused in them, and the reasons."""
+
+
 def _hopeless(
-    draft: Draft, reference: Reference, boxes: Array, missing: Flags, halvings: int, is_smooth: Flags
-) -> tuple[int, int] | None:
+    draft: Draft, reference: Reference, refused: _Refused, halvings: int, smooth: int, kinks: "_Kinks"
+) -> tuple[str, Box] | None:
     """Return a quantity and a box for which halving does not help, or would give too many boxes.
 
-    None if it may help. Boxes that are `is_smooth` hold no kink at which they can be divided.
+    None if it may help. Among all boxes that were tried, `smooth` ones hold no kink at which they can be divided.
     """
-    split = np.any(missing, axis=0)
-    starts, ends = boxes
-    middles, hopeless = _middles(boxes), np.zeros_like(missing)
+    middles = [box.start + (box.end - box.start) / 2 for box in refused]
     margins = Quantities(reference.quantities, [signal.summed for signal in reference.kernel_sums])
-    errors = np.array([draft.errors[q.name] for q in draft.quantities])
-    hopeless[:, split] = margins.margins(middles[split]) <= errors[:, None]
-    hopeless = missing & (hopeless | ~((starts < middles) & (middles < ends)))
+    at_middles = margins.margins(np.array(middles)).T.tolist()
+    for (box, names), middle, of in zip(refused.items(), middles, at_middles, strict=True):
+        for q, margin in zip(draft.quantities, of, strict=True):
+            if q.name in names and (margin <= draft.errors[q.name] or not box.start < middle < box.end):
+                return q.name, box
     # If narrow boxes without kinks are refused nearly everywhere, rounding errors exceed the margins.
-    refused = (split & is_smooth).sum()
-    is_in_vain = halvings >= _NARROW_ENOUGH and refused > max(_MOST_EXACT, 0.875 * is_smooth.sum())
+    in_vain = sum(not kinks.are_in(box) for box in refused)
+    is_in_vain = halvings >= _NARROW_ENOUGH and in_vain > max(_MOST_EXACT, 0.875 * smooth)
     most = _MOST_BOXES + _MOST_BY_CENTRE * sum(len(signal.centres) for signal in draft.subject.signals)
-    if np.any(hopeless) or is_in_vain or split.sum() > most or halvings == _MOST_HALVINGS - 1:
-        q, b = np.argwhere(hopeless if np.any(hopeless) else missing)[0]
-        return int(q), int(b)
+    if is_in_vain or len(refused) > most or halvings == _MOST_HALVINGS - 1:
+        box, names = next(iter(refused.items()))
+        return next(iter(names)), box
     return None
 
 
@@ -132,89 +139,58 @@ class _Kinks:
                 found.append((near - beside, near + beside, abs(weight)))
         return cls(*np.array(sorted(found)).reshape(-1, 3).T)
 
-    def inside(self, start: float, end: float) -> slice:
-        """Return the slice of the kinks that lie in a box, but not at one of its ends."""
-        return slice(
-            int(np.searchsorted(self.upper, start, side="right")), int(np.searchsorted(self.lower, end, side="left"))
-        )
+    def are_in(self, box: Box) -> bool:
+        """Whether a box holds a kink at which it can be divided: it is not within what a kink takes."""
+        before, after = np.searchsorted(self._cuts, box.start, side="right"), np.searchsorted(self._cuts, box.end)
+        return bool(before < after)
 
-    def are_in(self, boxes: Array) -> Flags:
-        """Whether each of the boxes holds a kink at which it can be divided: no box within what a kink takes."""
-        cuts = np.sort(np.concatenate([self.lower, self.upper]))
-        before, after = np.searchsorted(cuts, boxes[0], side="right"), np.searchsorted(cuts, boxes[1], side="left")
-        return np.asarray(before < after)
+    @cached_property
+    def _cuts(self) -> Array:
+        return np.sort(np.concatenate([self.lower, self.upper]))
 
-    def cuts(self, start: float, end: float) -> list[float]:
+    def cuts(self, box: Box) -> list[float]:
         """Return the times at which to divide a box: at the largest kink near its middle.
 
         In the middle where there is no kink, or where the box lies within what a kink takes.
         """
-        of = self.inside(start, end)
-        off = np.abs((self.lower[of] + self.upper[of]) - (start + end)) / (end - start)
-        middle = [start + (end - start) / 2]
-        if not len(off):
-            return middle
-        at = of.start + int(np.argmax(np.where(off < _CENTRAL, self.sizes[of], -off)))
-        ends = {float(self.lower[at]), float(self.upper[at])}
-        return sorted(t for t in ends if start < t < end) or middle
+        start, end = box.start, box.end
+        first, last = np.searchsorted(self.upper, start, side="right"), np.searchsorted(self.lower, end)
+        lower, upper, sizes = (of[first:last] for of in (self.lower, self.upper, self.sizes))
+        ends = set[float]()
+        if len(sizes):
+            off = np.abs((lower + upper) - (start + end)) / (end - start)
+            at = int(np.argmax(np.where(off < _CENTRAL, sizes, -off)))
+            ends = {float(lower[at]), float(upper[at])}
+        return sorted(t for t in ends if start < t < end) or [start + (end - start) / 2]
 
 
-def _split(boxes: Array, missing: Flags, kinks: _Kinks) -> tuple[Array, Flags]:
-    """Divide the boxes in which some quantity is not proved.
-
-    Return the parts, and flags of the unproved quantities in them.
-    """
-    parts, wanted = list[tuple[float, float]](), list[Flags]()
-    for (start, end), of in zip(boxes.T.tolist(), missing.T, strict=True):
-        if of.any():
-            pairs = list(pairwise([start, *kinks.cuts(start, end), end]))
-            parts += pairs
-            wanted += [of] * len(pairs)
-    return np.array(parts).T, np.array(wanted).T
-
-
-def _left(draft: Draft, accepted: list[dict[float, Box]], exact: set[Box]) -> tuple[Array, Flags]:
+def _left(draft: Draft, accepted: dict[str, dict[float, Box]], exact: set[Box]) -> _Refused:
     """Take those boxes away that float64 intervals do not accept when all are checked together, unless `exact`.
 
-    Return them (2, B) with what is missing in them (Q, B). Sums over centres are rounded in an order that depends on
-    the boxes that are enclosed together: a box that was accepted by a hair may be refused in the whole proof. Each
-    would be enclosed exactly there, which takes longer than all the others.
+    Return them. Sums over centres are rounded in an order that depends on the boxes that are enclosed together: a box
+    that was accepted by a hair may be refused in the whole proof. Each would be enclosed exactly there, which takes
+    longer than all the others.
     """
     held = dict[Box, list[Quantity]]()
-    for q, boxes in zip(draft.quantities, accepted, strict=True):
-        for start in sorted(boxes):
-            held.setdefault(boxes[start], []).append(q)
-    names = [q.name for q in draft.quantities]
-    missing = dict[tuple[float, float], Flags]()
-    for box, q, _ in draft.refusals(held, exactly=False):
-        if box not in exact:
-            del accepted[names.index(q.name)][box.start]
-            missing.setdefault(box[:2], np.zeros(len(names), dtype=bool))[names.index(q.name)] = True
-    return np.array([*missing]).reshape(-1, 2).T, np.array([*missing.values()]).reshape(-1, len(names)).T
+    for q in draft.quantities:
+        for _, box in sorted(accepted[q.name].items()):
+            held.setdefault(box, []).append(q)
+    refused = {box: names for box, names in _refusals(draft, held, exactly=False).items() if box not in exact}
+    for box, names in refused.items():
+        for name in names:
+            del accepted[name][box.start]
+    return refused
 
 
-def _middles(boxes: Array) -> Array:
-    return np.asarray(boxes[0] + (boxes[1] - boxes[0]) / 2)
+def _refusals(draft: Draft, held: Mapping[Box, Sequence[Quantity]], exactly: bool) -> dict[Box, dict[str, str]]:
+    """Return the boxes in which quantities are refused, with their names and the reasons."""
+    refused = dict[Box, dict[str, str]]()
+    for box, q, why in draft.refusals({box: list(of) for box, of in held.items()}, exactly):
+        refused.setdefault(box, {})[q.name] = why
+    return refused
 
 
-def _refusals(draft: Draft, boxes: Array, wanted: Flags, exactly: bool) -> tuple[Flags, dict[tuple[str, float], str]]:
-    """Return which `wanted` quantities are refused in which boxes (3, B), shape (Q, B), and the reasons."""
-    index = {q.name: i for i, q in enumerate(draft.quantities)}
-    every = [Box(*of) for of in boxes.T.tolist()]
-    held = {
-        box: [q for q, is_wanted in zip(draft.quantities, of, strict=True) if is_wanted]
-        for box, of in zip(every, wanted.T, strict=True)
-        if of.any()
-    }
-    at = {box: b for b, box in enumerate(every)}
-    missing, reasons = np.zeros_like(wanted), dict[tuple[str, float], str]()
-    for box, q, why in draft.refusals(held, exactly):
-        missing[index[q.name], at[box]] = True
-        reasons[q.name, box.start] = why
-    return missing, reasons
-
-
-def _first_edges(draft: Draft, reference: Reference, start: float, end: float, asks: bool) -> Array:
+def _first_edges(draft: Draft, reference: Reference, start: float, end: float) -> Array:
     """Return the ends [s] of the boxes that are tried first, by repeated halving, with narrow boxes near centres.
 
     A box is not halved if no centre is closer than its width, as signals change slowly far from all centres. A box
@@ -222,7 +198,7 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float, a
     """
     is_linear = all(q.combination is not None and not q.needs for q in draft.quantities)
     shortest = min(signal.kernel.correlation_time for signal in reference.kernel_sums)
-    widest = (_WIDTH if is_linear and asks else _NARROW) * shortest
+    widest = (_WIDTH if is_linear else _NARROW) * shortest
     shifts = sorted({float(shift) for _, shift in _shifts(draft.subject, draft.arguments)})
     centres = np.sort(
         np.concatenate([np.subtract.outer(signal.centres, shifts).ravel() for signal in draft.subject.signals])
@@ -240,13 +216,7 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float, a
 
 def _shifts(subject: Subject, arguments: Iterable[LinearCombination]) -> list[tuple[int, Fraction]]:
     """Return the pairs of a signal's index s and a shift j T [s] that occur in linear combinations."""
-    found = {
-        (s, j)
-        for argument in arguments
-        for s, weights in enumerate(argument.weights)
-        for j, w in enumerate(weights)
-        if w
-    }
+    found = {shifted for argument in arguments for shifted in shifts_of(argument)}
     return [(s, j * Fraction(subject.system.sampling_time)) for s, j in sorted(found)]
 
 
@@ -283,7 +253,6 @@ def _on_discs(
     return tried, np.where(np.isfinite(sizes), sizes, np.inf)
 
 
-def _join(start: float, found: Sequence[Array]) -> Boxes:
-    starts, ends, radii = np.concatenate(found, axis=1)
-    order = np.argsort(starts)
-    return Boxes((start, *ends[order].tolist()), tuple(radii[order].tolist()))
+def _join(start: float, found: Iterable[Box]) -> Boxes:
+    boxes = sorted(found)
+    return Boxes((start, *(box.end for box in boxes)), tuple(box.radius for box in boxes))

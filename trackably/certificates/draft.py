@@ -20,10 +20,11 @@ from trackably.checker.boxes import Box, Enclosures, refusals
 from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.form import a_kernel
 from trackably.checker.intervals import Real, UndefinedError, at_most, exactly, ratio
+from trackably.checker.models import constants
 from trackably.checker.quantities import LinearCombination, Quantity, quantities, value_at
-from trackably.checker.rounding import FlatNeeds, FlatValues, check_sizes, constants, error_of, signal_errors
+from trackably.checker.rounding import FlatNeeds, FlatValues, check_sizes, error_of, signal_errors
 from trackably.checker.subject import Subject
-from trackably.checker.tail import check_tail, is_settled
+from trackably.checker.tail import is_settled
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.periodic import Periodic
 from trackably.systems.reference import Reference
@@ -147,12 +148,7 @@ class Draft:
         return check_sizes(self.certificate, list(self.quantities)) is None
 
     def is_settled(self, start: float) -> bool:
-        """Return whether the decay of the kernels keeps all bounds from the time `start` [s] on."""
-        proof = checked.Cover(0.0, start, {}, TERMS)
-        return check_tail(replace(self.certificate, proof=proof), list(self.quantities), FIRST_PASS) is None
-
-    def seems_settled(self, start: float) -> bool:
-        """Return whether the checker's first pass shows so: where it does, `is_settled` holds."""
+        """Whether the decay of the kernels keeps all bounds from `start` [s] on, by the checker's first pass."""
         return is_settled(self.certificate, list(self.quantities), exactly(start), FIRST_PASS)
 
     def refusals(self, held: Mapping[Box, list[Quantity]], exactly: bool) -> Iterator[tuple[Box, Quantity, str]]:

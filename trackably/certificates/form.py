@@ -9,7 +9,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
-from trackably.certificates.certificate import Certificate, Robust
+from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import kind_of
 from trackably.certificates.outcome import Counterexample
 from trackably.checker import certificate as of_certificate
@@ -21,6 +21,7 @@ from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import ConvexHull, DisturbanceSet
 from trackably.systems.linear import LinearSystem
 from trackably.systems.reference import Reference
+from trackably.systems.tightening import Tightening
 from trackably.systems.trajectories import Functional
 
 
@@ -107,30 +108,26 @@ def _attainable(plant: ConstrainedSystem) -> dict[str, Any]:
     }
 
 
-def _robust(robust: Robust | None) -> dict[str, Any]:
+def _robust(tightening: Tightening | None) -> dict[str, Any]:
     """Return the field about disturbances; no field if there are none."""
-    if robust is None:
+    if tightening is None or (Z := tightening.invariant) is None:
         return {}
-    given, Z = robust.given, robust.invariant
+    given, W, V, model = tightening.given, tightening.disturbance, tightening.noise, tightening.model_error
+    assert W is not None, "Z is that of disturbances"
     return {
         "disturbance": {
             "state_set": as_written(given.state_set),
             "input_set": as_written(given.input_set),
             "feedback": Z.feedback.tolist(),
-            **_sets(robust),
+            "set": _set(W),
+            **({"noise": _set(V)} if V else {}),
+            **({"model": as_written(model.vertices)} if model else {}),
             "head": Z.head,
             "terms": Z.terms,
             "contraction": Z.contraction,
             "box": Z.box.tolist(),
         }
     }
-
-
-def _sets(robust: Robust) -> dict[str, Any]:
-    model = {"model": [as_written(vertex) for vertex in robust.model.error.vertices]} if robust.model else {}
-    if robust.measured is None:
-        return {"set": _set(robust.model.disturbance if robust.model else robust.invariant.disturbance), **model}
-    return {"set": _set(robust.measured.disturbance), "noise": _set(robust.measured.noise), **model}
 
 
 def _set(disturbance: DisturbanceSet) -> dict[str, Any]:

@@ -29,20 +29,21 @@ class Goal:
     prove: Callable[[Reference], Outcome]
     is_extensible: bool = False
 
-    def extends_to(self, failed_at: float) -> bool:
-        """Whether the window is extended if the proof fails at this time [s], before or after all constraints."""
-        if not (self.is_extensible and isinstance(self.times, Window)):
-            return False
-        return failed_at < self.times.start or failed_at > self.times.end
+    def is_beyond(self, failed_at: float) -> bool:
+        """Whether constraints can be extended to this time [s], before or after all of them."""
+        start, end = self.times.span
+        return self.is_extensible and not start <= failed_at <= end
 
     def longer(self, failed_at: float) -> Self | None:
-        """Return the goal with constraints that reach beyond `failed_at` [s]; None if that is too far away."""
-        assert isinstance(self.times, Window), "only a window can be extended"
+        """Return the goal with constraints that reach beyond `failed_at` [s].
+
+        None if they do already, cannot be extended, or that is too far away.
+        """
         start, end = self.times.span
+        if not self.is_beyond(failed_at) or not failed_at - start < _FAR * (end - start):
+            return None
         if failed_at < start:
             return replace(self, times=Window(max(end - _LONGER * (end - failed_at), 0.0), end))
-        if not failed_at - start < _FAR * (end - start):
-            return None
         return replace(self, times=Window(start, start + _LONGER * (failed_at - start)))
 
 
@@ -82,10 +83,3 @@ def for_all_times(samples: tuple[Samples, ...], prior: JointPrior, plant: Constr
     first, last = min(float(s.times[0]) for s in samples), max(float(s.times[-1]) for s in samples)
     window = Window(max(2 * first - last, 0.0), 2 * last - first + plant.sampling_time)
     return Goal(window, prove_while_settling, is_extensible=True)
-
-
-def for_all_times_again(samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem) -> Goal:
-    """Return the goal of `for_all_times` for a reference that is likely to be proved, as a
-    similar one was: see `prove`.
-    """
-    return replace(for_all_times(samples, prior, plant), prove=partial(prove, is_likely=True))

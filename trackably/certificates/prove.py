@@ -19,7 +19,6 @@ from trackably.certificates.draft import TERMS, Draft, evaluated_until, times_in
 from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.sketch import jump_of, sketches
-from trackably.certificates.tail import tail_start
 from trackably.checker.certificate import AllPhases, AllTimes, Claim, Cover, Instants, Steps, Window
 from trackably.checker.intervals import UndefinedError
 from trackably.checker.piecewise import keeps, tightened_rows
@@ -34,30 +33,19 @@ _STATED = 0.99  # of a violation: the rest is room for the enclosure by the chec
 _AT_ENDS = "its limit at a jump is outside, and limits at the ends of a claim count too, as k T_s is rounded"
 _MOVES = "; a vehicle has a heading only where it moves: a lower bound of its speed above zero keeps it so"
 _LATEST_STEP, _AT_REST, _FAR = 100_000, 1e3, 1e6
+_DOUBLINGS, _BISECTIONS = 100, 8
 
 
-def prove(reference: Reference, is_likely: bool = False) -> Outcome:
+def prove(reference: Reference) -> Outcome:
     """Prove the bounds for all real t ≥ 0: over one period, or by boxes and a decaying envelope if there is none.
 
-    A proof `is_likely` if a similar reference was proved: the checker is asked about the whole proof first then, and
-    about its parts only if it refuses. ValueError: polynomial pieces neither come to rest nor have one period.
+    ValueError: polynomial pieces neither come to rest nor have one period.
     """
     if reference.pieces:
         return _prove_pieces_for_ever(reference)
     if reference.period is None:
-        return prove_while_settling(reference, is_likely)
-    return prove_for_all_phases(reference, reference.period, is_likely)
-
-
-def prove_for_all_phases(reference: Reference, period: float, is_likely: bool = False) -> Outcome:
-    """Prove the bounds for all real t, by boxes over one `period` [s].
-
-    ValueError: it is not the period of all kernels.
-    """
-    if period != reference.period:
-        raise ValueError(f"claim: {period!r} s is not the period of every part of the kernel")
-    problem = _ProofProblem(reference, period, AllPhases())
-    return _judge(lambda asks: problem.cover_window(0.0, period, asks), is_likely)
+        return prove_while_settling(reference)
+    return judge(_ProofProblem(reference, reference.period, AllPhases()).cover_window(reference.period))
 
 
 def prove_on_window(reference: Reference, start: float, end: float) -> Outcome:
@@ -66,24 +54,20 @@ def prove_on_window(reference: Reference, start: float, end: float) -> Outcome:
     if reference.pieces:
         _refuse_ended(reference, claim)
         return _prove_pieces(_ProofProblem(reference, claim.span[1], claim))
-    return judge(_ProofProblem(reference, max(map(abs, claim.span)), claim).cover_window(*claim.span))
+    return judge(_ProofProblem(reference, max(map(abs, claim.span)), claim).cover_window(claim.span[1]))
 
 
-def prove_while_settling(reference: Reference, is_likely: bool = False) -> Outcome:
+def prove_while_settling(reference: Reference) -> Outcome:
     """Prove the bounds for all real t ≥ 0: by boxes, then by a decaying envelope that stays inside the bounds."""
     problem = _ProofProblem(reference, latest_time(reference), AllTimes())
-
-    def propose_outcome(asks: bool) -> Outcome:
-        start = problem.tail_start(asks)
-        return problem.unsettled if start is None else problem.cover_window(0.0, start, asks)
-
-    return _judge(propose_outcome, is_likely)
+    start = problem.tail_start
+    return judge(problem.unsettled if start is None else problem.cover_window(start))
 
 
 def prove_at_instants(reference: Reference) -> Outcome:
     """Prove the bounds at all instants k T_s, k ≥ 0, of a reference that decays, but not between them."""
     problem = _ProofProblem(reference, latest_time(reference), Instants())
-    start, step = problem.tail_start(), reference.plant.sampling_time
+    start, step = problem.tail_start, reference.plant.sampling_time
     if start is None or start / step > _LATEST_STEP:
         return judge(problem.unsettled)
     return judge(problem.prove_instants(math.ceil(start / step)))
@@ -150,14 +134,19 @@ def latest_time(reference: Reference) -> float:
     return latest + max(reference.plant.flatness.orders) * reference.plant.sampling_time
 
 
-def _judge(propose: Callable[[bool], Outcome], is_likely: bool) -> Outcome:
-    """Return what the checker accepts.
+def _earliest(origin: float, step: float, holds: Callable[[float], bool]) -> float | None:
+    """Return the earliest time [s] found by doubling the distance from `origin`, then by bisection.
 
-    If a proof `is_likely`, a proposal made without asking the checker is tried first.
+    None if there is none: the later the start, the smaller the envelope.
     """
-    if is_likely and isinstance(found := judge(propose(False)), Certificate):
-        return found
-    return judge(propose(True))
+    if not holds(origin + step * 2.0**_DOUBLINGS):
+        return None
+    high = next(r for d in range(_DOUBLINGS + 1) if holds(origin + (r := step * 2.0**d)))
+    low = high / 2
+    for _ in range(_BISECTIONS):
+        middle = (low + high) / 2
+        low, high = (low, middle) if holds(origin + middle) else (middle, high)
+    return origin + high
 
 
 @dataclass(frozen=True)
@@ -204,24 +193,32 @@ class _ProofProblem:
                 return self.reference.quantity(bound.name)
         return None
 
-    def tail_start(self, asks: bool = True) -> float | None:
-        """Return a time [s] after which no bound is violated; None if none is found."""
-        is_bounded = self.draft.has_sane_sizes and self.draft.unbounded is None
-        return tail_start(self.draft, self.reference, asks) if is_bounded else None
+    @cached
+    def tail_start(self) -> float | None:
+        """Nearly the earliest time [s] after which the decay of the kernels keeps all bounds; None if none is found."""
+        if not self.draft.has_sane_sizes or self.draft.unbounded:
+            return None
+        moving = [float(end) for quantity in self.reference.quantities for end in quantity.bounds.breakpoints[-1:]]
+        origin = max(0.0, *moving, *(max(signal.centres) for signal in self.draft.subject.signals))
+        return _earliest(origin, self.reference.plant.sampling_time, self.draft.is_settled)
 
-    def cover_window(self, start: float, end: float, asks: bool = True) -> Outcome:
-        """Return a certificate with boxes from `start` to `end` [s].
-
-        If it `asks` the checker, otherwise the reason for failure.
-        """
+    def cover_window(self, end: float) -> Outcome:
+        """Return a certificate with boxes until `end` [s], or the reason for failure."""
+        start = self.span[0]
         if not self.draft.has_sane_sizes:
             return self.beyond_analysis
-        if asks and (failure := self.broken(start, end)):
+        if failure := self.broken(start, end):
             return failure
-        found = cover(self.draft, self.reference, start, end, asks)
-        if isinstance(found, UncoveredBox):
-            return self._explain(found)
-        return self.certificate(Cover(start, end, found, TERMS))
+        found = cover(self.draft, self.reference, start, end)
+        if not isinstance(found, UncoveredBox):
+            return self.certificate(Cover(start, end, found, TERMS))
+        quantity, box, reason = (
+            self.reference.quantity(found.name),
+            (found.start, found.end),
+            self._advice(found.reason),
+        )
+        unproved = Unproved(found.name, quantity.bounds.at(found.start), box, 0.0, reason)
+        return self._failure_at(quantity, found.start + (found.end - found.start) / 2) or unproved
 
     def prove_instants(self, last_step: int) -> Outcome:
         times = self.reference.instants(np.arange(last_step + 1.0))
@@ -247,7 +244,7 @@ class _ProofProblem:
             for time in seen.worst_times:
                 if failure := self._failure_at(quantity, time):
                     return failure
-        return jump_of(self.reference, drawn)
+        return jump_of(self.reference, drawn[0].times)
 
     def _broken_for_certain(self, start: float, end: float) -> Counterexample | None:
         """Return a counterexample near one of the worst times; None if none is found."""
@@ -264,14 +261,14 @@ class _ProofProblem:
             return self.beyond_analysis
         far = _FAR * self.window
         failures = [self._failure_near(quantity, far) for quantity in self.reference.quantities]
-        broken = next((failure for failure in failures if isinstance(failure, Counterexample)), None)
-        if broken := broken or self._broken_for_certain(0.0, self.window):
-            return broken
+        broken = (failure for failure in failures if isinstance(failure, Counterexample))
+        if found := next(broken, None) or self._broken_for_certain(0.0, self.window):
+            return found
         if name := self.draft.unbounded:
             return self._unbounded_error(self.reference.quantity(name))
         quantity = next((q for q, of in zip(self.reference.quantities, failures, strict=True) if of), None)
         reason = "the kernel has no envelope that decays into this bound in time; a finite window can still be claimed"
-        if self.tail_start() is not None:
+        if self.tail_start is not None:
             reason = f"more than {_LATEST_STEP} instants would have to be checked one by one"
         quantity = quantity or self.reference.quantities[0]
         return Unproved(quantity.name, quantity.bounds, (far, np.inf), 0.0, reason)
@@ -298,7 +295,9 @@ class _ProofProblem:
         The value is enclosed, which takes long for many kernels, only if float64 does not show that bounds are kept.
         """
         bounds, reserve = quantity.bounds.at(time), self.draft.errors[quantity.name]
-        margin = self._margin_of_kernels(quantity, time)
+        margin = -math.inf  # of polynomial pieces, whose values are quickly enclosed
+        if not self.reference.pieces:
+            margin = quantity.margin([of.summed for of in self.reference.kernel_sums], np.array([time])).item()
         if margin > 0 and np.isfinite(reserve):
             return None if margin >= reserve else self._too_close(quantity, time, margin)
         at = Fraction(time) if step is None else step * Fraction(self.reference.plant.sampling_time)
@@ -319,12 +318,6 @@ class _ProofProblem:
             return None
         return self._too_close(quantity, time, margin) if np.isfinite(reserve) else self._unbounded_error(quantity)
 
-    def _margin_of_kernels(self, quantity: Quantity, time: float) -> float:
-        """Return the margin in float64; −∞ for polynomial pieces, whose values are quickly enclosed."""
-        if self.reference.pieces:
-            return -math.inf
-        return float(quantity.margin([of.summed for of in self.reference.kernel_sums], np.array([time]))[0])
-
     def _too_close(self, quantity: Quantity, time: float, margin: float) -> Unproved:
         reserve = self.draft.errors[quantity.name]
         reason = f"the margin is smaller than the error of float64 evaluation, up to {reserve:.3g}"
@@ -339,9 +332,3 @@ class _ProofProblem:
         """Return the reason with advice, if the undefined quantity is a heading."""
         form = self.reference.plant.flat_form
         return f"{reason}{_MOVES}" if form is not None and form.angles and "angle" in reason else reason
-
-    def _explain(self, found: UncoveredBox) -> Failure:
-        quantity = self.reference.quantity(found.name)
-        box, reason = (found.start, found.end), self._advice(found.reason)
-        unproved = Unproved(found.name, quantity.bounds.at(found.start), box, 0.0, reason)
-        return self._failure_at(quantity, found.start + (found.end - found.start) / 2) or unproved

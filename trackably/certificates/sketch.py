@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -60,19 +61,29 @@ def sketches(reference: Reference, start: float, end: float) -> list[Sketch]:
 
 def _of_kernels(reference: Reference, start: float, end: float) -> tuple[Quantities, Array]:
     """Return the quantities in float64, and the times [s] at which they are examined first."""
-    quantities, of_signals, length = reference.quantities, reference.kernel_sums, end - start
+    quantities, of_signals = reference.quantities, reference.kernel_sums
     every = Quantities(quantities, [signal.nearly for signal in of_signals])
     if not every.is_linear:  # each formula evaluates the signals for itself
         every = Quantities(quantities, EvaluationCache.of(of_signals).signals)
     shortest = min(signal.kernel.correlation_time for signal in of_signals)
-    grid = np.linspace(start, end, _points(length / shortest, every.is_linear))
-    return every, _with_centres(reference, np.union1d(grid, every.breakpoints_in(start, end)), every.is_linear)
+    fewest = _FEWEST_POINTS if every.is_linear else _FEWEST_OF_FORMULAS
+    count = int(np.clip(_POINTS_PER_CORRELATION_TIME * (end - start) / shortest, fewest, _MOST_POINTS))
+    most = 0 if every.is_linear else _FEW_CENTRES  # formulas of smooth signals may have narrow valleys there
+    near_change = [of.centres for of in of_signals if not of.kernel.is_analytic or len(of.centres) <= most]
+    centres = np.subtract.outer(np.concatenate([np.empty(0), *near_change]), _shifts(reference)).ravel()
+    times = np.unique(np.concatenate([np.linspace(start, end, count), every.breakpoints_in(start, end), centres]))
+    return every, times[(start <= times) & (times <= end)]
 
 
 def _of_pieces(reference: Reference, start: float, end: float) -> tuple[Quantities, Array]:
     every = Quantities(reference.quantities, [signal.summed for signal in reference.pieces])
-    shifts = reference.plant.sampling_time * np.arange(max(reference.plant.flatness.orders) + 1.0)
-    return every, np.union1d(times_to_look_at(reference.pieces, shifts, start, end), every.breakpoints_in(start, end))
+    times = times_to_look_at(reference.pieces, _shifts(reference), start, end)
+    return every, np.union1d(times, every.breakpoints_in(start, end))
+
+
+def _shifts(reference: Reference) -> Array:
+    """Return all shifts j T_s [s] of signals on which states and inputs depend."""
+    return np.asarray(reference.plant.sampling_time * np.arange(max(reference.plant.flatness.orders) + 1.0))
 
 
 def times_to_look_at(signals: Sequence[PolynomialPieces], shifts: Array, start: float, end: float) -> Array:
@@ -93,12 +104,6 @@ def times_to_look_at(signals: Sequence[PolynomialPieces], shifts: Array, start: 
     between = inner[:-1] + np.diff(inner) * (1 - np.cos(np.pi * (np.arange(count)[:, None] + 0.5) / count)) / 2
     beside = np.concatenate([np.nextafter(inner, -np.inf), np.nextafter(inner, np.inf)])
     return np.unique(np.clip(np.concatenate([inner, between.ravel(), beside]), start, end))
-
-
-def _points(correlation_times: float, is_linear: bool) -> int:
-    """Return the number of grid points of a window, from its length in correlation times."""
-    fewest = _FEWEST_POINTS if is_linear else _FEWEST_OF_FORMULAS
-    return int(np.clip(_POINTS_PER_CORRELATION_TIME * correlation_times, fewest, _MOST_POINTS))
 
 
 def refine(every: Quantities, times: Array, margins: Array) -> Array:
@@ -124,26 +129,6 @@ def _lowest(times: Array, margins: Array) -> Array:
     return np.asarray(np.where(np.isfinite(step) & (falls + rises > 0), at + step, at))
 
 
-def _with_centres(reference: Reference, grid: Array, is_linear: bool) -> Array:
-    """Add the times at which a quantity depends on a centre, for short length scales, and for kernels with kinks.
-
-    For a smooth kernel they are left out if it has many centres, as the grid then shows all changes. They are also left
-    out if the grid is fine and quantities are linear.
-    """
-    centres, is_fine = [grid], is_linear and len(grid) < _MOST_POINTS
-    for quantity in reference.quantities:
-        for _, functional in quantity.trajectory.arguments:
-            for c, weights in functional.rounded:
-                signal = reference.kernel_sums[c]
-                if not (signal.kernel.is_analytic and (is_fine or len(signal.centres) > _FEW_CENTRES)):
-                    steps = functional.sampling_time * np.arange(len(weights))
-                    centres.append((signal.centres[:, None] - steps).ravel())
-    if len(centres) == 1:
-        return grid
-    times = np.unique(np.concatenate(centres))
-    return np.asarray(times[(times >= grid[0]) & (times <= grid[-1])])
-
-
 JUMP = (
     "its formula takes the angle of a vector that crosses the direction of ±π, where it jumps; a heading does not jump "
     "inside of bounds that are up to 6.1 rad wide, and without bounds it may turn as it likes"
@@ -151,41 +136,27 @@ JUMP = (
 _HALVINGS = 50
 
 
-def jump_of(reference: Reference, sketches: Sequence[Sketch]) -> Unproved | None:
-    """Return a failure if a heading in one of the quantities jumps; None if no jump is seen.
+def jump_of(reference: Reference, times: Array) -> Unproved | None:
+    """Return a failure if a heading jumps between some increasing `times` [s]; None if no jump is seen.
 
-    `sketches` are in their order.
+    It jumps by a whole turn where y changes its sign while x < 0.
     """
     signals = [signal.summed for signal in reference.signals]
-    for quantity, drawn in zip(reference.quantities, sketches, strict=True):
-        if (time := _first_jump(quantity.trajectory, signals, drawn.times)) is not None:
-            return Unproved(quantity.name, quantity.bounds, (time, time), np.inf, JUMP)
+    for quantity in reference.quantities:
+        for node in parts(quantity.trajectory.formula):
+            if isinstance(node, Angle):
+                y, x = (_along(part, quantity.trajectory, signals) for part in (node.y, node.x))
+                above, behind = (np.broadcast_to(part, times.shape) for part in (y(times) > 0, x(times) < 0))
+                for i in np.flatnonzero((above[1:] != above[:-1]) & behind[1:]).tolist():
+                    left, right = times[i], times[i + 1]
+                    for _ in range(_HALVINGS):
+                        middle = left + (right - left) / 2
+                        left, right = (middle, right) if (y(middle) > 0) == above[i] else (left, middle)
+                    if x(left) < 0:
+                        return Unproved(quantity.name, quantity.bounds, (float(left), float(left)), np.inf, JUMP)
     return None
 
 
-def _first_jump(trajectory: Trajectory, signals: Signals, times: Array) -> float | None:
-    """Return the time [s] at which an angle in the formula jumps, near one of some increasing `times` [s].
-
-    None if none.
-    """
-
-    def along(formula: Formula) -> Callable[[Array], Array]:
-        return lambda t: evaluate_floats(formula, {name: q(signals, t) for name, q in trajectory.arguments})
-
-    for node in parts(trajectory.formula):
-        if isinstance(node, Angle) and (found := _jump(along(node.y), along(node.x), times)) is not None:
-            return found
-    return None
-
-
-def _jump(y: Callable[[Array], Array], x: Callable[[Array], Array], times: Array) -> float | None:
-    """Return a time [s] at which y changes its sign while x < 0; None if there is none."""
-    above, behind = (np.broadcast_to(part, times.shape) for part in (y(times) > 0, x(times) < 0))
-    for i in np.flatnonzero((above[1:] != above[:-1]) & behind[1:]).tolist():
-        left, right = times[i], times[i + 1]
-        for _ in range(_HALVINGS):
-            middle = left + (right - left) / 2
-            left, right = (middle, right) if (y(middle) > 0) == above[i] else (left, middle)
-        if x(left) < 0:
-            return float(left)
-    return None
+def _along(formula: Formula, trajectory: Trajectory, signals: Signals) -> Callable[[Any], Any]:
+    """Return part of a trajectory's formula as a function of times [s], or of one."""
+    return lambda t: evaluate_floats(formula, {name: q(signals, t) for name, q in trajectory.arguments})

@@ -67,6 +67,8 @@ time that it may be given.
 """
 
 from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 from trackably.checker.answers import (
     Contradicted,
@@ -76,10 +78,8 @@ from trackably.checker.answers import (
     Refuted,
     Undecided,
     Verdict,
-    judge_certificate,
-    judge_contradiction,
-    judge_counterexample,
-    of_file,
+    check_certificate,
+    check_counterexample,
 )
 from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
 from trackably.checker.certificate import FORMAT
@@ -95,6 +95,7 @@ from trackably.checker.form import (
     read_table,
     require_short_texts,
 )
+from trackably.checker.inverse import UnsolvableError
 from trackably.checker.joints import BROKEN as BROKEN_JOINTS
 from trackably.checker.joints import FORMAT as JOINTS
 from trackably.checker.joints import (
@@ -107,12 +108,12 @@ from trackably.checker.joints import (
     read_broken_joints,
     read_joints,
 )
-from trackably.checker.statement import table_refutation, table_statement
+from trackably.checker.statement import no_signal, refutation, statement, table_refutation, table_statement
 from trackably.checker.tables import FORMAT as TABLE
 from trackably.checker.tables import REFUTED as REFUTED_TABLE
 from trackably.checker.tables import check_refuted_table, check_table
 from trackably.checker.truth import CONTRADICTION as CONTRADICTED
-from trackably.checker.truth import read_contradicted
+from trackably.checker.truth import check_contradicted, read_contradicted
 from trackably.checker.watch import Report, UndecidedError, watch
 
 __all__ = ["Contradicted", "Failed", "NotACertificate", "Proved", "Refuted", "Undecided", "Verdict", "check"]
@@ -134,35 +135,46 @@ def check(data: object, seconds: float | None = None, report: Report | None = No
 
 
 def _check(data: object, exact: bool) -> Verdict:
-    answers: dict[str, Callable[[dict[object, object]], Verdict]] = {
-        FORMAT: lambda content: judge_certificate(read_certificate(content), _first_pass(exact)[0]),
-        COUNTEREXAMPLE: lambda content: judge_counterexample(read_counterexample(content)),
-        CONTRADICTED: lambda content: judge_contradiction(read_contradicted(content)),
-        CONTRADICTION: of_file(Contradicted, "contradiction", read_contradiction, check_contradiction, impossibility),
-        TABLE: of_file(Proved, "certificate", read_table, check_table, table_statement),
-        REFUTED_TABLE: of_file(Refuted, "counterexample", read_refuted_table, check_refuted_table, table_refutation),
-        JOINTS: lambda content: _judge_joints(content, *_first_pass(exact)),
-        BROKEN_JOINTS: of_file(Refuted, "counterexample", read_broken_joints, check_broken, joints_refutation),
-    }
     try:
         require_short_texts(data)
-        if isinstance(data, dict) and (kind := format_of(data)) in answers:
-            return answers[kind](data)
+        if isinstance(data, dict):
+            kind = format_of(data)
+            passes = _first_pass(exact) if kind in (FORMAT, JOINTS) else (NO_FIRST_PASS, everything)
+            if kind in (kinds := _kinds(*passes)):
+                wanted, name, read, why_not, say = kinds[kind]
+                found = read(data)
+                try:
+                    reason = why_not(found)
+                except UnsolvableError as error:
+                    reason = f"system: {error}"
+                return Failed(reason, name) if reason else wanted(f"{say(found)} {passes[0].trusted}")
     except UnreadableError as error:
         return NotACertificate(str(error))
     return NotACertificate(f"is not a certificate: certificate.format must be {FORMAT!r}")
 
 
-def _judge_joints(content: dict[object, object], first_pass: FirstPass, undecided: OpenParts) -> Verdict:
-    judge = of_file(
-        Proved,
-        "certificate",
-        read_joints,
-        lambda found: check_joints(found, undecided),
-        joints_statement,
-        first_pass.trusted,
-    )
-    return judge(content)
+_Shown = type[Proved | Refuted | Contradicted]
+_Kind = tuple[_Shown, str, Callable[[Any], Any], Callable[[Any], str | None], Callable[[Any], str]]
+
+
+def _kinds(first_pass: FirstPass, undecided: OpenParts) -> dict[str | None, _Kind]:
+    """Return the kinds of files by format.
+
+    Each has the answer to a valid file and its name, and functions that read it, say why it shows nothing, and say what
+    it shows.
+    """
+    whole = partial(check_certificate, first_pass=first_pass), partial(statement, first_pass=first_pass)
+    joints = partial(check_joints, undecided=undecided), joints_statement
+    return {
+        FORMAT: (Proved, "certificate", read_certificate, *whole),
+        COUNTEREXAMPLE: (Refuted, "counterexample", read_counterexample, check_counterexample, refutation),
+        CONTRADICTED: (Contradicted, "contradiction", read_contradicted, check_contradicted, no_signal),
+        CONTRADICTION: (Contradicted, "contradiction", read_contradiction, check_contradiction, impossibility),
+        TABLE: (Proved, "certificate", read_table, check_table, table_statement),
+        REFUTED_TABLE: (Refuted, "counterexample", read_refuted_table, check_refuted_table, table_refutation),
+        JOINTS: (Proved, "certificate", read_joints, *joints),
+        BROKEN_JOINTS: (Refuted, "counterexample", read_broken_joints, check_broken, joints_refutation),
+    }
 
 
 def _first_pass(exact: bool) -> tuple[FirstPass, OpenParts]:

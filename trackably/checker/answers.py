@@ -1,25 +1,23 @@
 """The answers of a check, each with its sentence, and the steps of each proof in order."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TypeVar
+from functools import partial
 
-from trackably.checker.boxes import NO_FIRST_PASS, FirstPass, check_boxes, check_cover
+from trackably.checker.boxes import FirstPass, check_boxes, check_cover
 from trackably.checker.certificate import Certificate
 from trackably.checker.counterexample import Counterexample, check_violation
 from trackably.checker.disturbances import check_robust
 from trackably.checker.intervals import Real, ratio
-from trackably.checker.inverse import UnsolvableError
 from trackably.checker.piecewise import check_pieces, check_signals, value_of_pieces
-from trackably.checker.quantities import Quantity, quantities, value_at
+from trackably.checker.quantities import quantities, value_at
 from trackably.checker.redundancy import check_input_set
 from trackably.checker.rounding import check_rounding, check_sizes
-from trackably.checker.statement import no_signal, refutation, robust_statement, statement, truth_statement
 from trackably.checker.subject import Bound, Subject
 from trackably.checker.tail import check_tail
 from trackably.checker.trajectories import check_names, check_shapes, check_trajectories
-from trackably.checker.truth import ContradictedSamples, check_truth, contradiction_of
+from trackably.checker.truth import check_truth
 
 
 @dataclass(frozen=True)
@@ -84,82 +82,36 @@ class Undecided(_NotShown):
 Verdict = Proved | Refuted | Contradicted | Failed | NotACertificate | Undecided
 
 
-T = TypeVar("T")
+def check_certificate(certificate: Certificate, first_pass: FirstPass) -> str | None:
+    """Return the first step of a certificate that fails; `first_pass` decides as much as float64 intervals can.
 
-
-def of_file(
-    wanted: type[Proved | Refuted | Contradicted],
-    kind: str,
-    read: Callable[[dict[object, object]], T],
-    why_not: Callable[[T], str | None],
-    say: Callable[[T], str],
-    trusted: str = NO_FIRST_PASS.trusted,
-) -> Callable[[dict[object, object]], Verdict]:
-    """Return a function that answers for files of a kind: it reads a file, and says what it
-    shows, or why it does not.
+    Raise UnsolvableError if f determines no inputs.
     """
-
-    def answer(content: dict[object, object]) -> Verdict:
-        found = read(content)
-        return Failed(reason, kind) if (reason := why_not(found)) else wanted(f"{say(found)} {trusted}")
-
-    return answer
-
-
-def judge_contradiction(samples: ContradictedSamples) -> Contradicted | Failed:
-    """Return the answer for samples that no signal of a class explains."""
-    found = contradiction_of(samples)
-    if isinstance(found, str):
-        return Failed(found, "contradiction")
-    return Contradicted(f"{no_signal(samples, *found)} {NO_FIRST_PASS.trusted}")
-
-
-def judge_certificate(certificate: Certificate, first_pass: FirstPass) -> Proved | Failed:
-    """Return the answer for a certificate; `first_pass` decides as much as float64 intervals can."""
-    subject, robust, truth = certificate.subject, certificate.robust, certificate.truth
+    subject, robust = certificate.subject, certificate.robust
     reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
-    reason = reason or check_robust(subject, robust) or check_truth(subject, truth, robust, first_pass)
-    if reason := reason or (check_pieces if subject.pieces else _check_kernels)(certificate, first_pass):
-        return Failed(reason)
-    said = statement(certificate, first_pass) + robust_statement(subject, robust)
-    return Proved(f"{said}{''.join(map(truth_statement, truth))} {first_pass.trusted}")
+    reason = reason or check_robust(subject, robust) or check_truth(subject, certificate.truth, robust, first_pass)
+    return reason or (check_pieces if subject.pieces else _check_kernels)(certificate, first_pass)
 
 
 def _check_kernels(certificate: Certificate, first_pass: FirstPass) -> str | None:
     """Return the first step of the base that fails; None where everything is shown."""
-    bounded = _bounded_quantities(certificate.subject, certificate.errors)
-    if isinstance(bounded, str):
-        return bounded
+    bounded = quantities(certificate.subject, certificate.errors)
     reason = check_sizes(certificate, bounded) or check_rounding(certificate, bounded)
     return reason or check_boxes(certificate, bounded, first_pass) or check_tail(certificate, bounded, first_pass)
 
 
-def judge_counterexample(counterexample: Counterexample) -> Refuted | Failed:
-    """Return the answer for a counterexample."""
+def check_counterexample(counterexample: Counterexample) -> str | None:
+    """Return why a counterexample refutes nothing; None if it refutes its claim. Raise UnsolvableError."""
     subject = counterexample.subject
-    reason: str | None = _misfit(subject)
-    if not reason and subject.pieces:
-        reason = check_violation(counterexample, lambda bound, t: value_of_pieces(subject, bound, t))
-    elif not reason:
-        bounded = _bounded_quantities(subject, {bound.name: 0.0 for bound in subject.bounds})
-        reason = bounded if isinstance(bounded, str) else check_violation(counterexample, _value_of(subject, bounded))
-    if reason:
-        return Failed(reason, "counterexample")
-    return Refuted(f"{refutation(counterexample)} {NO_FIRST_PASS.trusted}")
+    value: Callable[[Subject, Bound, Fraction], Real | Fraction] = value_of_pieces if subject.pieces else _value
+    return _misfit(subject) or check_violation(counterexample, partial(value, subject))
 
 
-def _value_of(subject: Subject, bounded: list[Quantity]) -> Callable[[Bound, Fraction], Real]:
-    by_name = {q.name: q for q in bounded}
-    return lambda bound, t: value_at(subject, by_name[bound.name], ratio(t))
+def _value(subject: Subject, bound: Bound, t: Fraction) -> Real:
+    """Return the value of a bound's row at a time [s], of signals that are sums of kernels."""
+    every = quantities(subject, {bound.name: 0.0 for bound in subject.bounds})
+    return value_at(subject, next(q for q in every if q.name == bound.name), ratio(t))
 
 
 def _misfit(subject: Subject) -> str | None:
     return (check_signals(subject) if subject.pieces else None) or check_shapes(subject) or check_trajectories(subject)
-
-
-def _bounded_quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity] | str:
-    """Return the bounded quantities, or why f determines no inputs."""
-    try:
-        return quantities(subject, errors)
-    except UnsolvableError as error:
-        return f"system: {error}"

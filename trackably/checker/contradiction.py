@@ -29,11 +29,9 @@ nor of ends that move.
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
 
 from trackably.checker.disturbances import in_whole_numbers, product
 from trackably.checker.form import (
-    Plant,
     a_moving_plant,
     an_identifier,
     by_tag,
@@ -44,7 +42,7 @@ from trackably.checker.form import (
     record,
     whole_number,
 )
-from trackably.checker.formulas import Intervals, evaluate, names
+from trackably.checker.formulas import names
 from trackably.checker.intervals import (
     ZERO,
     Real,
@@ -52,11 +50,13 @@ from trackably.checker.intervals import (
     at_most,
     between,
     common_denominator,
+    exact_dot,
     exact_sum,
     exactly,
     ratio,
 )
 from trackably.checker.limits import INSTANTS, ROWS
+from trackably.checker.models import enclose
 from trackably.checker.moving import ends_at
 from trackably.checker.redundancy import null_space
 from trackably.checker.statement import bounds_text, dynamics
@@ -118,15 +118,11 @@ _step, _row = whole_number(INSTANTS - 1, 0), many(real_number, ROWS, empty=True)
 _by_step = many(_row, INSTANTS)
 
 
-def _contradiction(plant: Plant, **found: Any) -> Contradiction:
-    return Contradiction(*plant[:3], **found)
-
-
 read_contradiction = file_of(
     "contradiction",
     VERSION,
     record(
-        _contradiction,
+        lambda plant, **found: Contradiction(*plant, **found),
         plant=a_moving_plant,
         start=real_number,
         steps=whole_number(INSTANTS),
@@ -206,17 +202,18 @@ def _weighted_rows(of: Contradiction, proof: Multipliers) -> Iterator[_Weighted]
 def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipliers) -> str | None:
     rows, n, m = list(_weighted_rows(of, proof)), len(system.states), len(system.inputs)
     A, B, c = ([[Fraction(v) for v in row] for row in matrix] for matrix in (system.A, system.B, (system.c,)))
-    dynamics = _Dynamics.of(A, B, c[0], of.steps)
-    if dynamics is None:
+    q, columns = in_whole_numbers([*zip(*A, strict=True), *zip(*B, strict=True), c[0]])
+    if of.steps * q.bit_length() > _MOST_BITS:
         return "proof: too many steps, or too many digits in A, B and c"
-    p, _, _, scale = dynamics.factors(rows)
+    dynamics = q, columns[:n], columns[n:-1], columns[-1], of.steps
+    p, _, _, scale = _factors(*dynamics, rows)
     if any(p):
         early = [row for row in rows if row.of_state and row.step < n][:_MOST_LINES]
         added = _taking_away([Fraction(x) for x in p], [_at_start(row, A) for row in early])
         if added is None:
             return "proof: no bounds cancel the remainder of the multipliers in the state at the first step"
         rows += [replace(row, multiplier=factor / scale) for row, factor in zip(early, added, strict=True) if factor]
-    p, of_inputs, constant, scale = dynamics.factors(rows)
+    p, of_inputs, constant, scale = _factors(*dynamics, rows)
     assert not any(p), "the rows that were added take it away"
     first, count = of.steps * len(of.state_set.rows), len(of.input_set.rows)
     paid = _price(rows[first : first + of.steps * count], count, of_inputs, m)
@@ -248,52 +245,40 @@ def _price(rows: Sequence[_Weighted], count: int, of_inputs: Sequence[Sequence[i
     return Fraction(found, v * b)
 
 
-@dataclass(frozen=True)
-class _Dynamics:
-    """q A, q B and q c as integers, column by column, and the number of steps."""
+_Columns = Sequence[Sequence[int]]
 
-    q: int
-    A: list[list[int]]
-    B: list[list[int]]
-    c: list[int]
-    steps: int
 
-    @classmethod
-    def of(cls, A: list[list[Fraction]], B: list[list[Fraction]], c: list[Fraction], steps: int) -> "_Dynamics | None":
-        """Return the dynamics; None if the numbers have too many digits."""
-        q, columns = in_whole_numbers([*zip(*A, strict=True), *zip(*B, strict=True), c])
-        if steps * q.bit_length() > _MOST_BITS:
-            return None
-        return cls(q, columns[: len(A)], columns[len(A) : -1], columns[-1], steps)
+def _factors(
+    q: int, A: _Columns, B: _Columns, c: Sequence[int], N: int, rows: Sequence[_Weighted]
+) -> tuple[list[int], list[list[int]], int, int]:
+    """Return p_0, e_k + Bᵀ p_(k+1) for each k from the last on, and Σ_k p_(k+1) c, all multiplied by the last number.
 
-    def factors(self, rows: Sequence[_Weighted]) -> tuple[list[int], list[list[int]], int, int]:
-        """Return p_0, e_k + Bᵀ p_(k+1) for each k from the last on, and Σ_k p_(k+1) c, all
-        multiplied by the last number.
-        """
-        used = [row for row in rows if row.multiplier]
-        D, q, N = common_denominator(row.multiplier * r for row in used for r in row.row), self.q, self.steps
-        at: dict[tuple[int, bool], list[int]] = {}
-        for row in used:
-            tick()
-            given = at.setdefault((row.step, row.of_state), [0] * len(row.row))
-            for j, r in enumerate(row.row):
-                given[j] += int(row.multiplier * r * D)
-        p, of_inputs, constant = [0] * len(self.A), list[list[int]](), 0
-        for k in reversed(range(N)):
-            tick()
-            scale, later = q ** (N - k), q**k
-            g, e = (at.get((k, of_state), [0] * len(M)) for of_state, M in ((True, self.A), (False, self.B)))
-            constant += later * product(self.c, p)
-            of_inputs.append([later * (scale * x + product(b, p)) for x, b in zip(e, self.B, strict=True)])
-            p = [scale * x + product(a, p) for x, a in zip(g, self.A, strict=True)]
-        return p, of_inputs, constant, D * q**N
+    The columns of A and B, and c, are multiplied by q; there are N steps.
+    """
+    used = [row for row in rows if row.multiplier]
+    D = common_denominator(row.multiplier * r for row in used for r in row.row)
+    at: dict[tuple[int, bool], list[int]] = {}
+    for row in used:
+        tick()
+        given = at.setdefault((row.step, row.of_state), [0] * len(row.row))
+        for j, r in enumerate(row.row):
+            given[j] += int(row.multiplier * r * D)
+    p, of_inputs, constant = [0] * len(A), list[list[int]](), 0
+    for k in reversed(range(N)):
+        tick()
+        scale, later = q ** (N - k), q**k
+        g, e = (at.get((k, of_state), [0] * len(M)) for of_state, M in ((True, A), (False, B)))
+        constant += later * product(c, p)
+        of_inputs.append([later * (scale * x + product(b, p)) for x, b in zip(e, B, strict=True)])
+        p = [scale * x + product(a, p) for x, a in zip(g, A, strict=True)]
+    return p, of_inputs, constant, D * q**N
 
 
 def _at_start(row: _Weighted, A: list[list[Fraction]]) -> list[Fraction]:
     """Return row Aᵏ."""
     found = list(row.row)
     for _ in range(row.step):
-        found = [exact_sum(x * a for x, a in zip(found, column, strict=True)) for column in zip(*A, strict=True)]
+        found = [exact_dot(found, column) for column in zip(*A, strict=True)]
     return found
 
 
@@ -355,7 +340,7 @@ def _successor_states(system: NonlinearSystem, box: Mapping[str, Real]) -> Itera
     for name, formula in zip(system.states, system.f, strict=True):
         if names(formula) <= box.keys():
             try:
-                yield name, evaluate(formula, box, Intervals())
+                yield name, enclose(formula, box)
             except UndefinedError:
                 continue
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from trackably.checker.certificate import Claim, Instants
-from trackably.checker.intervals import Real, UndefinedError, at_most, ratio
+from trackably.checker.intervals import Real, UndefinedError, at_most
 from trackably.checker.moving import ends_at
 from trackably.checker.redundancy import demand_of, has_redundant_inputs
 from trackably.checker.subject import Bound, LinearSystem, Subject
@@ -60,10 +60,7 @@ def check_violation(
     except UndefinedError as undefined:
         return f"value: the {bound.name} is not shown to be defined there: {undefined}"
     low, high = ends[0] - by, ends[1] + by
-    if isinstance(value, Fraction):
-        is_outside = value <= low or high <= value
-    else:
-        is_outside = at_most(value, ratio(low)) or at_most(ratio(high), value)
+    is_outside = at_most(value, low) or at_most(high, value)
     return None if is_outside else f"value: the {bound.name} is not shown to be outside by {counterexample.violation!r}"
 
 

@@ -24,10 +24,10 @@ to be further out, by h_V(−r) above and h_V(r) below. All of it is done in who
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from trackably.checker.intervals import common_denominator, exact_sum
+from trackably.checker.intervals import common_denominator, exact_dot
 from trackably.checker.model_error import Vertex, of_model_error
 from trackably.checker.moving import room
 from trackably.checker.subject import LinearSystem, Polytope, Subject
@@ -103,9 +103,7 @@ class Robust:
 def of_measured_state(W: Zonotope, V: Zonotope, A: Sequence[Sequence[float]]) -> Zonotope:
     """Return W ⊕ (−A V) ⊕ V."""
     exact = [[Fraction(a) for a in row] for row in A]
-    centre, *generators = (
-        tuple(-exact_sum(a * x for a, x in zip(row, vector, strict=True)) for row in exact) for vector in V.vectors
-    )
+    centre, *generators = (tuple(-exact_dot(row, vector) for row in exact) for vector in V.vectors)
     middle = tuple(w + a + v for w, a, v in zip(W.centre, centre, V.centre, strict=True))
     return Zonotope(middle, (*W.generators, *generators, *V.generators))
 
@@ -132,9 +130,9 @@ def check_robust(subject: Subject, robust: Robust | None) -> str | None:
     assert isinstance(system, LinearSystem), "no other certificate is read that speaks of disturbances"
     if reason := _misfit(robust, len(system.states), len(system.inputs)):
         return f"disturbance: {reason}"
-    if isinstance(added := robust.model_generators(system), str):
-        return f"model: {added}"
     errors = _Errors.of(system, robust)
+    if isinstance(errors, str):
+        return f"model: {errors}"
     if (robust.head + robust.terms) * errors.q.bit_length() > _MOST_BITS:
         return "disturbance: too many powers of A + B K, or too many digits in them"
     if reason := _not_invariant(robust, errors):
@@ -150,6 +148,8 @@ def keeps_near(system: LinearSystem, robust: Robust, i: int, room: Fraction) -> 
     """
     errors, axis = _Errors.of(system, robust), [Fraction(int(i == j)) for j in range(len(system.states))]
     back = [-r for r in axis]
+    if isinstance(errors, str):
+        return False
     return errors.fits(axis, room - errors.noise_support(back)) and errors.fits(back, room - errors.noise_support(axis))
 
 
@@ -170,21 +170,23 @@ class _Errors:
     box: list[int]
 
     @classmethod
-    def of(cls, system: LinearSystem, robust: Robust) -> "_Errors":
+    def of(cls, system: LinearSystem, robust: Robust) -> "_Errors | str":
+        """Return the errors of a disturbed system, or what is wrong with its model."""
         A, B, K = ([[Fraction(v) for v in row] for row in of] for of in (system.A, system.B, robust.feedback))
         closed = [
-            [exact_sum([a, *(b * k[j] for b, k in zip(inputs, K, strict=True))]) for j, a in enumerate(row)]
+            [a + exact_dot(inputs, column) for a, column in zip(row, zip(*K, strict=True), strict=True)]
             for row, inputs in zip(A, B, strict=True)
         ]
         q, whole_closed = in_whole_numbers(closed)
-        W, V = robust.disturbance, robust.noise
-        disturbance = of_measured_state(W, V, system.A) if V and isinstance(W, Zonotope) else W
-        added = robust.model_generators(system)
-        if isinstance(disturbance, Zonotope) and not isinstance(added, str):
-            disturbance = Zonotope(disturbance.centre, (*disturbance.generators, *added))
-        d, vectors = in_whole_numbers(disturbance.vectors)
+        W, V, added = robust.disturbance, robust.noise, robust.model_generators(system)
+        if isinstance(added, str):
+            return added
+        if isinstance(W, Zonotope):
+            W = of_measured_state(W, V, system.A) if V else W
+            W = replace(W, generators=(*W.generators, *added))
+        d, vectors = in_whole_numbers(W.vectors)
         b, (box,) = in_whole_numbers([[Fraction(p) for p in robust.box]])
-        return cls(robust, disturbance, q, whole_closed, d, vectors, b, box)
+        return cls(robust, W, q, whole_closed, d, vectors, b, box)
 
     def noise_support(self, row: Sequence[Fraction]) -> Fraction:
         """Return h_V(row); 0 without noise."""
@@ -251,11 +253,14 @@ def _not_invariant(robust: Robust, errors: _Errors) -> str | None:
 
 
 def _short(name: str, left: Polytope, given: Polytope, errors: _Errors, K: list[list[Fraction]] | None) -> str | None:
-    """Return the bounds of the reference that have too little slack inside the given ones; `K` is given for inputs."""
+    """Return the bounds of the reference that have too little slack inside the given ones.
+
+    The columns of `K` are given for inputs.
+    """
     if [row.row for row in left.rows] != [row.row for row in given.rows]:
         return f"disturbance: {name} must have the same rows as that of the reference"
     for i, (inner, outer) in enumerate(zip(left.rows, given.rows, strict=True)):
-        row = inner.row if K is None else _combine(K, inner.row)
+        row = inner.row if K is None else [exact_dot(inner.row, column) for column in K]
         back = [-r for r in row]
         above, below = room(outer.high, inner.high), room(inner.low, outer.low)
         if above is None or below is None:
@@ -265,11 +270,6 @@ def _short(name: str, left: Polytope, given: Polytope, errors: _Errors, K: list[
         if not (errors.fits(row, above) and errors.fits(back, below)):
             return f"disturbance: {name}: row {i} of the reference leaves less room than errors may take"
     return None
-
-
-def _combine(columns: list[list[Fraction]], row: Sequence[Fraction]) -> list[Fraction]:
-    """Return row · K, given the columns of K."""
-    return [exact_sum(r * k for r, k in zip(row, column, strict=True)) for column in columns]
 
 
 def in_whole_numbers(rows: Sequence[Sequence[Fraction]]) -> tuple[int, list[list[int]]]:

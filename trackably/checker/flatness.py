@@ -20,7 +20,6 @@ have there.
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
 
 from trackably.checker.formulas import (
     Angle,
@@ -34,7 +33,6 @@ from trackably.checker.formulas import (
     operands,
     parts,
     rewritten,
-    text,
 )
 from trackably.checker.identities import Quotient, TooLongError, Values
 from trackably.checker.subject import FlatForm, NonlinearSystem, indices, shifted_name
@@ -85,25 +83,8 @@ class Need:
     may_be_negative: bool
 
 
-@dataclass(frozen=True)
-class _Written:
-    """A system with a flat form, compared and hashed by the names and formulas in `words`."""
-
-    words: tuple[tuple[str, ...], ...]
-    system: NonlinearSystem = field(compare=False)
-    flat: FlatForm = field(compare=False)
-
-
 def why_not_flat(system: NonlinearSystem, flat: FlatForm) -> str | None:
-    """Return the state whose successor is not shown to be X one step later; None if all are. Results are cached."""
-    every = (system.f, flat.states, flat.inputs, flat.positive)
-    words = (system.states, system.inputs, flat.angles, *(tuple(map(text, formulas)) for formulas in every))
-    return _why_not(_Written(words, system, flat))
-
-
-@lru_cache
-def _why_not(written: _Written) -> str | None:
-    system, flat = written.system, written.flat
+    """Return the state whose successor is not shown to be X one step later; None if all are."""
     for state, formula in zip(system.states, system.f, strict=True):
         for angle in flat.angles:
             turned = turns(formula, angle)

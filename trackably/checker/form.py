@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields
 from fractions import Fraction
-from functools import cache, lru_cache
+from functools import cache, partial
 from reprlib import repr as short
 from typing import Any, NamedTuple, TypeVar
 
@@ -19,8 +19,6 @@ from trackably.checker import counterexample as refutations
 from trackably.checker import tables
 from trackably.checker.certificate import (
     KINDS,
-    AllPhases,
-    AllTimes,
     Boxes,
     Certificate,
     Claim,
@@ -87,6 +85,7 @@ from trackably.checker.tables import RefutedTable, Table
 from trackably.checker.watch import tick
 
 T = TypeVar("T")
+U = TypeVar("U")
 Reader = Callable[[object, str], T]
 """Reads a value found at a place; the place is named in messages."""
 
@@ -206,6 +205,17 @@ def many(reader: Reader[T], most: int, empty: bool = False) -> Reader[tuple[T, .
     return read
 
 
+def a_pair(first: Reader[T], second: Reader[U]) -> Reader[tuple[T, U]]:
+    """Read a list of two values."""
+
+    def read(value: object, where: str) -> tuple[T, U]:
+        if not isinstance(value, list) or len(value) != 2:
+            raise UnreadableError(f"{where} must be a list of two values")
+        return first(value[0], f"{where}[0]"), second(value[1], f"{where}[1]")
+
+    return read
+
+
 def by_name(a_name: Reader[str], reader: Reader[T]) -> Reader[dict[str, T]]:
     """Read an object whose keys are read by `a_name` and its values by `reader`."""
 
@@ -296,14 +306,8 @@ def rational_number(value: object, where: str) -> Fraction:
     """Read a rational number from a text such as -3/4."""
     if not isinstance(value, str) or len(value) > DIGITS or not _RATIONAL.fullmatch(value):
         raise UnreadableError(f"{where} must be a rational number, as in -3/4, of {DIGITS} characters at most")
-    return _rational(value)
-
-
-@lru_cache(maxsize=4096)
-def _rational(text: str) -> Fraction:
-    """Return the number in a text, cached because few different ones occur."""
     tick()
-    numerator, _, denominator = text.partition("/")
+    numerator, _, denominator = value.partition("/")
     return Fraction(int(numerator), int(denominator or "1"))
 
 
@@ -441,24 +445,15 @@ a_polytope = _set_of(real_number)
 
 
 class Plant(NamedTuple):
-    """A system and its sets, and the system as `written` in the file."""
+    """A system and its sets."""
 
     system: System
     state_set: Polytope
     input_set: Polytope
-    written: object
 
 
-def _plant_with(a_set: Reader[Polytope]) -> Reader[Plant]:
-    read: Reader[dict[str, Any]] = record(dict, system=a_system, state_set=a_set, input_set=a_set)
-
-    def plant(value: object, where: str) -> Plant:
-        return Plant(**read(value, where), written=value["system"] if isinstance(value, dict) else None)
-
-    return plant
-
-
-a_plant, a_moving_plant = _plant_with(a_polytope), _plant_with(_moving_set)
+a_plant = record(Plant, system=a_system, state_set=a_polytope, input_set=a_polytope)
+a_moving_plant = record(Plant, system=a_system, state_set=_moving_set, input_set=_moving_set)
 """Read a system with its sets, of which no bound moves, or some may."""
 
 _numbers_of_centres = many(real_number, CENTRES)
@@ -477,52 +472,46 @@ def _pieces_beyond(*kinds: Beyond) -> Reader[Pieces]:
 _pieces = _pieces_beyond("rest", "period", "end")
 
 
-def _reference(value: object, where: str) -> tuple[tuple[Signal, ...], tuple[Pieces, ...], Plant, object]:
-    """Read signals, all of kernels or all of pieces, and their plant.
-
-    Return the signals also as written in the file.
-    """
-    read: Reader[dict[str, Any]] = record(dict, signals=itself, plant=a_moving_plant)
-    found = read(value, where)
-    written, at = found["signals"], f"{where}.signals"
-    if isinstance(written, list) and any(isinstance(one, dict) and "breakpoints" in one for one in written):
-        return (), many(_pieces, SIGNALS)(written, at), found["plant"], written
-    return many(_signal, SIGNALS)(written, at), (), found["plant"], written
+def _signals(value: object, where: str) -> tuple[tuple[Signal, ...], tuple[Pieces, ...]]:
+    """Read signals, all of kernels or all of pieces."""
+    if isinstance(value, list) and any(isinstance(one, dict) and "breakpoints" in one for one in value):
+        return (), many(_pieces, SIGNALS)(value, where)
+    return many(_signal, SIGNALS)(value, where), ()
 
 
+_reference: Reader[dict[str, Any]] = record(dict, signals=_signals, plant=a_moving_plant)
 _functionals = many(
     record(Functional, offset=rational_number, weights=many(many(rational_number, SHIFTS), SIGNALS)), COORDINATES
 )
 
 
-def _constant_row(row: tuple[Fraction, ...], lower: float, upper: float) -> Row:
-    return Row(row, lower, upper)
-
-
-_attainable = many(record(_constant_row, row=_exact_vector, lower=real_number, upper=real_number), ROWS, empty=True)
+_row = record(
+    lambda row, lower, upper: Row(row, low=lower, high=upper), row=_exact_vector, lower=real_number, upper=real_number
+)
 _of_linear = {
     "trajectories": record(Trajectories, states=_functionals, inputs=_functionals),
-    "attainable": _attainable,
+    "attainable": many(_row, ROWS, empty=True),
 }
 
 
 def _subject(
-    reference: tuple[tuple[Signal, ...], tuple[Pieces, ...], Plant, object],
-    trajectories: Trajectories | None = None,
-    attainable: tuple[Row, ...] | None = None,
+    reference: Any, trajectories: Trajectories | None = None, attainable: tuple[Row, ...] | None = None
 ) -> Subject:
-    signals, pieces, plant, written = reference
+    """Return the subject of a reference as written in the file, of which the fingerprint is made."""
+    found = _reference(reference, "reference")
+    plant: Plant = found["plant"]
+    signals, pieces = found["signals"]
     is_linear = isinstance(plant.system, LinearSystem)
     if is_linear != (trajectories is not None) or (attainable is not None and not is_linear):
         raise UnreadableError("there must be trajectories, and may be attainable rows, for linear systems only")
-    known = fingerprint(written, plant.written, trajectories)
-    return Subject(signals, *plant[:3], trajectories, attainable, known, pieces)
+    known = fingerprint(reference["signals"], reference["plant"]["system"], trajectories)
+    return Subject(signals, *plant, trajectories, attainable, known, pieces)
 
 
 def subject_of(data: Mapping[str, object]) -> Subject:
     """Return the subject of a file from its content. Raise UnreadableError if there is none."""
     about = {name: data[name] for name in ("reference", *_of_linear) if name in data}
-    return record(_subject, _of_linear, reference=_reference)(about, "subject")
+    return record(_subject, _of_linear, reference=itself)(about, "subject")
 
 
 def fingerprint(signals: object, system: object, trajectories: Trajectories | None) -> str:
@@ -598,25 +587,27 @@ _cover = {
 Stated = tuple[Claim, Cover | Steps]
 
 
-def _covered(claim: Claim, end: float, covers: Mapping[str, Boxes] | None = None, terms: int = 0) -> Stated:
-    start, end = claim.span if isinstance(claim, Window) else (0.0, end)
-    return claim, Cover(start, end, covers or {}, terms)
+_ENDS: dict[str, dict[str, Reader[float]]] = {
+    "all_times": {"tail_start": positive_number},
+    "all_phases": {"period": positive_number},
+    "window": {"start": real_number, "end": real_number},
+}
+
+
+def _covered(
+    of: Callable[..., Claim],
+    covers: Mapping[str, Boxes] | None = None,
+    terms: int = 0,
+    start: float = 0.0,
+    **ends: float,
+) -> Stated:
+    (end,) = ends.values()
+    return of(start, end) if of is Window else of(), Cover(start, end, covers or {}, terms)
 
 
 def _claims(cover: dict[str, Reader[Any]]) -> dict[str, Reader[Stated]]:
     """Return the readers of claims about all times of an interval, which have covers of this form."""
-    return {
-        "all_times": record(
-            lambda tail_start, **by: _covered(AllTimes(), tail_start, **by), tail_start=positive_number, **cover
-        ),
-        "all_phases": record(lambda period, **by: _covered(AllPhases(), period, **by), period=positive_number, **cover),
-        "window": record(
-            lambda start, end, **by: _covered(Window(start, end), end, **by),
-            start=real_number,
-            end=real_number,
-            **cover,
-        ),
-    }
+    return {kind: record(partial(_covered, KINDS[kind]), **ends, **cover) for kind, ends in _ENDS.items()}
 
 
 _instants: Reader[Stated] = record(lambda last_step: (Instants(), Steps(last_step)), last_step=whole_number(INSTANTS))
@@ -634,23 +625,10 @@ signal_class = record(
 """Reads a class of signals that explain samples."""
 
 
-def _pair(value: object, where: str) -> tuple[int, int]:
-    found = many(whole_number(2 * CENTRES, 0), 2)(value, where)
-    if len(found) != 2:
-        raise UnreadableError(f"{where} must be two numbers")
-    return found[0], found[1]
-
-
-_pairs = many(_pair, BOXES)
-
-
-def _multiplier(value: object, where: str) -> tuple[int, Fraction]:
-    if not isinstance(value, list) or len(value) != 2:
-        raise UnreadableError(f"{where} must be a measurement and its multiplier")
-    return whole_number(2 * CENTRES, 0)(value[0], where), rational_number(value[1], where)
-
-
-_derived = record(Derived, time=real_number, upper=many(_multiplier, CENTRES), lower=many(_multiplier, CENTRES))
+_measurement = whole_number(2 * CENTRES, 0)
+_pairs = many(a_pair(_measurement, _measurement), BOXES)
+_multipliers = many(a_pair(_measurement, rational_number), CENTRES)
+_derived = record(Derived, time=real_number, upper=_multipliers, lower=_multipliers)
 _truth = record(
     TrueSignal,
     {"plant": real_number, "derived": many(_derived, BOXES, empty=True)},
@@ -665,14 +643,9 @@ _truth = record(
 )
 
 
-class _Evaluation(NamedTuple):
-    until: float
-    errors: dict[str, float]
-
-
 def _certificate(
     claim: object,
-    evaluation: _Evaluation,
+    evaluation: dict[str, Any],
     disturbance: Robust | None = None,
     truth: tuple[TrueSignal, ...] = (),
     **about: Any,
@@ -681,7 +654,8 @@ def _certificate(
     if disturbance and not isinstance(subject.system, LinearSystem):
         raise UnreadableError("there may be a disturbance for linear systems only")
     read = _claim_of_pieces if subject.pieces else _claim
-    return Certificate(subject, *read(claim, "certificate.claim"), *evaluation, disturbance, truth)
+    stated = read(claim, "certificate.claim")
+    return Certificate(subject, *stated, **evaluation, robust=disturbance, truth=truth)
 
 
 read_certificate = file_of(
@@ -691,8 +665,8 @@ read_certificate = file_of(
         _certificate,
         {**_of_linear, "disturbance": _disturbance, "truth": many(_truth, COORDINATES)},
         claim=itself,
-        reference=_reference,
-        evaluation=record(_Evaluation, until=positive_number, errors=by_name(a_bound, positive_number)),
+        reference=itself,
+        evaluation=record(dict, until=positive_number, errors=by_name(a_bound, positive_number)),
     ),
     ": prove the reference again to get one",
 )
@@ -708,8 +682,9 @@ def _counterexample(claim: Claim, at: object, quantity: str, violation: float, *
     return Counterexample(_subject(**about), claim, read(at, "counterexample.at"), quantity, violation)
 
 
-_ends = {"window": {"start": real_number, "end": real_number}}
-_claimed_times = by_tag("kind", {kind: record(of, **_ends.get(kind, {})) for kind, of in KINDS.items()})
+_claimed_times = by_tag(
+    "kind", {kind: record(of, **(_ENDS[kind] if of is Window else {})) for kind, of in KINDS.items()}
+)
 read_counterexample = file_of(
     "counterexample",
     refutations.VERSION,
@@ -717,7 +692,7 @@ read_counterexample = file_of(
         _counterexample,
         _of_linear,
         claim=_claimed_times,
-        reference=_reference,
+        reference=itself,
         quantity=a_bound,
         at=itself,
         violation=positive_number,
@@ -734,13 +709,7 @@ _parts_of_table: dict[str, Reader[Any]] = {
 
 
 def _table(table: dict[str, Any], plant: Plant, tolerance: float) -> Table:
-    return Table(
-        **table, system=plant.system, state_set=plant.state_set, input_set=plant.input_set, tolerance=tolerance
-    )
-
-
-def _refuted_table(at: dict[str, Any], **table: Any) -> RefutedTable:
-    return RefutedTable(_table(**table), **at)
+    return Table(**table, **plant._asdict(), tolerance=tolerance)
 
 
 read_table = file_of("table", tables.VERSION, record(_table, **_parts_of_table))
@@ -748,7 +717,7 @@ read_refuted_table = file_of(
     "refuted table",
     tables.VERSION,
     record(
-        _refuted_table,
+        lambda at, **table: RefutedTable(_table(**table), **at),
         **_parts_of_table,
         at=record(
             dict,

@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol, Self, TypeVar
+from operator import add, mul, sub, truediv
+from typing import Any, Literal, Protocol, Self, TypeVar
 
-from trackably.checker.intervals import Real, angle, exactly, function, power, require_nonzero
 from trackably.checker.watch import tick
 
 Symbol = Literal["+", "-", "*", "/"]
 SYMBOLS: tuple[Symbol, ...] = ("+", "-", "*", "/")
+OPERATORS: Mapping[Symbol, Callable[[Any, Any], Any]] = dict(zip(SYMBOLS, (add, sub, mul, truediv), strict=True))
 FUNCTIONS = ("exp", "log", "sqrt", "sin", "cos", "atan")
 
 
@@ -104,14 +105,10 @@ def evaluate(
                 known[node] = arithmetic.constant(value)
             case Name(name):
                 known[node] = values[name]
-            case Operation("+", left, right):
-                known[node] = known[left] + known[right]
-            case Operation("-", left, right):
-                known[node] = known[left] - known[right]
-            case Operation("*", left, right):
-                known[node] = known[left] * known[right]
-            case Operation(_, left, right):
+            case Operation("/", left, right):
                 known[node] = arithmetic.over(known[left], known[right])
+            case Operation(symbol, left, right):
+                known[node] = OPERATORS[symbol](known[left], known[right])
             case Power(base, exponent):
                 known[node] = arithmetic.power(known[base], exponent)
             case Function(function, argument):
@@ -194,23 +191,3 @@ def text(formula: Formula, deepest: int = 1000) -> str:
         case Angle():
             found = f"atan2({inner[0]}, {inner[1]})"
     return found
-
-
-class Intervals:
-    """Interval arithmetic for formulas: the result contains the value for all numbers in the intervals."""
-
-    def constant(self, value: float) -> Real:
-        return exactly(value)
-
-    def over(self, a: Real, b: Real) -> Real:
-        require_nonzero(b)
-        return a / b
-
-    def power(self, a: Real, exponent: float) -> Real:
-        return power(a, exponent)
-
-    def function(self, name: str, a: Real) -> Real:
-        return function(name, a)
-
-    def angle(self, y: Real, x: Real) -> Real:
-        return angle(y, x)

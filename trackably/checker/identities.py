@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from math import isqrt
 
-from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power, parts
+from trackably.checker.formulas import OPERATORS, Angle, Formula, Function, Name, Number, Operation, Power, parts
 from trackably.checker.watch import short, tick
 
 Monomial = tuple[tuple[int, int], ...]
@@ -238,7 +238,7 @@ class Values:
                     self.numbers[name] = self._new()
                 found = Quotient.variable(self.numbers[name])
             case Operation(symbol, left, right):
-                found = self.reduce(_operate(symbol, self.known[left], self.known[right]))
+                found = self.reduce(OPERATORS[symbol](self.known[left], self.known[right]))
             case Power(base, exponent):
                 found = self._power(self.known[base], exponent)
             case Function("sqrt", argument):
@@ -311,12 +311,6 @@ class Values:
             raise TooLongError(f"there are more than {_MOST_ATOMS} values of functions")
         self.atoms.append(Atom(function, arguments, self._new(), square))
         return Quotient.variable(self.count)
-
-
-def _operate(symbol: str, a: Quotient, b: Quotient) -> Quotient:
-    if symbol in "+-":
-        return a + b if symbol == "+" else a - b
-    return a * b if symbol == "*" else a / b
 
 
 def _rational_root(number: Fraction | None) -> Fraction | None:

@@ -6,7 +6,7 @@ UndefinedError. Functions here also take arrays of intervals (`floats.intervals`
 
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, wraps
 from math import lcm
 from typing import Any, Protocol
 
@@ -105,10 +105,19 @@ def pi() -> Real:
     return found
 
 
+def _of_many(of: Callable[[Real], Real]) -> Callable[[Real], Real]:
+    """Return a function that leaves arrays of intervals to their own one of the same name."""
+
+    @wraps(of)
+    def of_any(x: Real) -> Real:
+        return getattr(x, of.__name__)() if isinstance(x, Many) else of(x)
+
+    return of_any
+
+
+@_of_many
 def exp(x: Real) -> Real:
     """Return e^x, unbounded above e^(10⁶) and from 0 below e^(−10⁶): such numbers decide nothing."""
-    if isinstance(x, Many):
-        return x.exp()  # type: ignore[no-any-return]
     if x.b > 1e6:
         return INFINITE
     if x.a < -1e6:
@@ -117,46 +126,37 @@ def exp(x: Real) -> Real:
     return found
 
 
+@_of_many
 def log(x: Real) -> Real:
     """Return the logarithm of positive numbers."""
-    if isinstance(x, Many):
-        return x.log()  # type: ignore[no-any-return]
     found: Real = iv.log(x) * (1 + GUARD) + GUARD
     return found
 
 
+@_of_many
 def sqrt(x: Real) -> Real:
     """Return the square root of positive numbers."""
-    if isinstance(x, Many):
-        return x.sqrt()  # type: ignore[no-any-return]
     found: Real = iv.sqrt(x) * (1 + GUARD)
     return found
 
 
+@_of_many
 def cos(x: Real) -> Real:
     """Return the cosine; for huge numbers, which decide nothing, [−1, 1]."""
-    if isinstance(x, Many):
-        return x.cos()  # type: ignore[no-any-return]
-    if not abs(x).b < _HUGE:
-        return SIGN
-    found: Real = iv.cos(x) + GUARD
+    found: Real = iv.cos(x) + GUARD if abs(x).b < _HUGE else SIGN
     return found
 
 
+@_of_many
 def sin(x: Real) -> Real:
     """Return the sine; for huge numbers, which decide nothing, [−1, 1]."""
-    if isinstance(x, Many):
-        return x.sin()  # type: ignore[no-any-return]
-    if not abs(x).b < _HUGE:
-        return SIGN
-    found: Real = iv.sin(x) + GUARD
+    found: Real = iv.sin(x) + GUARD if abs(x).b < _HUGE else SIGN
     return found
 
 
+@_of_many
 def atan(x: Real) -> Real:
     """Return the arc tangent."""
-    if isinstance(x, Many):
-        return x.atan()  # type: ignore[no-any-return]
     found: Real = iv.atan2(x, ONE) + GUARD
     return found
 
@@ -166,9 +166,11 @@ def root(x: float) -> Real:
     return sqrt(exactly(x))
 
 
-def at_most(x: Real | float, y: Real | float) -> bool:
-    """Return whether x ≤ y is certain."""
-    return bool(exactly(x).b <= exactly(y).a)
+def at_most(x: Real | Fraction | float, y: Real | Fraction | float) -> bool:
+    """Return whether x ≤ y is certain; rational numbers are compared exactly."""
+    if isinstance(x, Fraction):
+        return x <= y if isinstance(y, Fraction) else at_most(ratio(x), y)
+    return bool(exactly(x).b <= exactly(ratio(y) if isinstance(y, Fraction) else y).a)
 
 
 def either(*conditions: Any) -> Any:
@@ -249,6 +251,11 @@ def exact_sum(numbers: Iterable[Fraction]) -> Fraction:
 
 
 _NOTHING = Fraction(0)
+
+
+def exact_dot(xs: Iterable[Fraction], ys: Iterable[Fraction]) -> Fraction:
+    """Return Σ x_j y_j of rational numbers, exactly."""
+    return exact_sum(x * y for x, y in zip(xs, ys, strict=True) if x and y)
 
 
 def common_denominator(numbers: Iterable[Fraction | int]) -> int:

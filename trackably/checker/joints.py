@@ -33,6 +33,7 @@ from typing import Any
 from trackably.checker.form import (
     UnreadableError,
     a_bound,
+    a_pair,
     file_of,
     many,
     one_of,
@@ -248,10 +249,10 @@ def _limits(joint: Joint) -> str:
 def _limit(given: object, where: str) -> Limit:
     if given is None:
         return None
-    low, *others = many(real_number, 2)(given, where)
-    if len(others) != 1 or not low <= others[0]:
+    low, high = a_pair(real_number, real_number)(given, where)
+    if not low <= high:
         raise UnreadableError(f"{where} must be a lower and an upper limit, or null")
-    return low, others[0]
+    return low, high
 
 
 def _read(

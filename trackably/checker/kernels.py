@@ -27,6 +27,7 @@ from collections.abc import Sequence
 from dataclasses import astuple, dataclass
 from functools import cached_property, lru_cache
 from itertools import zip_longest
+from operator import add
 from typing import ClassVar, NamedTuple
 
 from trackably.checker.intervals import (
@@ -196,8 +197,7 @@ class Elementary(Kernel):
 
     def scaled(self, shape: list[Real]) -> list[Real]:
         """Return the coefficients of θ₁² φ from those of φ."""
-        variance = self.variance
-        return [variance * coefficient for coefficient in shape]
+        return [self.variance * coefficient for coefficient in shape]
 
     def sizes(self, farthest: Real) -> Sizes:
         size, slope = self.peak
@@ -477,18 +477,12 @@ class Sum(Combination):
         return self.left.jump(r, h) + self.right.jump(r, h)
 
     def beyond(self, distance: Real) -> Decay:
-        f, g = self.left.beyond(distance), self.right.beyond(distance)
-        return Decay(f.size + g.size, f.slope + g.slope)
+        return Decay(*map(add, self.left.beyond(distance), self.right.beyond(distance)))
 
     def sizes(self, farthest: Real) -> Sizes:
         f, g = self.left.sizes(farthest), self.right.sizes(farthest)
-        return Sizes(
-            f.size + g.size,
-            f.slope + g.slope,
-            f.stretch + g.stretch,
-            f.moment + g.moment,
-            f.roundings + g.roundings + f.size + g.size,
-        )
+        both = Sizes(*map(add, f, g))
+        return both._replace(roundings=both.roundings + f.size + g.size)
 
 
 class Product(Combination):

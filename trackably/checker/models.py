@@ -7,9 +7,11 @@ bounded on the right is small if q and r begin with the series of a/b and √a. 
 < n) φ⁽ᵏ⁾(c) dᵏ/k! + φ⁽ⁿ⁾(ξ) dⁿ/n! with ξ between c and c + d (Lagrange).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import factorial
 
+from trackably.checker.formulas import Formula, evaluate
 from trackably.checker.intervals import (
     ONE,
     ZERO,
@@ -200,6 +202,19 @@ class Models:
             found = Model([_derivative(name, centre, k, exponent), *found.coefficients[1:]], found.missed)
         rest = abs(_derivative(name, span, self.terms, exponent)) * reach**self.terms
         return Model(found.coefficients, require_bounds(found.missed + rest))
+
+
+def constants(values: Mapping[str, Real], terms: int) -> dict[str, Model]:
+    """Return numbers as models."""
+    return {name: Models(terms).number(value) for name, value in values.items()}
+
+
+def enclose(formula: Formula, values: Mapping[str, Real]) -> Real:
+    """Return an interval that contains a formula's value for all numbers in the intervals of its names.
+
+    Raise UndefinedError if it may be undefined.
+    """
+    return evaluate(formula, constants(values, 1), Models(1)).span
 
 
 def _within(found: Model, rest: Model, divisor: Real) -> Model:

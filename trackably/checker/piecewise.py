@@ -49,24 +49,11 @@ class Term:
 
 @dataclass(frozen=True)
 class Sum:
-    """offset + Σ terms, in units in which all numbers are integers: `unit` times the value, and
-    2^`bits` times each time [s].
-    """
+    """offset + Σ terms, in units in which all numbers are integers: `unit` times the value."""
 
     offset: int
     terms: tuple[Term, ...]
     unit: int
-    bits: int
-
-    def cells(self, start: int, end: int) -> Iterator[list[int]]:
-        """Yield polynomials in x ∈ [0, 1] that equal the sum between breakpoints, from start to
-        end, and the value at the end.
-
-        At each breakpoint, both the left limit and the value are among them.
-        """
-        for a, b in cells_of(((term.signal, term.ends, term.shift) for term in self.terms), start, end):
-            tick()
-            yield self.polynomial(a, b - a)
 
     def polynomial(self, start: int, width: int) -> list[int]:
         """Return the coefficients in x of the sum at start + width x, without a breakpoint in between."""
@@ -81,17 +68,10 @@ class Sum:
         return found
 
 
-def whole_sum(
-    subject: Subject,
-    row: Sequence[Fraction],
-    parts: Sequence[Functional],
-    times: Sequence[Fraction],
-    bounds: Sequence[Fraction] = (),
-) -> Sum:
-    """Return Σ_i row_i part_i of signals, in units in which these `times` [s] and `bounds` are integers too."""
-    q, step = weighted_sum(row, parts), Fraction(subject.system.sampling_time)
+def whole_sum(subject: Subject, q: Functional, bits: int, bounds: Sequence[Fraction] = ()) -> Sum:
+    """Return a sum of signals, in units in which the `bounds` are integers too; times are in units of 2^−`bits` s."""
+    step = Fraction(subject.system.sampling_time)
     used = [(z, weights) for z, weights in zip(subject.pieces, q.weights, strict=True) if any(weights)]
-    bits = max(bits_of([step, *times]), bits_of_floats(t for z, _ in used for t in z.breakpoints))
     fine = bits_of_floats(c for z, _ in used for piece in z.coefficients for c in piece)
     fine = max(fine, bits_of([*bounds, Fraction(0)]))
     digits = fine + bits * max((z.degree for z, _ in used), default=0)
@@ -104,7 +84,7 @@ def whole_sum(
         for j, w in enumerate(weights):
             if w:
                 terms.append(Term(z, whole(divisor * w), whole(j * step * (1 << bits)), ends, polynomials))
-    return Sum(whole(q.offset * divisor * scale), tuple(terms), divisor * scale, bits)
+    return Sum(whole(q.offset * divisor * scale), tuple(terms), divisor * scale)
 
 
 def values_at(subject: Subject, rows: Sequence[Functional], t: Fraction) -> list[Fraction]:
@@ -242,9 +222,9 @@ def _size(subject: Subject, start: Fraction, end: Fraction, bound: Bound) -> Fra
         return max(map(abs, hull(bound)))
     for r, part in zip(bound.row, functionals(subject, bound.of), strict=True):
         if r:
-            q = whole_sum(subject, (r,), (part,), [start, end])
-            cells = q.cells(int(start * (1 << q.bits)), int(end * (1 << q.bits)))
-            total += Fraction(max(sum(map(abs, cell)) for cell in cells), q.unit)
+            cells, bits = _cells(subject, part, start, end)
+            q = whole_sum(subject, part, bits)
+            total += abs(r) * Fraction(max(sum(map(abs, q.polynomial(a, b - a))) for a, b in cells), q.unit)
     return total
 
 
@@ -322,7 +302,7 @@ def _positive(certificate: Certificate, first_pass: FirstPass) -> str | None:
         cells, bits = _cells(of, row, *span)
         left = first_pass.cells_left(of, [(row, *ends) for _, (_, row, ends) in sides], cells, bits)
         some = zip(sides, left, strict=True)
-        broken += [i for (i, (_, row, ends)), open_ in some if open_ and not _is_kept(of, row, ends, span, open_)]
+        broken += [i for (i, (_, row, ends)), open_ in some if open_ and not _is_kept(of, row, ends, open_, bits)]
     return f"cell: the {subject.bounds[min(broken)].name} is not shown to stay inside its bounds" if broken else None
 
 
@@ -341,8 +321,7 @@ def keeps(subject: Subject, row: Functional, times: tuple[float, float], ends: t
 
     Times are in s.
     """
-    start, end = map(Fraction, times)
-    return _is_kept(subject, row, ends, (start, end), _cells(subject, row, start, end)[0])
+    return _is_kept(subject, row, ends, *_cells(subject, row, *map(Fraction, times)))
 
 
 def tightened_rows(subject: Subject, bound: Bound, error: Fraction) -> Iterator[_Side]:
@@ -392,11 +371,11 @@ def _is_kept(
     subject: Subject,
     row: Functional,
     ends: tuple[Fraction, Fraction],
-    times: tuple[Fraction, Fraction],
     cells: Sequence[tuple[int, int]],
+    bits: int,
 ) -> bool:
-    """Return whether a row stays between its ends in the given cells, in rational arithmetic."""
-    q = whole_sum(subject, (Fraction(1),), (row,), times, ends)
+    """Return whether a row stays between its ends in cells, whose times are in units of 2^−`bits` s."""
+    q = whole_sum(subject, row, bits, ends)
     bottom, top = (whole(end * q.unit) for end in ends)
     for a, b in cells:
         tick()

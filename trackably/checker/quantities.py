@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from trackably.checker.flatness import Need, Shapes, needs
-from trackably.checker.formulas import Formula, Intervals, Name, Number, Operation, evaluate, names
-from trackably.checker.intervals import SIGN, Real, exact_sum, ratio
+from trackably.checker.formulas import Formula, Name, Number, Operation, names
+from trackably.checker.intervals import SIGN, Real, exact_dot, exact_sum, ratio
 from trackably.checker.inverse import inputs_of
+from trackably.checker.models import enclose
 from trackably.checker.moving import Limit, limits
 from trackably.checker.subject import (
     Bound,
@@ -144,10 +145,8 @@ def _signal(subject: Subject, i: int, j: int, count: int) -> Functional:
 def _combine(subject: Subject, row: tuple[Fraction, ...], parts: tuple[Functional, ...]) -> LinearCombination:
     """Return Σ_i row_i part_i."""
     found, gross = weighted_sum(row, parts), absolute_sum(row, parts)
-    of_means = (
-        Fraction(z.mean) * exact_sum(weights) for z, weights in zip(subject.signals, found.weights, strict=True)
-    )
-    at_rest = found.offset + exact_sum(of_means)
+    means = (Fraction(z.mean) for z in subject.signals)
+    at_rest = found.offset + exact_dot(means, map(exact_sum, found.weights))
     return LinearCombination(
         [*map(list, found.weights)], ratio(at_rest), [*map(exact_sum, gross.weights)], gross.offset
     )
@@ -180,7 +179,7 @@ def absolute_sum(row: Sequence[Fraction], parts: Sequence[Functional]) -> Functi
 def value_at(subject: Subject, q: Quantity, t: Real) -> Real:
     """Return an interval that contains q(t). Raise UndefinedError if q may be undefined there."""
     arguments = {name: combination_at(subject, argument, t) for name, argument in q.arguments.items()}
-    return evaluate(q.formula, arguments, Intervals())
+    return enclose(q.formula, arguments)
 
 
 def combination_at(subject: Subject, argument: LinearCombination, t: Real) -> Real:

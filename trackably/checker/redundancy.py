@@ -17,7 +17,7 @@ from fractions import Fraction
 from itertools import combinations
 from math import comb
 
-from trackably.checker.intervals import exact_sum
+from trackably.checker.intervals import exact_dot, exact_sum
 from trackably.checker.subject import Bound, LinearSystem, Row, Subject
 from trackably.checker.watch import short, tick
 
@@ -38,7 +38,11 @@ def why_not_attainable(system: LinearSystem, rows: tuple[Row, ...], attainable: 
     for demand in _demands(system, rows):
         if not any(demand.row) and not demand.low <= 0 <= demand.high:
             return f"input_set: no input keeps its rows {demand.numbers} together"
-        if any(demand.row) and not any(_implies(bound, demand) for bound in attainable):
+        if any(demand.row) and not any(
+            ends[0] <= Fraction(bound.lower) and Fraction(bound.upper) <= ends[1]
+            for bound in attainable
+            if (ends := _scale(demand, bound.row))
+        ):
             return f"input_set: no attainable row implies the inequality that its rows {demand.numbers} add up to"
     return None
 
@@ -50,8 +54,7 @@ def demand_of(system: LinearSystem, rows: tuple[Row, ...], bound: Bound) -> tupl
     """
     if _why_not_enumerable(system, rows):
         return None
-    ends = [_scale(demand, bound.row) for demand in _demands(system, rows)]
-    found = [end for end in ends if end is not None]
+    found = [ends for demand in _demands(system, rows) if (ends := _scale(demand, bound.row))]
     if not found:
         return None
     lows, highs = zip(*found, strict=True)
@@ -88,7 +91,7 @@ def _why_not_enumerable(system: LinearSystem, rows: tuple[Row, ...]) -> str | No
 def _demands(system: LinearSystem, rows: tuple[Row, ...]) -> Iterator[_Demand]:
     """Yield the conditions on u that follow from the circuits of the rows."""
     idle, m = _idle(system), len(system.inputs)
-    moved = [[exact_sum(r * z for r, z in zip(side.row, v, strict=True)) for v in idle] for side in rows]
+    moved = [[exact_dot(side.row, v) for v in idle] for side in rows]
     for circuit in _circuits(moved, len(idle)):
         row = [exact_sum(factor * rows[i].row[j] for i, factor in circuit) for j in range(m)]
         low = exact_sum(factor * Fraction(rows[i].lower if factor > 0 else rows[i].upper) for i, factor in circuit)
@@ -108,12 +111,6 @@ def _circuits(moved: list[list[Fraction]], dimension: int) -> Iterator[list[tupl
             relations = null_space([[moved[i][k] for i in support] for k in range(dimension)], size)
             if len(relations) == 1 and all(relations[0]):
                 yield list(zip(support, relations[0], strict=True))
-
-
-def _implies(bound: Row, demand: _Demand) -> bool:
-    """Return whether a bound, whose row is a multiple of the demand's row, implies the demand."""
-    ends = _scale(demand, bound.row)
-    return ends is not None and ends[0] <= Fraction(bound.lower) and Fraction(bound.upper) <= ends[1]
 
 
 def _scale(demand: _Demand, row: tuple[Fraction, ...]) -> tuple[Fraction, Fraction] | None:

@@ -348,8 +348,3 @@ class FlatValues:
 
     def _of(self, formula: Formula, values: Mapping[str, Tracked]) -> Tracked:
         return evaluate(formula, values, TrackedFormulas(self.terms), self.known)
-
-
-def constants(values: Mapping[str, Real], terms: int) -> dict[str, Model]:
-    """Return numbers as models."""
-    return {name: Models(terms).number(value) for name, value in values.items()}

@@ -14,12 +14,12 @@ from trackably.checker.piecewise import values_at
 from trackably.checker.quantities import LinearCombination, combination_at, functionals, states_of
 from trackably.checker.subject import Bound, LinearSystem, NonlinearSystem, Polytope, Row, Subject, System, as_float
 from trackably.checker.tables import RefutedTable, Table
-from trackably.checker.truth import ContradictedSamples
+from trackably.checker.truth import ContradictedSamples, contradiction_of
 
 
 def statement(certificate: Certificate, first_pass: FirstPass) -> str:
     """Return the statement that a certificate proves, and about which reference."""
-    subject = certificate.subject
+    subject, robust, truth = certificate.subject, certificate.robust, certificate.truth
     kept = ", ".join(bound_text(bound, _names(subject.system, bound)) for bound in subject.bounds)
     inputs = "these inputs"
     if subject.attainable is not None:
@@ -34,6 +34,7 @@ def statement(certificate: Certificate, first_pass: FirstPass) -> str:
         f"For {certificate.claim} the reference keeps {kept}, and the system {_dynamics_text(subject.system)} "
         f"follows it with {inputs} (T = {subject.system.sampling_time!r} s). The bounds hold with room for the error "
         f"of {how}, at times up to {certificate.until!r} s{moved}. {identity(subject, first_pass)}"
+        f"{robust_statement(subject, robust)}{''.join(map(truth_statement, truth))}"
     )
 
 
@@ -158,21 +159,19 @@ def robust_statement(subject: Subject, robust: Robust | None) -> str:
         hull = "; ".join(f"A = {_lists(v.A)}, B = {_lists(v.B)}, c = {list(v.c)!r}" for v in robust.model)
         wrong = f" where (A, B, c) is at each step anywhere in the convex hull of {hull}"
     K, N, s = [list(row) for row in robust.feedback], robust.head, robust.terms
-    of, seen, model, sequence = "W", "x", "", "w in W and every start"
+    seen, model, sequence = "x", "", "w in W and every start"
+    parts, sets = "W", f"W is {_set(robust.disturbance)}"
     if robust.noise:
-        of, seen, model, sequence = "S", "y", " and y = x + v", "w in W and v in V and every start with y"
-    of = "S" if robust.model else of
-    sets = f"W is {_set(robust.disturbance)}"
-    if robust.noise:
-        sets += f", V is {_set(robust.noise)}, S = W ⊕ (-A V) ⊕ V"
+        seen, model, sequence = "y", " and y = x + v", "w in W and v in V and every start with y"
+        parts, sets = "W ⊕ (-A V) ⊕ V", f"{sets}, V is {_set(robust.noise)}"
+    parts += " ⊕ D" if robust.model else ""
+    of = "W" if parts == "W" else "S"
+    sets += "" if parts == "W" else f", S = {parts}"
     if robust.model:
         added = robust.model_generators(system) if isinstance(system, LinearSystem) else ""
-        parts = "W ⊕ (-A V) ⊕ V ⊕ D" if robust.noise else "W ⊕ D"
         generators = _vectors(added) if not isinstance(added, str) else added
-        sets = sets.removesuffix(", S = W ⊕ (-A V) ⊕ V")
         sets += (
-            f", S = {parts} with D = Σ_j ξ_j d_j for all |ξ_j| ≤ 1 and d_j = {generators}, and A, B here are those of "
-            "the reference"
+            f" with D = Σ_j ξ_j d_j for all |ξ_j| ≤ 1 and d_j = {generators}, and A, B here are those of the reference"
         )
     return (
         f" Under disturbance, x⁺ = A x + B u + c + w{model}{wrong}: for every sequence of {sequence} in "
@@ -198,8 +197,11 @@ def truth_statement(truth: TrueSignal) -> str:
     )
 
 
-def no_signal(found: ContradictedSamples, excess: Fraction, weight: Fraction, size: Fraction, bound: str) -> str:
+def no_signal(found: ContradictedSamples) -> str:
     """Return the statement that no signal explains samples, with the contradicting ones and the least contradiction."""
+    shown = contradiction_of(found)
+    assert not isinstance(shown, str), "checked before"
+    excess, weight, size, bound = shown
     used = [t for t, m in zip(found.of.samples.times, found.samples, strict=True) if m]
     rates = [t for t, m in zip(found.of.rates.times if found.of.rates else (), found.rates, strict=True) if m]
     more = f" and the rates at {', '.join(map(repr, rates))} s" if rates else ""

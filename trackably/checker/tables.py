@@ -9,10 +9,10 @@ names. Both are verified number by number, in rational arithmetic for linear sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Literal
+from typing import Any, Literal
 
-from trackably.checker.formulas import Intervals, evaluate
-from trackably.checker.intervals import Real, UndefinedError, at_most, exact_sum, exactly, ratio
+from trackably.checker.intervals import Real, UndefinedError, at_most, exact_dot, exactly
+from trackably.checker.models import enclose
 from trackably.checker.subject import LinearSystem, Polytope, Row, System
 from trackably.checker.trajectories import why_no_plant
 from trackably.checker.watch import progress, tick
@@ -54,19 +54,21 @@ def check_table(table: Table) -> str | None:
     """Return the first step at which a bound or the dynamics are not shown to hold; None if there is none."""
     if reason := _misfit(table):
         return reason
-    for k, (side, values, rows) in enumerate(
-        (("states", table.states, table.state_set.rows), ("inputs", table.inputs, table.input_set.rows))
-    ):
+    for k, (part, rows) in enumerate(_rows(table).items()):
         progress(k, 3)
-        for step, row in enumerate(values):
-            for i, bound in enumerate(rows):
+        for row in range(rows):
+            step = table.first_step + row
+            try:
+                found = excesses(table, part, row)
+            except UndefinedError as undefined:
+                return str(undefined)
+            for i, excess in enumerate(found):
                 tick()
-                if not _keeps(bound, row):
-                    return f"table: bound {i} of the {side} is broken at step {table.first_step + step}"
-    for step in range(len(table.states) - 1):
-        tick()
-        if reason := _why_not_obeyed(table, step):
-            return reason
+                if at_most(excess, 0):
+                    continue
+                if part == "dynamics":
+                    return f"table: the system does not lead to within the tolerance of the state after step {step}"
+                return f"table: bound {i} of the {part} is broken at step {step}"
     return None
 
 
@@ -80,73 +82,65 @@ def _misfit(table: Table) -> str | None:
     return why_no_plant(table.system, table.state_set, table.input_set)
 
 
+def _rows(table: Table) -> dict[Part, int]:
+    """Return the number of steps of each part; the dynamics have none at the last state."""
+    return {"states": len(table.states), "inputs": len(table.inputs), "dynamics": len(table.states) - 1}
+
+
 def check_refuted_table(refuted: RefutedTable) -> str | None:
     """Return why no violation is shown at the named step; None if it is."""
     table, row = refuted.table, refuted.step - refuted.table.first_step
     if reason := _misfit(table):
         return reason
-    values, rows = table.states, table.state_set.rows
-    if refuted.part == "inputs":
-        values, rows = table.inputs, table.input_set.rows
-    last, count = len(values), len(rows)
-    if refuted.part == "dynamics":
-        last, count = len(table.states) - 1, len(table.system.states)
-    if not (0 <= row < last and 0 <= refuted.index < count):
+    try:
+        found = excesses(table, refuted.part, row) if 0 <= row < _rows(table)[refuted.part] else []
+    except UndefinedError as undefined:
+        return str(undefined)
+    if not 0 <= refuted.index < len(found):
         return f"at: the table has no step {refuted.step}, or no index {refuted.index} of the {refuted.part}"
-    by, index = Fraction(refuted.violation), refuted.index
-    if refuted.part != "dynamics":
-        value, bound = value_of_row(rows[index], values[row]), rows[index]
-        broken = value + by <= Fraction(bound.lower) or Fraction(bound.upper) + by <= value
-    else:
-        found = differences(table, row)
-        if isinstance(found, str):
-            return found
-        broken = _is_at_least(found[index], Fraction(table.tolerance) + by)
-    return None if broken else f"value: nothing is shown to be broken by {refuted.violation!r} there"
+    if at_most(Fraction(refuted.violation), found[refuted.index]):
+        return None
+    return f"value: nothing is shown to be broken by {refuted.violation!r} there"
 
 
-def _keeps(bound: Row, values: tuple[float, ...]) -> bool:
-    return Fraction(bound.lower) <= value_of_row(bound, values) <= Fraction(bound.upper)
+def excesses(table: Table, part: Part, row: int) -> Sequence[Fraction | Real]:
+    """Return by how much each bound of a part, or each state's tolerance, is exceeded in a row; ≤ 0 where it is kept.
+
+    Exactly, except for the dynamics of nonlinear systems, for which they are intervals. Raise UndefinedError if f may
+    be undefined.
+    """
+    if part == "dynamics":
+        tolerance: Any = (Fraction if isinstance(table.system, LinearSystem) else exactly)(table.tolerance)
+        return [apart - tolerance for apart in differences(table, row)]
+    values, bounded = (table.states, table.state_set) if part == "states" else (table.inputs, table.input_set)
+    return [
+        max(Fraction(bound.lower) - value, value - Fraction(bound.upper))
+        for bound in bounded.rows
+        for value in [value_of_row(bound, values[row])]
+    ]
 
 
 def value_of_row(bound: Row, values: tuple[float, ...]) -> Fraction:
     """Return the sum that a row bounds, exactly."""
-    return exact_sum(r * Fraction(v) for r, v in zip(bound.row, values, strict=True))
+    return exact_dot(bound.row, map(Fraction, values))
 
 
-def _why_not_obeyed(table: Table, row: int) -> str | None:
-    found = differences(table, row)
-    if isinstance(found, str):
-        return found
-    if all(_is_at_most(difference, table.tolerance) for difference in found):
-        return None
-    where = f"step {table.first_step + row}"
-    return f"table: the system does not lead to within the tolerance of the state after {where}"
-
-
-def _is_at_most(difference: Fraction | Real, by: float) -> bool:
-    return difference <= by if isinstance(difference, Fraction) else at_most(difference, by)
-
-
-def _is_at_least(difference: Fraction | Real, by: Fraction) -> bool:
-    return difference >= by if isinstance(difference, Fraction) else bool(difference.a >= ratio(by).b)
-
-
-def differences(table: Table, row: int) -> Sequence[Fraction | Real] | str:
+def differences(table: Table, row: int) -> Sequence[Fraction | Real]:
     """Return |x(k + 1) − f(x(k), u(k))| for each state: exactly for a linear system, otherwise as intervals.
 
-    If f may be undefined, return a sentence.
+    Raise UndefinedError if f may be undefined.
     """
     system, x, u, successor = table.system, table.states[row], table.inputs[row], table.states[row + 1]
     if isinstance(system, LinearSystem):
         exact = [
-            exact_sum(Fraction(a) * Fraction(v) for a, v in zip((*a_row, *b_row, c), (*x, *u, 1.0), strict=True))
+            exact_dot(map(Fraction, (*a_row, *b_row, c)), map(Fraction, (*x, *u, 1.0)))
             for a_row, b_row, c in zip(system.A, system.B, system.c, strict=True)
         ]
         return [abs(m - Fraction(s)) for m, s in zip(exact, successor, strict=True)]
     values = dict(zip((*system.states, *system.inputs), map(exactly, (*x, *u)), strict=True))
     try:
-        made = [evaluate(formula, values, Intervals()) for formula in system.f]
+        made = [enclose(formula, values) for formula in system.f]
     except UndefinedError as undefined:
-        return f"table: f is not shown to be defined at step {table.first_step + row}: {undefined}"
+        where = f"step {table.first_step + row}"
+        raise UndefinedError(f"table: f is not shown to be defined at {where}: {undefined}") from undefined
     return [abs(value - exactly(s)) for value, s in zip(made, successor, strict=True)]

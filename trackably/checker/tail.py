@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
 from trackably.checker.certificate import AllTimes, Certificate, Steps
-from trackably.checker.formulas import Intervals, evaluate
+from trackably.checker.formulas import evaluate
 from trackably.checker.intervals import (
     ONE,
     ZERO,
@@ -30,8 +30,9 @@ from trackably.checker.intervals import (
     whole_power,
 )
 from trackably.checker.kernels import Decay
+from trackably.checker.models import constants, enclose
 from trackably.checker.quantities import ITSELF, LinearCombination, Quantity
-from trackably.checker.rounding import FlatNeeds, FlatValues, constants
+from trackably.checker.rounding import FlatNeeds, FlatValues
 from trackably.checker.subject import Signal, is_far
 
 
@@ -160,7 +161,7 @@ def _limits(needs: FlatNeeds, q: Quantity, envelopes: list[Decay], step: Real) -
             for j, w in enumerate(argument.weights[s]):
                 each[j] += slopes[name] * ratio(w)
         reach += _reach(each, slopes[s], envelope, step)
-    return evaluate(q.formula, at_rest, Intervals()), reach
+    return enclose(q.formula, at_rest), reach
 
 
 def _reach(weights: Sequence[Real], sum_of_weights: Real, envelope: Decay, step: Real) -> Real:

@@ -3,17 +3,16 @@
 Before that, matrices, formulas, trajectories, sets and names are shown to belong to one system.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 
 from trackably.checker.certificate import Certificate, Steps
 from trackably.checker.flatness import why_not_flat
 from trackably.checker.formulas import names
-from trackably.checker.intervals import exact_sum
+from trackably.checker.intervals import exact_dot
 from trackably.checker.limits import WEIGHTS
 from trackably.checker.subject import (
     FlatForm,
-    Functional,
     LinearSystem,
     NonlinearSystem,
     Polytope,
@@ -23,6 +22,7 @@ from trackably.checker.subject import (
     Trajectories,
     indices,
 )
+from trackably.checker.watch import tick
 
 
 def check_shapes(subject: Subject) -> str | None:
@@ -146,49 +146,26 @@ def check_trajectories(subject: Subject) -> str | None:
         return why_not_flat(system, system.flat)
     if not isinstance(system, LinearSystem) or trajectories is None:
         return None
-    A, B = (_columns([[Fraction(v) for v in row] for row in matrix]) for matrix in (system.A, system.B))
+    A, B = ([[Fraction(v) for v in row] for row in matrix] for matrix in (system.A, system.B))
 
-    def successor(x: _Sparse, u: _Sparse, c: _Sparse) -> _Sparse:
+    def successor(x: _Vector, u: _Vector, c: Sequence[float]) -> list[Fraction]:
         """Return A x + B u + c."""
-        made = {i: [r] for i, r in c.items()}
-        for matrix, v in ((A, x), (B, u)):
-            for j, factor in v.items():
-                for i, w in matrix.get(j, {}).items():
-                    made.setdefault(i, []).append(w * factor)
-        return {i: found for i, terms in made.items() if (found := exact_sum(terms))}
+        return [exact_dot((*a, *b, Fraction(e)), (*x, *u, Fraction(1))) for a, b, e in zip(A, B, c, strict=True)]
 
-    start, held = (
-        {i: part.offset for i, part in enumerate(parts) if part.offset}
-        for parts in (trajectories.states, trajectories.inputs)
-    )
-    if successor(start, held, {i: Fraction(v) for i, v in enumerate(system.c) if v}) != start:
+    start, held = ([part.offset for part in parts] for parts in (trajectories.states, trajectories.inputs))
+    if successor(start, held, system.c) != start:
         return "trajectories: the system does not stay where its state and input are the offsets"
-    states, inputs = _of_shifted(trajectories.states), _of_shifted(trajectories.inputs)
-    for s, j in sorted({*states, *inputs, *((s, j + 1) for s, j in states)}):
-        if successor(states.get((s, j), {}), inputs.get((s, j), {}), {}) != states.get((s, j - 1), {}):
-            return f"trajectories: the system does not follow signal {s} with the weights of shift {j}"
+    for s in range(subject.signal_count):
+        states, inputs = (
+            [[Fraction(0)] * len(parts), *map(list, zip(*(part.weights[s] for part in parts), strict=True))]
+            for parts in (trajectories.states, trajectories.inputs)
+        )
+        for j in range(max(len(states), len(inputs))):
+            tick()
+            x, u = (of[j + 1] if j + 1 < len(of) else of[0] for of in (states, inputs))
+            if successor(x, u, [0.0] * len(start)) != (states[j] if j < len(states) else states[0]):
+                return f"trajectories: the system does not follow signal {s} with the weights of shift {j}"
     return None
 
 
-_Sparse = Mapping[int, Fraction]
-"""The nonzero entries of a vector, by index."""
-
-
-def _columns(matrix: Sequence[Sequence[Fraction]]) -> dict[int, _Sparse]:
-    found: dict[int, dict[int, Fraction]] = {}
-    for i, row in enumerate(matrix):
-        for j, w in enumerate(row):
-            if w:
-                found.setdefault(j, {})[i] = w
-    return dict(found)
-
-
-def _of_shifted(parts: tuple[Functional, ...]) -> dict[tuple[int, int], _Sparse]:
-    """Return the weights of each z_s(t + j T) in the parts."""
-    found: dict[tuple[int, int], dict[int, Fraction]] = {}
-    for i, part in enumerate(parts):
-        for s, weights in enumerate(part.weights):
-            for j, w in enumerate(weights):
-                if w:
-                    found.setdefault((s, j), {})[i] = w
-    return dict(found)
+_Vector = Sequence[Fraction]

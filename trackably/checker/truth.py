@@ -10,23 +10,22 @@ from ends_k to ends_(k+1), with x_r the state's x(t) of the certificate. If it a
 contradiction of a class, then no f is in it, and none where only ē, or only M (or L where that is what is used), is
 larger by less than what the answer says.
 
-Proof. In a cell each side names two measurements i, j, and f is below (of the lower side: above, with other signs)
-  - y_i + ē + L |t − t_i|, where j = i;
-  - λ_i y_i + λ_j y_j + (|λ_i| + |λ_j|) ē + M |t − t_i| |t − t_j| / 2 with λ_i = (t_j − t)/(t_j − t_i) and λ_j = 1 −
-    λ_i, where j is another sample, as the last term bounds f − λ_i f(t_i) − λ_j f(t_j) inside and outside of [t_i,
-    t_j];
-  - y_i + (t − t_i) v_j + ē + |t − t_i| ē′ + M |∫ |τ − s_j| dτ|, τ from t_i to t, where j is a rate, as |f′(τ) −
-    f′(s_j)| ≤ M |τ − s_j|.
-No time that a side names is inside of the cell, so that all signs stay, and the sides are quadratic polynomials,
-found in rational arithmetic. x_r is enclosed by a Taylor model, as in step 2 of the base, and both differences are
-at most ε_k. Of a contradiction, let Σ μ_i = 0 and Σ μ_i t_i + Σ ν_j = 0. Then Σ μ_i f(t_i) + Σ ν_j f′(s_j) = ∫ κ f″
-with κ(s) = Σ μ_i max(t_i − s, 0) + Σ_(s_j > s) ν_j, by Taylor's formula with integral remainder, as straight lines
-give zero. So Σ μ_i y_i + Σ ν_j v_j − Σ |μ_i| ē − Σ |ν_j| ē′ ≤ M ∫ |κ|, of which the opposite is verified in rational
-arithmetic. Where only Σ μ_i = 0 and no ν_j is given, it is ≤ L ∫ |Σ_(t_i > s) μ_i| ds.
+Proof. At a time τ, let Σ μ_i = 1 and Σ μ_i t_i + Σ ν_j = τ. Then f(τ) − Σ μ_i f(t_i) − Σ ν_j f′(s_j) = ∫ κ f″ with
+κ(s) = max(τ − s, 0) − Σ μ_i max(t_i − s, 0) − Σ_(s_j > s) ν_j, by Taylor's formula with integral remainder, as straight
+lines give zero. So f(τ) is at most Σ μ_i y_i + Σ ν_j v_j + Σ |μ_i| ē + Σ |ν_j| ē′ + M ∫ |κ|; likewise below. In a cell
+each side names two measurements i, j, and bounds f at its times t
+  - by L: f is at most y_i + ē + L |t − t_i|, where j = i;
+  - by μ_i = (t_j − t)/(t_j − t_i) and μ_j = 1 − μ_i, where j is another sample: ∫ |κ| is |t − t_i| |t − t_j| / 2;
+  - by μ_i = 1 and ν_j = t − t_i, where j is a rate: ∫ |κ| is |∫ |τ − s_j| dτ|, τ from t_i to t.
+No time that a side names is inside of the cell, so that all signs stay, and the sides are quadratic polynomials there,
+found from three times in rational arithmetic. x_r is enclosed by a Taylor model, as in step 2 of the base, and both
+differences are at most ε_k. Of a contradiction, let Σ μ_i = 0 and Σ μ_i t_i + Σ ν_j = 0. In the same way, Σ μ_i f(t_i)
++ Σ ν_j f′(s_j) = ∫ κ f″ with κ(s) = Σ μ_i max(t_i − s, 0) + Σ_(s_j > s) ν_j. So Σ μ_i y_i + Σ ν_j v_j − Σ |μ_i| ē − Σ
+|ν_j| ē′ ≤ M ∫ |κ|, of which the opposite is verified in rational arithmetic. Where only Σ μ_i = 0 and no ν_j is given,
+it is ≤ L ∫ |Σ_(t_i > s) μ_i| ds.
 
-Derived. A certificate may also list times τ with multipliers Σ μ_i = 1, Σ μ_i t_i + Σ ν_j = τ. In the same way, f(τ) is
-at most Σ μ_i y_i + Σ ν_j v_j + Σ |μ_i| ē + Σ |ν_j| ē′ + M ∫ |κ|, with κ that of f(τ) − Σ μ_i f(t_i) − Σ ν_j f′(s_j);
-likewise below. Sides may take the middle of both for a sample, and half of their distance for its noise.
+Derived. A certificate may also list times τ with multipliers μ_i of samples and ν_j of rates that bound f(τ) as above.
+Sides may take the middle of both for a sample, and half of their distance for its noise.
 
 Plant. Where the certificate speaks of disturbances, it may also say δ: in their theorem, |x(k) − f(t₀ + k T)| ≤ δ
 for all t₀ + k T in the cells, as ε_k + h_Z(±r) + h_V(∓r) ≤ δ for all cells and the row r of the state.
@@ -42,7 +41,7 @@ from trackably.checker.certificate import Derived, Measured, Pair, SignalClass, 
 from trackably.checker.disturbances import Robust, keeps_near
 from trackably.checker.form import file_of, many, rational_number, record, signal_class
 from trackably.checker.formulas import Name
-from trackably.checker.intervals import ZERO, Real, exact_sum, exactly, ratio, total
+from trackably.checker.intervals import ZERO, Real, exact_dot, exact_sum, exactly, ratio, total
 from trackably.checker.limits import CENTRES
 from trackably.checker.models import Model
 from trackably.checker.moving import Limit
@@ -162,23 +161,38 @@ def places(truth: TrueSignal) -> dict[int, Place]:
     return found
 
 
+def _measured(by: Measured | None, k: int) -> Place | None:
+    """Return a measurement by its number; None if there is no such one."""
+    if by is None or not 0 <= k < len(by.times):
+        return None
+    return Fraction(by.times[k]), Fraction(by.values[k]), Fraction(by.noise)
+
+
+_Weighted = list[tuple[Fraction, Place]]
+
+
 def extreme(of: SignalClass, derived: Derived, sign: int) -> Fraction | None:
     """Return an upper bound of all signals of a class at a time; a lower one for `sign` −1.
 
     None if nothing is shown.
     """
-    n, rates = len(of.samples.times), of.rates or Measured((), (), 0.0)
-    points, jumps, found = [(Fraction(1), Fraction(derived.time))], list[tuple[Fraction, Fraction]](), list[Fraction]()
+    n, points, rates = len(of.samples.times), _Weighted(), _Weighted()
     for i, m in derived.upper if sign > 0 else derived.lower:
-        if not 0 <= i < n + len(rates.times):
+        if (place := _measured(of.samples, i) or _measured(of.rates, i - n)) is None:
             return None
-        at, k, to = (of.samples, i, points) if i < n else (rates, i - n, jumps)
-        to.append((-m, Fraction(at.times[k])))
-        found.append(m * Fraction(at.values[k]) + sign * abs(m) * Fraction(at.noise))
-    left = exact_sum(m for m, _ in points), exact_sum([*(m * t for m, t in points), *(m for m, _ in jumps)])
-    if of.second_derivative is None or any(left):
+        (points if i < n else rates).append((m, place))
+    return _bound(of, Fraction(derived.time), points, rates, sign)
+
+
+def _bound(of: SignalClass, t: Fraction, points: _Weighted, rates: _Weighted, sign: int) -> Fraction | None:
+    """Return Σ μ y + Σ ν v ± (Σ |μ| ē + Σ |ν| ē′ + M ∫ |κ|) for a time t; None if multipliers do not fit it."""
+    M, used = of.second_derivative, [*points, *rates]
+    here, jumps = [(Fraction(1), t), *((-m, t_i) for m, (t_i, _, _) in points)], [(-m, s) for m, (s, _, _) in rates]
+    left = exact_sum(m for m, _ in here), exact_sum([*(m * t for m, t in here), *(m for m, _ in jumps)])
+    if M is None or any(left):
         return None
-    return exact_sum(found) + sign * Fraction(of.second_derivative) * _integral(points, jumps)
+    slack = exact_sum([*(abs(m) * noise for m, (_, _, noise) in used), Fraction(M) * _integral(here, jumps)])
+    return exact_sum(m * y for m, (_, y, _) in used) + sign * slack
 
 
 def side(of: SignalClass, pair: Pair, sign: int, box: Box, every: Mapping[int, Place]) -> list[Fraction] | None:
@@ -189,47 +203,30 @@ def side(of: SignalClass, pair: Pair, sign: int, box: Box, every: Mapping[int, P
     tick()
     (i, j), n = pair, len(of.samples.times)
     start, end = Fraction(box.start), Fraction(box.end)
-    middle, half = (start + end) / 2, (end - start) / 2
-
-    def side_of(t: Fraction) -> int:  # the sign of all times of the box less t
-        return 1 if t <= start else -1 if t >= end else 0
-
-    if i not in every:
+    first, second = every.get(i), every.get(j) or _measured(of.rates, j - n)
+    if first is None or second is None or any(start < t < end for t, _, _ in (first, second)):
         return None
-    t_i, y_i, noise = every[i]
-    since, s_i = [middle - t_i, half, Fraction(0)], side_of(t_i)
-    constant = [Fraction(1), Fraction(0), Fraction(0)]
-    if i == j and of.slope is not None and s_i:
-        slack, value = _sum((noise, constant), (s_i * Fraction(of.slope), since)), _sum((y_i, constant))
-    elif j in every and every[j][0] != t_i and of.second_derivative is not None:
-        t_j, y_j, other = every[j]
-        M, d, s_j = Fraction(of.second_derivative), t_j - t_i, side_of(t_j)
-        square, rising = _product(since, [middle - t_j, half, Fraction(0)]), 1 if d > 0 else -1
-        first, second = -s_j * rising * noise, s_i * rising * other  # with the signs of λ_i and λ_j
-        value = _sum((y_i, constant), ((y_j - y_i) / d, since))
-        slack = _sum((first, constant), ((second - first) / d, since), (s_i * s_j * M / 2, square))
-        if not s_i * s_j:
+
+    def at(t: Fraction) -> Fraction | None:
+        (t_i, y, noise), since = first, t - first[0]
+        if i == j:
+            return None if of.slope is None else y + sign * (noise + Fraction(of.slope) * abs(since))
+        if j not in every:
+            return _bound(of, t, [(Fraction(1), first)], [(since, second)], sign)
+        if second[0] == t_i:
             return None
-    elif n <= j and of.rates and j < n + len(of.rates.times) and of.second_derivative is not None:
-        s, v, rate_noise = (Fraction(x) for x in (of.rates.times[j - n], of.rates.values[j - n], of.rates.noise))
-        beyond, M, s_j = [middle - s, half, Fraction(0)], Fraction(of.second_derivative), side_of(s)
-        value = _sum((y_i, constant), (v, since))
-        begun = (t_i - s) * abs(t_i - s) / 2
-        way = _sum((Fraction(s_j, 2), _product(beyond, beyond)), (-begun, constant))
-        slack = _sum((noise, constant), (s_i * rate_noise, since), (s_i * M, way))
-        if not s_i * s_j:
-            return None
-    else:
+        part = since / (second[0] - t_i)
+        return _bound(of, t, [(1 - part, first), (part, second)], [], sign)
+
+    low, middle, high = map(at, (start, (start + end) / 2, end))
+    if low is None or middle is None or high is None:
         return None
-    return _sum((Fraction(1), value), (Fraction(sign), slack))
+    return [middle, (high - low) / 2, (high + low) / 2 - middle]  # it is quadratic in the box
 
 
-def _sum(*weighted: tuple[Fraction, list[Fraction]]) -> list[Fraction]:
-    return [sum((w * p[k] for w, p in weighted), Fraction(0)) for k in range(3)]
-
-
-def _product(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
-    return [a[0] * b[0], a[0] * b[1] + a[1] * b[0], a[1] * b[1]]
+def check_contradicted(found: ContradictedSamples) -> str | None:
+    """Return why samples do not contradict the class of signals; None if they do."""
+    return reason if isinstance(reason := contradiction_of(found), str) else None
 
 
 def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fraction, str] | str:
@@ -251,9 +248,9 @@ def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fr
     if exact_sum(mu) or not pairs:
         return "multipliers of samples must have the sum 0"
     sides = ((mu, of.samples), (nu, rates))
-    seen = exact_sum(m * Fraction(y) for by, at in sides for m, y in zip(by, at.values, strict=True))
-    sizes = exact_sum(map(abs, mu)), exact_sum(map(abs, nu))
-    noise = exact_sum(Fraction(at.noise) * size for size, (_, at) in zip(sizes, sides, strict=True))
+    seen = exact_sum(exact_dot(by, map(Fraction, at.values)) for by, at in sides)
+    sizes = [exact_sum(map(abs, by)) for by, _ in sides]
+    noise = exact_dot(sizes, (Fraction(at.noise) for _, at in sides))
     if of.second_derivative is not None and not exact_sum([*(m * t for m, t in pairs), *(m for m, _ in jumps)]):
         bound, size, name = of.second_derivative, _integral(pairs, jumps), "second derivative"
     elif of.slope is not None and not jumps:

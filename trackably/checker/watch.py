@@ -111,18 +111,12 @@ class ProgressLine:
         """Write the number of checked boxes or instants, unless it was written a moment ago."""
         if monotonic() >= self._next and sys.stderr.isatty():
             self._next = monotonic() + _BETWEEN
-            self._write(f"checked {done} of {of}")
+            line = f"checked {done} of {of}"
+            print(f"\r{line.ljust(self._width)}", end="", file=sys.stderr, flush=True)
+            self._width = len(line)
 
     def clear(self) -> None:
         """Clear the line."""
         if self._width:
-            self._write("")
-            self._write_raw("\r")
-
-    def _write(self, line: str) -> None:
-        self._write_raw(f"\r{line.ljust(self._width)}")
-        self._width = len(line)
-
-    def _write_raw(self, text: str) -> None:
-        sys.stderr.write(text)
-        sys.stderr.flush()
+            print(f"\r{' ' * self._width}\r", end="", file=sys.stderr, flush=True)
+            self._width = 0

@@ -18,7 +18,6 @@ from trackably.control.search import solve_by_linearisation
 from trackably.control.stepping import Infeasible, Plan, StepResult, answer_step
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
 
 __all__ = ["TOLERANCE", "Controller"]
@@ -57,10 +56,13 @@ class Controller:
             raise ValueError(
                 "controller: bounds that move in time are kept for linear systems only, but f is nonlinear"
             )
-        n, m = len(self.plant.system.states), len(self.plant.system.inputs)
-        Q, R = _default_weight(self.Q, self.plant.state_set), _default_weight(self.R, self.plant.input_set)
-        object.__setattr__(self, "Q", _require_weight("Q", Q, n, -_ZERO, "semidefinite and not zero"))
-        object.__setattr__(self, "R", _require_weight("R", R, m, _ZERO, "definite"))
+        for name, bounded, least, kind in (
+            ("Q", self.plant.state_set, -_ZERO, "semidefinite and not zero"),
+            ("R", self.plant.input_set, _ZERO, "definite"),
+        ):
+            weight = getattr(self, name)
+            weight = weight_in_widths(bounded) if weight is None else weight
+            object.__setattr__(self, name, _require_weight(name, weight, bounded.dimension, least, kind))
         object.__setattr__(self, "horizon", whole("controller: horizon", self.horizon))
         if self.horizon < (fewest := shortest_horizon(self.plant)):
             raise ValueError(
@@ -98,10 +100,6 @@ class Controller:
         return Formulation(self.plant, self.horizon, self.Q, self.R)
 
 
-def _default_weight(weight: ArrayLike | None, bounded: Polytope) -> ArrayLike:
-    return weight_in_widths(bounded) if weight is None else weight
-
-
 def _require_weight(name: str, given: ArrayLike, size: int, least: float, kind: str) -> Array:
     """Return a weight (size, size) of the cost. ValueError: it is not symmetric, or not positive `kind`.
 
@@ -132,6 +130,4 @@ def scaled_controller(plant: ConstrainedSystem, horizon: int, input_weight: floa
     Errors of inputs are also multiplied by `input_weight`. Unbounded directions are weighted in their own unit. Raises
     as `Controller`.
     """
-    return Controller(
-        plant, horizon, weight_in_widths(plant.state_set), input_weight * weight_in_widths(plant.input_set)
-    )
+    return Controller(plant, horizon, R=input_weight * weight_in_widths(plant.input_set))

@@ -10,7 +10,7 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.control.bounds import AdmissiblePoints, PlantInequalities, Scales, Slack
-from trackably.control.error_model import ErrorModel, LinearQuadratic, linearisation_defects, reference_defects
+from trackably.control.error_model import ErrorModel, linearisation_defects
 from trackably.control.programs import Program, StartSet, StepPrograms
 from trackably.control.stepping import ROUNDING, Infeasible, Plan, Status
 from trackably.systems.constrained import ConstrainedSystem
@@ -20,13 +20,9 @@ from trackably.systems.reference import Window
 
 @dataclass(frozen=True, eq=False)
 class LocalModel:
-    """The error model near one trajectory, with its defects d (N, n), its optimum without bounds, and its programs.
-
-    The last two are scaled.
-    """
+    """The error model near one trajectory, with its defects d (N, n), and its programs, which are scaled."""
 
     error_model: ErrorModel
-    without_bounds: LinearQuadratic
     programs: StepPrograms
     defects: Array
 
@@ -54,13 +50,11 @@ class Formulation:
         Raises ArithmeticError if the system is undefined there.
         """
         system = self.plant.system
-        if self.is_linear:
-            return replace(self.linear_model, defects=reference_defects(system, window))
-        model = ErrorModel.along(system, nominal)
-        found = self._with_programs(model, linearisation_defects(model, system, window, nominal))
-        if not all(np.all(np.isfinite(part)) for part in (model.A, model.B, found.defects)):
+        found = self.linear_model if self.is_linear else self._along(nominal)
+        defects = linearisation_defects(found.error_model, system, window, nominal)
+        if not all(np.all(np.isfinite(part)) for part in (found.error_model.A, found.error_model.B, defects)):
             raise ArithmeticError("a plan leads where the system is not defined")
-        return found
+        return replace(found, defects=defects)
 
     @cached_property
     def scales(self) -> Scales:
@@ -112,7 +106,7 @@ class Formulation:
         """The model of a linear system, the same along every trajectory, without defects."""
         n, m, N = len(self.Q), len(self.R), self.horizon
         anywhere = Window(np.zeros((N + 1, n)), np.zeros((N, m)))
-        return self._with_programs(ErrorModel.along(self.plant.system, anywhere), np.zeros((N, n)))
+        return self._along(anywhere)
 
     def programs(self, model: ErrorModel) -> StepPrograms:
         """Return the programs along a model of the errors."""
@@ -120,9 +114,9 @@ class Formulation:
         rows = X.in_widths(scales.states), U.in_widths(scales.inputs)
         return StepPrograms(model.scaled(scales), *self.scaled_weights, *rows, self.start)
 
-    def _with_programs(self, model: ErrorModel, defects: Array) -> LocalModel:
-        programs = self.programs(model)
-        return LocalModel(model, LinearQuadratic(programs.model, *self.scaled_weights), programs, defects)
+    def _along(self, nominal: Window) -> LocalModel:
+        model = ErrorModel.along(self.plant.system, nominal)
+        return LocalModel(model, self.programs(model), np.zeros((self.horizon, len(self.Q))))
 
 
 TOLERANCE = 1e-7
@@ -187,7 +181,8 @@ class StepProblem:
         if start is None:
             return None
         unforced = self.model.error_model.unforced_errors(start, self.model.defects)
-        v = self.model.without_bounds.input_errors(unforced / scales.states) * scales.inputs
+        v = self.model.programs.gain @ (unforced / scales.states).ravel()
+        v = v.reshape(self.window.inputs.shape) * scales.inputs
         plan = self.plan(v, Status.NO_ACTIVE_BOUND, start)
         return plan if plan.slack >= -ROUNDING else None
 

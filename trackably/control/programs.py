@@ -7,6 +7,7 @@ from typing import NamedTuple
 import clarabel
 import numpy as np
 import numpy.typing as npt
+import scipy
 from scipy import sparse
 
 from trackably.arrays import Array
@@ -46,10 +47,14 @@ class Program:
             raise ArithmeticError("its quadratic program has numbers that are not finite")
         sizes = (clarabel.ZeroConeT, self.equations), (clarabel.NonnegativeConeT, len(limits) - self.equations)
         cones = [cone(size) for cone, size in sizes if size]
+        settings = clarabel.DefaultSettings()
+        settings.verbose = False
+        settings.max_iter = _MAX_ITERATIONS
+        settings.max_threads = 1
         for tolerance in tolerances:
-            found = clarabel.DefaultSolver(
-                self._matrices[0], self.q, self._matrices[1], limits, cones, _settings(tolerance)
-            ).solve()
+            settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
+            P, A = self._matrices
+            found = clarabel.DefaultSolver(P, self.q, A, limits, cones, settings).solve()
             if str(found.status) in accepted:
                 return np.array(found.x)
             if found.status == clarabel.SolverStatus.PrimalInfeasible:
@@ -59,15 +64,6 @@ class Program:
     @cached_property
     def _matrices(self) -> tuple[sparse.csc_array, sparse.csc_array]:
         return sparse.triu(sparse.csc_array(self.P), format="csc"), sparse.csc_array(self.A)
-
-
-def _settings(tolerance: float) -> clarabel.DefaultSettings:
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.max_iter = _MAX_ITERATIONS
-    settings.max_threads = 1
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
-    return settings
 
 
 class StartSet(NamedTuple):
@@ -92,7 +88,6 @@ class StartSet(NamedTuple):
         return cls(np.zeros(n), np.zeros((0, n)), np.zeros(0), np.zeros((0, 0)), 1)
 
 
-_ELASTIC_TOLERANCES = (1e-10,)
 _PROXIMAL = 1e-6
 """Weight of a step's own size, which makes the best step unique."""
 
@@ -133,6 +128,32 @@ class StepPrograms:
     state_rows: Array
     input_rows: Array
     start: StartSet
+
+    @cached_property
+    def gain(self) -> Array:
+        """K in V = K f, for the v that minimise the cost of `tracking` with e(N) = 0 and without bounds.
+
+        f = Φ e(0) + Ψ d are the errors for v = 0, shape (N n,). An interior-point method finds the minimum of a
+        quadratic cost only up to the square root of its accuracy: a cost of 1e-12 is an error of 1e-6. Close to the
+        reference that error would dominate, so this formula is used there, which is exact up to rounding.
+
+        It is the null-space method for the terminal constraint f(N) + Γ_N V = 0: V = −Γ_N⁺ f(N) + Z w with Γ_N Z = 0,
+        and w minimises Vᵀ S V + 2 Vᵀ Γᵀ Q̄ f for S = Γᵀ Q̄ Γ + R̄. Raises ArithmeticError if predictions overflow, and
+        numpy's LinAlgError if the cost has no unique minimum in floating point.
+        """
+        (N, n, _), forced = self.model.A.shape, self.model.forced
+        last = forced[-n:]
+        weighted = forced.T @ np.kron(np.eye(N), self.Q)
+        hessian = weighted @ forced + np.kron(np.eye(N), self.R)
+        if not np.all(np.isfinite(hessian)):
+            raise ArithmeticError("predictions over the horizon overflow")
+        to_reference = np.zeros((forced.shape[1], N * n))
+        to_reference[:, -n:] = -np.linalg.pinv(last)
+        Z = scipy.linalg.null_space(last)
+        if not Z.size:
+            return to_reference
+        slope = Z.T @ (weighted + hessian @ to_reference)
+        return np.asarray(to_reference - Z @ scipy.linalg.cho_solve(scipy.linalg.cho_factor(Z.T @ hessian @ Z), slope))
 
     @cached_property
     def tracking(self) -> Program:
@@ -190,7 +211,7 @@ class StepPrograms:
             0,
         ).solve(
             np.concatenate([-d, d, np.maximum(left, 0.0), np.full(2 * count, radius)]),
-            _ELASTIC_TOLERANCES,
+            (1e-10,),
             ("Solved", "AlmostSolved"),
         )
         return None if x is None or not np.all(np.isfinite(x)) else self._apply(at, x[:count])

@@ -237,9 +237,10 @@ def solve_by_linearisation(
     if isinstance(near, Plan) and (kept is None or near.cost <= kept.cost + _AS_CHEAP * formulation.scales.cost):
         return near if kept is None or near.cost <= kept.cost else kept
     trajectories = Trajectories(formulation, window)
-    return (
-        _search(problem, trajectories, initial_guess, near) if kept is None else _improve(problem, trajectories, kept)
-    )
+    if kept is None:
+        return _search(problem, trajectories, initial_guess, near)
+    plan = _cheaper(problem, trajectories, between(formulation, Window(kept.states, kept.inputs), state, window))
+    return plan if plan is not None and plan.cost < kept.cost else kept
 
 
 def _problem_at_guess(reference: StepProblem, guess: Array) -> tuple[StepProblem, Plan | None]:
@@ -270,13 +271,6 @@ def _by_full_steps(problem: StepProblem) -> Plan | Infeasible | None:
     except (ArithmeticError, np.linalg.LinAlgError):
         return None
     return None
-
-
-def _improve(problem: StepProblem, trajectories: Trajectories, kept: Plan) -> Plan:
-    """Return the cheapest plan found, starting from an admissible plan `kept`."""
-    guess = between(problem.formulation, Window(kept.states, kept.inputs), problem.state, problem.window)
-    plan = _cheaper(problem, trajectories, guess)
-    return plan if plan is not None and plan.cost < kept.cost else kept
 
 
 def _search(

@@ -133,7 +133,7 @@ def simulate(
     without_plan, widened = list[Infeasible | Unsolved](), 0
     for k in range(first_step, first_step + steps):
         x = states[-1]
-        seen = x if measurement_noise is None else x + _draw("measurement_noise", measurement_noise, k, x)
+        seen = x if measurement_noise is None else x + _vector("measurement_noise", measurement_noise, k, x)
         result = controller.step(k, seen, table, guess)
         if isinstance(result, Plan):
             guess, plan, applied = shifted_inputs(result, table), result, result.input
@@ -145,9 +145,13 @@ def simulate(
                 break
             applied = chosen
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            x = plant.system.successor(x, applied) if successor is None else _moved(successor, k, x, applied)
+            x = (
+                plant.system.successor(x, applied)
+                if successor is None
+                else _vector("successor", successor, k, x, applied)
+            )
             if disturbances is not None:
-                x = x + _draw("disturbances", disturbances, k, x)
+                x = x + _vector("disturbances", disturbances, k, x)
         if not np.all(np.isfinite(x)):
             without_plan.append(Unsolved(k, "the system is not defined under the input applied", applied))
             break
@@ -173,24 +177,16 @@ def simulate(
     )
 
 
-def _moved(successor: Successor, k: int, x: Array, applied: Array) -> Array:
-    """Return the plant's next state; another shape is refused."""
-    found = np.asarray(successor(k, x, applied), dtype=float)
-    if found.shape != x.shape:
-        raise ValueError(f"simulate: successor: expected {x.size} numbers at step {k}, got shape {found.shape}")
-    return found
-
-
-def _draw(what: str, of: Disturbances, k: int, state: Array) -> Array:
-    """Return the vector that is added to a state. Other shapes are refused, as NumPy would
-    broadcast a number to all states.
+def _vector(what: str, of: Callable[..., Array], k: int, state: Array, *applied: Array) -> Array:
+    """Return the vector (n,) that a function gives at a step. Other shapes are refused, as NumPy would broadcast a
+    number to all states.
     """
     if not callable(of):
         raise TypeError(f"simulate: {what}: expected a function of the step k and the state, got {short(of)}")
-    added = numbers(f"simulate: {what}", of(k, state))
-    if added.shape != state.shape:
-        raise ValueError(f"simulate: {what}: expected {state.size} numbers at step {k}, got shape {added.shape}")
-    return added
+    found = numbers(f"simulate: {what}", of(k, state, *applied))
+    if found.shape != state.shape:
+        raise ValueError(f"simulate: {what}: expected {state.size} numbers at step {k}, got shape {found.shape}")
+    return found
 
 
 def shifted_inputs(plan: Plan, reference: TrackedReference) -> Array:
@@ -263,7 +259,8 @@ def worst_plant(
         raise ValueError(f"worst_plant: feedback: K must have shape ({m}, {n}), got {K.shape}")
     A, B, c = (np.array([getattr(vertex, name) for vertex in model_error.vertices]) for name in "ABc")
     rows = np.vstack([plant.state_set.rows, plant.input_set.rows @ K])
-    directions = _directions(np.vstack([rows, -rows]), plant.linear.A + plant.linear.B @ K)
+    rows, closed = np.vstack([rows, -rows]), plant.linear.A + plant.linear.B @ K
+    directions = np.vstack([rows @ np.linalg.matrix_power(closed, ahead) for ahead in _AHEAD])
     greedy, q = len(directions), len(A)
     x = np.tile(window.states[0], (greedy + q + 1, 1))
     states, chosen, inputs = [x], [], []
@@ -280,25 +277,16 @@ def worst_plant(
         states.append(x)
         inputs.append(u)
         chosen.append(pick)
-    return _worst(plant, first_step, np.array(states), np.array(inputs), np.array(chosen))
-
-
-def _directions(rows: Array, closed: Array) -> Array:
-    """Return each row times powers of the closed loop, one for each number of steps ahead: shape (rows × steps, n)."""
-    return np.vstack([rows @ np.linalg.matrix_power(closed, ahead) for ahead in _AHEAD])
-
-
-def _worst(plant: ConstrainedSystem, first: int, states: Array, inputs: Array, chosen: Array) -> WorstPlant:
-    """Return the policy and the step with the largest violation relative to a bound's width."""
-    found: tuple[float, str, int, int, float] | None = None
+    found = []
     for constraint in plant.given_constraints:
-        of = states if constraint.side == "state" else inputs
-        values = of @ np.array([float(r) for r in constraint.row])
+        row = np.array([float(r) for r in constraint.row])
+        values = np.array(states if constraint.side == "state" else inputs) @ row
         over = np.maximum(values - constraint.bounds.upper, constraint.bounds.lower - values)
-        k, p = (int(i) for i in np.unravel_index(np.argmax(over), over.shape))
-        if found is None or over[k, p] / constraint.bounds.width > found[0]:
-            found = float(over[k, p] / constraint.bounds.width), constraint.name, k, p, float(over[k, p])
-    if found is None:
+        k, p = divmod(int(np.argmax(over)), over.shape[1])
+        violation, vertices = float(over[k, p]), tuple(int(pick[p]) for pick in chosen)
+        path = np.array([x[p] for x in states])
+        worst = WorstPlant(constraint.name, first_step + k, violation, first_step, vertices, path)
+        found.append((worst.violation / constraint.bounds.width, worst))
+    if not found:
         raise ValueError("worst_plant: the plant has no bounds")
-    _, name, k, p, violation = found
-    return WorstPlant(name, first + k, violation, first, tuple(chosen[:, p].tolist()), states[:, p])
+    return max(found, key=lambda each: each[0])[1]

@@ -7,7 +7,6 @@ from fractions import Fraction
 from functools import partial
 from math import tau
 from pathlib import Path
-from typing import Any
 
 from trackably.arguments import text
 from trackably.certificates.certificate import Certificate
@@ -16,7 +15,6 @@ from trackably.checker.formulas import Angle, Formula, Function, Name, Number, O
 from trackably.exports.proved import Proved
 from trackably.files import new_file, write_text
 from trackably.gp.kernels.base import Kernel, Product, Sum
-from trackably.gp.kernels.elementary import Radial
 from trackably.gp.kernels.matern import Matern
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
@@ -48,6 +46,37 @@ def array(name: str, values: Iterable[float]) -> list[str]:
     return [f"static const double {name}[{len(literals)}] = {{", *(f"    {row}," for row in rows), "};"]
 
 
+def _filled(template: str, **words: object) -> list[str]:
+    """Return the lines of a template in C, with a value in the place of each word."""
+    text = re.sub("|".join(words), lambda word: str(words[word[0]]), template)
+    return [*text.splitlines(), ""]
+
+
+_KERNEL = """\
+static inline double NAME(double r)
+{
+    const double s = r / LENGTHSCALE;
+BODY
+    return phi * VARIANCE;
+}
+"""
+
+_PERIODIC = """\
+static inline double NAME(double r)
+{
+    const double sine = sin(RATE * r);
+    return VARIANCE * exp(-(SHARPNESS * (sine * sine)));
+}
+"""
+
+_PAIR = """\
+static inline double NAME(double r)
+{
+    return NAME_left(r) OPERATOR NAME_right(r);
+}
+"""
+
+
 def kernel_function(kernel: Kernel, name: str) -> list[str]:
     """Return the lines of functions, the last of which is `static inline double name(double r)`.
 
@@ -55,65 +84,33 @@ def kernel_function(kernel: Kernel, name: str) -> list[str]:
     """
     match kernel:
         case Sum(left, right) | Product(left, right):
-            operator = "+" if isinstance(kernel, Sum) else "*"
             parts = [*kernel_function(left, f"{name}_left"), *kernel_function(right, f"{name}_right")]
-            return [*parts, *_function(name, [f"return {name}_left(r) {operator} {name}_right(r);"])]
+            return [*parts, *_filled(_PAIR, NAME=name, OPERATOR="+" if isinstance(kernel, Sum) else "*")]
         case Periodic():
-            return _function(name, _periodic(kernel))
-        case Radial() if formula := _formula_of(type(kernel)):
-            body = formula(kernel)
-            scaled = f"return phi * {number(kernel.signal_std**2)};"
-            return _function(name, [f"const double s = r / {number(kernel.lengthscale)};", *body, scaled])
-    raise ValueError(f"to_c: there is no formula in C for {type(kernel).__name__}")
-
-
-def _periodic(kernel: Periodic) -> list[str]:
-    omega, beta = tau / kernel.period, kernel.lengthscale**-2
-    return [
-        f"const double sine = sin({number(omega / 2)} * r);",
-        f"return {number(kernel.signal_std**2)} * exp(-({number(2 * beta)} * (sine * sine)));",
-    ]
-
-
-def _squared_exponential(_: Any) -> list[str]:
-    return ["const double phi = exp(s * s * -0.5);"]
-
-
-def _matern(kernel: Any) -> list[str]:
-    polynomial = horner(kernel.polynomial.coef.tolist(), "x")
-    return [f"const double x = {number(kernel.rate)} * fabs(s);", f"const double phi = {polynomial} * exp(-x);"]
-
-
-def _rational_quadratic(kernel: Any) -> list[str]:
-    return [
-        f"const double q = 1.0 + s * s / {number(2 * kernel.shape)};",
-        f"const double phi = pow(q, {number(-kernel.shape)});",
-    ]
-
-
-def _piecewise_polynomial(kernel: Any) -> list[str]:
-    polynomial = horner(kernel.polynomial.coef.tolist(), "x")
-    return [
-        "const double x = fabs(s) < 1.0 ? fabs(s) : 1.0;",
-        "const double y = 1.0 - x;",
-        f"const double phi = {polynomial} * ({' * '.join(['y'] * kernel.power)});",
-    ]
-
-
-_CORRELATIONS: dict[type[Kernel], Callable[[Any], list[str]]] = {
-    SquaredExponential: _squared_exponential,
-    RationalQuadratic: _rational_quadratic,
-    PiecewisePolynomial2: _piecewise_polynomial,
-    PiecewisePolynomial3: _piecewise_polynomial,
-}
-
-
-def _formula_of(kind: type[Kernel]) -> Callable[[Any], list[str]] | None:
-    """Return the function that writes φ of a kernel.
-
-    All Matérn kernels share one, which uses their rate and polynomial.
-    """
-    return _matern if Matern in kind.__bases__ else _CORRELATIONS.get(kind)
+            rate, sharpness = tau / kernel.period / 2, 2 * kernel.lengthscale**-2
+            words = {"RATE": number(rate), "SHARPNESS": number(sharpness)}
+            return _filled(_PERIODIC, NAME=name, VARIANCE=number(kernel.signal_std**2), **words)
+        case SquaredExponential():
+            body = ["const double phi = exp(s * s * -0.5);"]
+        case Matern():
+            phi = horner(kernel.polynomial.coef.tolist(), "x")
+            body = [f"const double x = {number(kernel.rate)} * fabs(s);", f"const double phi = {phi} * exp(-x);"]
+        case RationalQuadratic():
+            body = [
+                f"const double q = 1.0 + s * s / {number(2 * kernel.shape)};",
+                f"const double phi = pow(q, {number(-kernel.shape)});",
+            ]
+        case PiecewisePolynomial2() | PiecewisePolynomial3():
+            phi = horner(kernel.polynomial.coef.tolist(), "x")
+            body = [
+                "const double x = fabs(s) < 1.0 ? fabs(s) : 1.0;",
+                "const double y = 1.0 - x;",
+                f"const double phi = {phi} * ({' * '.join(['y'] * kernel.power)});",
+            ]
+        case _:
+            raise ValueError(f"to_c: there is no formula in C for {type(kernel).__name__}")
+    words = {"LENGTHSCALE": number(kernel.lengthscale), "VARIANCE": number(kernel.signal_std**2)}
+    return _filled(_KERNEL, NAME=name, BODY="\n".join(f"    {line}" for line in body), **words)
 
 
 def horner(coefficients: Sequence[float], x: str) -> str:
@@ -124,8 +121,15 @@ def horner(coefficients: Sequence[float], x: str) -> str:
     return found
 
 
-def _function(name: str, body: list[str]) -> list[str]:
-    return [f"static inline double {name}(double r)", "{", *(f"    {line}" for line in body), "}", ""]
+_KERNEL_SUM = """\
+static inline double NAME(double t)
+{
+    double sum = 0.0;
+    for (int i = 0; i < COUNT; ++i)
+        sum += NAME_kernel(t - NAME_centres[i]) * NAME_weights[i];
+    return sum + MEAN;
+}
+"""
 
 
 def kernel_sum_function(signal: KernelSum, name: str) -> list[str]:
@@ -135,14 +139,7 @@ def kernel_sum_function(signal: KernelSum, name: str) -> list[str]:
         *array(f"{name}_weights", signal.weights.tolist()),
         "",
         *kernel_function(signal.kernel, f"{name}_kernel"),
-        f"static inline double {name}(double t)",
-        "{",
-        "    double sum = 0.0;",
-        f"    for (int i = 0; i < {signal.weights.size}; ++i)",
-        f"        sum += {name}_kernel(t - {name}_centres[i]) * {name}_weights[i];",
-        f"    return sum + {number(signal.mean)};",
-        "}",
-        "",
+        *_filled(_KERNEL_SUM, NAME=name, COUNT=signal.weights.size, MEAN=number(signal.mean)),
     ]
 
 
@@ -196,11 +193,8 @@ def allocation_function(allocation: Allocation, name: str) -> list[str]:
     numbers = {"rows": bounded.rows, "lower": bounded.lower, "upper": bounded.upper}
     numbers |= {"gains": laws.gains, "shifts": laws.shifts}
     found = [line for what, values in numbers.items() for line in array(f"{name}_{what}", values.ravel().tolist())]
-    sizes = {"ROWS": str(len(bounded.rows)), "COUNT": str(bounded.dimension), "LAWS": str(len(laws.shifts))}
-    text = _SMALLEST
-    for word, value in {**sizes, "TOLERATED": number(ROUNDING), "NAME": name}.items():
-        text = text.replace(word, value)
-    return [*found, "", *text.splitlines(), ""]
+    sizes = {"ROWS": len(bounded.rows), "COUNT": bounded.dimension, "LAWS": len(laws.shifts)}
+    return [*found, "", *_filled(_SMALLEST, NAME=name, TOLERATED=number(ROUNDING), **sizes)]
 
 
 _FUNCTIONS = frozenset({"exp", "log", "sqrt", "sin", "cos", "atan"})
@@ -338,14 +332,39 @@ static inline double NAME_rounded(NAME_time t)
 """
 
 
-def arithmetic(name: str) -> list[str]:
-    """Return the lines of arithmetic in twice the precision, and of times as exact sums."""
-    return [*f"{_PRODUCT}\n{_SUMS}".replace("NAME", name).splitlines(), ""]
+_BEYOND = {
+    "rest": """\
+    if (PREFIX_rounded(PREFIX_plus(t, LESS_FIRST)) < 0.0) t = (PREFIX_time){{FIRST}, 1};
+    if (PREFIX_rounded(PREFIX_plus(t, LESS_LAST)) > 0.0) t = (PREFIX_time){{LAST}, 1};
+""",
+    "period": """\
+    double turns = floor(PREFIX_rounded(PREFIX_plus(t, LESS_FIRST)) / PERIOD);
+    const double over = PREFIX_rounded(PREFIX_plus_product(PREFIX_plus(t, LESS_FIRST), -turns, PERIOD));
+    const double late = PREFIX_rounded(PREFIX_plus_product(PREFIX_plus(t, LESS_FIRST), -(turns + 1.0), PERIOD));
+    turns += (late >= 0.0) - (over < 0.0);
+    t = PREFIX_plus_product(t, -turns, PERIOD);
+""",
+    "end": "",
+}
+"""Lines that move t into the pieces, by what is beyond them."""
 
-
-def phase_function(period: float, name: str) -> list[str]:
-    """Return the lines of `static inline double name_phase(name_dd t)`, with the operations of `moved_back`."""
-    return [*f"{_PRODUCT}\n{_PHASE}".replace("NAME", name).replace("PERIOD", number(period)).splitlines(), ""]
+_PIECE = """\
+    int low = 0, high = COUNT;
+    while (high - low > 1) {
+        const int middle = low + (high - low) / 2;
+        if (PREFIX_rounded(PREFIX_plus(t, -NAME_breakpoints[middle])) < 0.0) high = middle;
+        else low = middle;
+    }
+    const double *const c = NAME_coefficients + WIDTH * low;
+    const PREFIX_time since = PREFIX_plus(t, -NAME_breakpoints[low]);
+    const double near = PREFIX_rounded(since);
+    const PREFIX_dd local = PREFIX_two_sum(near, PREFIX_rounded(PREFIX_plus(since, -near)));
+    PREFIX_dd value = {c[DEGREE], 0.0};
+    for (int j = BELOW; j >= 0; --j)
+        value = PREFIX_sum(PREFIX_product(value, local), (PREFIX_dd){c[j], 0.0});
+    return value;
+}
+"""
 
 
 def pieces_function(signal: PolynomialPieces, prefix: str, name: str) -> list[str]:
@@ -353,54 +372,19 @@ def pieces_function(signal: PolynomialPieces, prefix: str, name: str) -> list[st
 
     Bisection finds the breakpoint before t; then Horner's rule evaluates the piece.
     """
-    count, width = signal.coefficients.shape
-    return [
-        *array(f"{name}_breakpoints", signal.breakpoints.tolist()),
+    (count, width), ends = signal.coefficients.shape, signal.breakpoints
+    first, last = float(ends[0]), float(ends[-1])
+    found = [
+        *array(f"{name}_breakpoints", ends.tolist()),
         *array(f"{name}_coefficients", signal.coefficients.ravel().tolist()),
         "",
-        f"static inline {prefix}_dd {name}({prefix}_time t)",
-        "{",
-        *(f"    {line}" for line in _move_lines(signal, prefix)),
-        f"    int low = 0, high = {count};",
-        "    while (high - low > 1) {",
-        "        const int middle = low + (high - low) / 2;",
-        f"        if ({prefix}_rounded({prefix}_plus(t, -{name}_breakpoints[middle])) < 0.0) high = middle;",
-        "        else low = middle;",
-        "    }",
-        f"    const double *const c = {name}_coefficients + {width} * low;",
-        f"    const {prefix}_time since = {prefix}_plus(t, -{name}_breakpoints[low]);",
-        f"    const double near = {prefix}_rounded(since);",
-        f"    const {prefix}_dd local = {prefix}_two_sum(near, {prefix}_rounded({prefix}_plus(since, -near)));",
-        f"    {prefix}_dd value = {{c[{width - 1}], 0.0}};",
-        f"    for (int j = {width - 2}; j >= 0; --j)",
-        f"        value = {prefix}_sum({prefix}_product(value, local), ({prefix}_dd){{c[j], 0.0}});",
-        "    return value;",
-        "}",
-        "",
     ]
-
-
-def _move_lines(signal: PolynomialPieces, prefix: str) -> list[str]:
-    """Return the lines that move t into the pieces, according to `beyond`."""
-    first, last = float(signal.breakpoints[0]), float(signal.breakpoints[-1])
-    match signal.beyond:
-        case "rest":
-            return [
-                f"if ({prefix}_rounded({prefix}_plus(t, {number(-end)})) {sign} 0.0)"
-                f" t = ({prefix}_time){{{{{number(end)}}}, 1}};"
-                for end, sign in ((first, "<"), (last, ">"))
-            ]
-        case "period":
-            period, since = number(signal.period), f"{prefix}_plus(t, {number(-first)})"
-            return [
-                f"double turns = floor({prefix}_rounded({since}) / {period});",
-                f"const double over = {prefix}_rounded({prefix}_plus_product({since}, -turns, {period}));",
-                f"const double late = {prefix}_rounded({prefix}_plus_product({since}, -(turns + 1.0), {period}));",
-                "turns += (late >= 0.0) - (over < 0.0);",
-                f"t = {prefix}_plus_product(t, -turns, {period});",
-            ]
-        case "end":
-            return []
+    return found + _filled(
+        "static inline PREFIX_dd NAME(PREFIX_time t)\n{\n" + _BEYOND[signal.beyond] + _PIECE,
+        **{"PREFIX": prefix, "NAME": name, "COUNT": count, "WIDTH": width, "DEGREE": width - 1, "BELOW": width - 2},
+        **{"LESS_FIRST": number(-first), "FIRST": number(first), "LESS_LAST": number(-last), "LAST": number(last)},
+        PERIOD=number(signal.period) if signal.beyond == "period" else "",
+    )
 
 
 def precise_sum(functional: Functional, prefix: str) -> str:
@@ -419,12 +403,22 @@ def _numeral(value: Fraction, prefix: str) -> str:
     return f"({prefix}_dd){{{number(high)}, {number(float(value - Fraction(high)))}}}"
 
 
-_DEMANDS = """\
+_HEAD = """\
+#ifndef TRACKABLY_UPPER_H
+#define TRACKABLY_UPPER_H
+
+#include <float.h>
+#include <math.h>
+
 // IEEE doubles that are rounded to nearest after each operation, and a C library with exp, log, sin, cos, atan2 and pow
 // within 4 units in the last place: the bounds above cover this and no more. Fused multiplications round less often.
 #if FLT_RADIX != 2 || DBL_MANT_DIG != 53 || FLT_EVAL_METHOD != 0 || defined(__FAST_MATH__)
 #error "this reference is certified for IEEE double precision without fast-math"
 #endif
+
+#define UPPER_STATES STATE_COUNT
+#define UPPER_INPUTS INPUT_COUNT
+#define UPPER_SAMPLING_TIME SECONDS
 """
 
 
@@ -438,26 +432,15 @@ def header(proved: Proved, name: str) -> str:
     """Return the text of a header whose names begin with `name`. Raises as `ExportMixin.to_c`."""
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", text("to_c: name", name)):
         raise ValueError(f"to_c: name must be an identifier in C, such as axis, got {name!r}")
-    reference = proved.reference
-    guard = f"TRACKABLY_{name.upper()}_H"
+    plant = proved.reference.plant
+    sizes = {"STATE_COUNT": len(plant.system.states), "INPUT_COUNT": len(plant.system.inputs)}
     parts = [
         *_story(proved, name),
-        f"#ifndef {guard}",
-        f"#define {guard}",
-        "",
-        "#include <float.h>",
-        "#include <math.h>",
-        "",
-        *_DEMANDS.splitlines(),
-        "",
-        f"#define {name.upper()}_STATES {len(reference.plant.system.states)}",
-        f"#define {name.upper()}_INPUTS {len(reference.plant.system.inputs)}",
-        f"#define {name.upper()}_SAMPLING_TIME {number(reference.plant.sampling_time)}",
-        "",
-        *_signals(reference, name),
-        *_values(reference, name),
+        *_filled(_HEAD, UPPER=name.upper(), SECONDS=number(plant.sampling_time), **sizes),
+        *_signals(proved.reference, name),
+        *_values(proved.reference, name),
         *_guarded_functions(proved, name),
-        f"#endif // {guard}",
+        f"#endif // TRACKABLY_{name.upper()}_H",
     ]
     return "\n".join(parts) + "\n"
 
@@ -477,7 +460,10 @@ def _story(proved: Proved, name: str) -> list[str]:
         "By how much values with bounds differ from exact ones at most, which keep the bounds with as much to spare:",
         *(f"  {quantity}: {error:.3g}" for quantity, error in certificate.evaluation_error.items()),
         "",
-        *(f"x[{i}] {state}{_turning(reference, i)}" for i, state in enumerate(system.states)),
+        *(
+            f"x[{i}] {state}{', an angle in (-pi, pi]: add whole turns' * (i in reference.plant.angles)}"
+            for i, state in enumerate(system.states)
+        ),
         *(f"u[{i}] {given}" for i, given in enumerate(system.inputs)),
     ]
     if isinstance(certificate.claim, Instants):
@@ -496,20 +482,15 @@ def _at_ends(certificate: Certificate) -> list[str]:
     ]
 
 
-def _turning(reference: Reference, state: int) -> str:
-    return ", an angle in (-pi, pi]: add whole turns" if state in reference.plant.angles else ""
-
-
 def _signals(reference: Reference, name: str) -> list[str]:
     """Return the functions name_z0, … of the signals, of a double or of an exact time; and name_smallest."""
-    found = arithmetic(name) if reference.pieces else []
+    found = _filled(f"{_PRODUCT}\n{_SUMS}", NAME=name) if reference.pieces else []
     for c, pieces in enumerate(reference.pieces):
         found += pieces_function(pieces, name, f"{name}_z{c}")
-    if not reference.pieces:
-        for c, signal in enumerate(reference.kernel_sums):
-            found += kernel_sum_function(signal, f"{name}_z{c}")
+    for c, signal in enumerate(() if reference.pieces else reference.kernel_sums):
+        found += kernel_sum_function(signal, f"{name}_z{c}")
     if reference.period:
-        found += phase_function(reference.period, name)
+        found += _filled(f"{_PRODUCT}\n{_PHASE}", NAME=name, PERIOD=number(reference.period))
     allocation = reference.plant.allocation
     return [*found, *allocation_function(allocation, name)] if allocation else found
 
@@ -531,47 +512,57 @@ def _values(reference: Reference, name: str) -> list[str]:
     if reference.plant.allocation is not None:
         body.append(f"{name}_smallest(u);")
     time = f"{name}_time" if reference.pieces else "double"
-    return [f"static inline void {name}_values({time} t, double *x, double *u)", *_block(body)]
+    return [
+        f"static inline void {name}_values({time} t, double *x, double *u)",
+        "{",
+        *(f"    {line}" for line in body),
+        "}",
+        "",
+    ]
+
+
+_AT = """\
+static inline int NAME_at(double t, double *x, double *u)
+{
+REFUSAL
+    NAME_values(TIME, x, u);
+    return 0;
+}
+"""
+
+_STEP = """\
+static inline int NAME_step(long long k, double *x, double *u)
+{
+    const double t = (double)k * SECONDS;
+REFUSAL
+    NAME_values(TIME, x, u);
+    return 0;
+}
+"""
 
 
 def _guarded_functions(proved: Proved, name: str) -> list[str]:
     reference, certificate = proved.reference, proved.certificate
-    step = number(reference.plant.sampling_time)
     at_t, at_step = "t", "t"
     if reference.pieces:
-        at_t, at_step = (
-            f"({name}_time){{{{t}}, 1}}",
-            f"{name}_plus_product(({name}_time){{{{0.0}}, 1}}, (double)k, {step})",
-        )
+        at_t, at_step = "(NAME_time){{t}, 1}", "NAME_plus_product((NAME_time){{0.0}, 1}, (double)k, SECONDS)"
     elif reference.period:
-        at_t, at_step = (
-            f"{name}_phase(({name}_dd){{t, 0.0}})",
-            f"{name}_phase({name}_two_product((double)k, {step}))",
-        )
-    at, by = (
-        [*_refusal_lines(certificate, tolerance), f"{name}_values({time}, x, u);", "return 0;"]
-        for time, tolerance in ((at_t, _tolerance_of_times(certificate)), (at_step, certificate.time_tolerance))
-    )
-    found = [f"static inline int {name}_at(double t, double *x, double *u)", *_block(at)]
-    if isinstance(certificate.claim, Instants):  # between instants nothing is proved
-        found = []
-    by = [f"const double t = (double)k * {step};", *by]
-    return [*found, f"static inline int {name}_step(long long k, double *x, double *u)", *_block(by)]
+        at_t, at_step = "NAME_phase((NAME_dd){t, 0.0})", "NAME_phase(NAME_two_product((double)k, SECONDS))"
+    tolerance = certificate.time_tolerance
+    # Of times other than steps the tolerance is not zero for polynomial pieces, whose proof includes it. Between
+    # instants nothing is proved.
+    of_times = [(_AT, at_t, tolerance if reference.pieces else 0.0)]
+    found = []
+    for template, time, of in [*of_times[isinstance(certificate.claim, Instants) :], (_STEP, at_step, tolerance)]:
+        text = template.replace("TIME", time).replace("REFUSAL", _refusal(certificate, of))
+        found += _filled(text, NAME=name, SECONDS=number(reference.plant.sampling_time))
+    return found
 
 
-def _refusal_lines(certificate: Certificate, tolerance: float) -> list[str]:
+def _refusal(certificate: Certificate, tolerance: float) -> str:
     """Return the lines that refuse a time t which is not proved, with a tolerance of `tolerance` |t|."""
     first, last = certificate.claim.span
     ends = [f"t >= {number(first)}{' - tolerance' * bool(tolerance)}"] if math.isfinite(first) else []
     ends += [f"t <= {number(last)}{' + tolerance' * bool(tolerance)}"] if math.isfinite(last) else []
-    refused = f"if (!({' && '.join([*ends, f'fabs(t) <= {number(certificate.last_time)}'])})) return 1;"
-    return [f"const double tolerance = fabs(t) * {number(tolerance)};", refused] if ends and tolerance else [refused]
-
-
-def _tolerance_of_times(certificate: Certificate) -> float:
-    """Return the tolerance of times other than steps. It is not zero for polynomial pieces, whose proof includes it."""
-    return certificate.time_tolerance if certificate.reference.pieces else 0.0
-
-
-def _block(body: list[str]) -> list[str]:
-    return ["{", *(f"    {line}" for line in body), "}", ""]
+    tolerated = f"    const double tolerance = fabs(t) * {number(tolerance)};\n" if ends and tolerance else ""
+    return f"{tolerated}    if (!({' && '.join([*ends, f'fabs(t) <= {number(certificate.last_time)}'])})) return 1;"

@@ -119,7 +119,9 @@ uint32 nanosec
 
 def write_yaml(proved: Proved, path: Path | str, joints: Joints, first: int | None, count: int | None) -> Path:
     """Write the message as YAML, one point a line, for `ros2 topic pub`."""
-    return put_yaml(joint_trajectory(proved, joints, first, count), path, _story(proved))
+    return put_yaml(
+        joint_trajectory(proved, joints, first, count), path, [NAME, *proved.certificate.explanation.splitlines()]
+    )
 
 
 def put_yaml(trajectory: JointTrajectory, path: Path | str, story: Sequence[str]) -> Path:
@@ -162,10 +164,6 @@ def put_mcap(trajectory: JointTrajectory, path: Path | str, topic: str, stamp: i
         writer.add_metadata("trackably", dict(said))
     write_atomically(file := new_file("to_ros2", path), content.getvalue())
     return file
-
-
-def _story(proved: Proved) -> list[str]:
-    return [NAME, *proved.certificate.explanation.splitlines()]
 
 
 def _flow(value: Any) -> str:

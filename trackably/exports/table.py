@@ -20,9 +20,14 @@ _TIME = "time"
 def columns(proved: Proved, first: int | None, count: int | None, units: Units | None) -> dict[str, Array]:
     """Return time, states and inputs at steps, by the headings of their columns, such as `position [m]`.
 
-    ValueError: a unit is given for a name that is neither a state nor an input, or a step is not proved.
+    ValueError: a unit is empty, has brackets, or is given for a name that is neither a state nor an input, or a step is
+    not proved. TypeError: a unit is no text.
     """
-    given = _check_units(units or {}, proved)
+    given = units or {}
+    require_known("units", given, proved)
+    for name, unit in given.items():
+        if not text(f"units: {name}", unit).strip() or set(unit) & set('[]"\r\n'):
+            raise ValueError(f"units: expected a unit such as m/s for {name}, got {unit!r}")
     steps = chosen_steps(proved, first, count)
     values = values_at(proved, steps)
     found = {f"{_TIME} [s]": proved.reference.instants(steps)}
@@ -67,12 +72,3 @@ def write_parquet(proved: Proved, path: Path | str, first: int | None, count: in
 
 def _head(name: str, units: Units) -> str:
     return f"{name} [{units[name]}]" if name in units else name
-
-
-def _check_units(units: Units, proved: Proved) -> Units:
-    """Return units. TypeError: one is no text. ValueError: one is empty or has brackets, or its name is unknown."""
-    require_known("units", units, proved)
-    for name, unit in units.items():
-        if not text(f"units: {name}", unit).strip() or set(unit) & set('[]"\r\n'):
-            raise ValueError(f"units: expected a unit such as m/s for {name}, got {unit!r}")
-    return units

@@ -3,7 +3,7 @@
 import hashlib
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
@@ -60,27 +60,23 @@ class Row:
         files: Mapping[str, str],
     ) -> "Row":
         """Return the row of a reference with a proof."""
-        row = cls(
+        of_function = {
+            name: getattr(reference, name)
+            for name in ("method", "objective", "price", "unconstrained_misfit")
+            if isinstance(reference, TrackableReference)
+        }
+        return cls(
             name,
             "proved",
             reference.certificate.explanation,
             request,
             sum(map(len, reference.samples)),
-            STREAM,
             misfit=reference.misfit,
             hyperparameters=reference.hyperparameters,
             fingerprint=reference.fingerprint,
             questions=questions,
             files=files,
-        )
-        if isinstance(reference, StreamReference):
-            return row
-        return replace(
-            row,
-            method=reference.method,
-            objective=reference.objective,
-            price=reference.price,
-            unconstrained_misfit=reference.unconstrained_misfit,
+            **{"method": STREAM, **of_function},
         )
 
     def columns(self) -> dict[str, str | float | int | None]:

@@ -70,7 +70,10 @@ class Request:
     def __post_init__(self) -> None:
         if self.learn not in _KNOWN:
             raise TypeError(f"learn: expected learn_reference or learn_stream, got {short(self.learn)}")
-        _refuse_options(self.options, self.learn)
+        try:
+            inspect.signature(self.learn).bind("samples", "plant", "kernel", "claim", **self.options)
+        except TypeError as error:
+            raise TypeError(f"learn_many: {self.learn.__name__}: {error}") from None
         _ = self._shared  # found now, to raise its error before anything is learned
 
     @cached_property
@@ -94,14 +97,6 @@ class Request:
     def learn_from(self, samples: Samples | Mapping[str, Samples]) -> Learned:
         """Return the reference of one recording. Raises and warns as `learn` does."""
         return self.learn(samples, self.plant, self.kernel, self.claim, progress=False, **self.options)
-
-
-def _refuse_options(options: Mapping[str, object], learn: Learn) -> None:
-    """Raise TypeError for an option that `learn` does not take, and for a missing one."""
-    try:
-        inspect.signature(learn).bind("samples", "plant", "kernel", "claim", **options)
-    except TypeError as error:
-        raise TypeError(f"learn_many: {learn.__name__}: {error}") from None
 
 
 def _plain(value: object) -> Any:
@@ -172,8 +167,8 @@ def _questions() -> Iterator[list[str]]:
     """Collect the sentences of the library's warnings; issue other warnings as usual."""
     asked: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", DoubtfulInputWarning)
-        warnings.simplefilter("always", IgnoresSamplesWarning)
+        for ours in _OURS:
+            warnings.simplefilter("always", ours)
         yield asked
         asked += [str(each.message) for each in caught if isinstance(each.message, _OURS)]
     for each in caught:

@@ -14,10 +14,9 @@ from trackably.errors import InputError
 from trackably.extras import optional
 from trackably.files import path_of
 from trackably.gp.samples import Samples
-from trackably.recordings import csv_file, parquet_file
 from trackably.recordings.clocks import Clock, Origin
-from trackably.recordings.csv_file import PLAIN, CsvLayout, csv_reading
-from trackably.recordings.parquet_file import parquet_reading
+from trackably.recordings.csv_file import PLAIN, CsvLayout, csv_table
+from trackably.recordings.parquet_file import parquet_table
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
 from trackably.recordings.tables import Cells, Column, TableReading, path_given, recording_of
@@ -50,7 +49,11 @@ def recordings_in(where: Path | str, read: Callable[[Path], Measured]) -> tuple[
     """
     where = path_of("recordings_in", where)
     folder, pattern = (where, "*") if where.is_dir() else _split_pattern(where)
-    found = sorted(path for path in folder.glob(pattern) if path.is_file() and not _is_hidden(path.relative_to(folder)))
+    found = sorted(
+        path
+        for path in folder.glob(pattern)
+        if path.is_file() and not any(part.startswith(".") for part in path.relative_to(folder).parts)
+    )
     if not found:
         raise InputError(f"{where}: there is no such file")
     short = [path.relative_to(folder).with_suffix("").as_posix() for path in found]
@@ -64,10 +67,6 @@ def _split_pattern(pattern: Path) -> tuple[Path, str]:
     parts = pattern.parts
     first = next((i for i, part in enumerate(parts) if any(mark in part for mark in "*?[")), len(parts) - 1)
     return Path(*parts[:first]), str(Path(*parts[first:]))
-
-
-def _is_hidden(path: Path) -> bool:
-    return any(part.startswith(".") for part in path.parts)
 
 
 def _measured_values(measured: Measured) -> Measured:
@@ -120,8 +119,7 @@ def parts_of_csv(
     The file is read once, here; workers convert its cells to numbers. InputError: the file is unreadable, lacks a
     column, or a row has no name.
     """
-    reading = csv_reading(path, time, time_unit, signals, layout, repairs, origin)
-    return _parts(reading, csv_file.read_cells(path_given(path), layout, [*dict.fromkeys((*reading.names, by))]), by)
+    return _parts(*csv_table(path, time, time_unit, signals, layout, repairs, origin, also=[by]), by)
 
 
 def parts_of_parquet(
@@ -137,8 +135,7 @@ def parts_of_parquet(
 
     InputError: the file is unreadable, lacks a column, or a row has no name; or pyarrow is not installed.
     """
-    reading = parquet_reading(path, time, time_unit, signals, repairs, origin)
-    return _parts(reading, parquet_file.read_cells(path_given(path), [*dict.fromkeys((*reading.names, by))]), by)
+    return _parts(*parquet_table(path, time, time_unit, signals, repairs, origin, also=[by]), by)
 
 
 def topics_of(
@@ -161,19 +158,17 @@ def topics_of(
     if not names:
         wanted = " and ".join(field.topic for field in signals.values())
         raise InputError(f"{path}: there are no topics {wanted}; there are {', '.join(topics)}")
-    return tuple(
-        Source(name, partial(read_mcap, path, _fields_by_name(signals, name), tuple(repairs), origin)) for name in names
-    )
+
+    def fields(name: str) -> dict[str, Field]:
+        return {signal: replace(field, topic=field.topic.replace(_NAME, name)) for signal, field in signals.items()}
+
+    return tuple(Source(name, partial(read_mcap, path, fields(name), tuple(repairs), origin)) for name in names)
 
 
 def _names(pattern: str, topics: Sequence[str]) -> list[str]:
     before, after = map(re.escape, pattern.split(_NAME))
     matches = (re.fullmatch(f"{before}(.+){after}", topic) for topic in topics)
     return [match[1] for match in matches if match]
-
-
-def _fields_by_name(signals: Mapping[str, Field], name: str) -> dict[str, Field]:
-    return {signal: replace(field, topic=field.topic.replace(_NAME, name)) for signal, field in signals.items()}
 
 
 def _parts(reading: TableReading, cells: Cells, by: str) -> tuple[Source, ...]:

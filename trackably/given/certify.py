@@ -9,7 +9,6 @@ from math import inf, nextafter
 from typing import Any
 
 import numpy as np
-from numpy.polynomial import Polynomial
 
 from trackably.arguments import instance
 from trackably.arrays import Array
@@ -23,7 +22,7 @@ from trackably.certificates.sketch import times_to_look_at
 from trackably.checker.certificate import AllPhases, AllTimes, Claim, Window
 from trackably.checker.piecewise import keeps
 from trackably.checker.subject import Functional, Pieces
-from trackably.given.conversion import Interpolation, as_pieces, is_flat_trajectory, repeats, states_as_pieces
+from trackably.given.conversion import Interpolation, as_pieces, is_flat_trajectory, repeats, shift, states_as_pieces
 from trackably.gp.stencil import Stencil
 from trackably.proved import ProvedReference
 from trackably.systems.constrained import ConstrainedSystem
@@ -55,7 +54,7 @@ def flat_output(curve: PolynomialPieces, stencil: Stencil, order: int, step: flo
     if curve.beyond == "period":
         ends = _repeating(curve, delay)
     elif curve.beyond == "end":
-        coefficients[0] = _shift(coefficients[0], float(curve.breakpoints[0] - ends[0]))
+        coefficients[0] = shift(coefficients[0], curve.breakpoints[0] - ends[0])
         ends[0] = curve.breakpoints[0]
         ends[-1] = max(ends[-1], nextafter(nextafter(curve.breakpoints[-1] + order * step, inf), inf))
     coefficients[:, 0] -= stencil.offset / gain
@@ -72,20 +71,12 @@ def _repeating(curve: PolynomialPieces, delay: float) -> Array:
     return ends if exact and np.all(np.diff(ends) > 0) else curve.breakpoints
 
 
-def _shift(coefficients: Array, by: float) -> Array:
-    """Return the coefficients of p(t + by)."""
-    moved = Polynomial(coefficients)(Polynomial([by, 1.0])).coef if by else coefficients
-    return np.asarray(np.pad(moved, (0, len(coefficients) - len(moved))))
-
-
-def distance(
-    curve: PolynomialPieces, output: PolynomialPieces, stencil: Stencil, reference: Reference, claim: Claim
-) -> float:
-    """Return the largest distance between the stencil's values and the curve at the times of a claim, rounded up.
+def distance(curve: PolynomialPieces, output: PolynomialPieces, stencil: Stencil, certificate: Certificate) -> float:
+    """Return the largest distance between the stencil's values and the curve at the times of the claim, rounded up.
 
     The distance is sought in float64, and then verified by the checker's arithmetic.
     """
-    first, last = claim.span
+    reference, (first, last) = certificate.reference, certificate.claim.span
     start = max(first, 0.0) if curve.beyond != "end" else first
     end = last if last < inf else max(float(z.breakpoints[-1]) for z in (curve, output))
     if curve.beyond == "period":
@@ -212,10 +203,10 @@ def certify(
 
     """
     given = Given.of(trajectory, plant, claim, interpolation)
-    outcome = judge(given.prove())
+    outcome = given.prove(given.reference)
     if not isinstance(outcome, Certificate):
         return outcome
-    return CertifiedReference(given.reference, outcome, given.off(outcome))
+    return CertifiedReference(outcome.reference, outcome, given.off(outcome))
 
 
 @dataclass(frozen=True)
@@ -242,12 +233,16 @@ class Given:
             )
         wanted = None if claim is None else as_claim(claim)
         named = _by_name(trajectory, plant, wanted.span if isinstance(wanted, Window) else None)
-        if wanted is None and all(map(repeats, named.values())):
+        is_periodic = all(map(repeats, named.values()))
+        if wanted is None and is_periodic:
             wanted = AllPhases()
-        beyond = _beyond(wanted, named)
+        beyond: Beyond = "end" if wanted is None or isinstance(wanted, Window) else "rest"
+        if isinstance(wanted, AllPhases) or (isinstance(wanted, AllTimes) and is_periodic):
+            beyond = "period"
         stencils = stencils_by_name(plant, named)
         curves = {name: as_pieces(curve, beyond, interpolation, plant.sampling_time) for name, curve in named.items()}
-        return cls({name: curves[name] for name in stencils}, stencils, plant, beyond, _window(wanted, curves))
+        window = _window(wanted, curves) if beyond == "end" else None
+        return cls({name: curves[name] for name in stencils}, stencils, plant, beyond, window)
 
     @property
     def signals(self) -> tuple[PolynomialPieces, ...]:
@@ -278,22 +273,21 @@ class Given:
         last = max(last, self.plant.sampling_time)  # a motion that ends before t = 0 is at rest at all claimed times
         return max(0.0, first - _LEAD * (last - max(0.0, first))), last
 
-    def prove(self) -> Outcome:
-        """Prove the claim about the reference. ValueError: the claim does not fit the curves."""
-        return prove_on_window(self.reference, *self.window.span) if self.window else prove(self.reference)
+    def prove(self, reference: Reference) -> Outcome:
+        """Prove the claim about a reference, as the checker accepts it. ValueError: the claim does not fit it."""
+        return judge(prove_on_window(reference, *self.window.span) if self.window else prove(reference))
 
     def off(self, certificate: Certificate) -> dict[str, float]:
-        """Return the distances of states from the given curves, by name."""
-        reference = self.reference
+        """Return the distances of the states of a proved reference from the given curves, by name."""
         return {
-            name: distance(curve, signal, self.stencils[name], reference, certificate.claim)
-            for (name, curve), signal in zip(self.curves.items(), reference.pieces, strict=True)
+            name: distance(curve, signal, self.stencils[name], certificate)
+            for (name, curve), signal in zip(self.curves.items(), certificate.reference.pieces, strict=True)
         }
 
 
 def _by_name(trajectory: Any, plant: ConstrainedSystem, span: tuple[float, float] | None) -> dict[str, Any]:
     if is_flat_trajectory(trajectory):
-        states = dict(zip(plant.system.states, states_as_pieces(trajectory, "end", span), strict=True))
+        states = dict(zip(plant.system.states, states_as_pieces(trajectory, span), strict=True))
         first = [sampled_names(plant, signal)[0] for signal in range(plant.signal_count)]
         return {name: states[name] for name in first if name in states}
     if isinstance(trajectory, Mapping):
@@ -301,18 +295,7 @@ def _by_name(trajectory: Any, plant: ConstrainedSystem, span: tuple[float, float
     return {default_sample(plant): trajectory}
 
 
-def _beyond(claim: Claim | None, named: Mapping[str, Any]) -> Beyond:
-    match claim:
-        case AllTimes():
-            return "period" if all(map(repeats, named.values())) else "rest"
-        case AllPhases():
-            return "period"
-    return "end"
-
-
-def _window(claim: Claim | None, curves: Mapping[str, PolynomialPieces]) -> Window | None:
-    if isinstance(claim, AllTimes | AllPhases):
-        return None
+def _window(claim: Claim | None, curves: Mapping[str, PolynomialPieces]) -> Window:
     firsts, lasts = ([float(curve.breakpoints[i]) for curve in curves.values()] for i in (0, -1))
     start, end = claim.span if claim else (max(firsts), min(lasts))
     if not (max(firsts) <= start < end <= min(lasts)):

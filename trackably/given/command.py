@@ -5,9 +5,8 @@ FILE holds a system with its sets, in the form of params.yaml, and TABLE rows of
 
 import sys
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -39,11 +38,12 @@ def run(given: Namespace) -> int:
     try:
         plant = read_plant(given.system)
         with progress_bar("certify"):
-            answer = _of_curves(given, plant) if given.interpolation else _of_rows(given, plant)
+            answer = _answer(given, plant)
         print(answer.explanation)
+        code, save = _code_and_save(answer)
         if given.save:
-            _save(answer, given.save)
-        return _code(answer)
+            save(given.save)
+        return code
     except (InputError, ValueError) as error:
         print(f"error: {error}", file=sys.stderr)
     except OSError as error:
@@ -51,35 +51,25 @@ def run(given: Namespace) -> int:
     return UNUSABLE
 
 
-def _of_rows(given: Namespace, plant: ConstrainedSystem) -> Answer:
+def _answer(given: Namespace, plant: ConstrainedSystem) -> Answer:
+    if given.interpolation:
+        return certify(read_columns(given.table).samples(plant), plant, given.claim, given.interpolation)
     if given.claim:
         raise InputError("--claim needs an --interpolation: rows alone say nothing about other times")
     return certify_table(read_columns(given.table).table(plant), plant, given.tolerance)
 
 
-def _of_curves(given: Namespace, plant: ConstrainedSystem) -> Answer:
-    return certify(read_columns(given.table).samples(plant), plant, given.claim, given.interpolation)
-
-
-def _save(answer: Answer, path: Path) -> None:
-    """Write a proof or a counterexample; write nothing if there is neither. Raises OSError."""
+def _code_and_save(answer: Answer) -> tuple[int, Callable[[Path], object]]:
+    """Return the exit code, and what writes a proof or a counterexample, or nothing if there is neither."""
     match answer:
         case CertifiedReference() | CertifiedTable():
-            answer.save_certificate(path)
+            return PROVED, answer.save_certificate
         case RefutedTable():
-            answer.save_counterexample(path)
+            return REFUTED, answer.save_counterexample
         case Counterexample():
-            write_atomically(new_file("--save", path), accepted_file(answer))
-
-
-def _code(answer: Answer) -> int:
-    match answer:
-        case CertifiedReference() | CertifiedTable():
-            return PROVED
-        case RefutedTable() | Counterexample():
-            return REFUTED
+            return REFUTED, lambda path: write_atomically(new_file("--save", path), accepted_file(answer))
         case Unproved():
-            return UNDECIDED
+            return UNDECIDED, lambda _: None
 
 
 _PARTS = ("system", "state_set", "input_set")
@@ -96,7 +86,11 @@ def read_plant(path: Path) -> ConstrainedSystem:
             raise ValueError(f"lacks {missing[0]}; null says that nothing is bounded")
         system = read_part(content, "system", system_of)
         sides = (("state_set", len(system.states)), ("input_set", len(system.inputs)))
-        return ConstrainedSystem(system, *(read_part(content, name, partial(_set, size)) for name, size in sides))
+        sets = (
+            Polytope([], [], [], size) if content[name] is None else read_part(content, name, set_of)
+            for name, size in sides
+        )
+        return ConstrainedSystem(system, *sets)
     except (TypeError, ValueError) as error:
         raise InputError(f"{path}: {error}") from error
 
@@ -108,10 +102,6 @@ def _content(path: Path) -> object:
         return from_json(read_bytes(path))
     except ValueError as error:
         raise ValueError(f"{error}; YAML is read from files named .yaml or .yml") from error
-
-
-def _set(size: int, written: object) -> Polytope:
-    return Polytope([], [], [], size) if written is None else set_of(written)
 
 
 _STEPS, _TIMES = ("k", "step"), ("t", "time")

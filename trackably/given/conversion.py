@@ -2,7 +2,8 @@
 trajectories of python-control.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import pairwise
 from reprlib import repr as short
 from typing import Any, Literal, get_args
@@ -31,7 +32,7 @@ def is_flat_trajectory(given: Any) -> bool:
     return all(hasattr(given, name) for name in ("basis", "coeffs", "flaglen", "eval"))
 
 
-def states_as_pieces(given: Any, beyond: Beyond, span: tuple[float, float] | None) -> list[PolynomialPieces]:
+def states_as_pieces(given: Any, span: tuple[float, float] | None) -> list[PolynomialPieces]:
     """Return all states of a flat trajectory, from zero, or its first breakpoint, to the end of its basis.
 
     If a basis has no breakpoints and its T is the default, 1 s, the end of the trajectory is unknown: then the
@@ -39,10 +40,10 @@ def states_as_pieces(given: Any, beyond: Beyond, span: tuple[float, float] | Non
 
     ValueError: states are no polynomials, because the system is not linear, or a span is needed but missing.
     """
-    ends = np.unique(np.asarray(_ends(given.basis, span), dtype=float))
+    ends = np.unique(_ends(given.basis, span))
     nodes = np.cos(np.pi * np.arange(2 * given.basis.N + 1) / (2 * given.basis.N))[::-1] / 2 + 0.5
     rows = [_fit_pieces(given, start, end, nodes) for start, end in pairwise(ends.tolist())]
-    return [PolynomialPieces(ends, [row[i] for row in rows], beyond) for i in range(given.nstates)]
+    return [PolynomialPieces(ends, [row[i] for row in rows], "end") for i in range(given.nstates)]
 
 
 def _ends(basis: Any, span: tuple[float, float] | None) -> Sequence[float]:
@@ -72,6 +73,15 @@ def _fit_pieces(given: Any, start: float, end: float, nodes: Array) -> Array:
     if not missed <= _MISSED * max(float(size), 1e-30):
         raise ValueError(f"trajectory: states are no polynomials of degree {degree}: they are {missed:.3g} off")
     return np.asarray(found / width ** np.arange(degree + 1))
+
+
+def shift(c: Array, by: Array | float) -> Array:
+    """Return the coefficients of p(t + by), along the last axis; `by` broadcasts with the other axes."""
+    found = c.copy()
+    for i in range(c.shape[-1] - 1):
+        for k in range(c.shape[-1] - 2, i - 1, -1):
+            found[..., k] += by * found[..., k + 1]
+    return found
 
 
 Interpolation = Literal["linear", "cubic", "quintic", "pchip", "akima"]
@@ -117,14 +127,13 @@ def as_pieces(
 
 def _samples(given: Any, step: float | None) -> tuple[Array, Array]:
     if isinstance(given, Samples):
-        return np.asarray(given.times), given.values
+        return given.times, given.values
     if callable(given) or isinstance(given, str):
         raise TypeError(f"trajectory: expected {_ACCEPTED}, got {short(given)}")
     values = numbers("trajectory", given)
     if values.ndim != 1 or step is None:
         raise TypeError(f"trajectory: expected {_ACCEPTED}, got an array of shape {values.shape}")
-    samples = Samples(np.arange(len(values), dtype=float) * step, values)
-    return np.asarray(samples.times), samples.values
+    return _samples(Samples(np.arange(len(values), dtype=float) * step, values), step)
 
 
 def interpolate(times: Array, values: Array, how: Interpolation | None, beyond: Beyond) -> Any:
@@ -138,24 +147,20 @@ def interpolate(times: Array, values: Array, how: Interpolation | None, beyond: 
         raise ValueError(f"interpolation: samples need one of {', '.join(get_args(Interpolation))}, got {how!r}")
     if len(values) < (fewest := _FREE_QUINTIC if (how, beyond) == ("quintic", "end") else 2):
         raise ValueError(f"interpolation: {how} needs {fewest} samples at least, got {len(values)}")
+    flat: Any = [(1, 0.0), (2, 0.0)]
+    cubic, quintic = {
+        "rest": ("clamped", (flat, flat)),
+        "period": ("periodic", "periodic"),
+        "end": ("not-a-knot", None),
+    }[beyond]
+    makers: dict[str, Callable[..., Any]] = {
+        "linear": partial(make_interp_spline, k=1),
+        "cubic": partial(CubicSpline, bc_type=cubic),
+        "quintic": partial(make_interp_spline, k=5, bc_type=quintic),
+        "pchip": PchipInterpolator,
+        "akima": Akima1DInterpolator,
+    }
     try:
-        return _interpolate(times, values, how, beyond)
+        return makers[how](times, values)
     except ValueError as error:  # of SciPy: a period that is not closed, for example
         raise ValueError(f"interpolation: {how} of {len(values)} samples: {error}") from error
-
-
-def _interpolate(times: Array, values: Array, how: Interpolation, beyond: Beyond) -> Any:
-    ends: Any = {"rest": "clamped", "period": "periodic", "end": "not-a-knot"}[beyond]
-    match how:
-        case "cubic":
-            return CubicSpline(times, values, bc_type=ends)
-        case "quintic":
-            flat = [(1, 0.0), (2, 0.0)]
-            conditions: Any = (flat, flat) if beyond == "rest" else "periodic" if beyond == "period" else None
-            return make_interp_spline(times, values, k=5, bc_type=conditions)
-        case "linear":
-            return make_interp_spline(times, values, k=1)
-        case "pchip":
-            return PchipInterpolator(times, values)
-        case "akima":
-            return Akima1DInterpolator(times, values)

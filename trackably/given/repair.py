@@ -14,11 +14,9 @@ from scipy.interpolate import BSpline
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import Written
-from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.certificates.prove import prove, prove_on_window
 from trackably.control.programs import Program
-from trackably.given.certify import CertifiedReference, Given, RepairDistance, distance
+from trackably.given.certify import CertifiedReference, Given, RepairDistance
 from trackably.given.conversion import Interpolation, as_pieces
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.pieces import PolynomialPieces
@@ -220,21 +218,19 @@ def repair(
     if start not in get_args(Start):
         raise ValueError(f"repair: start must be one of {', '.join(get_args(Start))}, got {start!r}")
     given = Given.of(trajectory, plant, claim, interpolation)
-    outcome = judge(given.prove())
+    outcome = given.prove(given.reference)
     if isinstance(outcome, Certificate):
         nowhere = {name: RepairDistance(0.0, 0.0) for name in given.curves}
-        return CertifiedReference(given.reference, outcome, given.off(outcome), nowhere)
+        return CertifiedReference(outcome.reference, outcome, given.off(outcome), nowhere)
     near = Nearest.of(given, _start_states(given) if start == "given" else None)
     times = near.instants
     for backoff in _BACKOFFS:
         coefficients, times = _solve(near, times, backoff)
         if coefficients is None:
             return outcome if isinstance(outcome, Unproved) else _not_found(outcome, backoff, near)
-        reference = Reference(near.signals(coefficients), plant)
-        found = judge(prove_on_window(reference, *given.window.span) if given.window else prove(reference))
-        if isinstance(found, Certificate):
-            return CertifiedReference(reference, found, {}, _distances(given, reference, found))
-        outcome = found
+        outcome = given.prove(Reference(near.signals(coefficients), plant))
+        if isinstance(outcome, Certificate):
+            return CertifiedReference(outcome.reference, outcome, {}, _distances(given, outcome))
     return outcome
 
 
@@ -274,12 +270,10 @@ def _not_found(broken: Counterexample, backoff: float, near: Nearest) -> Unprove
     return Unproved(broken.quantity, broken.bounds, (broken.time, broken.time), broken.violation, reason)
 
 
-def _distances(given: Given, reference: Reference, certificate: Certificate) -> dict[str, RepairDistance]:
-    """Return the distances of the given states from those of a reference."""
+def _distances(given: Given, certificate: Certificate) -> dict[str, RepairDistance]:
+    """Return the distances of the given states from those of a proved reference."""
     times, found = np.linspace(*given.span, 20_001), {}
-    for (name, curve), signal in zip(given.curves.items(), reference.pieces, strict=True):
-        stencil = given.stencils[name]
-        apart = stencil.measured(signal, times) - curve(times)
-        most = distance(curve, signal, stencil, reference, certificate.claim)
+    for (name, most), signal in zip(given.off(certificate).items(), certificate.reference.pieces, strict=True):
+        apart = given.stencils[name].measured(signal, times) - given.curves[name](times)
         found[name] = RepairDistance(most, float(np.sqrt(np.mean(apart**2))))
     return found

@@ -1,16 +1,13 @@
 """Tables of states and inputs at the steps: bounds and dynamics are proved at these instants, but not between them."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import partial
 from math import inf, nextafter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from trackably.arguments import instance, numbers, real, whole
+from trackably.arguments import array, instance, positive, whole
 from trackably.arrays import Array, ArrayLike
 from trackably.certificates.judge import judged_file
 from trackably.certificates.outcome import Unproved
@@ -42,15 +39,12 @@ class Table:
         def __init__(self, states: ArrayLike, inputs: ArrayLike, first_step: int = 0) -> None: ...
 
     def __post_init__(self) -> None:
-        x, u = numbers("table: states", self.states), numbers("table: inputs", self.inputs)
+        x, u = array("table: states", self.states, None, None), array("table: inputs", self.inputs, None, None)
         whole("table: first_step", self.first_step)
-        if x.ndim != 2 or u.ndim != 2 or len(x) < 2 or len(u) not in (len(x), len(x) - 1):
+        if len(x) < 2 or len(u) not in (len(x), len(x) - 1):
             raise ValueError(f"table: expected a row for each step, got states of shape {x.shape}, inputs {u.shape}")
-        if not (np.all(np.isfinite(x)) and np.all(np.isfinite(u))):
-            raise ValueError("table: states and inputs must be finite")
-        for name, array in (("states", x), ("inputs", u)):
-            array.flags.writeable = False
-            object.__setattr__(self, name, array)
+        object.__setattr__(self, "states", x)
+        object.__setattr__(self, "inputs", u)
 
     @property
     def last_step(self) -> int:
@@ -143,12 +137,11 @@ def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> C
     ValueError: the table does not fit the plant, or the tolerance is not positive.
     """
     tolerance = _check(table, plant, tolerance)
-    refuted = partial(_make_refuted, table, plant, tolerance)
     try:
         read = read_table(CertifiedTable(table, plant, tolerance, tolerance).content)
     except UnreadableError as error:
         return _make_unproved(plant, table.first_step, tolerance, inf, f"the checker does not read it: {error}")
-    broken, defect = list(_find_violations(read, plant, refuted)), Fraction(0)
+    broken, defect = list(_find_violations(read, plant)), Fraction(0)
     for k in range(len(table.states) - 1):
         try:
             apart = _defects(read, k)
@@ -160,9 +153,11 @@ def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> C
                 what = (
                     f"the system leads to another {name} than that of the next step, beyond the tolerance {tolerance!r}"
                 )
-                broken.append((float(by) / tolerance, refuted(k, what, by, "dynamics", i)))
+                broken.append((float(by) / tolerance, k, what, by, "dynamics", i))
     if broken:
-        return _judge(max(broken, key=lambda found: found[0])[1])
+        _, k, what, by, part, i = max(broken, key=lambda found: found[0])
+        step, below = table.first_step + k, max(nextafter(float(by), 0.0), _SMALLEST)
+        return _judge(RefutedTable(step, step * plant.sampling_time, what, below, part, i, table, plant, tolerance))
     if defect > Fraction(tolerance):
         short = float(defect - Fraction(tolerance))
         return _make_unproved(plant, table.first_step, tolerance, short, "the tolerance is next to what f leads to")
@@ -187,12 +182,10 @@ def _judge(found: CertifiedTable | RefutedTable) -> CertifiedTable | RefutedTabl
 def _check(table: Table, plant: ConstrainedSystem, tolerance: float) -> float:
     instance("certify_table: table", table, Table, "a Table")
     instance("certify_table: plant", plant, ConstrainedSystem, "a ConstrainedSystem")
-    if not (tolerance := real("certify_table: tolerance", tolerance)) > 0:
-        raise ValueError(f"certify_table: tolerance must be positive, got {tolerance}")
     wanted, given = (len(plant.system.states), len(plant.system.inputs)), (table.states.shape[1], table.inputs.shape[1])
     if wanted != given:
         raise ValueError(f"table: expected {wanted[0]} states and {wanted[1]} inputs, got {given[0]} and {given[1]}")
-    return tolerance
+    return positive("certify_table: tolerance", tolerance)
 
 
 def _make_unproved(plant: ConstrainedSystem, step: int, tolerance: float, short: float, reason: str) -> Unproved:
@@ -201,9 +194,9 @@ def _make_unproved(plant: ConstrainedSystem, step: int, tolerance: float, short:
 
 
 def _find_violations(
-    table: checked.Table, plant: ConstrainedSystem, refuted: Callable[..., RefutedTable]
-) -> Iterator[tuple[float, RefutedTable]]:
-    """Yield violations of bounds, each with its size relative to the width."""
+    table: checked.Table, plant: ConstrainedSystem
+) -> Iterator[tuple[float, int, str, Fraction, Part, int]]:
+    """Yield violations of bounds: size relative to the width, row, sentence, size, part and index."""
     sides: tuple[tuple[Part, Side, tuple[tuple[float, ...], ...], Polytope], ...] = (
         ("states", "state", table.states, table.state_set),
         ("inputs", "input", table.inputs, table.input_set),
@@ -215,7 +208,7 @@ def _find_violations(
                 value = value_of_row(bound, row)
                 if (by := max(Fraction(bound.lower) - value, value - Fraction(bound.upper))) > 0:
                     what = f"the {limit.name} breaks {limit.bounds.exactly}"
-                    yield float(by) / limit.bounds.width, refuted(k, what, by, part, i)
+                    yield float(by) / limit.bounds.width, k, what, by, part, i
 
 
 def _defects(table: checked.Table, row: int) -> list[tuple[Fraction, Fraction]]:
@@ -223,11 +216,8 @@ def _defects(table: checked.Table, row: int) -> list[tuple[Fraction, Fraction]]:
 
     Raises UndefinedError.
     """
-    found = differences(table, row)
-    if isinstance(found, str):
-        raise UndefinedError(found)
     try:
-        return [(apart, apart) if isinstance(apart, Fraction) else _ends(apart) for apart in found]
+        return [(a, a) if isinstance(a, Fraction) else _ends(a) for a in differences(table, row)]
     except OverflowError:
         why = "its formula is too large for float64, or divides by something that may be zero"
         raise UndefinedError(why) from None
@@ -235,10 +225,3 @@ def _defects(table: checked.Table, row: int) -> list[tuple[Fraction, Fraction]]:
 
 def _ends(apart: Real) -> tuple[Fraction, Fraction]:
     return Fraction(max(nextafter(float(apart.a), -inf), 0.0)), Fraction(nextafter(float(apart.b), inf))
-
-
-def _make_refuted(
-    table: Table, plant: ConstrainedSystem, tolerance: float, row: int, what: str, by: Fraction, part: Part, index: int
-) -> RefutedTable:
-    step, below = table.first_step + row, max(nextafter(float(by), 0.0), _SMALLEST)
-    return RefutedTable(step, step * plant.sampling_time, what, below, part, index, table, plant, tolerance)

@@ -23,23 +23,7 @@ import scipy
 
 from trackably.arrays import Array
 
-_MOST_STEPS = 30  # for each unknown: a step makes one positive or zero, and some need several steps
-
-
-def nonnegative_least_squares(matrix: Array, aim: Array) -> Array:
-    """Return argmin ‖A x − b‖ over x ≥ 0, shape (n,), for `matrix` A (m, n) and `aim` b (m,).
-
-    Uses the active-set method of C. L. Lawson and R. J. Hanson, Solving Least Squares Problems (1974), chapter 23.
-    Raises LinAlgError if the method does not end, because rounding makes it cycle.
-    """
-    steps = _MOST_STEPS * matrix.shape[1]
-    try:
-        found, _ = scipy.optimize.nnls(matrix, aim, maxiter=steps)
-    except RuntimeError as error:
-        raise np.linalg.LinAlgError(f"the active-set method does not end in {steps} steps") from error
-    return np.asarray(found)
-
-
+_MOST_STEPS = 30  # for each wall: a step makes one positive or zero, and some need several steps
 _HELD = 1e-9  # a wall closer than this counts as touched
 
 
@@ -56,7 +40,11 @@ def least_norm(normals: Array, offsets: Array) -> Array | None:
             return None
         walls.append(worst)
         system, target = np.vstack([normals[walls].T, -offsets[walls]]), np.append(np.zeros(len(w)), 1.0)
-        pushes = np.array(walls)[nonnegative_least_squares(system, target) > 0]
+        try:
+            found, _ = scipy.optimize.nnls(system, target, maxiter=_MOST_STEPS * len(walls))
+        except RuntimeError as error:
+            raise np.linalg.LinAlgError("the active-set method does not end, as rounding makes it cycle") from error
+        pushes = np.array(walls)[found > 0]
         w = np.linalg.lstsq(normals[pushes], -offsets[pushes])[0]
     return w
 
@@ -145,19 +133,20 @@ class BoundedNormal:
         """
         arrived_at, which = np.empty_like(w), np.arange(len(w))
         for _ in range(_MOST_REFLECTIONS):
-            free, wall = self.next_wall(w, v)
+            free, wall = self._next_wall(w, v)
             c, s = (of(np.minimum(free, left))[:, None] for of in (np.cos, np.sin))
             w, v, arrives = c * w + s * v, c * v - s * w, free >= left
             arrived_at[which[arrives]] = w[arrives]
             if arrives.all():
                 return arrived_at
             which, left, w, normal = which[~arrives], (left - free)[~arrives], w[~arrives], self.normals[wall[~arrives]]
-            v = reflect(v[~arrives], normal)
+            v = v[~arrives]
+            v -= 2 * np.sum(v * normal, axis=1)[:, None] * normal  # the reflection
         raise NoRoom(
             f"a draw takes over {_MOST_REFLECTIONS} reflections: the bounds are too close together, or too unlikely"
         )
 
-    def next_wall(self, w: Array, v: Array) -> tuple[Array, npt.NDArray[np.intp]]:
+    def _next_wall(self, w: Array, v: Array) -> tuple[Array, npt.NDArray[np.intp]]:
         """Return the time at which each particle leaves the region, infinity if never, and the wall
         that it crosses: (P,) both.
 
@@ -175,8 +164,3 @@ class BoundedNormal:
         times[p, j] = np.where((rate < 0) & (t > np.pi), 0.0, t)
         first = np.argmin(times, axis=1)
         return times[np.arange(len(first)), first], first
-
-
-def reflect(v: Array, normal: Array) -> Array:
-    """Return velocities (P, r) after reflections at walls with these normals (P, r)."""
-    return np.asarray(v - 2 * np.sum(v * normal, axis=1)[:, None] * normal)

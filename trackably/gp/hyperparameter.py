@@ -6,7 +6,7 @@ value with the interval. Only this type says which hyperparameters are learned.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Self, overload
 
@@ -120,19 +120,16 @@ def with_value(stored: float, value: float) -> float:
     return Learned(value, stored.interval) if isinstance(stored, Learned) else float(value)
 
 
-def with_next(stored: float, values: Iterator[float]) -> float:
-    """Return a learned hyperparameter with the next of the values, unchecked; return a known one as it is."""
-    return Learned(next(values), stored.interval) if isinstance(stored, Learned) else stored
-
-
 def amplitude(scales: Scales) -> Search:
     """Search for a standard deviation of the signal; it may have to become small until a reference is feasible."""
-    return Search(*_times(scales.amplitude, (1e-12, 1e3), (0.1, 10.0)))
+    size = scales.amplitude
+    return Search((1e-12 * size, 1e3 * size), (0.1 * size, 10.0 * size))
 
 
 def noise(scales: Scales) -> Search:
     """Search for the standard deviation of noise."""
-    return Search(*_times(scales.amplitude, (1e-4, 1e1), (1e-2, 1.0)))
+    size = scales.amplitude
+    return Search((1e-4 * size, 1e1 * size), (1e-2 * size, size))
 
 
 def duration(scales: Scales) -> Search:
@@ -159,10 +156,6 @@ def repetition(scales: Scales) -> Search:
 def tail_weight(_: Scales) -> Search:
     """Search for the shape of a rational quadratic kernel, which has no unit."""
     return Search((0.1, 1e4), (0.3, 30.0))
-
-
-def _times(scale: float, bounds: Interval, starts: Interval) -> tuple[Interval, Interval]:
-    return (bounds[0] * scale, bounds[1] * scale), (starts[0] * scale, starts[1] * scale)
 
 
 def _is_positive(given: object) -> bool:

@@ -1,6 +1,6 @@
 """Several processes, each with samples of its own, that are learned together."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -68,36 +68,31 @@ class JointPrior:
 
         For a shared hyperparameter, the samples of the first process are used.
         """
-        place = self.learned.index(name)
-        process = next(i for i, places in enumerate(self.places) if place in places)
-        part = self.parts[process]
-        return part.search(part.learned[self.places[process].index(place)], scales[process])
+        every = zip(self._named, scales, strict=True)
+        return next(
+            part.search(own, of)
+            for (process, part), of in every
+            for own in part.learned
+            if self.name_of(process, own) == name
+        )
 
     def with_log_hyperparameters(self, log_theta: Array) -> Self:
         """Return the prior at ln θ of the learned hyperparameters, shape (p,): the inverse of `log_hyperparameters`."""
-        values = np.exp(log_theta).tolist()
-        if len(values) != len(self.learned):
-            raise ValueError(f"prior: expected {len(self.learned)} logarithms, got {len(values)}")
-        parts = [
-            part.with_learned([values[place] for place in places])
-            for part, places in zip(self.parts, self.places, strict=True)
-        ]
-        return self.with_parts(tuple(parts))
-
-    def with_parts(self, parts: tuple[Prior, ...]) -> Self:
-        """Return the joint prior with other priors of the processes.
-
-        The same hyperparameters must be learned in them.
-        """
-        moved = object.__new__(type(self))
-        # Names do not depend on values: keep them, so that an optimiser does not check and compute them at every step.
-        vars(moved).update(parts=parts, names=self.names, shared=self.shared)
-        vars(moved).update(learned=self.learned, places=self.places)
+        values = dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True))
+        moved = self.with_parts(
+            part.with_hyperparameters({name: values[self.name_of(process, name)] for name in part.learned})
+            for process, part in self._named
+        )
+        vars(moved).update(learned=self.learned, places=self.places)  # an optimiser need not compute names at each step
         return moved
+
+    def with_parts(self, parts: Iterable[Prior]) -> Self:
+        """Return the joint prior with other priors of the processes."""
+        return type(self)(tuple(parts), self.names, self.shared)
 
     def as_known(self) -> Self:
         """Return the joint prior with every hyperparameter known at its current value."""
-        return type(self)(tuple(part.as_known() for part in self.parts), self.names, self.shared)
+        return self.with_parts(part.as_known() for part in self.parts)
 
     @cached
     def places(self) -> tuple[list[int], ...]:
@@ -137,8 +132,6 @@ class JointPosterior:
 
     def negative_log_marginal_likelihood(self) -> tuple[float, Array]:
         """Return the sum of l over the processes, and ∂/∂ln θ of the learned hyperparameters, shape (p,)."""
-        if len(self.parts) == 1:
-            return self.parts[0].negative_log_marginal_likelihood()
         total, gradient = 0.0, np.zeros(len(self.prior.learned))
         for part, places in zip(self.parts, self.prior.places, strict=True):
             value, by_own = part.negative_log_marginal_likelihood()
@@ -149,8 +142,6 @@ class JointPosterior:
     @property
     def information(self) -> Array:
         """The average information about ln θ of the learned hyperparameters, shape (p, p): see `Posterior`."""
-        if len(self.parts) == 1:
-            return self.parts[0].information
         total = np.zeros((len(self.prior.learned), len(self.prior.learned)))
         for part, places in zip(self.parts, self.prior.places, strict=True):
             total[np.ix_(places, places)] += part.information
@@ -159,9 +150,8 @@ class JointPosterior:
     def with_likeliest_means(self, between: Sequence[tuple[float, float] | None]) -> "JointPosterior":
         """Return the posterior with each prior mean at its most likely value in its interval; None keeps a mean."""
         pairs = zip(self.parts, between, strict=True)
-        parts = tuple(part if ends is None else part.with_likeliest_mean(*ends) for part, ends in pairs)
-        prior = self.prior.with_parts(tuple(part.prior for part in parts))
-        moved = JointPosterior(prior, self.samples)
+        parts = tuple(part.with_likeliest_mean(*ends) if ends else part for part, ends in pairs)
+        moved = JointPosterior(self.prior.with_parts(part.prior for part in parts), self.samples)
         vars(moved)["parts"] = parts  # with their factorisations, which do not depend on the means
         return moved
 
@@ -169,18 +159,11 @@ class JointPosterior:
         """Return the variance of Σ_c Σ_j w_cj g_c(t + j step), from pairs (c, w_c), at t [s]: the shape of t."""
         return np.asarray(sum((self.parts[c].variance_of(w, step, t) for c, w in weights), np.zeros(())))
 
-    def jet_and_gradient(self, process: int, t: Array, order: int) -> tuple[Array, Array]:
-        """Return the jet of one process, and its ∂/∂ln θ of all learned hyperparameters: (p, order + 1, *t.shape)."""
-        found = self.jets(process, t, order)
-        return found[0], found[1:]
-
     def jets(self, process: int, t: Array, order: int) -> Array:
-        """Return the jet and the gradient of `jet_and_gradient` in one array, jet first: shape
-        (1 + p, order + 1, *t.shape).
+        """Return the mean of one process with its time derivatives, and their ∂/∂ln θ of all learned hyperparameters,
+        as `Posterior.jets` does: shape (1 + p, order + 1, *t.shape).
         """
         own = self.parts[process].jets(t, order)
-        if len(self.parts) == 1:
-            return own
         found = np.zeros((1 + len(self.prior.learned), *own.shape[1:]))
         found[0] = own[0]
         found[1:][self.prior.places[process]] = own[1:]

@@ -10,11 +10,11 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.cached import cached
 from trackably.gp.factorise import factorise, factorise_kinds, noise_variance
-from trackably.gp.factors.factorisation import Factorisation, in_blocks
+from trackably.gp.factors.factorisation import Factorisation
 from trackably.gp.prior import Prior
 from trackably.gp.rows import RowKernel
 from trackably.gp.samples import Samples
-from trackably.gp.signal import KernelSum
+from trackably.gp.signal import KernelSum, in_blocks
 from trackably.gp.stencil import Stencils
 
 _LOG_TAU = math.log(math.tau)
@@ -61,23 +61,12 @@ class Posterior:
     def variance_of(self, weights: Array, step: float, t: Array) -> Array:
         """Return the variance of Σ_j w_j g(t + j step), with weights (J,) and step [s], at t [s]: the shape of t."""
         width = 4 * len(weights) * len(self.samples.centres)
-        function = partial(self._variance_of, weights, step)
-        (variance,) = in_blocks(function, np.asarray(t, dtype=float), width)
-        return variance
-
-    def mean_gradient(self, t: Array) -> Array:
-        """Return ∂m⁺(t)/∂ln θ of the learned hyperparameters: shape (p, *t.shape)."""
-        return np.asarray(self.jets(t, 0)[1:, 0])
-
-    def jet_and_gradient(self, t: Array, order: int) -> tuple[Array, Array]:
-        """Return m⁺ and ∂m⁺/∂ln θ of `jets`: shapes (order + 1, *t.shape) and (p, order + 1, *t.shape)."""
-        found = self.jets(t, order)
-        return found[0], found[1:]
+        return in_blocks(partial(self._variance_of, weights, step), np.asarray(t, dtype=float), width)
 
     def jets(self, t: Array, order: int) -> Array:
         """Return m⁺ and its ∂/∂ln θ_j, with time derivatives up to `order`: shape (1 + p, order + 1, *t.shape)."""
         width = (order + 1) * self._weights_and_gradient.size
-        return in_blocks(partial(self._jets, order), np.asarray(t, dtype=float), width)[0]
+        return in_blocks(partial(self._jets, order), np.asarray(t, dtype=float), width)
 
     def negative_log_marginal_likelihood(self) -> tuple[float, Array]:
         """Return l(θ) = ln|A| + (y − m)ᵀ A⁻¹ (y − m) + n ln 2π with A = K + σ_n² I, and ∂l/∂ln θ of shape (p,).
@@ -111,7 +100,7 @@ class Posterior:
 
     def covariance_with(self, rows: RowKernel) -> Array:
         """Return the covariance of rows and the n samples: shape (rows, n)."""
-        return self._by_sample(rows.across(self.samples.centres))
+        return self.samples.stencil.combine(rows.across(self.samples.centres))
 
     def solve(self, right: Array) -> Array:
         """Return A⁻¹ r with A = K + σ_n² I, for one r of shape (n,), or for the columns of an (n, m)."""
@@ -126,8 +115,8 @@ class Posterior:
 
     def with_kernels(self, own: Array, t: Array, weights: Array) -> KernelSum:
         """Return m + Σ_i w_i κ(·, S_i) + Σ_p u_p κ(·, t_p) with w = `own` of the samples, u = `weights` at t [s]."""
-        some, own = weights != 0, self.samples.stencil.spread(self._factored.weights_at_centres(own))
-        centres, together = np.concatenate([self._kernel_centres, t[some]]), np.concatenate([own, weights[some]])
+        some, own = weights != 0, self.samples.stencil.spread(own)
+        centres, together = np.concatenate([self.samples.centres, t[some]]), np.concatenate([own, weights[some]])
         return KernelSum.of_terms(self.prior.kernel, self.prior.mean, centres, together)
 
     @cached
@@ -197,22 +186,18 @@ class Posterior:
         """y minus the prior mean of the samples, shape (n,)."""
         return self.samples.values - self.samples.stencil.at_rest(self.prior.mean)
 
-    def _variance_of(self, weights: Array, step: float, t: Array) -> tuple[Array]:
+    def _variance_of(self, weights: Array, step: float, t: Array) -> Array:
         kernel = self.prior.kernel
         shifts = step * np.arange(len(weights))
         covariances = kernel(t[..., None, None] + shifts[:, None] - self.samples.centres)
-        cross = self._by_sample(weights @ covariances)
+        cross = self.samples.stencil.combine(weights @ covariances)
         columns = cross.reshape(-1, len(self.samples)).T
         explained = np.sum(cross * self._factored.solve(columns).T.reshape(cross.shape), axis=-1)
         before = weights @ kernel(shifts[:, None] - shifts) @ weights
-        return (np.maximum(before - explained, 0.0),)
+        return np.asarray(np.maximum(before - explained, 0.0))
 
-    def _by_sample(self, covariances: Array) -> Array:
-        """Combine covariances (…, centres) with the sample centres to those with the samples: shape (…, n)."""
-        return self.samples.stencil.combine(covariances)
-
-    def _jets(self, order: int, t: Array) -> tuple[Array]:
-        kernel, r, weights = self.prior.kernel, t[..., None] - self._kernel_centres, self._weights_and_gradient
+    def _jets(self, order: int, t: Array) -> Array:
+        kernel, r, weights = self.prior.kernel, t[..., None] - self.samples.centres, self._weights_and_gradient
         if order:
             jet, by_theta = kernel.jet_and_gradient(r, order)
         else:
@@ -220,9 +205,9 @@ class Posterior:
             jet, by_theta = value[None], slopes[:, None]
         sums = weights.dot(jet.reshape(-1, weights.shape[1]).T).reshape(len(weights), *jet.shape[:-1])
         sums[0, 0] += self.prior.mean
-        of_kernel = self.prior.places_of_kernel  # the noise, which follows, moves the weights only
+        of_kernel = self.prior.places[self.prior.places < len(by_theta)]  # the noise moves the weights only
         sums[1 : 1 + len(of_kernel)] += by_theta.dot(weights[0])[of_kernel]
-        return (sums,)
+        return np.asarray(sums)
 
     @cached
     def _factored(self) -> Factorisation:
@@ -238,24 +223,14 @@ class Posterior:
         return found
 
     @cached
-    def _kernel_centres(self) -> Array:
-        """The centres [s] of the kernels in the posterior mean, shape (m,)."""
-        times = self._factored.centres(self.samples.times)
-        return self.samples.centres if times is self.samples.times else self.samples.stencil.centres(times)
-
-    @cached
     def _weights_and_gradient(self) -> Array:
         """c and ∂c/∂ln θ_j = −A⁻¹ ∂A c of the learned hyperparameters, at the centres: shape (1 + p, m)."""
         moved, _ = self._moved_weights
-        together = np.concatenate([self.weights[None], -moved.T])
-        return self.samples.stencil.spread(self._factored.weights_at_centres(together))
+        return self.samples.stencil.spread(np.concatenate([self.weights[None], -moved.T]))
 
     @cached
     def _moved_weights(self) -> tuple[Array, Array]:
         """A⁻¹ ∂A c and ∂A c of the learned hyperparameters: shapes (n, p) and (p, n)."""
-        c, of_kernel = self.weights, self.prior.places_of_kernel
-        by_theta = np.empty((len(self.prior.places), len(c)))
-        by_theta[: len(of_kernel)] = self._factored.gradient_times(c)[of_kernel]
-        if len(of_kernel) < len(by_theta):  # the noise is learned
-            by_theta[-1] = 2 * noise_variance(self.prior, self.samples) * c
+        by_noise = 2 * noise_variance(self.prior, self.samples) * self.weights
+        by_theta = np.vstack([self._factored.gradient_times(self.weights), by_noise])[self.prior.places]
         return self._factored.solve(by_theta.T), by_theta

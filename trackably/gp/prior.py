@@ -1,9 +1,7 @@
 """The prior of one process: mean, kernel and noise, with hyperparameters that are known or learned."""
 
-import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -11,16 +9,8 @@ import numpy.typing as npt
 
 from trackably.arguments import real
 from trackably.arrays import Array
-from trackably.gp.hyperparameter import (
-    Hyperparameter,
-    Learned,
-    Scales,
-    Search,
-    as_learned,
-    noise,
-    with_next,
-    with_value,
-)
+from trackably.cached import cached
+from trackably.gp.hyperparameter import Hyperparameter, Learned, Scales, Search, as_learned, noise, with_value
 from trackably.gp.kernels.base import Kernel
 
 NOISE = "noise_std"
@@ -46,20 +36,16 @@ class Prior:
         """All hyperparameters by name, in natural units, known ones included; the noise is the last."""
         return {**self.kernel.hyperparameters, NOISE: self.noise_std}
 
-    @cached_property
+    @cached
     def learned(self) -> tuple[str, ...]:
         """Names of the hyperparameters that are learned, in the order of every gradient."""
         return tuple(name for name, value in self.hyperparameters.items() if isinstance(value, Learned))
 
-    @cached_property
+    @cached
     def places(self) -> npt.NDArray[np.intp]:
         """The indices of the learned hyperparameters among all, shape (p,)."""
-        return np.flatnonzero([isinstance(value, Learned) for value in self.hyperparameters.values()])
-
-    @cached_property
-    def places_of_kernel(self) -> npt.NDArray[np.intp]:
-        """The indices of the kernel's learned hyperparameters among all; the noise is not included."""
-        return self.places[self.places < len(self.kernel.hyperparameters)]
+        values = self.hyperparameters.values()
+        return np.array([place for place, value in enumerate(values) if isinstance(value, Learned)], dtype=np.intp)
 
     @property
     def log_hyperparameters(self) -> Array:
@@ -88,26 +74,13 @@ class Prior:
         """Return the prior with these values; learned hyperparameters stay learned."""
         own = {name: v for name, v in values.items() if name != NOISE}
         kernel = self.kernel.with_hyperparameters(own) if own else self.kernel
-        return type(self)(kernel, with_value(self.noise_std, values.get(NOISE, self.noise_std)), self.mean)
-
-    def with_learned(self, values: Sequence[float]) -> Self:
-        """Return the prior with these values of the learned hyperparameters, in the order of every gradient.
-
-        ValueError: the number of values is wrong, or one is not positive.
-        """
-        if len(values) != len(self.learned):
-            raise ValueError(f"prior: expected {len(self.learned)} hyperparameters, got {len(values)}")
-        for place, value in enumerate(values):
-            if not 0 < value < math.inf:
-                raise ValueError(f"prior: {self.learned[place]} must be a positive number, got {value!r}")
-        following = iter(values)
-        kernel, noise_std = self.kernel.moved(following), with_next(self.noise_std, following)
-        moved = object.__new__(type(self))
-        # Names do not depend on values: keep them, so that an optimiser does not compute them at every step.
-        vars(moved).update(kernel=kernel, noise_std=noise_std, mean=self.mean)
-        vars(moved).update(learned=self.learned, places=self.places, places_of_kernel=self.places_of_kernel)
+        moved = type(self)(kernel, with_value(self.noise_std, values.get(NOISE, self.noise_std)), self.mean)
+        vars(moved).update(learned=self.learned, places=self.places)  # names do not depend on values
         return moved
 
     def with_log_hyperparameters(self, log_theta: Array) -> Self:
-        """Return the prior at ln θ of the learned hyperparameters, shape (p,): the inverse of `log_hyperparameters`."""
-        return self.with_learned(np.exp(log_theta).tolist())
+        """Return the prior at ln θ of the learned hyperparameters, shape (p,): the inverse of `log_hyperparameters`.
+
+        ValueError: the number of logarithms is wrong, or a hyperparameter is not positive and finite.
+        """
+        return self.with_hyperparameters(dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True)))

@@ -7,7 +7,6 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.cached import cached
 from trackably.gp.joint import JointPosterior
-from trackably.gp.posterior import Posterior
 from trackably.gp.row_system import RowSystem
 from trackably.gp.rows import RowKernel, Rows, row_kernel
 from trackably.gp.signal import KernelSum
@@ -31,9 +30,11 @@ class RowPosterior:
     @cached
     def covariance(self) -> Array:
         """K⁺_ab = L_a L_b κ⁺, shape (n, n)."""
-        each = zip(self.posterior.parts, self._kernels, self._across, strict=True)
-        parts = (self._covariance(*of_process) for of_process in each)
-        return np.asarray(sum(parts, np.zeros((len(self.rows), len(self.rows)))))
+        total = np.zeros((len(self.rows), len(self.rows)))
+        for part, kernel, across in zip(self.posterior.parts, self._kernels, self._across, strict=True):
+            own = kernel.among() - across @ part.solve(across.T)
+            total += (own + own.T) / 2
+        return total
 
     def signals(self, multipliers: Array) -> tuple[KernelSum, ...]:
         """Return m⁺ + Σ_a ν_a κ⁺(·, L_a) of each process as a sum of kernels, for multipliers ν of shape (n,)."""
@@ -78,27 +79,10 @@ class RowPosterior:
         """The covariances of rows and samples, process by process."""
         return tuple(part.covariance_with(k) for part, k in zip(self.posterior.parts, self._kernels, strict=True))
 
-    def _covariance(self, part: Posterior, kernel: RowKernel, across: Array) -> Array:
-        covariance = kernel.among() - _product(across, part.solve(across.T))
-        return np.asarray((covariance + covariance.T) / 2)
-
 
 _MANY = 400  # rows: for fewer, their dense covariance takes less time
 
 
 def has_system(posterior: JointPosterior, count: int) -> bool:
     """Whether so many rows are solved for together with samples: of one process, whose kernel is a sum of decays."""
-    return count >= _MANY and len(posterior.parts) == 1 and bool(posterior.prior.parts[0].kernel.gradient_decays)
-
-
-_AT_ONCE = 64  # rows
-
-
-def _product(across: Array, solved: Array) -> Array:
-    """Return the product of (n, m) and (m, n), without the samples that have no covariance with neighbouring rows."""
-    found = np.empty((len(across), len(across)))
-    for start in range(0, len(across), _AT_ONCE):
-        some = across[start : start + _AT_ONCE]
-        near = np.flatnonzero(np.any(some, axis=0))
-        found[start : start + _AT_ONCE] = some[:, near] @ solved[near]
-    return found
+    return count >= _MANY and len(posterior.parts) == 1 and bool(posterior.prior.parts[0].kernel.decays)

@@ -1,11 +1,10 @@
 """Rows: finitely many linear functionals of the processes, each a weighted sum of values at shifted times."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from math import factorial
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -13,8 +12,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from trackably.arrays import Array
 from trackably.cached import cached
-from trackably.gp.factors.factorisation import in_blocks
 from trackably.gp.kernels.base import Kernel, sum_by_moments
+from trackably.gp.signal import in_blocks
 
 
 @dataclass(frozen=True)
@@ -79,10 +78,6 @@ class Terms:
         np.minimum.at(first, self.of_row, self.times)
         return np.where(np.isfinite(first), first, 0.0)
 
-    def absolute(self, count: int) -> Array:
-        """Return Σ_p |w_p| of each row, shape (count,)."""
-        return np.bincount(self.of_row, np.abs(self.weights), count).astype(float)
-
 
 @dataclass(frozen=True)
 class Rows:
@@ -113,55 +108,6 @@ class Rows:
         """Return q (n,) for given signals, one for each process."""
         parts = (terms.summed(g(terms.times), len(self)) for g, terms in zip(signals, self.terms, strict=True))
         return np.asarray(sum(parts, self.offsets))
-
-
-# Long matrices of covariances, evaluated only where two times are within the kernel's reach of each other.
-
-Places = npt.NDArray[np.intp]
-
-_SHORT = 2**18  # entries: for fewer, one call is as fast as several
-_PARTS = 4  # a reach is long if the times span less than four times the reach
-
-
-class Nearby(NamedTuple):
-    """The indices of some times of a first array that are close together, and of those in a
-    second array within their reach.
-    """
-
-    first: Places
-    second: Places
-
-
-def nearby(first: Array, second: Array, reach: float) -> list[Nearby] | None:
-    """Return groups of indices that contain all pairs of times [s] within `reach` [s], for times
-    of shapes (m,) and (n,).
-
-    Groups also contain some pairs that are further apart. None if groups would save nothing: arrays are short, or the
-    reach is long.
-    """
-    if len(first) * len(second) < _SHORT or not _PARTS * reach < np.ptp(first):
-        return None
-    return list(_groups(first, second, reach))
-
-
-def assemble(groups: list[Nearby], shape: tuple[int, int], entries: Callable[[Places, Places], Array]) -> Array:
-    """Return the matrix with these `entries` in all groups and zeros elsewhere."""
-    found = np.zeros(shape)
-    for of_first, of_second in groups:
-        found[np.ix_(of_first, of_second)] = entries(of_first, of_second)
-    return found
-
-
-def _groups(first: Array, second: Array, reach: float) -> Iterator[Nearby]:
-    """Divide the first times into groups that span at most half the reach, and yield each with
-    the second times in reach.
-    """
-    in_order, other_order = np.argsort(first, kind="stable"), np.argsort(second, kind="stable")
-    times, others = first[in_order], second[other_order]
-    group = np.floor((times - times[0]) / (reach / 2))
-    for part in np.split(np.arange(len(times)), np.flatnonzero(np.diff(group)) + 1):
-        lower, upper = np.searchsorted(others, [times[part[0]] - reach, times[part[-1]] + reach]).tolist()
-        yield Nearby(in_order[part], other_order[lower:upper])
 
 
 # Covariances of rows, and how they move with the hyperparameters: by sums over terms, or by Taylor's series.
@@ -220,31 +166,16 @@ def row_kernel(kernel: Kernel, terms: Terms, count: int) -> RowKernel:
     first = terms.first_times(count)
     after = terms.times - first[terms.of_row]
     moments = terms.summed(after[:, None] ** np.arange(_LONGEST) / _FACTORIALS, count)
-    spread = _standard_deviations(kernel)
+    spread = np.sqrt(np.abs(kernel.jet(np.zeros(()), 2 * _LONGEST - 2)[::2]))  # of the derivatives g⁽ⁿ⁾
     sizes = np.abs(moments) * spread
     row = np.max(sizes, axis=1)
-    error = _EPS * (terms.absolute(count) * spread[0]) ** 2
+    error = _EPS * (np.bincount(terms.of_row, np.abs(terms.weights), count) * spread[0]) ** 2
     if np.all(error <= _LARGEST_ERROR * row**2):
         return direct
     needed = np.flatnonzero(np.any(sizes > _NEGLIGIBLE * row[:, None], axis=0))
     if needed[-1] == _LONGEST - 1:  # the series does not end: h is not small compared with the correlation time
         return direct
     return Taylor(kernel, first, moments[:, : needed[-1] + 1])
-
-
-@lru_cache(maxsize=8)
-def _standard_deviations(kernel: Kernel) -> Array:
-    """Return the standard deviations of the derivatives g⁽ⁿ⁾ for n < _LONGEST."""
-    return np.sqrt(np.abs(kernel.jet(np.zeros(()), 2 * _LONGEST - 2)[::2]))
-
-
-@lru_cache(maxsize=8)
-def _nodes(kernel: Kernel) -> tuple[Array, Array, Array]:
-    """Return nodes k H [s], factors that scale moments, and the matrix that maps weights to scaled moments."""
-    powers = np.arange(_NODES)
-    nodes = np.asarray((powers - _NODES // 2) * (_APART * kernel.correlation_time), dtype=float)
-    scale = nodes[-1] ** -powers
-    return nodes, scale, scale[:, None] * (nodes ** powers[:, None] / _FACTORIALS[:_NODES, None])
 
 
 @dataclass(frozen=True)
@@ -260,46 +191,24 @@ class Direct(RowKernel):
         return self.terms
 
     def among(self) -> Array:
-        if groups := nearby(self._first, self._first, self._reach):
-            return assemble(groups, (self.count, self.count), self._among)
         times = self.terms.times
-        (across,) = in_blocks(lambda t: (self._across(t),), times, len(times))
-        return self.terms.summed(across.T, self.count)
+        return self.terms.summed(in_blocks(self.across, times, len(times)).T, self.count)
 
     def across(self, t: Array) -> Array:
-        if groups := nearby(self._first, t, self._reach):
-            return assemble(groups, (self.count, len(t)), lambda rows, at: self._those(rows)._across(t[at]))
-        return self._across(t)
-
-    def _among(self, rows: Places, others: Places) -> Array:
-        own = self._those(rows)
-        return own.terms.summed(self._those(others)._across(own.terms.times).T, own.count)
-
-    def _across(self, t: Array) -> Array:
         return self.terms.summed(self.kernel(self.terms.times[:, None] - t), self.count)
 
-    def _those(self, rows: Places) -> "Direct":
-        """Return the rows with these indices, in this order."""
-        places = np.full(self.count, -1)
-        places[rows] = np.arange(len(rows))
-        return Direct(self.kernel, self.terms.renumber(places), len(rows))
-
     def among_gradient(self, multipliers: Array) -> Array:
-        t, u = self._weigh(multipliers)
-        return self._form_gradient(t, u, t, u)
+        own = self._weigh(multipliers)
+        return self._form_gradient(*own, *own)
 
     def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
-        times, u = self._weigh(multipliers)
-        distance = self.kernel.negligible_distance
-        if not self.kernel.gradient_decays and (groups := nearby(times, t, distance)):
-            return np.asarray(sum(self._form_gradient(times[p], u[p], t[at], weights[at]) for p, at in groups))
-        return self._form_gradient(times, u, t, weights)
+        return self._form_gradient(*self._weigh(multipliers), t, weights)
 
     def _form_gradient(self, times: Array, u: Array, t: Array, weights: Array) -> Array:
         """Return ∂/∂ln θ of uᵀ κ(times − t) w; of kernels that are sums of decays, long sums are those of moments."""
-        if len(times) * len(t) > _MANY and self.kernel.gradient_decays:
-            sums = [sum_by_moments(decays, t, weights, times, 0)[0] for decays in self.kernel.gradient_decays]
-            return np.asarray(sums) @ u
+        if len(times) * len(t) > _MANY and (decays := self.kernel.decays):
+            rows = range(1, len(decays[0].coefficients))
+            return np.array([sum_by_moments(decays, t, weights, times, 0, row)[0] for row in rows]) @ u
         _, by_theta = self.kernel.value_and_gradient(times[:, None] - t)
         return np.asarray(by_theta @ weights @ u)
 
@@ -307,16 +216,6 @@ class Direct(RowKernel):
         """Return the times [s] with a nonzero weight, and these weights."""
         u = self.terms.spread(multipliers)
         return self.terms.times[u != 0], u[u != 0]
-
-    @cached
-    def _first(self) -> Array:
-        return self.terms.first_times(self.count)
-
-    @cached
-    def _reach(self) -> float:
-        """The distance [s] from a row's first time beyond which nothing is correlated with any of its terms."""
-        widest = np.max(self.terms.times - self._first[self.terms.of_row], initial=0.0)
-        return float(self.kernel.negligible_distance + 2 * widest)
 
 
 @dataclass(frozen=True)
@@ -335,31 +234,29 @@ class Taylor(RowKernel):
         """Terms with the same first moments at times that lie far apart, which keeps their weights small.
 
         With h = 0.01 s, the weights 1/h² of a second difference would dominate all rounding errors of the reference.
+        Nodes k H [s] have weights with Σ_k w_k (k H)ⁿ/n! = μ_n for as many n as there are nodes.
         """
-        nodes, weights = self._stencil
+        powers = np.arange(_NODES)
+        nodes = (powers - _NODES // 2) * (_APART * self.kernel.correlation_time)
+        scale = nodes[-1] ** -powers
+        vandermonde = scale[:, None] * (nodes ** powers[:, None] / _FACTORIALS[:_NODES, None])
+        moments = np.zeros((len(self.first), _NODES))
+        known = self.moments[:, :_NODES]
+        moments[:, : known.shape[1]] = known
+        weights = np.linalg.solve(vandermonde, (scale * moments).T).T
         times = self.first[:, None] + nodes
         of_row = np.broadcast_to(np.arange(len(self.first))[:, None], times.shape)
         return Terms(times.ravel(), weights.ravel(), of_row.ravel())
 
     def among(self) -> Array:
-        if groups := nearby(self.first, self.first, self.kernel.negligible_distance):
-            return assemble(groups, (len(self.first), len(self.first)), self._among)
-        return self._among(slice(None), slice(None))
+        jet = self.kernel.jet(self.first[:, None] - self.first, 2 * self._order)
+        by_sum = sliding_window_view(jet, self._order + 1, axis=0)  # κ⁽ⁿ⁺ᵐ⁾ at n, a, b, m
+        by_first = np.einsum("nabm,bm->nab", by_sum, self.moments * _SIGNS[: self._order + 1])
+        return np.asarray(np.einsum("nab,an->ab", by_first, self.moments))
 
     def across(self, t: Array) -> Array:
-        if groups := nearby(self.first, t, self.kernel.negligible_distance):
-            return assemble(groups, (len(self.first), len(t)), lambda rows, at: self._across(rows, t[at]))
-        return self._across(slice(None), t)
-
-    def _among(self, rows: Places | slice, others: Places | slice) -> Array:
-        jet = self.kernel.jet(self.first[rows, None] - self.first[others], 2 * self._order)
-        by_sum = sliding_window_view(jet, self._order + 1, axis=0)  # κ⁽ⁿ⁺ᵐ⁾ at n, a, b, m
-        by_first = np.einsum("nabm,bm->nab", by_sum, self.moments[others] * _SIGNS[: self._order + 1])
-        return np.asarray(np.einsum("nab,an->ab", by_first, self.moments[rows]))
-
-    def _across(self, rows: Places | slice, t: Array) -> Array:
-        jet = self.kernel.jet(self.first[rows, None] - t, self._order)
-        return np.asarray(np.einsum("an,nai->ai", self.moments[rows], jet))
+        jet = self.kernel.jet(self.first[:, None] - t, self._order)
+        return np.asarray(np.einsum("an,nai->ai", self.moments, jet))
 
     def among_gradient(self, multipliers: Array) -> Array:
         first, moments = self._weigh(multipliers)
@@ -370,28 +267,13 @@ class Taylor(RowKernel):
 
     def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
         first, moments = self._weigh(multipliers)
-
-        def gradient(of: Array, moments: Array, t: Array, weights: Array) -> Array:
-            _, by_theta = self.kernel.jet_and_gradient(of[:, None] - t, self._order)
-            return np.asarray(np.einsum("pna,an->p", by_theta @ weights, moments))
-
-        if groups := nearby(first, t, self.kernel.negligible_distance):
-            return np.asarray(sum(gradient(first[p], moments[p], t[at], weights[at]) for p, at in groups))
-        return gradient(first, moments, t, weights)
+        _, by_theta = self.kernel.jet_and_gradient(first[:, None] - t, self._order)
+        return np.asarray(np.einsum("pna,an->p", by_theta @ weights, moments))
 
     def _weigh(self, multipliers: Array) -> tuple[Array, Array]:
         """Return the first times [s] of the rows with a nonzero multiplier, and their moments times the multiplier."""
         active = multipliers != 0
         return self.first[active], multipliers[active, None] * self.moments[active]
-
-    @cached
-    def _stencil(self) -> tuple[Array, Array]:
-        """Nodes k H [s], and weights for each row with Σ_k w_k (k H)ⁿ/n! = μ_n for as many n as there are nodes."""
-        nodes, scale, vandermonde = _nodes(self.kernel)
-        moments = np.zeros((len(self.first), _NODES))
-        known = self.moments[:, :_NODES]
-        moments[:, : known.shape[1]] = known
-        return nodes, np.asarray(np.linalg.solve(vandermonde, (scale * moments).T).T)
 
     @property
     def _order(self) -> int:

@@ -12,7 +12,6 @@ from trackably.arguments import instance, numbers
 from trackably.arrays import Array, ArrayLike
 from trackably.gp.factors.factorisation import differences
 from trackably.gp.factors.fourier import Ladder
-from trackably.gp.factors.low_rank import Bases
 from trackably.gp.stencil import POINT, Stencil, Stencils
 
 _UNIFORM = np.empty(0)
@@ -44,6 +43,11 @@ class ResidualStatistics:
         return ResidualStatistics(
             self.count + other.count, self.squares + other.squares, self.log_scale + other.log_scale
         )
+
+    @property
+    def mean_square(self) -> float:
+        """The mean of their squares; 0 if there are none."""
+        return self.squares / max(self.count, 1)
 
     def negative_log_likelihood(self, noise_std: float) -> tuple[float, float]:
         """Return −2 ln p of the residuals for σ_n = `noise_std`, and its ∂/∂ln σ_n."""
@@ -108,7 +112,9 @@ class Samples:
         if self.scatters and len(self.scatters) != kinds:
             raise ValueError(f"samples: one scatter for each of {kinds} kinds is needed, got {len(self.scatters)}")
         if isinstance(self.stencil, Stencils):
-            self._refuse_disorder_of_parts(self.stencil)
+            if len(self.stencil.of) != len(self.times) or np.any(np.diff(self.times) < 0):
+                raise ValueError("samples: of several kinds must be sorted by time, and each needs its stencil")
+            self.by_name("")  # no time is repeated within one kind
         elif bad := np.flatnonzero(np.diff(self.times) <= 0).tolist():
             i = bad[0]
             what = "repeats" if self.times[i + 1] == self.times[i] else "lies before"
@@ -116,12 +122,6 @@ class Samples:
                 f"samples: times must increase strictly, but times[{i + 1}] = {self.times[i + 1]:g} s {what} "
                 f"times[{i}] = {self.times[i]:g} s"
             )
-
-    def _refuse_disorder_of_parts(self, stencils: Stencils) -> None:
-        """Raise ValueError if times decrease, or if a time is repeated within one kind of sample."""
-        if len(stencils.of) != len(self.times) or np.any(np.diff(self.times) < 0):
-            raise ValueError("samples: of several kinds must be sorted by time, and each needs its stencil")
-        self.by_name("")
 
     def by_name(self, name: str) -> dict[str, Samples]:
         """Return these samples by their `name`; if they are of several kinds, each kind by its own name."""
@@ -154,11 +154,6 @@ class Samples:
         """
         kinds = self.by_name("").values()
         return next((of for of in kinds if isinstance(of.stencil, Stencil) and of.stencil.measures_levels), self)
-
-    @cached_property
-    def bases(self) -> Bases:
-        """Bases for interpolation to the sample times; cached, as they do not depend on hyperparameters."""
-        return Bases(self.times - self.times[0], self.relative_noise, float(self.times[-1] - self.times[0]))
 
     @cached_property
     def ladder(self) -> Ladder:

@@ -1,6 +1,6 @@
 """The learned signal: a constant plus a sum of kernels, as plain stored numbers."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Self
@@ -8,16 +8,33 @@ from typing import Self
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import in_blocks
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.kernels.base import Kernel, sum_by_moments
 
 _ROUNDING = 2  # spacings of float64: centres that differ by no more count as equal
 _LONG = 200  # centres
 _FEW = 2**16  # terms: a sum with no more is summed directly
-_MANY = 2**22  # terms: for fewer, direct summation is faster than looking for a regular grid
 _MANY_OF_MOMENTS = 2**18  # terms: for fewer, moments of all centres take longer than the sum
 _NEARBY = 2**14  # terms that are summed at once, so that their times are neighbours
+
+
+# Evaluate functions of many times block by block, in bounded memory.
+
+_WHOLE = 2**16  # numbers for which one call is faster than several
+_BLOCK = 2**15  # numbers that stay in the cache: larger arrays are fetched from memory for each operation
+
+
+def in_blocks(function: Callable[[Array], Array], t: Array, width: int, most: int | None = None) -> Array:
+    """Evaluate a function of times t (any shape) that returns an array (…, *t.shape), block by block.
+
+    The function must treat each time separately; it needs `width` numbers of memory for each. It is called only once if
+    all of them fit into the cache, or are no more than `most`.
+    """
+    if t.size * width <= (most or _WHOLE):
+        return function(t)
+    flat, height = t.reshape(-1), max(1, (most or _BLOCK) // width)
+    joined = np.concatenate([function(flat[i : i + height]) for i in range(0, flat.size, height)], axis=-1)
+    return joined.reshape((*joined.shape[:-1], *t.shape))
 
 
 @dataclass(frozen=True)
@@ -59,11 +76,7 @@ class KernelSum:
 
         If the kernel is a sum of polynomials times e^(−λ|r|), it is evaluated from moments when that is faster.
         """
-        t = np.asarray(t, dtype=float)
-        if t.size * len(self.centres) * (order + 1) <= _FEW and len(self.centres) < _LONG:
-            jet = np.asarray(self.kernel.jet(t[..., None] - self.centres, order) @ self.weights)
-        else:
-            jet = self._sums(t, order)
+        jet = self._sums(np.asarray(t, dtype=float), order)
         jet[0] += self.mean
         return jet
 
@@ -83,31 +96,21 @@ class KernelSum:
     def derivative(self, t: Array) -> Array:
         return np.asarray(self.jet(t, 1)[1])
 
-    @property
-    def curvature(self) -> float:
-        """A bound of |m̈⁺(t)| for all t (unit per s²). It uses that |κ̈| of a covariance is largest at 0."""
-        return float(np.sum(np.abs(self.weights)) * np.abs(self.kernel.jet(np.zeros(()), 2)[2]))
-
     def _sums(self, t: Array, order: int) -> Array:
         if len(self.centres) >= _LONG and t.size * len(self.centres) > _MANY_OF_MOMENTS and self.kernel.decays:
             return sum_by_moments(self.kernel.decays, self.centres, self.weights, t, order)
-        terms = t.shape[-1] * self._most_relevant if t.ndim else 0
-        if terms > _MANY and t.ndim > 1:
-            return np.stack([self._sums(row, order) for row in t], axis=1)
         if self._most_relevant > len(self.centres) // 2:
             return self._blocks(t, order)
-        return in_blocks(partial(self._nearby, order), t, self._most_relevant * (order + 1), _NEARBY)[0]
+        products = partial(self._products, order, self.kernel.negligible_distance)
+        return in_blocks(products, t, self._most_relevant * (order + 1), _NEARBY)
 
     def _blocks(self, t: Array, order: int) -> Array:
         products = partial(self._products, order, self.kernel.vanishing_distance)
-        return in_blocks(products, t, len(self.centres) * (order + 1))[0]
+        return in_blocks(products, t, len(self.centres) * (order + 1))
 
-    def _nearby(self, order: int, t: Array) -> tuple[Array]:
-        return self._products(order, self.kernel.negligible_distance, t)
-
-    def _products(self, order: int, reach: float, t: Array) -> tuple[Array]:
+    def _products(self, order: int, reach: float, t: Array) -> Array:
         centres, weights = self._relevant(t, reach)
-        return (self.kernel.jet(t[..., None] - centres, order) @ weights,)
+        return np.asarray(self.kernel.jet(t[..., None] - centres, order) @ weights)
 
     def _relevant(self, t: Array, reach: float) -> tuple[Array, Array]:
         """Return the centres within reach [s] of any of the times, and their weights."""

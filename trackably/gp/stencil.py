@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,8 +15,35 @@ from trackably.gp.kernels.base import Kernel, SpectralDensity
 _CANCELLED = 1e-9  # relative to the largest weight: a smaller sum of weights is zero up to rounding (a difference)
 
 
+class _Instants:
+    """What Stencil and Stencils share: y(t) = offset + Σ_j w_j g(t + j `step`), with `weights` w and step in seconds.
+
+    Weights and offset are numbers, or arrays (n,) for n samples.
+    """
+
+    def measured(self: Any, process: Callable[[Array], Array], t: Array) -> Array:
+        """Return the measured signal of a process at the times t [s] of samples: the shape of t."""
+        return np.asarray(self.offset + sum(w * process(t + j * self.step) for j, w in enumerate(self.weights)))
+
+    def centres(self: Any, t: Array) -> Array:
+        """Return the instants t + j step [s] on which samples at t, shape (n,), depend: shape (n · J,)."""
+        return np.concatenate([t + j * self.step for j in range(len(self.weights))])
+
+    def spread(self: Any, values: Array) -> Array:
+        """Return values (…, n) at the samples as weighted values at the centres: shape (…, n · J).
+
+        This is the transpose of the linear map from process to samples.
+        """
+        return np.concatenate([w * values for w in self.weights], axis=-1)
+
+    def combine(self: Any, values: Array) -> Array:
+        """Return Σ_j w_j of values (…, n · J) at the centres: shape (…, n)."""
+        parts = np.split(values, len(self.weights), axis=-1)
+        return np.asarray(sum(w * part for w, part in zip(self.weights, parts, strict=True)))
+
+
 @dataclass(frozen=True)
-class Stencil:
+class Stencil(_Instants):
     """The measured signal y(t) = offset + Σ_j w_j g(t + j `step`) of a process g, with `weights` w and step in seconds.
 
     ValueError: all weights are zero.
@@ -32,30 +60,6 @@ class Stencil:
     def at_rest(self, level: float) -> float:
         """Return the measured value of a process that is constant at `level`."""
         return self.offset + sum(self.weights) * level
-
-    def measured(self, process: Callable[[Array], Array], t: Array) -> Array:
-        """Return the measured signal of a process at t [s]: the shape of t."""
-        return np.asarray(self.offset + sum(w * process(t + j * self.step) for j, w in enumerate(self.weights)))
-
-    def centres(self, t: Array) -> Array:
-        """Return the instants t + j step [s] on which samples at t, shape (n,), depend: shape (n · len(weights),)."""
-        return np.concatenate([t + j * self.step for j in range(len(self.weights))])
-
-    def spread(self, values: Array) -> Array:
-        """Return values (…, n) at the samples as weighted values at the centres, (…, n · len(weights)).
-
-        This is the transpose of the linear map from process to samples.
-        """
-        if self.weights == POINT.weights:
-            return values
-        return np.concatenate([w * values for w in self.weights], axis=-1)
-
-    def combine(self, values: Array) -> Array:
-        """Return Σ_j w_j of values (…, n · len(weights)) at the centres: shape (…, n)."""
-        if self.weights == POINT.weights:
-            return values
-        parts = np.split(values, len(self.weights), axis=-1)
-        return np.asarray(sum(w * part for w, part in zip(self.weights, parts, strict=True)))
 
     def only(self, _: object) -> "Stencil":
         """Return the stencil of some of the samples, which is this one."""
@@ -108,7 +112,7 @@ POINT = Stencil((1.0,))
 
 
 @dataclass(frozen=True)
-class Stencils:
+class Stencils(_Instants):
     """Samples of several kinds of one process g: sample i is measured by `parts`[`of`[i]], called `names`[`of`[i]].
 
     ValueError: parts have different steps, or one of them measures no sample.
@@ -149,23 +153,6 @@ class Stencils:
     def at_rest(self, level: float) -> Array:
         """Return the measured values of a process that is constant at `level`: shape (n,)."""
         return np.array([part.at_rest(level) for part in self.parts])[self.places]
-
-    def measured(self, process: Callable[[Array], Array], t: Array) -> Array:
-        """Return the measurements of a process at the times t [s] of the samples: shape (n,)."""
-        return np.asarray(self.offset + sum(w * process(t + j * self.step) for j, w in enumerate(self.weights)))
-
-    def centres(self, t: Array) -> Array:
-        """Return the instants t + j step [s] on which samples at t, shape (n,), depend: shape (n · J,)."""
-        return np.concatenate([t + j * self.step for j in range(len(self.weights))])
-
-    def spread(self, values: Array) -> Array:
-        """Return values (…, n) at the samples as weighted values at the centres: shape (…, n · J)."""
-        return np.concatenate([w * values for w in self.weights], axis=-1)
-
-    def combine(self, values: Array) -> Array:
-        """Return Σ_j w_j of values (…, n · J) at the centres: shape (…, n)."""
-        parts = np.split(values, len(self.weights), axis=-1)
-        return np.asarray(sum(w * part for w, part in zip(self.weights, parts, strict=True)))
 
     def entries(self, kernel: Kernel, t: Array) -> Entries:
         """Return entries of the covariance of samples at t [s]: Σ_d (Σ_j w_j w'_(j − d)) κ(t − t' + d step)."""

@@ -5,19 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cache
-from math import comb, nextafter
+from itertools import groupby
+from math import nextafter
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
 
-from trackably.arguments import instance, real
+from trackably.arguments import instance, positive
 from trackably.arrays import Array
 from trackably.certificates.judge import judged_file
 from trackably.certificates.outcome import Unproved
 from trackably.checker import Proved, Refuted, Verdict
+from trackably.checker.floats.intervals import bernstein
 from trackably.checker.floats.pieces import undecided
 from trackably.checker.joints import BROKEN, FORMAT, ORDERS, VERSION, read_joints, value
 from trackably.checker.joints import JointTrajectory as Subject
@@ -66,8 +68,7 @@ class CertifiedTrajectory:
     factor: float = 1.0
 
     def __post_init__(self) -> None:
-        content = {"format": FORMAT, "version": VERSION, **_content(self.trajectory, self.joints, self.tolerance)}
-        _accept(self, content, Proved)
+        _accept(self, Proved, FORMAT)
 
     @property
     def explanation(self) -> str:
@@ -76,7 +77,8 @@ class CertifiedTrajectory:
         times = f"t from {first} s to {last} s"
         if self.trajectory.rests:
             times = f"t ≥ {first} s, at rest from {ends_shown(*self.trajectory.span)[1]} s on"
-        said = [f"proved for all {times}: {', '.join(self.joints.names)} keep {_limits_text(self.joints)}"]
+        limited = ", ".join(ORDERS[r] for r, of in enumerate(self.joints.limits) if np.any(np.isfinite(of)))
+        said = [f"proved for all {times}: {', '.join(self.joints.names)} keep their limits of {limited}"]
         said += [f"{name} was moved by {moved}" for name, moved in self.moved.items() if moved.most > 0]
         return "; ".join(said + ([f"slowed down {self.factor!r} times"] if self.factor != 1 else []))
 
@@ -131,9 +133,7 @@ class BrokenLimits:
     places: tuple[Mapping[str, Any], ...]
 
     def __post_init__(self) -> None:
-        about = _content(self.trajectory, self.joints, self.tolerance)
-        content = {"format": BROKEN, "version": VERSION, **about, "broken": [*map(dict, self.places)]}
-        _accept(self, content, Refuted)
+        _accept(self, Refuted, BROKEN, broken=[*map(dict, self.places)])
 
     @property
     def first(self) -> BrokenLimit:
@@ -188,7 +188,7 @@ def certify_joints(
         Where the trajectory is none.
 
     """
-    given, tolerance = fit_joints(trajectory, joints), _positive(tolerance)
+    given, tolerance = fit_joints(trajectory, joints), positive("certify_joints: tolerance", tolerance)
     try:
         return CertifiedTrajectory(given, joints, tolerance)
     except NotAcceptedError as refused:
@@ -252,15 +252,9 @@ def fit_joints(trajectory: Any, joints: Joints) -> JointTrajectory:
     return JointTrajectory(joints.names, given.breakpoints, given.coefficients[order], given.rests)
 
 
-def _positive(tolerance: float) -> float:
-    if not (number := real("certify_joints: tolerance", tolerance)) > 0:
-        raise ValueError(f"certify_joints: tolerance must be positive, got {number}")
-    return number
-
-
-def _accept(found: CertifiedTrajectory | BrokenLimits, content: Mapping[str, object], wanted: type[Verdict]) -> None:
+def _accept(found: CertifiedTrajectory | BrokenLimits, wanted: type[Verdict], form: str, **more: object) -> None:
     """Ask the checker, and store the bytes that it accepts. NotAcceptedError: it refuses them."""
-    data, verdict = judged_file(content)
+    data, verdict = judged_file({"format": form, **_content(found.trajectory, found.joints, found.tolerance), **more})
     if not isinstance(verdict, wanted):
         raise NotAcceptedError(f"the checker does not accept it ({verdict})")
     object.__setattr__(found, "accepted", data)
@@ -269,6 +263,7 @@ def _accept(found: CertifiedTrajectory | BrokenLimits, content: Mapping[str, obj
 def _content(trajectory: JointTrajectory, joints: Joints, tolerance: float) -> dict[str, Any]:
     limits = joints.limits[: joints.order + 1].swapaxes(0, 1).tolist()
     return {
+        "version": VERSION,
         "joints": [
             {"name": name, "limits": [end if np.isfinite(end[0]) else None for end in of]}
             for name, of in zip(joints.names, limits, strict=True)
@@ -282,16 +277,10 @@ def _content(trajectory: JointTrajectory, joints: Joints, tolerance: float) -> d
     }
 
 
-def _limits_text(joints: Joints) -> str:
-    return "their limits of " + ", ".join(
-        name for name, of in zip(ORDERS, joints.limits, strict=True) if np.any(np.isfinite(of))
-    )
-
-
 # What is broken is sought in float64, and told exactly.
 
 
-def bernstein(c: Array, widths: Array) -> Array:
+def _on_pieces(c: Array, widths: Array) -> Array:
     """Return Bernstein coefficients on pieces, along the last axis.
 
     A polynomial lies between its least and largest one.
@@ -299,12 +288,7 @@ def bernstein(c: Array, widths: Array) -> Array:
     `c` has the shape (…, K, n), and `widths` (K,) [s].
     """
     n = c.shape[-1]
-    return np.asarray((c * widths[:, None] ** np.arange(float(n))) @ _to_bernstein(n).T)
-
-
-@cache
-def _to_bernstein(n: int) -> Array:
-    return np.array([[comb(i, k) / comb(n - 1, k) for k in range(n)] for i in range(n)])
+    return np.asarray((c * widths[:, None] ** np.arange(float(n))) @ bernstein(n).T)
 
 
 def room(c: Array, widths: Array, joints: Joints) -> Array:
@@ -315,7 +299,7 @@ def room(c: Array, widths: Array, joints: Joints) -> Array:
     found = np.full(len(widths), np.inf)
     for r in range(joints.order + 1):
         low, high = np.moveaxis(joints.limits[r], -1, 0)[:, :, None, None]
-        b, some = bernstein(derivative(c, r), widths), np.isfinite(low)
+        b, some = _on_pieces(derivative(c, r), widths), np.isfinite(low)
         with np.errstate(invalid="ignore"):
             inside = np.where(some, np.minimum(b - low, high - b) / (high - low), np.inf)
         found = np.minimum(found, np.min(inside, axis=(0, 2)))
@@ -335,18 +319,12 @@ def _first_broken(
     given: JointTrajectory, joints: Joints, tolerance: float
 ) -> Iterator[tuple[BrokenLimit, dict[str, Any]]]:
     """Yield the first violation of each joint, and its place as the checker finds it."""
-    subject: Subject = read_joints({"version": VERSION, **_content(given, joints, tolerance)})
+    subject: Subject = read_joints(_content(given, joints, tolerance))
     limits, jumps = undecided(subject)
-    at: dict[tuple[int, int], list[tuple[bool, int]]] = {}
-    for jumping, parts in ((False, limits), (True, jumps)):
-        for j, r, i in parts:
-            at.setdefault((j, i), []).append((jumping, r))
-    done = set[int]()
-    for j, i in sorted(at):
-        if j in done:
-            continue
-        found = [each for jumping, r in at[j, i] for each in (_jump if jumping else _outside)(subject, j, r, i)]
-        if found:
+    parts = [*((j, i, r, _outside) for j, r, i in limits), *((j, i, r, _jump) for j, r, i in jumps)]
+    done, place = set[int](), itemgetter(0, 1)
+    for (j, i), there in groupby(sorted(parts, key=place), place):
+        if j not in done and (found := [each for _, _, r, broken in there for each in broken(subject, j, r, i)]):
             done.add(j)
             yield min(found, key=lambda each: each[0].begins)
 
@@ -405,7 +383,7 @@ def _least_factor(given: JointTrajectory, joints: Joints) -> float:
                 raise ValueError(
                     f"stretch_joints: the limits of the {ORDERS[r]} of {joints.names[j]} must have 0 inside"
                 )
-            b = bernstein(d[j], widths)
+            b = _on_pieces(d[j], widths)
             most = np.max(np.maximum(b / high, b / low), axis=1)
             for i in np.argsort(-most).tolist():
                 if most[i] <= s**r:

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any, Literal
 
 import numpy as np
 
-from trackably.arguments import instance, numbers, real
+from trackably.arguments import array, instance, positive, real
 from trackably.arrays import Array, ArrayLike
+from trackably.given.conversion import shift
 from trackably.joints.certify import TOLERANCE, CertifiedTrajectory, NotAcceptedError, fit_joints, room
 from trackably.joints.limits import Joints
 from trackably.joints.repair import repair_joints
-from trackably.joints.trajectory import JointTrajectory, at_ends, hermite, join, on_pieces, shift
+from trackably.joints.trajectory import JointTrajectory, at_ends, hermite, join, on_pieces
 
 _CLOSEST = 1e-6  # s; pieces are no shorter
 _SHORTEST, _LONGEST, _STOPS = 0.01, 20.0, 40
@@ -60,17 +62,14 @@ class Gate:
         if real("gate: lead", self.lead) < 0:
             raise ValueError(f"gate: lead must not be negative, got {self.lead}")
         for name in ("budget", "tolerance"):
-            if not real(f"gate: {name}", getattr(self, name)) > 0:
-                raise ValueError(f"gate: {name} must be positive, got {getattr(self, name)}")
+            positive(f"gate: {name}", getattr(self, name))
 
     def at_rest(self, positions: ArrayLike, now: float) -> CertifiedTrajectory:
         """Return the first running motion: joints at rest at positions of shape (J,), from `now` [s] on.
 
         ValueError: a position is outside its limits, or the shape does not fit.
         """
-        q, t = numbers("gate: positions", positions), real("gate: now", now)
-        if q.shape != (len(self.joints.names),):
-            raise ValueError(f"gate: expected {len(self.joints.names)} positions, got shape {q.shape}")
+        q, t = array("gate: positions", positions, len(self.joints.names)), real("gate: now", now)
         for name, at, (low, high) in zip(self.joints.names, q.tolist(), self.joints.position.tolist(), strict=True):
             if not low <= at <= high:
                 raise ValueError(f"gate: the position of {name} must be in [{low:g}, {high:g}], got {at:g}")
@@ -111,12 +110,9 @@ class Gate:
         before = self._until(running, now)
         end = self._brake(before.state(before.span[1], self._order)[:, None], before.breakpoints[-1:])
         if end is not None and before.span[1] + end[0][0] < running.trajectory.span[1]:
-            ends, c = end[0], end[1]
-            try:
-                found = self._prove(*_continue(before, before.span[1] + np.append(0.0, ends), c))
+            with suppress(NotAcceptedError):
+                found = self._prove(*_continue(before, before.span[1] + np.append(0.0, end[0]), end[1]))
                 return GateAnswer("stopped", found, "asked for")
-            except NotAcceptedError:
-                pass
         return GateAnswer("kept", running, "no stop is shorter than the one that is proved")
 
     @property
@@ -143,17 +139,13 @@ class Gate:
             q[:, 0, 0] = motion(last)
             ends, c = np.append(ends, start), np.concatenate([c, q], axis=1)
         start = min(start, float(ends[-1]))
-        i = int(np.searchsorted(ends, min(t, last), side="right")) - 1
-        i = max(min(i, len(ends) - 2), 0)
-        k = int(np.searchsorted(ends, start - _CLOSEST, side="left"))
-        k = max(k, i + 1)
+        i = int(np.clip(np.searchsorted(ends, min(t, last), side="right") - 1, 0, len(ends) - 2))
+        k = max(int(np.searchsorted(ends, start - _CLOSEST, side="left")), i + 1)
         start = max(start, float(ends[k - 1]) + _CLOSEST)
         return JointTrajectory(motion.names, np.append(ends[i:k], start), c[:, i:k], rests=False)
 
     def _turn(self, given: JointTrajectory, before: JointTrajectory) -> JointTrajectory:
         """Return a chunk with continuous joints moved by whole turns to near their current positions."""
-        if not np.any(self.joints.is_turning):
-            return given
         t = max(before.span[1], given.span[0])
         turns = np.where(self.joints.is_turning, np.rint((before(before.span[1]) - given(t)) / (2 * np.pi)), 0.0)
         c = given.coefficients.copy()
@@ -207,11 +199,8 @@ class Gate:
         R, M, J = states.shape
         widths = np.tile(np.geomspace(_SHORTEST, _LONGEST, _STOPS), M)
         of = np.repeat(np.arange(M), _STOPS)
-        if R == 1:
-            velocity = np.zeros((J, len(of), 1))
-        else:
-            start = states[1:, of]
-            velocity = hermite(start, np.zeros_like(start), widths)
+        start = states[1:, of]
+        velocity = hermite(start, np.zeros_like(start), widths) if R > 1 else np.zeros((J, len(of), 1))
         powers = np.arange(1.0, velocity.shape[2] + 1)
         c = np.concatenate([states[0, of].T[:, :, None], velocity / powers], axis=2)
         (open_,) = np.nonzero(room(c, widths, self.joints) >= 0)
@@ -232,12 +221,10 @@ class Gate:
             c[:, k], c[:, k, 0] = 0.0, given(np.clip(ends[k], *given.span))
         wanted = JointTrajectory(self.joints.names, ends, c)
         found = repair_joints(wanted, self.joints, state, self.tolerance / 4, left)
-        if not isinstance(found, CertifiedTrajectory):
-            return None
-        try:
-            return self._prove(*_continue(before, found.trajectory.breakpoints, found.trajectory.coefficients))
-        except NotAcceptedError:
-            return None
+        if isinstance(found, CertifiedTrajectory):
+            with suppress(NotAcceptedError):
+                return self._prove(*_continue(before, found.trajectory.breakpoints, found.trajectory.coefficients))
+        return None
 
 
 def _continue(before: JointTrajectory, ends: Array, c: Array) -> tuple[Array, Array]:

@@ -60,7 +60,7 @@ class Joints:
         names: Sequence[str] | None = None,
         continuous: Sequence[str] | bool = (),
     ) -> None:
-        given = {"position": position, "velocity": velocity, "acceleration": acceleration, "jerk": jerk, "snap": snap}
+        given = dict(zip(ORDERS, (position, velocity, acceleration, jerk, snap), strict=True))
         known = _names(names, given)
         turning = frozenset(known if continuous is True else continuous or ())
         if unknown := sorted(turning - {*known}):
@@ -166,7 +166,13 @@ def _limits(order: str, given: Any, known: Sequence[str]) -> Array:
         if unknown := [name for name in given if name not in known]:
             raise ValueError(f"joints: {order}: there is no joint {unknown[0]!r}, only {', '.join(known)}")
         each: list[Any] = [given.get(name) for name in known]
-    elif given is None or is_number(given) or _is_pair(given, len(known)):
+    elif (
+        given is None
+        or is_number(given)
+        or (  # one pair for all, unless there are two joints
+            isinstance(given, tuple) and len(given) == 2 != len(known) and all(map(is_number, given))
+        )
+    ):
         each = [given] * len(known)
     else:
         each = [given] if isinstance(given, str) else [*given]
@@ -175,11 +181,6 @@ def _limits(order: str, given: Any, known: Sequence[str]) -> Array:
     found = np.array([_limit(f"joints: {order} of {name}", one) for name, one in zip(known, each, strict=True)])
     found.flags.writeable = False
     return found
-
-
-def _is_pair(given: Any, count: int) -> bool:
-    """Whether this is one pair for all joints: a tuple of two numbers, unless there are two joints."""
-    return isinstance(given, tuple) and len(given) == 2 and count != 2 and all(map(is_number, given))
 
 
 def _limit(what: str, given: Any) -> tuple[float, float]:
@@ -275,8 +276,7 @@ def _joint_limits(content: Any) -> Mapping[str, Any] | None:
             return None
         if isinstance(found := content.get("joint_limits"), Mapping):
             return found
-        inner = content.get("ros__parameters") or (next(iter(content.values())) if len(content) == 1 else None)
-        content = inner
+        content = content.get("ros__parameters") or (next(iter(content.values())) if len(content) == 1 else None)
     return None
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -52,49 +52,46 @@ def read_joint_trajectory(
         raise InputError(f"{file}: {error}") from error
 
 
-@dataclass(frozen=True)
-class Point:
-    """A time [ns] since the message's start, and the positions, velocities and accelerations of all joints.
+Point = tuple[int, list[Array]]
+"""A time [ns] since the message's start, and the positions, velocities and accelerations of all joints.
 
-    A field that the message leaves out is empty.
+A field that the message leaves out is empty.
+"""
+
+
+def _deduce(before: list[Array], fields: list[Array], h: float) -> tuple[list[Array], list[Array]]:
+    """Return the fields before a step h [s] and after it, with integrated positions if they have none.
+
+    Fields before it that are needed and unknown are set to zero.
     """
-
-    time: int
-    fields: tuple[Array, Array, Array]
-
-    def deduce(self, before: Point) -> tuple[Point, Point]:
-        """Return the point before and this one, with integrated positions if they have none.
-
-        Fields of the point before that are needed and unknown are set to zero.
-        """
-        position, reached, acceleration = self.fields
-        if position.size:
-            return before, self
-        h = (self.time - before.time) / _NANOSECONDS
-        q, v, a = before.fields
-        v = v if v.size else np.zeros(q.size)
-        if not reached.size:
-            if not acceleration.size:
-                raise ValueError("a point has neither positions nor anything to integrate")
-            a = a if a.size else np.zeros(q.size)
-            reached = v + (a + acceleration) * 0.5 * h
-        return Point(before.time, (q, v, a)), Point(self.time, (q + (v + reached) * 0.5 * h, reached, acceleration))
+    position, reached, acceleration = fields
+    if position.size:
+        return before, fields
+    q, v, a = before
+    v = v if v.size else np.zeros(q.size)
+    if not reached.size:
+        if not acceleration.size:
+            raise ValueError("a point has neither positions nor anything to integrate")
+        a = a if a.size else np.zeros(q.size)
+        reached = v + (a + acceleration) * 0.5 * h
+    return [q, v, a], [q + (v + reached) * 0.5 * h, reached, acceleration]
 
 
 def _trajectory(joints: tuple[str, ...], points: Sequence[Point], upsampled: bool) -> JointTrajectory:
     """Return the pieces between the points."""
     if len(points) < 2:
         raise ValueError("two points at least are needed: where the joints are before them is not in a message")
-    if not points[0].fields[0].size:
+    before = points[0][1]
+    if not before[0].size:
         raise ValueError("points[0]: needs positions")
-    times = [point.time / _NANOSECONDS for point in points]
-    if upsampled and all([field.size > 0 for field in point.fields] == [True, False, False] for point in points):
-        return JointTrajectory.through(times, [p.fields[0] for p in points], names=joints, upsampled=True)
-    parts, before = [], points[0]
-    for i, point in enumerate(points[1:]):
-        first, before = point.deduce(before)
+    times = [time / _NANOSECONDS for time, _ in points]
+    if upsampled and all([field.size > 0 for field in fields] == [True, False, False] for _, fields in points):
+        return JointTrajectory.through(times, [fields[0] for _, fields in points], names=joints, upsampled=True)
+    parts = []
+    for i, ((begun, _), (time, fields)) in enumerate(pairwise(points)):
+        first, before = _deduce(before, fields, (time - begun) / _NANOSECONDS)
         q, v, a = (np.stack(both) if all(one.size for one in both) else None
-                   for both in zip(first.fields, before.fields, strict=True))  # fmt: skip
+                   for both in zip(first, before, strict=True))  # fmt: skip
         assert q is not None, "deduced"
         parts.append(JointTrajectory.through(times[i : i + 2], q, v, a, joints).coefficients)
     return JointTrajectory(joints, times, join(parts, 1))
@@ -122,8 +119,8 @@ def _points(content: Any) -> tuple[tuple[str, ...], list[Point]]:
         raise ValueError("expected a JointTrajectory, with joint_names and points")
     known = names("joint_names", [*joints])
     found = [_point(f"points[{i}]", point, len(known)) for i, point in enumerate(points)]
-    for i, (a, b) in enumerate(pairwise(found), start=1):
-        if not a.time < b.time:
+    for i, ((a, _), (b, _)) in enumerate(pairwise(found), start=1):
+        if not a < b:
             raise ValueError(f"points[{i}]: time_from_start must increase from point to point")
     return known, found
 
@@ -141,7 +138,7 @@ def _point(what: str, point: Any, count: int) -> Point:
         if of.shape not in ((count,), (0,)) or not np.all(np.isfinite(of)):
             raise ValueError(f"{what}: {name} must be {count} finite numbers, or none at all")
         fields.append(of)
-    return Point(time, (fields[0], fields[1], fields[2]))
+    return time, fields
 
 
 def _field(node: Any, name: str) -> Any:

@@ -19,7 +19,7 @@ import numpy as np
 from scipy import sparse
 from scipy.interpolate import PPoly
 
-from trackably.arguments import numbers
+from trackably.arguments import array, numbers
 from trackably.arrays import Array
 from trackably.certificates.outcome import Unproved
 from trackably.checker.joints import ORDERS
@@ -103,12 +103,8 @@ def _start_values(given: JointTrajectory, joints: Joints, start: Any) -> Array:
     R = max(joints.order, 1)
     if start is None:
         return given.state(given.span[0], R)
-    held = np.atleast_2d(numbers("repair_joints: start", start))
-    if held.ndim != 2 or held.shape[1] != len(joints.names) or not np.all(np.isfinite(held)):
-        raise ValueError(
-            f"repair_joints: start must be finite, a row for each order and a column for each of {len(joints.names)} "
-            f"joints, got shape {held.shape}"
-        )
+    rows = np.atleast_2d(numbers("repair_joints: start", start))
+    held = array("repair_joints: start: orders, joints", rows, None, len(joints.names))
     return np.vstack([held[:R], np.zeros((max(R - len(held), 0), held.shape[1]))])
 
 

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from scipy.interpolate import CubicSpline, PPoly
 
-from trackably.arguments import names, numbers, real
+from trackably.arguments import array, names, numbers, positive, real
 from trackably.arrays import Array, ArrayLike
+from trackably.given.conversion import shift
 from trackably.systems.pieces import is_spline, pieces_of_spline
 
 _ACCEPTED = (
@@ -47,7 +48,6 @@ class JointTrajectory:
 
     def __post_init__(self) -> None:
         known, ends = names("trajectory: names", self.names), numbers("trajectory: breakpoints", self.breakpoints)
-        c = numbers("trajectory: coefficients", self.coefficients)
         if not known or len({*known}) < len(known):
             raise ValueError(f"trajectory: names must be different, one at least, got {', '.join(known) or 'none'}")
         if ends.ndim != 1 or len(ends) < 2 or not np.all(np.isfinite(ends)) or not np.all(np.diff(ends) > 0):
@@ -55,17 +55,12 @@ class JointTrajectory:
                 f"trajectory: times must be two finite numbers at least, each larger than the one before, got "
                 f"{short(ends.tolist())}"
             )
-        if c.ndim != 3 or c.shape[:2] != (len(known), len(ends) - 1) or not c.shape[2] or not np.all(np.isfinite(c)):
-            raise ValueError(
-                f"trajectory: coefficients must be finite, for {len(known)} joints and {len(ends) - 1} pieces, got "
-                f"shape {c.shape}"
-            )
+        c = array("trajectory: coefficients", self.coefficients, len(known), len(ends) - 1, None)
         if not isinstance(self.rests, bool):
             raise TypeError(f"trajectory: rests: expected True or False, got {self.rests!r}")
-        object.__setattr__(self, "names", known)
-        for name, array in (("breakpoints", ends), ("coefficients", c)):
-            array.flags.writeable = False
-            object.__setattr__(self, name, array)
+        ends.flags.writeable = False
+        for name, given in (("names", known), ("breakpoints", ends), ("coefficients", c)):
+            object.__setattr__(self, name, given)
 
     @classmethod
     def of(cls, given: Any, names: Sequence[str] | None = None, rests: bool = True) -> Self:
@@ -93,17 +88,16 @@ class JointTrajectory:
 
     @classmethod
     def _of_one(cls, given: Any, names: Sequence[str] | None, rests: bool) -> Self:
+        given = getattr(given, "cspl", given)  # TOPP-RA's splines
         if hasattr(given, "profiles") and hasattr(given, "at_time"):
             ends, c = _of_ruckig(given)
-        elif hasattr(given, "cspl"):
-            ends, c = _of_spline(given.cspl)
         elif hasattr(given, "_ss") and hasattr(given, "_velocities"):
             ends, c = _of_toppra(given)
         elif is_spline(given):
             ends, c = _of_spline(given)
         else:
             raise TypeError(f"trajectory: expected {_ACCEPTED}, got {short(given)}")
-        known = names if names is not None else [f"q{j + 1}" for j in range(len(c))]
+        known = _known(names, len(c))
         if len(known) != len(c):
             raise ValueError(f"trajectory: expected a column for each of {len(known)} names, got {len(c)}")
         return cls(known, ends, c, rests)
@@ -133,21 +127,15 @@ class JointTrajectory:
         ValueError: shapes do not fit, times do not increase, or there are accelerations without velocities (for which
         the controller commands zero positions).
         """
-        t, q = numbers("trajectory: times", times), numbers("trajectory: positions", positions)
+        t = array("trajectory: times", times, None)
+        if len(t) < 2 or not np.all(np.diff(t) > 0):
+            raise ValueError(f"trajectory: times must be two at least, and increase, got {short(t.tolist())}")
+        q = array("trajectory: positions", positions, len(t), None)
         given = {"velocities": velocities, "accelerations": accelerations}
-        fields = [q, *(numbers(f"trajectory: {name}", of) for name, of in given.items() if of is not None)]
+        fields = [q, *(array(f"trajectory: {name}", of, *q.shape) for name, of in given.items() if of is not None)]
         if accelerations is not None and velocities is None:
             raise ValueError("trajectory: accelerations need velocities: the controller ignores them, and positions")
-        if q.ndim != 2 or t.shape != q.shape[:1] or any(field.shape != q.shape for field in fields) or len(t) < 2:
-            raise ValueError(
-                f"trajectory: expected a time and a row for each of two points at least, got times {t.shape} and "
-                f"{', '.join(str(field.shape) for field in fields)}"
-            )
-        known = names if names is not None else [f"q{j + 1}" for j in range(q.shape[1])]
-        if not (np.all(np.isfinite(t)) and np.all(np.diff(t) > 0)):
-            raise ValueError(f"trajectory: times must be finite and increase, got {short(t.tolist())}")
-        if not all(np.all(np.isfinite(field)) for field in fields):
-            raise ValueError("trajectory: positions, velocities and accelerations must be finite")
+        known = _known(names, q.shape[1])
         if upsampled and len(fields) == 1:
             fields.append(np.asarray(CubicSpline(t, q, bc_type="clamped")(t, 1)))
         ends = np.stack(fields)
@@ -184,15 +172,17 @@ class JointTrajectory:
 
         ValueError: the factor is not positive.
         """
-        if not (s := real("slowed: factor", factor)) > 0:
-            raise ValueError(f"slowed: factor must be above 0, got {s}")
-        first = self.breakpoints[0]
+        s, first = positive("slowed: factor", factor), self.breakpoints[0]
         scaled = self.coefficients / s ** np.arange(float(self.degree + 1))
         return replace(self, breakpoints=first + s * (self.breakpoints - first), coefficients=scaled)
 
     def delayed(self, by: float) -> Self:
         """Return the same motion, `by` [s] later."""
         return replace(self, breakpoints=self.breakpoints + real("delayed: by", by))
+
+
+def _known(names: Sequence[str] | None, count: int) -> Sequence[str]:
+    return [f"q{j + 1}" for j in range(count)] if names is None else names
 
 
 def derivative(c: Array, order: int) -> Array:
@@ -227,15 +217,6 @@ def _at_end(R: int) -> tuple[Array, Array]:
     lower, upper = (np.array([[comb(k, r) for k in of] for r in range(R)], dtype=float)
                     for of in (range(R), range(R, 2 * R)))  # fmt: skip
     return lower, np.rint(np.linalg.inv(upper))
-
-
-def shift(c: Array, by: Array) -> Array:
-    """Return the coefficients of p(t + by), along the last axis; `by` broadcasts with the other axes."""
-    found = c.copy()
-    for i in range(c.shape[-1] - 1):
-        for k in range(c.shape[-1] - 2, i - 1, -1):
-            found[..., k] += by * found[..., k + 1]
-    return found
 
 
 def _shared_breakpoints(ends: Sequence[Array]) -> Array:

@@ -4,9 +4,8 @@ Linear functionals are weighted sums of signals at some times, so all of them ar
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import accumulate, pairwise
 from typing import NamedTuple, Protocol, Self
 
@@ -18,7 +17,7 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.signal import KernelSum
 from trackably.learning.index_set import IndexSet, TimesAndMargins
-from trackably.systems.trajectories import Functional, Quantities, Quantity
+from trackably.systems.trajectories import Functional, Quantities, Quantity, Signals
 from trackably.work import done
 
 Indices = npt.NDArray[np.intp]
@@ -142,20 +141,11 @@ class Constraint(Bounded):
         return np.empty(0)
 
     def closest(self, posterior: Signalled) -> tuple[Array, Array]:
-        every = Quantities((self.quantity,), posterior.signals)
-        return local_minima([self], [signal.kernel for signal in posterior.signals], lambda _: every)[0]
+        return local_minima([self], [signal.kernel for signal in posterior.signals], posterior.signals)[0]
 
     def missed_minima(self, posterior: Signalled) -> tuple[Array, Array]:
-        times, margins = self.unseen(posterior)
         alone = Quantities((self.quantity,), posterior.signals)
-        ((rough, broken),) = between([self], alone, [self.suspect_centres(posterior)], CLOSER)
-        return np.concatenate([times, rough]), np.concatenate([margins, broken])
-
-    def unseen(self, posterior: Signalled) -> tuple[Array, Array]:
-        """Return the times and relative margins of violations between the grid times of `closest`."""
-        margin, curvature = partial(self.relative_margin, posterior), partial(self._curvature, posterior)
-        times = self.index_set.missed_minima(margin, [signal.kernel for signal in posterior.signals], curvature)
-        return times, margin(times) if len(times) else np.empty(0)
+        return between([self], alone, [self.suspect_centres(posterior)], CLOSER)[0]
 
     def suspect_centres(self, posterior: Signalled) -> Array:
         """Return the times [s] of centres between which `closest` may miss a violation, because a
@@ -185,13 +175,6 @@ class Constraint(Bounded):
         """Return the distance to the nearer bound at t [s] as a part of the bounds' width: negative where violated."""
         return self.quantity.margin(posterior.signals, t) / self.quantity.bounds.width
 
-    def _curvature(self, posterior: Signalled) -> float:
-        """Return an upper bound of |d²/dt²| of the relative margin [1/s²]; infinite for formulas."""
-        if (functional := self.quantity.functional) is None:
-            return np.inf
-        moved = (float(np.sum(np.abs(w))) * posterior.signals[c].curvature for c, w in functional.rounded)
-        return sum(moved) / self.quantity.bounds.width
-
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
         found = self.of_arguments(Sums.of(self.arguments_at(places)).values_and_gradients(posterior))
         return found[0], found[1:]
@@ -219,20 +202,22 @@ class Constraint(Bounded):
         return np.concatenate([trajectory.value(values)[None], np.asarray(gradient)])
 
 
-def local_minima(
-    constraints: Sequence[Constraint],
-    kernels: Sequence[Kernel],
-    together: Callable[[Sequence[Constraint]], Quantities],
-) -> list[TimesAndMargins]:
-    """Return the local minima of each relative margin.
+def timed(constraints: Sequence[Bounded]) -> list[Constraint]:
+    """Return the constraints, all of which have an index set. TypeError: one has none."""
+    if not all(isinstance(constraint, Constraint) for constraint in constraints):
+        raise TypeError("each constraint needs an index set if function and hyperparameters are learned together")
+    return [constraint for constraint in constraints if isinstance(constraint, Constraint)]
 
-    Constraints with a common index set are evaluated by `together`.
-    """
+
+def local_minima(
+    constraints: Sequence[Constraint], kernels: Sequence[Kernel], signals: Signals
+) -> list[TimesAndMargins]:
+    """Return the local minima of each relative margin. Constraints with a common index set are evaluated together."""
     found = dict[int, TimesAndMargins]()
     for index_set in dict.fromkeys(constraint.index_set for constraint in constraints):
         members = [i for i, constraint in enumerate(constraints) if constraint.index_set == index_set]
         done("evaluation")
-        several = together([constraints[i] for i in members])
+        several = Quantities(tuple(constraints[i].quantity for i in members), signals)
         for i, (at, margins) in zip(members, index_set.minima_of_each(several, kernels), strict=True):
             found[i] = at, margins / constraints[i].quantity.bounds.width
     return [found[i] for i in range(len(constraints))]
@@ -244,11 +229,7 @@ def closest(constraints: Sequence[Bounded], posterior: Signalled) -> list[TimesA
     Those with index sets are evaluated together.
     """
     timed = [constraint for constraint in constraints if isinstance(constraint, Constraint)]
-
-    def together(some: Sequence[Constraint]) -> Quantities:
-        return Quantities(tuple(constraint.quantity for constraint in some), posterior.signals)
-
-    found = iter(local_minima(timed, [signal.kernel for signal in posterior.signals], together))
+    found = iter(local_minima(timed, [signal.kernel for signal in posterior.signals], posterior.signals))
     return [next(found) if isinstance(each, Constraint) else each.closest(posterior) for each in constraints]
 
 
@@ -292,6 +273,22 @@ def _lowest_of_each(times: Array, margins: Array) -> tuple[Array, Array]:
     """Return the time of the lowest margin in each column, and that margin."""
     lowest, every = np.argmin(margins, axis=0), np.arange(margins.shape[1])
     return times[lowest, every], margins[lowest, every]
+
+
+def joined(one: Sequence[TimesAndMargins], other: Sequence[TimesAndMargins]) -> list[TimesAndMargins]:
+    """Return, for each constraint, the places and margins of both."""
+    pairs = zip(one, other, strict=True)
+    return [(np.concatenate([a, b]), np.concatenate([c, d])) for (a, c), (b, d) in pairs]
+
+
+def worst(minima: Sequence[TimesAndMargins]) -> tuple[float, int, float]:
+    """Return the smallest margin, the index of its constraint, and its (first) time [s]; (∞, −1, NaN) if none."""
+    found = [
+        (margins.min().item(), i, places[np.argmin(margins)].flat[0].item())
+        for i, (places, margins) in enumerate(minima)
+        if len(margins)
+    ]
+    return min(found, default=(np.inf, -1, np.nan))
 
 
 def owners(of_each: Sequence[Array]) -> Indices:

@@ -9,7 +9,7 @@ A candidate is a point of the search with the values of objective and constraint
 """
 
 import heapq
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import count
@@ -21,7 +21,7 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import IllConditioned
 from trackably.gp.signal import EvaluationCache
 from trackably.learning import sqp
-from trackably.learning.constraint import closest
+from trackably.learning.constraint import closest, joined, worst
 from trackably.learning.nonlinear import Program
 from trackably.learning.problem import ConstrainedProblem, NoSolution, NothingFactored, NothingFeasible, Round, Solution
 
@@ -51,21 +51,12 @@ class Candidate:
     def with_overlooked(self, problem: ConstrainedProblem) -> "Candidate":
         """Add the places where a bound is violated that the coarse grid of `closest` missed."""
         added = [constraint.missed_minima(self.posterior) for constraint in problem.constraints]
-        minima = [
-            (np.concatenate([places, more]), np.concatenate([margins, below]))
-            for (places, margins), (more, below) in zip(self.minima, added, strict=True)
-        ]
-        return replace(self, minima=tuple(minima))
+        return replace(self, minima=tuple(joined(self.minima, added)))
 
     @cached_property
     def worst(self) -> tuple[float, int, float]:
         """The smallest relative margin, the index of its constraint, and its time [s]."""
-        found = [
-            (margin, i, time)
-            for i, (places, margins) in enumerate(self.minima)
-            for time, margin in zip(places.reshape(len(margins), -1)[:, 0].tolist(), margins.tolist(), strict=True)
-        ]
-        return min(found, default=(np.inf, -1, np.nan))
+        return worst(self.minima)
 
     @property
     def is_feasible(self) -> bool:
@@ -125,28 +116,6 @@ class _Descent:
     rounds: tuple[Round, ...] = ()
 
 
-@dataclass(frozen=True)
-class _LocalSearch:
-    """A local search from a promising start, with `places` of its own; `is_second` if the start is searched again."""
-
-    start: Array
-    path: _Descent
-    places: Places
-    is_second: bool = False
-
-    @property
-    def is_going_on(self) -> bool:
-        return bool(self.path.rounds)
-
-    def again(self) -> Iterator[tuple[float, "_LocalSearch"]]:
-        """Yield a second search from the same start with all places found, to run next.
-
-        Nothing if this is the second one.
-        """
-        if self.is_going_on and not self.is_second:
-            yield -np.inf, _LocalSearch(self.start, _Descent(self.start), self.places, is_second=True)
-
-
 Step = Callable[[Program, Array, Array | None, float, sqp.GiveUp], sqp.Minimum | None]
 """Solves a program from a start with the curvature there, up to a precision, or gives up: see `Program.minimise`."""
 
@@ -190,19 +159,27 @@ class Exchange:
         smallest objective goes on first, as its result may end other searches. A search may leave its basin: if it
         finds no better solution, it is repeated once, with all its places in the first program.
         """
-        order, queue = count(), list[tuple[float, int, _LocalSearch]]()
+        order, queue = count(), list[tuple[float, int, Array, _Descent, Places, bool]]()
         for start in starts:
             try:
                 candidate = Candidate.at(self.problem, start)
             except IllConditioned:
                 continue
             places = merge(self._no_places, candidate.closest_places)
-            queue.append((candidate.objective, next(order), _LocalSearch(start, _Descent(start), places)))
+            queue.append((candidate.objective, next(order), start, _Descent(start), places, False))
         heapq.heapify(queue)
         while queue:
-            value, _, search = heapq.heappop(queue)
-            for further, going_on in self._advance_search(value, search):
-                heapq.heappush(queue, (further, next(order), going_on))
+            value, _, start, path, places, is_second = heapq.heappop(queue)
+            best, paths, met = self.best, list[_Descent](), places
+            if not path.rounds or value < self._least:
+                paths, met = self._advance([path], places, _minimise_nearby)
+            if self.best is not best:
+                self.active = met
+            elif not paths or len(paths[0].rounds) > _MAX_ROUNDS:
+                if path.rounds and not is_second:
+                    heapq.heappush(queue, (-np.inf, next(order), start, _Descent(start), places, True))
+            elif path.rounds or not _is_near(paths[0].end, self._visited):
+                heapq.heappush(queue, (paths[0].rounds[-1].objective, next(order), start, paths[0], met, is_second))
 
     def together(self, points: Iterable[Array], step: Step = Program.minimise) -> None:
         """Improve all points by `step` until none violates a bound at a place that is not yet `active`."""
@@ -226,16 +203,16 @@ class Exchange:
         """Halve the signals' amplitudes at each point until all bounds hold; keep the best result."""
         for point in points:
             for halvings in range(_MAX_HALVINGS):
-                candidate = self._evaluate(self.problem.space.scaled_down(point, 2.0**halvings))
-                if candidate and candidate.is_feasible:
-                    self._keep(candidate)
+                if self.try_point(self.problem.space.scaled_down(point, 2.0**halvings)):
                     break
 
-    def try_all(self, points: Iterable[Array]) -> None:
-        """Evaluate some points without improving them; keep the best, or the one with the smallest violation."""
-        for candidate in map(self._evaluate, points):
-            if candidate and candidate.is_feasible:
-                self._keep(candidate)
+    def try_point(self, point: Array) -> bool:
+        """Evaluate a point without improving it, keep it if it is the best, and return whether it keeps all bounds."""
+        candidate = self._evaluate(point)
+        if candidate is None or not candidate.is_feasible:
+            return False
+        self._keep(candidate)
+        return True
 
     @property
     def _no_places(self) -> Places:
@@ -245,25 +222,6 @@ class Exchange:
     def _least(self) -> float:
         """The objective that a new solution has to undercut."""
         return self.ceiling if self.best is None else self.best.objective
-
-    def _advance_search(self, value: float, search: _LocalSearch) -> Iterator[tuple[float, _LocalSearch]]:
-        """Solve the next program of a search whose objective is `value`.
-
-        Yield the searches that follow, with their priorities.
-
-        Searches with a smaller objective go first.
-        """
-        best = self.best
-        if search.is_going_on and value >= self._least:
-            yield from search.again()
-            return
-        paths, met = self._advance([search.path], search.places, _minimise_nearby)
-        if self.best is not best:
-            self.active = met
-        elif not paths or len(paths[0].rounds) > _MAX_ROUNDS:
-            yield from search.again()
-        elif search.is_going_on or not _is_near(paths[0].end, self._visited):
-            yield paths[0].rounds[-1].objective, replace(search, path=paths[0], places=met)
 
     def _advance(self, paths: Sequence[_Descent], places: Places, step: Step) -> tuple[list[_Descent], Places]:
         """Solve the program with these places from the end of each path.

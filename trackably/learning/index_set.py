@@ -4,7 +4,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +12,7 @@ from trackably.arrays import Array
 from trackably.checker.certificate import AllPhases, Window
 from trackably.gp.joint import period_of
 from trackably.gp.kernels.base import Kernel
+from trackably.systems.trajectories import Quantities
 
 # A signal cannot change much faster than its kernel's correlation time: with this many grid points in each correlation
 # time the grid shows every local minimum, which is then refined.
@@ -21,7 +21,6 @@ _FEWEST_POINTS, _MOST_POINTS = 64, 50_000
 _REFINEMENTS, _NARROWER = 3, 0.1
 _BESIDE = np.array([[-1], [0], [1]])  # left of a centre, there, and right of it
 _FEW_STEPS = 4096  # if there are no more, all steps are evaluated
-_PARTS = 16  # an interval of steps is divided into so many parts, and the margin is evaluated at their ends
 
 Indices = npt.NDArray[np.intp]
 
@@ -32,62 +31,48 @@ TimesAndMargins = tuple[Array, Array]
 """Times [s] of local minima in increasing order, and the margins there: shape (n,) both."""
 
 
-class Margins(Protocol):
-    """Several margins that are evaluated together."""
+@dataclass(frozen=True)
+class _Single:
+    """A single margin, in the form of those of several quantities."""
 
-    def __len__(self) -> int:
-        """The number of margins."""
-        ...
+    margin: Margin
 
     def margins(self, t: Array) -> Array:
-        """Return all margins at t [s]: shape (Q, *t.shape)."""
-        ...
+        return self.margin(t)[None]
 
     def margins_of(self, which: Indices, t: Array) -> Array:
-        """Return margin `which[i]` at t[..., i] [s]; the result has the shape of t."""
-        ...
+        return self.margin(t)
 
     def breakpoints_in(self, start: float, end: float) -> Array:
-        """Return the times [s] between these at which a margin may jump or have a kink, because
-        its bound moves in time.
-        """
-        ...
+        return np.empty(0)
+
+
+Margins = Quantities | _Single
+"""Several margins that are evaluated together."""
 
 
 class IndexSet(ABC):
     """A set of times [s]; it may depend on the signals' kernels, whose period is learned."""
 
     @abstractmethod
-    def local_minima(self, margin: Margin, kernels: Sequence[Kernel]) -> Array:
-        """Return the times of the set at which `margin` has its local minima, in increasing order."""
-
     def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
         """Return the local minima of each margin: their times, and the margins there."""
 
-        def one(q: int) -> Margin:
-            return lambda t: margins.margins_of(np.full(t.shape[-1:], q), t)
-
-        times = [self.local_minima(one(q), kernels) for q in range(len(margins))]
-        return [(at, one(q)(at)) for q, at in enumerate(times)]
+    def local_minima(self, margin: Margin, kernels: Sequence[Kernel]) -> Array:
+        """Return the times of the set at which `margin` has its local minima, in increasing order."""
+        return self.minima_of_each(_Single(margin), kernels)[0][0]
 
     def nearest(self, t: Array) -> Array:
         """Return the nearest times of the set to t [s]; t lies between the first and the last of them."""
         return t
 
     @property
+    @abstractmethod
     def ends(self) -> tuple[float, float]:
-        """The first and the last time of the set [s]; infinite by default."""
-        return -np.inf, np.inf
-
-    def missed_minima(self, margin: Margin, kernels: Sequence[Kernel], curvature: Callable[[], float]) -> Array:
-        """Return local minima below zero that `local_minima` may have missed; none for intervals.
-
-        The margin is the minimum of functions whose second derivatives are at most `curvature` [1/s²].
-        """
-        return np.empty(0)
+        """The first and the last time of the set [s]."""
 
     def suspect_centres(self, centres: Array) -> Array:
-        """Return the sorted `centres` [s] between which `local_minima` may miss a minimum; none by default.
+        """Return the sorted `centres` [s] between which `minima_of_each` may miss a minimum; none by default.
 
         A sum of kernels with kinks can change from centre to centre, however long its correlation time is.
         """
@@ -96,52 +81,26 @@ class IndexSet(ABC):
 
 @dataclass(frozen=True)
 class Steps(IndexSet):
-    """The instants k T_s for k = first … last.
-
-    If there are many, local minima are sought on a coarse grid of instants, then on finer grids around each minimum.
-    """
+    """The instants k T_s for k = first … last; of many, those beside the local minima in real time are evaluated."""
 
     first: int
     last: int
     sampling_time: float
 
-    def local_minima(self, margin: Margin, kernels: Sequence[Kernel]) -> Array:
-        grid = self._grid(kernels)
-        minima = np.flatnonzero(_are_minima(margin(grid * self.sampling_time)))
-        if self._are_few(grid):
-            return np.asarray(grid[minima] * self.sampling_time)
-        at = grid[minima]
-        before, after = grid[np.maximum(minima - 1, 0)], grid[np.minimum(minima + 1, len(grid) - 1)]
-        while np.any(np.maximum(at - before, after - at) > 1):
-            closer = np.rint(np.linspace(before, after, _PARTS + 1))
-            lowest = np.argmin(margin(closer * self.sampling_time), axis=0)
-            pick = np.arange(len(at))
-            at = closer[lowest, pick]
-            before, after = closer[np.maximum(lowest - 1, 0), pick], closer[np.minimum(lowest + 1, _PARTS), pick]
-        return np.asarray(np.unique(at) * self.sampling_time)
+    def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
+        if self.last - self.first < _FEW_STEPS:
+            times = np.arange(self.first, self.last + 1, dtype=float) * self.sampling_time
+            values = margins.margins(times)
+            return [(times[are], of[are]) for are, of in zip(_are_minima(values), values, strict=True)]
+        found = _minima_in_cells(margins, *self.ends, kernels)
+        return [self._lowest_beside(margins, q, at) for q, (at, _) in enumerate(found)]
 
-    def missed_minima(self, margin: Margin, kernels: Sequence[Kernel], curvature: Callable[[], float]) -> Array:
-        grid = self._grid(kernels)
-        if self._are_few(grid):
-            return np.empty(0)
-        steps, values, most = [grid], [margin(grid * self.sampling_time)], curvature()
-        edges, at_edges = np.stack([grid[:-1], grid[1:]]), np.stack([values[0][:-1], values[0][1:]])
-        while True:
-            # Between two times at distance h, a function is at most h²/8 · curvature below its smaller end value.
-            before, after = edges[:-1].ravel(), edges[1:].ravel()
-            lower = np.minimum(at_edges[:-1], at_edges[1:]).ravel()
-            apart = np.maximum(after - before, 1) * self.sampling_time
-            unsure = (after - before > 1) & (lower < most * apart**2 / 8)
-            if not np.any(unsure):
-                break
-            edges = np.rint(np.linspace(before[unsure], after[unsure], _PARTS + 1))
-            at_edges = margin(edges * self.sampling_time)
-            steps.append(edges.ravel())
-            values.append(at_edges.ravel())
-        met, first = np.unique(np.concatenate(steps), return_index=True)
-        margins = np.concatenate(values)[first]
-        minima = np.flatnonzero(_are_minima(margins))
-        return np.asarray(met[minima[margins[minima] < 0]] * self.sampling_time)
+    def _lowest_beside(self, margins: Margins, q: int, at: Array) -> TimesAndMargins:
+        """Return the steps with the lowest margin q among the nearest one to each time and its two neighbours."""
+        beside = self.nearest(np.clip(at + self.sampling_time * _BESIDE, *self.ends))
+        values, every = margins.margins_of(np.full(len(at), q), beside), np.arange(len(at))
+        lowest = np.argmin(values, axis=0)
+        return _in_order(beside[lowest, every], values[lowest, every])
 
     def nearest(self, t: Array) -> Array:
         return np.asarray(np.rint(t / self.sampling_time) * self.sampling_time)
@@ -149,21 +108,6 @@ class Steps(IndexSet):
     @property
     def ends(self) -> tuple[float, float]:
         return self.first * self.sampling_time, self.last * self.sampling_time
-
-    @property
-    def _all(self) -> Array:
-        return np.arange(self.first, self.last + 1, dtype=float)
-
-    def _grid(self, kernels: Sequence[Kernel]) -> Array:
-        """Return the steps of the first grid; all steps if there are few."""
-        count = self.last - self.first + 1
-        intervals = _grid_intervals((count - 1) * self.sampling_time, kernels)
-        if count <= max(_FEW_STEPS, intervals + 1):
-            return self._all
-        return np.unique(np.rint(np.linspace(self.first, self.last, intervals + 1)))
-
-    def _are_few(self, grid: Array) -> bool:
-        return len(grid) == self.last - self.first + 1
 
 
 @dataclass(frozen=True)
@@ -175,9 +119,6 @@ class RealTimes(IndexSet):
     """
 
     of: Window | AllPhases
-
-    def local_minima(self, margin: Margin, kernels: Sequence[Kernel]) -> Array:
-        return self.minima_of_each(_Single(margin), kernels)[0][0]
 
     def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
         start, end = self.of.span if isinstance(self.of, Window) else (0.0, period_of(kernels))
@@ -191,25 +132,6 @@ class RealTimes(IndexSet):
         if isinstance(self.of, AllPhases):
             return np.empty(0)
         return centres[(self.of.start <= centres) & (centres <= self.of.end)]
-
-
-@dataclass(frozen=True)
-class _Single:
-    """A single margin in the form of `Margins`."""
-
-    margin: Margin
-
-    def __len__(self) -> int:
-        return 1
-
-    def margins(self, t: Array) -> Array:
-        return self.margin(t)[None]
-
-    def margins_of(self, which: Indices, t: Array) -> Array:
-        return self.margin(t)
-
-    def breakpoints_in(self, start: float, end: float) -> Array:
-        return np.empty(0)
 
 
 def _minima_in_cells(margins: Margins, start: float, end: float, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:

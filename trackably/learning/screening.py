@@ -33,15 +33,12 @@ def can_screen(prior: JointPrior) -> bool:
 
 
 def screen(problem: ConstrainedProblem, keep: int) -> list[Array]:
-    """Return ln θ of up to `keep` starts, the most promising first. Raises TypeError for other kernels than `Periodic`.
+    """Return ln θ of up to `keep` starts, the most promising first, if all kernels are `Periodic`.
 
     First come points that keep all bounds at a few phases, sorted by objective; then the others, sorted by violation.
     Bounds are evaluated at phases of one period, whatever the index sets of the constraints are. For several signals,
     bounds are not evaluated, as one bound may depend on all of them. Of many samples, every second or third is used.
     """
-    if not can_screen(problem.prior):
-        names = ", ".join(type(part.kernel).__name__ for part in problem.prior.parts)
-        raise TypeError(f"screening needs periodic kernels, got {names}")
     points, constraints = problem.space.points(_POINTS), problem.constraints if len(problem.prior.parts) == 1 else ()
     violation, objective = np.zeros(len(points)), np.zeros(len(points))
     for part, samples, places in zip(problem.prior.parts, problem.samples, problem.prior.places, strict=True):

@@ -91,7 +91,8 @@ def _from_spread_starts(exchange: Exchange, near: Solution | None, free: Solutio
         exchange.restore(starts)
         exchange.together(_best(exchange) or [exchange.closest.log_theta])
     if exchange.best is None:  # the last resort: points of the whole space
-        exchange.try_all(space.points(_SPREAD_THINLY))
+        for point in space.points(_SPREAD_THINLY):
+            exchange.try_point(point)
         exchange.restore([exchange.closest.log_theta])
         exchange.together(_best(exchange) or [exchange.closest.log_theta])
 

@@ -296,13 +296,9 @@ _EPOCH = datetime(1970, 1, 1)
 def checked_origin(origin: object) -> Origin:
     """Return the origin, with a NumPy integer as int. InputError: it is no origin."""
     match origin:
-        case None:
-            return None
-        case "first":
-            return "first"
-        case bool():
-            pass
-        case int() | np.integer():
+        case None | "first":
+            return origin
+        case int() | np.integer() if not isinstance(origin, bool):
             return int(origin)
     raise InputError(
         f'origin: expected a whole number of nanoseconds, "first" (the first sample of all) or None, got {origin!r}'
@@ -321,10 +317,15 @@ def zero_of(origin: Origin, absolute: bool, first: Decimal) -> int:
     return int(EXACT.divide(first, NANOSECOND).to_integral_value(ROUND_FLOOR))
 
 
+def origin_seconds(origin: int) -> Decimal:
+    """Convert an origin [ns] to seconds, exactly."""
+    return EXACT.multiply(Decimal(origin), NANOSECOND)
+
+
 def describe_origin(origin: int, absolute: bool) -> str:
     """Format an `origin` [ns] for people: as a date if it is `absolute` (counts from 1970), otherwise in seconds."""
     if not absolute:
-        return f"{plain(EXACT.multiply(Decimal(origin), NANOSECOND))} s on the file's own clock"
+        return f"{plain(origin_seconds(origin))} s on the file's own clock"
     seconds, nanoseconds = divmod(origin, 10**9)
     since = f"{origin} ns since 1970"
     try:

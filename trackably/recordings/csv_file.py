@@ -168,13 +168,13 @@ def read_cells(path: Path, layout: CsvLayout, names: Collection[str] | None = No
     try:
         for line, row in islice(_records(text, layout, separator), 0 if layout.columns else 1, None):
             if len(row) < len(header) or any(row[len(header) :]):
+                named = "the layout names" if layout.columns else "in the header"
                 raise InputError(
-                    f"{path}, line {line}: expected {len(header)} cells, as {_name_in(layout)}, got {len(row)}: "
-                    "is it whole?"
+                    f"{path}, line {line}: expected {len(header)} cells, as {named}, got {len(row)}: is it whole?"
                 )
             lines.append(line)
             rows.append(row)
-    except _NoCsvError as error:
+    except csv.Error as error:
         raise InputError(f"{path}, {error}") from error
     if not rows:
         raise InputError(f"{path}: there are no rows{'' if layout.columns else ' below the header'}")
@@ -182,7 +182,7 @@ def read_cells(path: Path, layout: CsvLayout, names: Collection[str] | None = No
     return Cells({name: [row[i] for row in rows] for name, i in at.items()}, [f"line {line}" for line in lines])
 
 
-def csv_reading(
+def csv_table(
     path: str | Path,
     time: str | None,
     time_unit: str | Clock,
@@ -191,8 +191,12 @@ def csv_reading(
     repairs: Sequence[Repair | str],
     origin: Origin,
     between: tuple[float, float] | None = None,
-) -> TableReading:
-    """Return the arguments of `read_csv`, checked. InputError: one of them is wrong."""
+    also: Sequence[str] = (),
+) -> tuple[TableReading, Cells]:
+    """Return the arguments of `read_csv`, checked, and the cells of its columns and of those in `also`.
+
+    Raises InputError.
+    """
     if not isinstance(layout, CsvLayout):
         raise InputError(f"layout: expected a CsvLayout, as CsvLayout(separator=';'), got {layout!r}")
     if not isinstance(time, str | None):
@@ -208,7 +212,9 @@ def csv_reading(
         )
 
     form = Form("column", layout.is_missing, lambda cell: parse(cell, layout.decimal), DateTimes.seconds, hint)
-    return TableReading.of(str(path_given(path)), form, time, time_unit, signals, repairs, origin, between)
+    file = path_given(path)
+    reading = TableReading.of(str(file), form, time, time_unit, signals, repairs, origin, between)
+    return reading, read_cells(file, layout, [*dict.fromkeys((*reading.names, *also))])
 
 
 def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | None) -> tuple[str, list[str]]:
@@ -216,27 +222,25 @@ def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | 
 
     A separator is chosen by the number of wanted names it finds.
     """
-    names, found = wanted or (), {}
-    refused = []
-    for separator in SEPARATORS if layout.separator is None else (layout.separator,):
+    names, firsts, refused = () if layout.columns else wanted or (), {}, []
+    for separator in _separators(layout):
         try:
-            first = next(_records(text, layout, separator), (0, []))[1]
-            found[separator] = [*layout.columns] if layout.columns and first else [name.strip() for name in first]
-        except _NoCsvError as error:
+            firsts[separator] = [cell.strip() for cell in next(_records(text, layout, separator), (0, []))[1]]
+        except csv.Error as error:
             refused.append(error)  # as when another separator follows a quoted name
-    if not found:
+    if not firsts:
         raise InputError(f"{path}, {refused[0]}") from refused[0]
-    if not any(found.values()):
+    if not any(firsts.values()):
         raise InputError(f"{path}: expected a header that names the columns, got an empty file")
-    separator, header = max(found.items(), key=lambda item: (sum(name in item[1] for name in names), len(item[1])))
-    if layout.columns:  # no header tells the separator: the first row has as many cells
-        separator = max(found, key=lambda separator: len(next(_records(text, layout, separator))[1]))
+    separator = max(firsts, key=lambda separator: (sum(name in firsts[separator] for name in names),
+                                                   len(firsts[separator])))  # fmt: skip
+    header = [*layout.columns] or firsts[separator]
     for name in header if wanted is None else wanted:
         if name not in header:
-            listed = ", ".join(map(repr, header))
-            hint = "" if layout.columns else _header_below(text, layout, names)
-            if not layout.columns and all(map(_looks_like_a_number, header)):
-                hint = _NO_HEADER
+            listed, hint = ", ".join(map(repr, header)), ""
+            if not layout.columns:
+                is_value = all(name[:1] in {*"+-.0123456789"} for name in header)
+                hint = _NO_HEADER if is_value else _header_below(text, layout, names)
             raise InputError(
                 f"{path}: there is no column {name!r}; with the separator {separator!r} there are {listed}{hint}"
             )
@@ -250,28 +254,23 @@ def _header_below(text: str, layout: CsvLayout, names: Collection[str]) -> str:
 
     "" if there is none.
     """
-    for separator in SEPARATORS if layout.separator is None else (layout.separator,):
-        with suppress(_NoCsvError):
+    for separator in _separators(layout):
+        with suppress(csv.Error):
             for line, cells in islice(_records(text, layout, separator), 1, _TITLE):
                 if {cell.strip() for cell in cells}.issuperset(names):
                     return f"; line {line} names all of them: `skip` of the layout leaves out the lines above it"
     return ""
 
 
-def _name_in(layout: CsvLayout) -> str:
-    return "the layout names" if layout.columns else "in the header"
-
-
-def _looks_like_a_number(name: str) -> bool:
-    return name[:1] in set("+-.0123456789")
-
-
-class _NoCsvError(Exception):
-    """A line that is not valid CSV."""
+def _separators(layout: CsvLayout) -> Sequence[str]:
+    return SEPARATORS if layout.separator is None else (layout.separator,)
 
 
 def _records(text: str, layout: CsvLayout, separator: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield each row that is not blank, with the number of the line on which it ends."""
+    """Yield each row that is not blank, with the number of the line on which it ends.
+
+    csv.Error: a line is not valid CSV; the message begins with its number.
+    """
     line = 0
 
     def lines() -> Iterator[str]:
@@ -286,7 +285,7 @@ def _records(text: str, layout: CsvLayout, separator: str) -> Iterator[tuple[int
             if row and (len(row) > 1 or row[0].strip()):
                 yield line, row
     except csv.Error as error:
-        raise _NoCsvError(f"line {line}: no CSV with the separator {separator!r} ({error})") from error
+        raise csv.Error(f"line {line}: no CSV with the separator {separator!r} ({error})") from error
 
 
 def read_csv(
@@ -335,5 +334,4 @@ def read_csv(
     InputError
         For a file that cannot be read, and for any error in it that no repair removes; names file and line.
     """
-    reading = csv_reading(path, time, time_unit, signals, layout, repairs, origin, between)
-    return recording_of((reading, read_cells(path_given(path), layout, reading.names)))
+    return recording_of(csv_table(path, time, time_unit, signals, layout, repairs, origin, between))

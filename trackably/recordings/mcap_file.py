@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import struct
+from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -31,7 +32,6 @@ from trackably.recordings.clocks import (
     NANOSECOND,
     RECORDED,
     Clock,
-    DateTimes,
     Origin,
     check_scale,
     clock_named,
@@ -47,6 +47,7 @@ from trackably.recordings.tables import (
     Form,
     TableReading,
     check_mapping,
+    date_in_text,
     is_none,
     path_given,
     recording_of,
@@ -93,23 +94,19 @@ def leaves(message: object) -> list[str]:
     return found if len(found) <= _LISTED else [*found[:_LISTED], "…"]
 
 
-def labels(message: object, path: str) -> tuple[str, ...]:
-    """Return the names of the list entries that a path selects by number: a transform's child frame, or a name."""
-    entries = [find(message, path[: number.end()]) for number in _NUMBERED.finditer(path)]
-    return tuple(label for entry in entries if (label := _label(entry)))
+def labels(message: object, path: str) -> list[tuple[str, str]]:
+    """Return the names of the list entries that a path selects by number: a transform's child frame, or a name.
 
-
-def label_field(message: object, path: str) -> str:
-    """Return the path with its first number replaced by the name of the entry."""
-    number = _NUMBERED.search(path)
-    assert number is not None
-    entry = find(message, path[: number.end()])
-    field = next(name for name in _LABELS if _text(entry, name))
-    return f"{path[: number.start()]}[{field}={_text(entry, field)}]{path[number.end() :]}"
-
-
-def _label(entry: object) -> str:
-    return next((text for name in _LABELS if (text := _text(entry, name))), "")
+    With each, return the path in which it replaces the number.
+    """
+    found = []
+    for number in _NUMBERED.finditer(path):
+        entry = find(message, path[: number.end()])
+        for field in _LABELS:
+            if label := _text(entry, field):
+                found.append((label, f"{path[: number.start()]}[{field}={label}]{path[number.end() :]}"))
+                break
+    return found
 
 
 def _text(entry: object, name: str) -> str:
@@ -164,16 +161,10 @@ def _leaves(node: object, path: str, depth: int) -> Iterator[str]:
         return
     if isinstance(node, int | float | Decimal | str):
         yield path
-    for name, child in _children(node):
-        dot = "." if path and not name.startswith("[") else ""
-        yield from _leaves(child, f"{path}{dot}{name}", depth - 1)
-
-
-def _children(node: object) -> Iterator[tuple[str, object]]:
-    if (fields := _fields(node)) is not None:
-        yield from ((str(name), child) for name, child in fields.items())
-    elif isinstance(node, Sequence) and not isinstance(node, str) and node:
-        yield "[0]", node[0]
+    elif isinstance(node, Sequence) and node:
+        yield from _leaves(node[0], f"{path}[0]", depth - 1)
+    for name, child in (_fields(node) or {}).items():
+        yield from _leaves(child, f"{path}.{name}" if path else str(name), depth - 1)
 
 
 Decode = Callable[[bytes], object]
@@ -211,7 +202,7 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
     """
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
-    counts: dict[int, int] = {}
+    counts = Counter[int]()
     messages: dict[str, list[Message]] = {topic: [] for topic in topics}
     kept = 0
     for record in _records(path):
@@ -223,7 +214,7 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
             case Message():
                 if record.channel_id not in channels:
                     raise InputError(f"{path}: a message is of channel {record.channel_id}, which is not described")
-                counts[record.channel_id] = counts.get(record.channel_id, 0) + 1
+                counts[record.channel_id] += 1
                 if (topic := channels[record.channel_id].topic) in messages:
                     messages[topic].append(record)
                     kept += _MESSAGE + len(record.data)
@@ -231,7 +222,7 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
                         raise InputError(
                             f"{path}: the messages on {', '.join(messages)} take more than {LARGEST} bytes"
                         )
-    listed = ", ".join(sorted(_describe(c, schemas.get(c.schema_id), counts.get(i, 0)) for i, c in channels.items()))
+    listed = ", ".join(sorted(_describe(c, schemas.get(c.schema_id), counts[i]) for i, c in channels.items()))
     for topic, received in messages.items():
         if not received:
             known = any(channel.topic == topic for channel in channels.values())
@@ -391,13 +382,7 @@ def _pair(stamp: object) -> Decimal:
     raise ValueError(f"expected seconds and nanoseconds, got {shorten(stamp)} (a number or a text needs its unit said)")
 
 
-def _date(clock: DateTimes, stamp: object) -> Decimal:
-    if not isinstance(stamp, str):
-        raise ValueError(f"expected a date and a time of day as text, got {shorten(stamp)}")
-    return clock.seconds(stamp)
-
-
-_FORM = Form("field", is_none, exact, _date, lambda _: "")
+_FORM = Form("field", is_none, exact, date_in_text, lambda _: "")
 
 
 @dataclass(frozen=True)
@@ -420,10 +405,8 @@ class Field:
 
     def __post_init__(self) -> None:
         for what, given in (("topic", self.topic), ("path", self.path), ("noise_std", self.noise_std)):
-            if not isinstance(given, str) and not (what == "noise_std" and given is None):
-                raise InputError(f"Field: {what}: expected a text, got {given!r}")
-            if given == "":
-                raise InputError(f"Field: {what}: expected a text, got an empty one")
+            if not (isinstance(given, str) and given) and not (what == "noise_std" and given is None):
+                raise InputError(f"Field: {what}: expected a text that is not empty, got {given!r}")
         if not isinstance(self.time, MessageTime):
             raise InputError(
                 f'Field: time: expected LOG_TIME, PUBLISH_TIME or Stamp("header.stamp"), got {self.time!r}'
@@ -465,7 +448,10 @@ def read_mcap(
     path = path_given(path)
     check_mapping(str(path), signals, 'a mapping from names to fields, as {"position": Field("/topic", "x")}')
     for name, wanted in signals.items():
-        _refuse_no_field(name, wanted)
+        if not isinstance(wanted, Field):
+            raise InputError(
+                f'signal {name!r}: expected a Field, as Field("/topic", "path.in.message"), got {wanted!r}'
+            )
     if len({field.time.clock.absolute for field in signals.values()}) > 1:
         raise InputError(f"{path}: signals are timed by clocks with different zeros; read them one by one")
     groups: dict[tuple[str, MessageTime], dict[str, Column]] = {}
@@ -479,11 +465,6 @@ def read_mcap(
     messages = read_messages(path, {topic for topic, _, _ in readings})
     found = recording_of(*((of, _cells(of, messages[topic], time)) for topic, time, of in readings))
     return replace(found, signals={name: found[name] for name in signals})
-
-
-def _refuse_no_field(signal: str, wanted: object) -> None:
-    if not isinstance(wanted, Field):
-        raise InputError(f'signal {signal!r}: expected a Field, as Field("/topic", "path.in.message"), got {wanted!r}')
 
 
 def _cells(reading: TableReading, messages: Sequence[Received], time: MessageTime) -> Cells:
@@ -514,9 +495,10 @@ def _refuse_other_frame(path: str, content: object, frames: dict[str, tuple[str,
     """Raise ValueError if the number in a path selects another frame than before, as may happen on `/tf`."""
     if "[" not in path:
         return
-    named = labels(content, path)
+    found = labels(content, path)
+    named = tuple(label for label, _ in found)
     if (before := frames.setdefault(path, named)) != named:
         raise ValueError(
             f"is of {', '.join(named)} here, and was of {', '.join(before)} before; name the one that is meant: "
-            f"{label_field(content, path)}"
+            f"{found[0][1] if found else path}"
         )

@@ -11,10 +11,20 @@ from typing import Any
 
 from trackably.errors import InputError
 from trackably.extras import optional
-from trackably.recordings.clocks import EXACT, NANOSECOND, Clock, DateTimes, Origin, exact
+from trackably.recordings.clocks import Clock, DateTimes, Origin, exact, origin_seconds
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
-from trackably.recordings.tables import LARGEST, Cells, Column, Form, TableReading, is_none, path_given, recording_of
+from trackably.recordings.tables import (
+    LARGEST,
+    Cells,
+    Column,
+    Form,
+    TableReading,
+    date_in_text,
+    is_none,
+    path_given,
+    recording_of,
+)
 
 
 def read_parquet(
@@ -50,23 +60,28 @@ def read_parquet(
         For a file that cannot be read, if pyarrow is not installed, and for any error in the file that no repair
         removes; names file and row, counted from 1.
     """
-    reading = parquet_reading(path, time, time_unit, signals, repairs, origin)
-    return recording_of((reading, read_cells(path_given(path), reading.names)))
+    return recording_of(parquet_table(path, time, time_unit, signals, repairs, origin))
 
 
-def parquet_reading(
+def parquet_table(
     path: str | Path,
     time: str,
     time_unit: str | Clock,
     signals: Mapping[str, Column | str],
     repairs: Sequence[Repair | str],
     origin: Origin,
-) -> TableReading:
-    """Return the arguments of `read_parquet`, checked. InputError: one of them is wrong."""
+    also: Sequence[str] = (),
+) -> tuple[TableReading, Cells]:
+    """Return the arguments of `read_parquet`, checked, and the cells of its columns and those in `also`.
+
+    Raises InputError.
+    """
     if not isinstance(time, str):
         raise InputError(f"time: expected the name of a column, got {time!r}")
     form = Form("column", is_none, _count, _date, lambda _: "")
-    return TableReading.of(str(path_given(path)), form, time, time_unit, signals, repairs, origin)
+    file = path_given(path)
+    reading = TableReading.of(str(file), form, time, time_unit, signals, repairs, origin)
+    return reading, read_cells(file, [*dict.fromkeys((*reading.names, *also))])
 
 
 def read_cells(path: Path, names: Sequence[str]) -> Cells:
@@ -114,12 +129,7 @@ def _nanoseconds(column: Any) -> list[_Instant | None]:
 
 
 def _date(clock: DateTimes, cell: object) -> Decimal:
-    match cell:
-        case _Instant(nanoseconds):
-            return EXACT.multiply(Decimal(nanoseconds), NANOSECOND)
-        case str():
-            return clock.seconds(cell)
-    raise ValueError(f"expected a date, got {cell!r}")
+    return origin_seconds(cell.nanoseconds) if isinstance(cell, _Instant) else date_in_text(clock, cell)
 
 
 def _count(cell: object) -> Decimal:

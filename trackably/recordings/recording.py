@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from trackably.arguments import is_number, numbers
+from trackably.arguments import array, is_number
 from trackably.arrays import Array
 from trackably.errors import InputError
 from trackably.gp.samples import Samples
@@ -69,12 +69,9 @@ class Signal:
         object.__setattr__(self, "times", samples.times)
         object.__setattr__(self, "values", samples.values)
         if self.noise_std is not None:
-            noise_std = numbers("signal: noise_std", self.noise_std)
-            if noise_std.shape != samples.times.shape:
-                raise ValueError(f"signal: noise_std must be as long as the times, got shape {noise_std.shape}")
-            if bad := np.flatnonzero(~((noise_std > 0) & np.isfinite(noise_std))).tolist():
+            noise_std = array("signal: noise_std", self.noise_std, len(samples.times))
+            if bad := np.flatnonzero(noise_std <= 0).tolist():
                 raise ValueError(f"signal: noise_std[{bad[0]}] must be positive, got {noise_std[bad[0]]}")
-            noise_std.flags.writeable = False
             object.__setattr__(self, "noise_std", noise_std)
 
     def __len__(self) -> int:
@@ -177,14 +174,11 @@ class Recording:
     def _contents(self) -> list[str]:
         """Return a line for each signal, and one for the origin."""
         signals = (
-            f"{name}: {len(signal)} samples from {' to '.join(_span(signal))} s{_gaps(signal)}"
+            f"{name}: {len(signal)} samples from {' to '.join(ends_shown(*signal.times[[0, -1]].tolist()))} s"
+            f"{_gaps(signal)}"
             for name, signal in self.signals.items()
         )
         return [*signals, f"time zero: {describe_origin(self.origin, self.absolute)}"]
-
-
-def _span(signal: Signal) -> tuple[str, str]:
-    return ends_shown(float(signal.times[0]), float(signal.times[-1]))
 
 
 def _gaps(signal: Signal) -> str:

@@ -5,19 +5,20 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from trackably.arrays import Array
 from trackably.errors import InputError
-from trackably.recordings.clocks import EXACT, NANOSECOND, Origin, plain, zero_of
+from trackably.recordings.clocks import EXACT, Origin, origin_seconds, plain, zero_of
 from trackably.recordings.recording import Cleaning, Finding, Recording, Signal
 
 
 def rows_between(stamps: Sequence[Decimal | None], ends: tuple[float, float], origin: int) -> list[int]:
     """Return the indices of the rows with start ≤ time ≤ end [s] since `origin` [ns], or without a time."""
-    zero = EXACT.multiply(Decimal(origin), NANOSECOND)
+    zero = origin_seconds(origin)
     first, last = (EXACT.add(zero, Decimal(repr(float(end)))) for end in ends)
     return [row for row, at in enumerate(stamps) if at is None or first <= at <= last]
 
@@ -91,19 +92,15 @@ def out_of_order(stamps: Sequence[Decimal]) -> list[int]:
     log n).
     """
     smallest: list[Decimal] = []  # [k]: over all chains of k + 1 rows found so far, the latest first stamp, negated
-    starts: list[int] = []  # [k]: the row of that stamp
-    follower: dict[int, int | None] = {}
-    for row in range(len(stamps) - 1, -1, -1):
-        key = -stamps[row]
-        k = bisect_right(smallest, key)
-        smallest[k : k + 1] = [key]
-        starts[k : k + 1] = [row]
-        follower[row] = starts[k - 1] if k else None
-    kept = set()
-    at = starts[-1] if starts else None
-    while at is not None:
-        kept.add(at)
-        at = follower[at]
+    chains: list[Any] = []  # [k]: the row of that stamp, and the rest of its chain
+    for row in reversed(range(len(stamps))):
+        k = bisect_right(smallest, -stamps[row])
+        smallest[k : k + 1] = [-stamps[row]]
+        chains[k : k + 1] = [(row, chains[k - 1] if k else None)]
+    kept, chain = set(), chains[-1] if chains else None
+    while chain:
+        row, chain = chain
+        kept.add(row)
     return [row for row in range(len(stamps)) if row not in kept]
 
 
@@ -118,29 +115,24 @@ def far_apart(rows: Rows) -> tuple[Finding, ...]:
     The noise is that of each sample, if it is known; otherwise it is bounded by the usual difference of neighbours in
     time. InputError: a row has no time.
     """
-    found: dict[str, list[tuple[float, int, float]]] = {}
-    repeats = list(rows.repeats())
-    usual = {name: _usual(rows, name) for name in {name for name, _ in repeats}}
-    for name, together in repeats:
-        apart = float(np.ptp(rows.values[name][together]))
-        most = _noise(rows.noise_std[name][together]) if name in rows.noise_std else usual[name]
-        if apart > most:
-            found.setdefault(name, []).append((apart, together[0], most))
-    return tuple(_doubtful(rows, name, far) for name, far in found.items())
-
-
-def _doubtful(rows: Rows, name: str, far: list[tuple[float, int, float]]) -> Finding:
-    apart, _, most = max(far)
-    of = "their noise" if name in rows.noise_std else "what is usual between neighbours in time"
-    what = (
-        f"values of {name} at one time that were averaged, though up to {apart:.3g} apart, more than {of} explains "
-        f"({most:.3g}): are they of one signal?"
-    )
-    return Finding(what, len(far), rows.places[min(row for _, row, _ in far)], is_doubtful=True)
-
-
-def _noise(deviations: Array) -> float:
-    return _TIMES_NOISE * float(np.sqrt(2) * np.max(deviations))
+    findings, repeats = [], list(rows.repeats())
+    for name in dict.fromkeys(name for name, _ in repeats):
+        groups, deviations = [together for of, together in repeats if of == name], rows.noise_std.get(name)
+        if deviations is None:
+            of, most = "what is usual between neighbours in time", [_usual(rows, name)] * len(groups)
+        else:
+            of, most = "their noise", [_TIMES_NOISE * float(np.sqrt(2) * np.max(deviations[rs])) for rs in groups]
+        apart = [float(np.ptp(rows.values[name][together])) for together in groups]
+        far = [(a, together[0], m) for a, together, m in zip(apart, groups, most, strict=True) if a > m]
+        if far:
+            largest, _, explained = max(far)
+            what = (
+                f"values of {name} at one time that were averaged, though up to {largest:.3g} apart, more than {of} "
+                f"explains ({explained:.3g}): are they of one signal?"
+            )
+            first = rows.places[min(row for _, row, _ in far)]
+            findings.append(Finding(what, len(far), first, is_doubtful=True))
+    return tuple(findings)
 
 
 def _usual(rows: Rows, name: str) -> float:
@@ -229,16 +221,10 @@ def chosen_repairs(repairs: Sequence[Repair | str]) -> list[Repair]:
         raise InputError(f"repairs: expected a list of them, in their order, got {alone} by itself")
     if not isinstance(repairs, Sequence):
         raise InputError(f"repairs: expected a list of them, got {repairs!r}")
-    return [_repair(repair) for repair in repairs]
-
-
-def _repair(repair: object) -> Repair:
-    if callable(repair):
-        chosen: Repair = repair
-        return chosen
-    if not isinstance(repair, str) or repair not in REPAIRS:
-        raise InputError(f"there is no repair {repair!r}; there are {', '.join(REPAIRS)}")
-    return REPAIRS[repair]
+    for repair in repairs:
+        if not callable(repair) and repair not in [*REPAIRS]:
+            raise InputError(f"there is no repair {repair!r}; there are {', '.join(REPAIRS)}")
+    return [REPAIRS[repair] if isinstance(repair, str) else repair for repair in repairs]
 
 
 def _without(rows: Rows, dropped: Sequence[int], what: str) -> tuple[Rows, tuple[Finding, ...]]:
@@ -325,8 +311,7 @@ def _refuse_disorder(rows: Rows) -> None:
 
 
 def _refuse_repeats(rows: Rows) -> None:
-    repeats = list(rows.repeats())
-    if repeats:
+    if repeats := list(rows.repeats()):
         name, (first, second, *_) = min(repeats, key=lambda repeat: repeat[1][1])
         count = len({row for _, together in repeats for row in together[1:]})
         raise InputError(
@@ -356,7 +341,7 @@ def _first(rows: Rows) -> Decimal:
 def _signal(rows: Rows, name: str, origin: int) -> Signal:
     stamps = rows.require_times()
     at = np.flatnonzero(rows.present(name))
-    zero = EXACT.multiply(Decimal(origin), NANOSECOND)
+    zero = origin_seconds(origin)
     times = np.array([float(EXACT.subtract(stamps[row], zero)) for row in at.tolist()])
     if bad := np.flatnonzero(np.isinf(times)).tolist():
         raise InputError(

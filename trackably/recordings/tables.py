@@ -19,7 +19,6 @@ from trackably.arrays import Array
 from trackably.errors import DoubtfulInputWarning, InputError
 from trackably.recordings.clocks import (
     EXACT,
-    NANOSECOND,
     Clock,
     DateTimes,
     Origin,
@@ -27,7 +26,9 @@ from trackably.recordings.clocks import (
     checked_origin,
     clock_named,
     doubt,
+    origin_seconds,
     scale_once,
+    shorten,
     zero_of,
 )
 from trackably.recordings.recording import Recording
@@ -153,6 +154,13 @@ class Form(NamedTuple):
     """Returns advice for a refused cell."""
 
 
+def date_in_text(clock: DateTimes, cell: object) -> Decimal:
+    """Return the time [s] of a decoded date. ValueError: it is no text, or no date."""
+    if not isinstance(cell, str):
+        raise ValueError(f"expected a date and a time of day as text, got {shorten(cell)}")
+    return clock.seconds(cell)
+
+
 def is_none(value: object) -> bool:
     """Whether a decoded value is null or NaN, which both mean that there is none."""
     return value is None or value != value  # noqa: PLR0124
@@ -185,7 +193,11 @@ class TableReading:
     ) -> Self:
         """Check and return the arguments of a reader. InputError: one of them is wrong."""
         check_mapping(source, signals, 'a mapping from names to columns, as {"position": "x"}')
-        columns = {name: _column(name, wanted) for name, wanted in signals.items()}
+        columns = {}
+        for name, wanted in signals.items():
+            if not isinstance(wanted, Column | str):
+                raise InputError(f"signal {name!r}: expected a Column, or the name of one, got {wanted!r}")
+            columns[name] = Column(wanted) if isinstance(wanted, str) else wanted
         clock, chosen, zero = clock_named(time_unit), tuple(chosen_repairs(repairs)), checked_origin(origin)
         return cls(source, form, time, clock, columns, chosen, zero, checked_window(between))
 
@@ -275,15 +287,6 @@ def _outside(seen: Sequence[Decimal], between: tuple[float, float], origin: int)
     none = f"there is no sample from {between[0]:g} s to {between[1]:g} s"
     if not seen:
         return none
-    zero = EXACT.multiply(Decimal(origin), NANOSECOND)
+    zero = origin_seconds(origin)
     first, last = (float(EXACT.subtract(t, zero)) for t in (min(seen), max(seen)))
     return f"{none}; they are from {first:g} s to {last:g} s"
-
-
-def _column(signal: str, wanted: object) -> Column:
-    """Return a column, given as such or by its name. InputError: it is neither."""
-    if isinstance(wanted, Column):
-        return wanted
-    if isinstance(wanted, str):
-        return Column(wanted)
-    raise InputError(f"signal {signal!r}: expected a Column, or the name of one, got {wanted!r}")

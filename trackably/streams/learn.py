@@ -13,7 +13,6 @@ import numpy as np
 
 from trackably.arguments import real
 from trackably.arrays import ArrayLike
-from trackably.certificates.certificate import robust_of
 from trackably.certificates.claim import Written, as_claim, refusal
 from trackably.certificates.judge import found_or_raise
 from trackably.certificates.waypoint import prove_waypoints
@@ -118,7 +117,9 @@ def learn_stream(
     NotTrackableError
         If no reference was found, or none that is proved.
     """
-    _refuse(others)
+    for name in others:
+        instead = _INSTEAD.get(name, "`help(learn_stream)` shows what it takes")
+        raise TypeError(f"learn_stream: takes no {name!r}: {instead}")
     plant, tightening = tighten_plant(plant, disturbance, feedback, margin, measurement_noise, model_error)
     measured = Measurements.of(samples, plant, noise_std, centres)
     claim = as_claim(claim, measured.given, plant.sampling_time)
@@ -150,20 +151,13 @@ def learn_stream(
         reference, certificate = found_or_raise(learn_proved(stream))
         pinned = tuple(at.found(reference) for at in pinned)
         proofs = found_or_raise(prove_waypoints(reference, pinned))
-    certificate = with_truth(certificate.with_robust(robust_of(tightening)), signals)
+    certificate = with_truth(certificate.with_robust(tightening), signals)
     learned = StreamReference(reference, certificate, replace(stream, pinned=pinned), cost, tightening, proofs)
     if large := [misfit for misfit in learned.misfits if misfit.is_large]:
         off = "; ".join(f"it is {misfit.size:.3g} off those of {misfit.name}" for misfit in large)
         sentence = f"the reference keeps its bounds but does not follow its samples: {off}; wider bounds may help"
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
     return learned
-
-
-def _refuse(others: Mapping[str, object]) -> None:
-    """Raise TypeError for an option that streams do not take, and say what to do instead."""
-    for name in others:
-        instead = _INSTEAD.get(name, "`help(learn_stream)` shows what it takes")
-        raise TypeError(f"learn_stream: takes no {name!r}: {instead}")
 
 
 def _busiest(measured: Measurements, length: float) -> Measurements:
@@ -185,16 +179,13 @@ def _busiest(measured: Measurements, length: float) -> Measurements:
             most, best = motion, found
     if not best:
         raise ValueError(f"window: none of {length:g} s holds samples of all of {', '.join(given)}; give a longer one")
-    share = max(len(of) / len(given[name]) for name, of in best.items())
-    return replace(measured, given=best, centres=_part_of(measured.centres, share))
+    share, centres = max(len(of) / len(given[name]) for name, of in best.items()), measured.centres
+    centres = max(NODES, round(centres * share)) if isinstance(centres, int) else centres
+    return replace(measured, given=best, centres=centres)
 
 
 def _motion(samples: Samples) -> float:
     return float(np.sum(np.abs(samples.values - np.median(samples.values))))
-
-
-def _part_of(centres: Centres, share: float) -> Centres:
-    return max(NODES, round(centres * share)) if isinstance(centres, int) else centres
 
 
 def _as_known(begun: Measurements, first: EmpiricalPrior, plant: ConstrainedSystem, starts: int) -> JointPrior:

@@ -5,10 +5,11 @@ It is saved with all data that it was learned from; when it is read, it is prove
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Self, overload
+from typing import Self
 
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import found_or_raise
@@ -16,16 +17,15 @@ from trackably.certificates.waypoint import Waypoint
 from trackably.checker.certificate import AllTimes, TrueSignal, Window
 from trackably.condensed import Condensation
 from trackably.explanation import given_values, kept_free, means
-from trackably.files import LEFT_OUT, new_file, path_of
+from trackably.files import LEFT_OUT, new_file
 from trackably.fit import Misfit
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
-from trackably.proved import ProvedReference
-from trackably.saved import Saved, SavedTightening, Unchecked, checked_within, window_of
+from trackably.reference import LearnedReference
+from trackably.saved import Saved, SavedTightening, window_of
 from trackably.streams.windows import Stream
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
-from trackably.truth import Accuracy, accuracy
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +68,8 @@ class SavedStream(Saved):
         return Stream(self.samples, self.prior, self.learned.plant, self.length, claim, self.pinned)
 
 
-@dataclass(frozen=True, eq=False)
-class StreamReference(ProvedReference):
+@dataclass(frozen=True, eq=False, repr=False)
+class StreamReference(LearnedReference):
     """One reference for a whole stream: the system can follow it at all times that `certificate` claims.
 
     The signals are one sum of kernels, to which each window has added, and the proof is about the sum; so there are no
@@ -97,14 +97,9 @@ class StreamReference(ProvedReference):
         return self.stream.samples
 
     @property
-    def hyperparameters(self) -> dict[str, float]:
-        """All hyperparameters, learned from the window with most motion or known, in natural units."""
-        return {name: float(value) for name, value in self.stream.prior.hyperparameters.items()}
-
-    @property
-    def misfit(self) -> dict[str, float]:
-        """The root mean square of samples minus reference, by sampled name, in its unit."""
-        return {misfit.name: misfit.size for misfit in self.misfits}
+    def prior(self) -> JointPrior:
+        """The prior of the flat outputs; hyperparameters are known, or learned from the window with most motion."""
+        return self.stream.prior
 
     @property
     def explanation(self) -> str:
@@ -116,7 +111,7 @@ class StreamReference(ProvedReference):
         ]
         learned = f"learned in windows of {self.stream.length:g} s, each of which continues the one before"
         said = [self.certificate.explanation, kept_free(self.tightening), *given_values(self.stream.pinned), learned]
-        said.append(means(self.stream.prior, self.samples, self.stream.prior))
+        said.append(means(self.prior, self.samples, self.prior))
         return "; ".join(filter(None, [*said, *map(str, self.condensed), *off]))
 
     def save(self, path: Path | str) -> None:
@@ -137,28 +132,15 @@ class StreamReference(ProvedReference):
         )
         saved.write(new_file("save", path))
 
-    @overload
     @classmethod
-    def load(cls, path: Path | str) -> Self: ...
-
-    @overload
-    @classmethod
-    def load(cls, path: Path | str, seconds: float | None) -> Self | Unchecked[Self]: ...
-
-    @classmethod
-    def load(cls, path: Path | str, seconds: float | None = None) -> Self | Unchecked[Self]:
-        """The inverse of `save`: what is read is proved again, and checked, as `TrackableReference.load` does."""
-        saved = SavedStream.read(path := path_of("load", path))
-        return checked_within(seconds, path, lambda: cls._proved_again(saved))
+    def _read(cls, path: Path) -> Callable[[], Self]:
+        saved = SavedStream.read(path)
+        return lambda: cls._proved_again(saved)
 
     @classmethod
     def _proved_again(cls, saved: SavedStream) -> Self:
         certificate, pinned = found_or_raise(saved.proofs())
         return cls(saved.learned, certificate, saved.stream, saved.condensed, saved.computed_tightening, pinned)
-
-    def accuracy(self, name: str | None = None) -> Accuracy:
-        """Return error bounds of the state `name`, as `TrackableReference.accuracy`. ValueError: it has no `truth`."""
-        return accuracy(self.certificate, name)
 
     @cached_property
     def misfits(self) -> tuple[Misfit, ...]:
@@ -167,14 +149,10 @@ class StreamReference(ProvedReference):
         In place of a fit without bounds, they are compared with the noise.
         """
         found = []
-        prior, signals = self.stream.prior, self.learned.kernel_sums
-        for process, part, of, signal in zip(prior.names, prior.parts, self.samples, signals, strict=True):
+        each = zip(self.prior.names, self.prior.parts, self.samples, self.learned.kernel_sums, strict=True)
+        for process, part, of, signal in each:
             for name, samples in of.by_name(process).items():
                 off = samples.values - samples.stencil.measured(signal, samples.times)
                 noise = float(part.noise_std)
                 found.append(Misfit(name, samples, off, noise * samples.relative_noise, noise, noise, is_learned=False))
         return tuple(found)
-
-    def __repr__(self) -> str:
-        theta = ", ".join(f"{name} = {value:.4g}" for name, value in self.hyperparameters.items())
-        return f"StreamReference({theta}; {self.explanation}; {self.identity})"

@@ -10,10 +10,8 @@ import numpy as np
 
 from trackably.arguments import instance, real, whole
 from trackably.arrays import ArrayLike
-from trackably.certificates.certificate import robust_of
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.claim import times_of
-from trackably.certificates.goal import for_all_times_again
 from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.checker.certificate import AllPhases, AllTimes
@@ -21,8 +19,8 @@ from trackably.control.stepping import Plan, SteppedController, StepResult
 from trackably.fit import Fit
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
-from trackably.learning.learner import FUNCTION, JOINT, Learner
-from trackably.learning.problem import NoSolution, Solution
+from trackably.learning.learner import FUNCTION, JOINT
+from trackably.learning.problem import NoSolution
 from trackably.learning.space import SearchSpace
 from trackably.reference import TrackableReference
 from trackably.request import SamplesLike, names_of_each, same_states
@@ -86,35 +84,23 @@ class WindowLearner:
         Or the reason why there is none, or none in time.
         """
         begun = self.clock()
-        moves = self.moving_every > 0 and (len(self.seconds) + 1) % self.moving_every == 0
-        found = self._learned(samples, *(self._from_movable() if moves else self._from_known()))
+        found = self._learned(samples)
         self.seconds.append(self.clock() - begun)
         if isinstance(found, Certified):
             self.last = found
         return BudgetExceeded(self.seconds[-1], self.budget) if self.seconds[-1] > self.budget else found
 
-    def _learned(self, samples: tuple[Samples, ...], learner: Learner, near: Solution) -> LearningResult:
-        prior = near.posterior.prior
+    def _learned(self, samples: tuple[Samples, ...]) -> LearningResult:
+        """Learn the function, and the hyperparameters in every `moving_every`-th window, from the last solution."""
+        solution, plant = self.last.solution, self.last.reference.plant
+        learner, prior = FUNCTION, solution.posterior.prior.as_known()
+        if self.moving_every and (len(self.seconds) + 1) % self.moving_every == 0:
+            values = solution.posterior.prior.hyperparameters
+            learner = _MOVING
+            prior = self._prior.with_log_hyperparameters(np.log([values[name] for name in self._prior.learned]))
+        near = replace(solution, posterior=replace(solution.posterior, prior=prior))
         space = SearchSpace.around(samples, prior, starts=1)
-        plant = self.last.reference.plant
-        goal = for_all_times_again(samples, prior, plant)
-        return learn_certified(samples, prior, plant, space, goal, learner=learner, last=near)
-
-    def _from_known(self) -> tuple[Learner, Solution]:
-        """Return the learner of functions, and the last solution with known hyperparameters."""
-        return FUNCTION, _with_prior(self.last.solution, self.last.solution.posterior.prior.as_known())
-
-    def _from_movable(self) -> tuple[Learner, Solution]:
-        """Return the learner of function and hyperparameters, and the last solution with its
-        hyperparameters as learned ones.
-        """
-        values = self.last.solution.posterior.prior.hyperparameters
-        log_theta = np.log([values[name] for name in self._prior.learned])
-        return _MOVING, _with_prior(self.last.solution, self._prior.with_log_hyperparameters(log_theta))
-
-
-def _with_prior(solution: Solution, prior: JointPrior) -> Solution:
-    return replace(solution, posterior=replace(solution.posterior, prior=prior))
+        return learn_certified(samples, prior, plant, space, learner=learner, last=near)
 
 
 def holds_for_all_times(learned: Certified) -> bool:
@@ -151,7 +137,9 @@ class Relearner:
 
     def __post_init__(self) -> None:
         instance("reference", self.reference, TrackableReference, "one that learn_reference returns")
-        first = _certify(self.reference)
+        fit = self.reference.fit
+        space = SearchSpace.around(fit.samples, fit.prior)
+        first = Certified(fit.solution, fit.reference, self.reference.certificate, 0.0, space)
         if not holds_for_all_times(first):
             raise ValueError(
                 "reference: a loop may need it for ever, so that it has to be proved for all times, but it is "
@@ -184,7 +172,11 @@ class Relearner:
         found = self._windows(seen)
         if not isinstance(found, Certified):
             return judge(found)
-        self._learned = _with_proof(found, self.reference)
+        # Its l without bounds is that of the same θ.
+        fit = Fit.of(found.reference, found.solution, found.solution.posterior, ())
+        tightening = self.reference.tightening
+        certificate = found.certificate.with_robust(tightening)
+        self._learned = TrackableReference(fit, certificate, tightening=tightening)
         return self._learned
 
     def step(
@@ -205,17 +197,3 @@ class Relearner:
                 self.reference = learned
                 return answer
         return controller.step(k, state, self.reference, initial_guess)
-
-
-def _certify(reference: TrackableReference) -> Certified:
-    """Return a reference in the form from which a search can continue."""
-    fit = reference.fit
-    space = SearchSpace.around(fit.samples, fit.prior)
-    return Certified(fit.solution, reference.reference, reference.certificate, 0.0, 0.0, 0, space)
-
-
-def _with_proof(found: Certified, last: TrackableReference) -> TrackableReference:
-    """Return the result as a reference for the plant of the last one; its l without bounds is that of the same θ."""
-    fit = Fit.of(found.reference, found.solution, found.solution.posterior, ())
-    certificate = found.certificate.with_robust(robust_of(last.tightening))
-    return TrackableReference(fit, certificate, tightening=last.tightening)

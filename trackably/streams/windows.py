@@ -23,7 +23,7 @@ from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import RealTimes
 from trackably.learning.joint.search import learn_function
-from trackably.learning.problem import ConstrainedProblem, NoSolution, RequiredValue, Solution
+from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
@@ -37,7 +37,9 @@ class Continued(Posterior):
     base: KernelSum
 
     def with_kernels(self, own: Array, t: Array, weights: Array) -> KernelSum:
-        return together(self.base, super().with_kernels(own, t, weights))
+        more = super().with_kernels(own, t, weights)  # with the same prior mean, which counts once
+        centres, weights = np.append(self.base.centres, more.centres), np.append(self.base.weights, more.weights)
+        return KernelSum.of_terms(self.base.kernel, self.base.mean, centres, weights)
 
     @cached_property
     def _residual(self) -> Array:
@@ -64,12 +66,6 @@ class ContinuedProblem(ConstrainedProblem):
 
     def posterior(self, log_theta: Array) -> JointPosterior:
         return JointlyContinued(self.prior, self.samples, self.bases)
-
-
-def together(base: KernelSum, more: KernelSum) -> KernelSum:
-    """Return the sum of two functions with the same prior mean, counting the mean once."""
-    centres, weights = np.append(base.centres, more.centres), np.append(base.weights, more.weights)
-    return KernelSum.of_terms(base.kernel, base.mean, centres, weights)
 
 
 def part_of(samples: Samples, start: float, end: float) -> Samples | None:
@@ -143,7 +139,10 @@ def learn_proved(stream: Stream) -> tuple[Reference, Certificate] | NoSolution |
         if isinstance(signals, NoSolution):
             return outcome or signals
         reference = Reference(signals, stream.plant)
-        proved = _prove(reference, stream.claim)
+        if isinstance(stream.claim, Window):
+            proved = prove_on_window(reference, *stream.claim.span)
+        else:
+            proved = prove_while_settling(reference)
         done("fit")
         if isinstance(proved, Certificate):
             return reference, proved
@@ -198,17 +197,12 @@ def _problem(
     times = Window(max(min(earliest, now), now - 2 * memory), last + memory + stream.plant.sampling_time)
     constraints = constraints_at(times, stream.plant, backoff)
     space = SearchSpace.around(given, stream.prior, starts=1)
-    return ContinuedProblem(given, stream.prior, space, constraints, _required_values(stream, times), bases=bases)
-
-
-def _required_values(stream: Stream, times: Window) -> tuple[RequiredValue, ...]:
-    """Return the required values that a window can still change, and those that it has to prepare for.
-
-    Times before the first sample belong to the first window, and times after the last sample to the last one.
-    """
+    # Required values that the window can still change, and those that it has to prepare for. Times before the first
+    # sample belong to the first window, and times after the last sample to the last one.
     ends = [float(of.times[i]) for of in stream.samples for i in (0, -1)]
     within = (at for at in stream.pinned if times.start <= min(max(at.time, min(ends)), max(ends)) <= times.end)
-    return tuple(value for at in within for value in at.required_values(stream.plant))
+    required = tuple(value for at in within for value in at.required_values(stream.plant))
+    return ContinuedProblem(given, stream.prior, space, constraints, required, bases=bases)
 
 
 def constraints_at(times: Window, plant: ConstrainedSystem, backoff: float = _BACKOFFS[0]) -> tuple[Constraint, ...]:
@@ -217,9 +211,3 @@ def constraints_at(times: Window, plant: ConstrainedSystem, backoff: float = _BA
         Constraint(replace(q, bounds=q.bounds.shrunk(backoff / 2 * q.bounds.width)), RealTimes(times), backoff / 2)
         for q in plant.quantities
     )
-
-
-def _prove(reference: Reference, claim: Claim) -> Certificate | Failure:
-    if isinstance(claim, Window):
-        return prove_on_window(reference, *claim.span)
-    return prove_while_settling(reference)

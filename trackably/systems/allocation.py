@@ -78,18 +78,14 @@ class Allocation:
             ends = np.where(factors > 0, lower[hit], upper[hit]), np.where(factors > 0, upper[hit], lower[hit])
             low, high = (factors @ of for of in ends)
             lowest, highest = found.get(tuple(direction), (low, high))
-            found[tuple(direction)] = max(low, lowest), min(high, highest)
-            self._refuse_empty(tuple(direction), *found[tuple(direction)])
+            low, high = found[tuple(direction)] = max(low, lowest), min(high, highest)
+            if not (low < high if any(direction) else low <= 0 <= high):  # a row of zeros may show that U is empty
+                raise ValueError(f"set: must have an interior, but no input lies strictly inside {self.input_set}")
         return [
             Attainable(row, Interval(float_above(low), float_below(high)))
             for row, (low, high) in found.items()
             if any(row)
         ]
-
-    def _refuse_empty(self, row: tuple[Fraction, ...], low: Fraction, high: Fraction) -> None:
-        """Raise ValueError if the bounds of a row leave no interior, or if a row of zeros shows that U is empty."""
-        if not (low < high if any(row) else low <= 0 <= high):
-            raise ValueError(f"set: must have an interior, but no input lies strictly inside {self.input_set}")
 
     def smallest(self, u: Array) -> Array:
         """Return the smallest admissible input (Euclidean) with the effect of u (…, m), where u is orthogonal to Z.

@@ -9,9 +9,10 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import combinations, product
 from reprlib import repr as short
-from typing import TYPE_CHECKING, Any, Self, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Self, cast
 
 import numpy as np
+import scipy
 
 from trackably.arguments import array, instance, numbers
 from trackably.arrays import Array, ArrayLike
@@ -23,8 +24,8 @@ from trackably.checker.subject import Polytope as Rows
 from trackably.systems.intervals import End, ends_within
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import PolynomialPieces
-from trackably.systems.polytopes import Polytope, box_ends, deepest
-from trackably.systems.rationals import exact, row_echelon, whole
+from trackably.systems.polytopes import Polytope, box_ends
+from trackably.systems.rationals import exact, row_echelon
 
 Vector = tuple[Fraction, ...]
 
@@ -45,6 +46,9 @@ def _vectors(what: str, given: ArrayLike | Sequence[Sequence[Fraction]]) -> tupl
 
 class _ExactSet(ABC):
     """A set that is defined by exact vectors."""
+
+    _checked: ClassVar[type[checker.Zonotope | checker.Hull]]
+    """The checker's class of such sets."""
 
     @property
     @abstractmethod
@@ -69,9 +73,18 @@ class _ExactSet(ABC):
         """The least d that makes all entries of d · W integers."""
         return self._whole[0]
 
+    def whole_support(self, row: Sequence[int]) -> int:
+        """Return d h_W(row) = d max {row · w : w ∈ W}, exactly, for the denominator d."""
+        return self._checked.support(self._whole[1], row)
+
+    def exact_support(self, row: Sequence[Fraction]) -> Fraction:
+        """Return h_W(row), exactly."""
+        d, (whole_row,) = checker.in_whole_numbers([row])
+        return Fraction(self.whole_support(whole_row), d * self.denominator)
+
     @cached_property
     def _whole(self) -> tuple[int, list[list[int]]]:
-        return whole(self.vectors)
+        return checker.in_whole_numbers(self.vectors)
 
 
 # Disturbance sets that are zonotopes; boxes are some of them.
@@ -86,6 +99,8 @@ class Zonotope(_ExactSet):
 
     centre: Vector
     generators: tuple[Vector, ...] = field(default=())
+
+    _checked = checker.Zonotope
 
     if TYPE_CHECKING:  # rationals are made of what is given
 
@@ -117,21 +132,13 @@ class Zonotope(_ExactSet):
             raise ValueError(
                 f"disturbance: needs finite bounds, lower ≤ upper, got [{low[i]:g}, {high[i]:g}] for state {i + 1}"
             )
-        ends = [(Fraction(a), Fraction(b)) for a, b in zip(low.tolist(), high.tolist(), strict=True)]
-        halves = [(b - a) / 2 for a, b in ends]
-        generators = [
-            [half if i == j else Fraction(0) for j in range(len(ends))] for i, half in enumerate(halves) if half
-        ]
-        return cls([(a + b) / 2 for a, b in ends], generators)
+        halves = (exact(high) - exact(low)) / 2
+        return cls((exact(low) + halves).tolist(), np.diag(halves)[halves != 0].tolist())
 
     @property
     def vectors(self) -> tuple[Vector, ...]:
         """The centre, and the generators."""
         return (self.centre, *self.generators)
-
-    def whole_support(self, row: Sequence[int]) -> int:
-        """Return d h_W(row), exactly, for the denominator d."""
-        return checker.Zonotope.support(self._whole[1], row)
 
     def support(self, rows: Array) -> Array:
         """Return h_W(row) = max {row · w : w ∈ W} in float64 for rows (…, n): shape (…)."""
@@ -186,6 +193,8 @@ class ConvexHull(_ExactSet):
 
     vertices: tuple[Vector, ...]
 
+    _checked = checker.Hull
+
     if TYPE_CHECKING:  # rationals are made of what is given
 
         def __init__(self, vertices: ArrayLike | Sequence[Sequence[Fraction]]) -> None: ...
@@ -205,16 +214,12 @@ class ConvexHull(_ExactSet):
         found = dict.fromkeys(_vertices(rows, sides))
         if not found:
             raise ValueError("disturbance: H w ≤ h must be bounded: no vertex was found")
-        return cls([list(vertex) for vertex in found])
+        return cls(list(found))
 
     @property
     def vectors(self) -> tuple[Vector, ...]:
         """The vertices."""
         return self.vertices
-
-    def whole_support(self, row: Sequence[int]) -> int:
-        """Return d h_W(row), exactly, for the denominator d."""
-        return checker.Hull.support(self._whole[1], row)
 
     def support(self, rows: Array) -> Array:
         """Return h_W(row) = max {row · w : w ∈ W} in float64 for rows (…, n): shape (…)."""
@@ -257,23 +262,28 @@ def _vertices(H: Array, h: Array) -> Iterator[Vector]:
 
 DisturbanceSet = Zonotope | ConvexHull
 
-_ROUNDING = 1e-9
 
-
-def require_disturbance(given: object, states: int) -> DisturbanceSet:
-    """Return `given` if it is a disturbance set of a system with this number of `states`.
+def require_disturbance(given: object, states: int, what: str = "disturbance") -> DisturbanceSet:
+    """Return `given` if it is a disturbance set of a system with this number of `states`; errors say `what` it is.
 
     TypeError: it is no set. ValueError: it has another dimension, or it does not contain 0. It has to contain 0, so
     that the undisturbed system is a special case of the disturbed one.
     """
-    instance("disturbance", given, DisturbanceSet, "a Zonotope, as of Zonotope.box(lower, upper), or a ConvexHull")
+    instance(what, given, DisturbanceSet, "a Zonotope, as of Zonotope.box(lower, upper), or a ConvexHull")
     assert isinstance(given, DisturbanceSet), "instance has refused anything else"
     if given.dimension != states:
-        raise ValueError(f"disturbance: must have an entry for each of {states} states, got {given.dimension}")
+        raise ValueError(f"{what}: must have an entry for each of {states} states, got {given.dimension}")
     if not _holds_zero(given):
         raise ValueError(
-            f"disturbance: must hold 0, got {given}: add its middle to c of the system, and subtract it from the set"
+            f"{what}: must hold 0, got {given}: add its middle to c of the system, and subtract it from the set"
         )
+    return given
+
+
+def require_zonotope(what: str, given: object) -> Zonotope:
+    """Return `given` if it is a zonotope. TypeError: it is something else."""
+    instance(what, given, Zonotope, "a Zonotope, as of Zonotope.box(lower, upper)")
+    assert isinstance(given, Zonotope), "instance has refused anything else"
     return given
 
 
@@ -286,57 +296,33 @@ def _holds_zero(given: DisturbanceSet) -> bool:
     else:
         matrix, bounds = np.vstack([given.matrix.T, np.ones(len(given.vertices))]), (0.0, 1.0)
         aim = np.append(np.zeros(given.dimension), 1.0)
-    size = np.max(np.abs(np.column_stack([matrix, aim])), axis=1, keepdims=True)
+    size = np.max(np.abs(np.column_stack([matrix, aim])), axis=1)
     unit = np.where(size > 0, size, 1.0)
-    rows, goal, each = matrix / unit, aim / unit[:, 0], np.eye(matrix.shape[1])
-    at_most = [np.full(len(each), side) for side in (bounds[1], -bounds[0])]
-    shares = np.repeat([1.0, 0.0], [2 * len(rows), 2 * len(each)])  # coefficients of the bound of |matrix x − aim|
-    limits = np.concatenate([goal, -goal, *at_most])
-    return deepest(np.vstack([rows, -rows, each, -each]), shares, limits)[0] >= -_ROUNDING
+    none = np.zeros(matrix.shape[1])
+    program = scipy.optimize.linprog(none, A_eq=matrix / unit[:, None], b_eq=aim / unit, bounds=bounds, method="highs")
+    return program.x is not None
 
 
-# Measurement noise: its effect on the disturbance of the measured state, and on the bounds of the state.
+# Measurement noise: its effect on the disturbance of the measured state.
 
 
-@dataclass(frozen=True)
-class Measured:
-    """Disturbances w(k) ∈ W of a system whose state is measured as y = x + v, with `noise` v(k) ∈ V.
+def require_noise(given: object, states: int) -> Zonotope:
+    """Return a set of measurement noise. TypeError: it is no zonotope. ValueError: as `require_disturbance`."""
+    noise = require_zonotope("measurement_noise", given)
+    require_disturbance(noise, states, "measurement_noise")
+    return noise
 
-    The measured state obeys y⁺ = A y + B u + c + w − A v + v⁺. So it is disturbed by W ⊕ (−A V) ⊕ V. If r y ≤ h −
-    h_V(−r), then x = y − v satisfies the bound r x ≤ h. A controller that receives y then keeps x in X and u in U.
+
+def of_measured_state(W: Zonotope, V: Zonotope, A: Array) -> Zonotope:
+    """Return W ⊕ (−A V) ⊕ V, exactly.
+
+    A system with disturbances w(k) ∈ W, whose state is measured as y = x + v with v(k) ∈ V, has y⁺ = A y + B u + c + w
+    − A v + v⁺. So the measured state is disturbed by this set. If r y ≤ h − h_V(−r), then x = y − v satisfies the bound
+    r x ≤ h. A controller that receives y then keeps x in X and u in U.
     """
-
-    disturbance: Zonotope
-    noise: Zonotope
-
-    def of_measured_state(self, A: Array) -> Zonotope:
-        """Return W ⊕ (−A V) ⊕ V, exactly."""
-        W, V = (checker.Zonotope(of.centre, of.generators) for of in (self.disturbance, self.noise))
-        found = checker.of_measured_state(W, V, A.tolist())
-        return Zonotope(found.centre, found.generators)
-
-    def support(self, row: Sequence[Fraction]) -> Fraction:
-        """Return h_V(row), exactly."""
-        d, (whole_row,) = whole([row])
-        return Fraction(self.noise.whole_support(whole_row), d * self.noise.denominator)
-
-
-def with_noise_set(disturbance: DisturbanceSet | None, noise: DisturbanceSet, states: int) -> Measured:
-    """Return both sets for a system with this number of `states`; without a disturbance set, only noise disturbs it.
-
-    TypeError: one is no Zonotope. ValueError: one has another dimension, or does not contain 0.
-    """
-    W = Zonotope([Fraction(0)] * states) if disturbance is None else disturbance
-    for name, of in (("disturbance, with measurement_noise", W), ("measurement_noise", noise)):
-        instance(name, of, Zonotope, "a Zonotope, as of Zonotope.box(lower, upper)")
-    try:
-        require_disturbance(noise, states)
-    except ValueError as error:
-        raise ValueError(f"measurement_noise: {str(error).removeprefix('disturbance: ')}") from None
-    require_disturbance(W, states)
-    assert isinstance(W, Zonotope), "instance has refused anything else"
-    assert isinstance(noise, Zonotope), "instance has refused anything else"
-    return Measured(W, noise)
+    pushes, noise = (checker.Zonotope(of.centre, of.generators) for of in (W, V))
+    found = checker.of_measured_state(pushes, noise, A.tolist())
+    return Zonotope(found.centre, found.generators)
 
 
 # A wrong model: plants whose matrices lie in a convex hull, treated as a larger disturbance of the nominal one.
@@ -357,10 +343,6 @@ class Vertex:
     A: Array
     B: Array
     c: Array
-
-    def __post_init__(self) -> None:
-        for matrix in (self.A, self.B, self.c):
-            matrix.flags.writeable = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -452,13 +434,6 @@ class ModelError:
         if isinstance(found, str):
             raise ValueError(f"model_error: {found}")
         return list(found)
-
-    def beside(self, disturbance: DisturbanceSet | None) -> Zonotope:
-        """Return W, or {0} if there is no disturbance. TypeError: it is no zonotope."""
-        W = Zonotope([Fraction(0)] * len(self.vertices[0].A)) if disturbance is None else disturbance
-        instance("disturbance, with model_error", W, Zonotope, "a Zonotope, as of Zonotope.box(lower, upper)")
-        assert isinstance(W, Zonotope), "instance has refused anything else"
-        return W
 
     def added_to(self, W: Zonotope, system: LinearSystem, state_set: Polytope, input_set: Polytope) -> Zonotope:
         """Return W ⊕ D, exactly. Raises as `generators`."""

@@ -21,8 +21,7 @@ from trackably.checker.formulas import (
     Power,
     names,
     operands,
-    parts,
-    remade,
+    rewritten,
 )
 from trackably.checker.inverse import UnsolvableError, inputs_of
 from trackably.checker.subject import shifted_name
@@ -140,11 +139,6 @@ def why_not_flat(f: Sequence[Formula], form: FlatForm, states: Sequence[str], in
         )
     if unknown := {*form.angles} - {*states}:
         return f"calls {min(unknown)} an angle, which is no state"
-    for state, formula in zip(states, f, strict=True):
-        for angle in form.angles:
-            turned = flatness.turns(formula, angle)
-            if turned is None or (turned and state not in form.angles):
-                return f"calls {angle} an angle, but the formula of {state} changes if it is turned by 2π"
     why = flatness.why_not_flat(subject.NonlinearSystem(tuple(f), tuple(states), tuple(inputs), 1.0, form), form)
     if why is None:
         return None
@@ -182,11 +176,11 @@ def _not_zero(error: Formula, positive: Sequence[Formula]) -> str | None:
 #
 # As many states as there are inputs are taken for flat outputs. While an equation x_i⁺ = f_i of a known x_i holds one
 # unknown, f_i = a + b v, or a + b √v, it gives v: (x_i⁺ − a)/b, or the square of it, which is then claimed to be the
-# square of something positive. Where none does, two or three equations that are affine in as many unknowns give these
-# together, by Cramer's rule. If in the end all states and inputs are known, these are a flat form.
+# square of something positive. Where none does, two or three equations that are affine in as many unknowns, or in roots
+# of them, give these together. If in the end all states and inputs are known, these are a flat form.
 
 _MOST_CHOICES = 2000
-_ROOT, _SUCCESSOR = "√", "⁺"
+_ROOT = "√"
 _MOST_COUPLED = 3
 
 
@@ -203,77 +197,50 @@ def _form_of_choice(
 ) -> FlatForm | None:
     known: dict[str, Formula] = {states[i]: Name(shifted_name(c, 0)) for c, i in enumerate(choice)}
     positive: list[Formula] = []
-    open_equations, every = list(range(len(f))), {*states, *inputs}
-    while open_equations:
-        ready = [i for i in open_equations if states[i] in known]
-        i = next((i for i in ready if len(_unknown(f[i], every, known)) == 1), None)
-        if i is None:
-            block = _solve_together(f, states, ready, every, known)
-            if block is None:
-                return None
-            rows, solved = block
-            open_equations = [j for j in open_equations if j not in rows]
-            known |= solved
-            continue
-        (name,) = _unknown(f[i], every, known)
-        found = _solve_alone(f[i], states[i], name, known)
-        if found is None:
+    waiting = dict(zip(states, f, strict=True))
+    while waiting:
+        block = _solve_block(waiting, {*states, *inputs} - {*known}, known)
+        if block is None:
             return None
-        open_equations.remove(i)
-        known[name], root = found
-        positive += [root] if root is not None else []
-    if known.keys() != every:
+        solved, found, roots = block
+        waiting = {state: formula for state, formula in waiting.items() if state not in solved}
+        known |= found
+        positive += roots
+    if known.keys() != {*states, *inputs}:
         return None
     return FlatForm(
         tuple(known[name] for name in states), tuple(known[name] for name in inputs), positive=tuple(positive)
     )
 
 
-def _unknown(formula: Formula, every: set[str], known: dict[str, Formula]) -> set[str]:
-    return {name for name in names(formula) if name in every and name not in known}
+def _solve_block(
+    waiting: Mapping[str, Formula], unknown: set[str], known: Mapping[str, Formula]
+) -> tuple[tuple[str, ...], dict[str, Formula], list[Formula]] | None:
+    """Return the states of a smallest set of equations that determine as many unknowns, and the formulas of these.
 
-
-def _solve_alone(
-    formula: Formula, state: str, name: str, known: dict[str, Formula]
-) -> tuple[Formula, Formula | None] | None:
-    """Return the formula of the unknown `name` of an equation, and the positive root whose square
-    it is, if it is a square.
-
-    None if the equation cannot be solved for it.
+    Last come the formulas whose squares are unknowns. None if there is no such set.
     """
-    if _is_far_ahead(known[state]):
-        return None
-    formula = _name_root(formula, name)
-    under_root = _ROOT in names(formula)
-    if under_root and name in names(formula):
-        return None
-    try:
-        found = inputs_of([formula], [_SUCCESSOR], [wanted := _ROOT if under_root else name])[wanted]
-    except UnsolvableError:
-        return None
-    (found,) = substitute([found], {**known, _SUCCESSOR: one_step_later(known[state])})
-    if size_and_depth(found)[0] > MOST_PARTS:
-        return None
-    return (Power(found, 2.0), found) if under_root else (found, None)
-
-
-def _solve_together(
-    f: Sequence[Formula], states: Sequence[str], ready: Sequence[int], every: set[str], known: dict[str, Formula]
-) -> tuple[tuple[int, ...], Mapping[str, Formula]] | None:
-    """Return a smallest set of equations that determine as many unknowns, and their formulas; None if there is none."""
-    for count in range(2, _MOST_COUPLED + 1):
-        for rows in combinations([i for i in ready if not _is_far_ahead(known[states[i]])], count):
-            wanted = sorted(set().union(*(_unknown(f[i], every, known) for i in rows)))
+    ready = [state for state in waiting if state in known and not _is_far_ahead(known[state])]
+    for count in range(1, _MOST_COUPLED + 1):
+        for block in combinations(ready, count):
+            wanted = sorted(set().union(*(names(waiting[state]) & unknown for state in block)))
             if len(wanted) != count:
                 continue
-            successors = {f"{_SUCCESSOR}{i}": one_step_later(known[states[i]]) for i in rows}
+            formulas, variables = [waiting[state] for state in block], dict(zip(wanted, wanted, strict=True))
+            for name in wanted:
+                rooted = _name_roots(formulas, name)
+                if not any(name in names(formula) for formula in rooted):
+                    formulas, variables[name] = rooted, _ROOT + name
+            later = {f"{state}⁺": one_step_later(known[state]) for state in block}
             try:
-                solved = inputs_of(substitute([f[i] for i in rows], known), list(successors), wanted)
+                solved = inputs_of(formulas, list(later), list(variables.values()))
             except UnsolvableError:
                 continue
-            found = dict(zip(solved, substitute(list(solved.values()), successors), strict=True))
+            found = dict(zip(solved, substitute(list(solved.values()), {**known, **later}), strict=True))
             if all(size_and_depth(formula)[0] <= MOST_PARTS for formula in found.values()):
-                return rows, found
+                roots = {name: found.pop(variable) for name, variable in variables.items() if variable != name}
+                squares = {name: Power(root, 2.0) for name, root in roots.items()}
+                return block, found | squares, list(roots.values())
     return None
 
 
@@ -281,16 +248,16 @@ def _is_far_ahead(formula: Formula) -> bool:
     return max(subject.indices(z)[1] for z in names(formula)) >= MOST_SHIFTS - 1
 
 
-def _name_root(formula: Formula, name: str) -> Formula:
-    """Return the formula with every root of the variable `name` replaced by the variable `_ROOT`."""
-    done: dict[Formula, Formula] = {}
-    for node in parts(formula):
+def _name_roots(formulas: Sequence[Formula], name: str) -> list[Formula]:
+    """Return formulas with every root of the variable `name` replaced by a variable of its own."""
+
+    def named(node: Formula, _: Mapping[Formula, Formula]) -> Formula | None:
         match node:
             case Function("sqrt", Name(own)) if own == name:
-                done[node] = Name(_ROOT)
-            case _:
-                done[node] = remade(node, done)
-    return done[formula]
+                return Name(_ROOT + name)
+        return None
+
+    return rewritten(formulas, named)
 
 
 # Headings of flat forms without jumps: atan2 jumps by 2π where a vector crosses the direction of ±π.
@@ -305,15 +272,14 @@ _MOST_QUARTERS = 16
 
 
 def without_jumps(form: FlatForm) -> FlatForm:
-    """Return the form with formulas that do not jump when a heading crosses ±π; the form itself if none jumps.
+    """Return the form with formulas that do not jump when a heading crosses ±π.
 
     The difference of two headings becomes the angle from one vector to the other, in (−π, π]. Sine and cosine of a
     heading become y/|v| and x/|v|.
     """
-    states, inputs = (tuple(map(_smooth, part)) for part in (form.states, form.inputs))
-    if all(new is old for new, old in zip((*states, *inputs), (*form.states, *form.inputs), strict=True)):
-        return form
-    return replace(form, states=states, inputs=inputs)
+    smooth = rewritten((*form.states, *form.inputs), _without_jump)
+    n = len(form.states)
+    return replace(form, states=tuple(smooth[:n]), inputs=tuple(smooth[n:]))
 
 
 def with_heading_in(form: FlatForm, state: int, bounds: Interval) -> FlatForm:
@@ -364,19 +330,13 @@ def _negative(formula: Formula) -> Formula:
     return Operation("*", Number(-1.0), formula)
 
 
-def _smooth(formula: Formula) -> Formula:
-    """Return a formula without differences, sines and cosines of headings; the same object if it has none."""
-    known: dict[Formula, Formula] = {}
-    for node in parts(formula):
-        match node, [known[operand] for operand in operands(node)]:
-            case Operation("-", Angle(), Angle()), [Angle(y, x), Angle(y0, x0)]:
-                across = Operation("-", Operation("*", x0, y), Operation("*", y0, x))
-                found: Formula = Angle(across, Operation("+", Operation("*", x0, x), Operation("*", y0, y)))
-            case Function("sin" | "cos" as name, Angle()), [Angle(y, x)]:
-                length = Function("sqrt", Operation("+", Power(x, 2.0), Power(y, 2.0)))
-                found = Operation("/", y if name == "sin" else x, length)
-            case _:
-                same = all(known[operand] is operand for operand in operands(node))
-                found = node if same else remade(node, known)
-        known[node] = found
-    return known[formula]
+def _without_jump(node: Formula, done: Mapping[Formula, Formula]) -> Formula | None:
+    """Return what a difference, a sine or a cosine of headings becomes; None for any other formula."""
+    match node, [done[operand] for operand in operands(node)]:
+        case Operation("-", Angle(), Angle()), [Angle(y, x), Angle(y0, x0)]:
+            across = Operation("-", Operation("*", x0, y), Operation("*", y0, x))
+            return Angle(across, Operation("+", Operation("*", x0, x), Operation("*", y0, y)))
+        case Function("sin" | "cos" as name, Angle()), [Angle(y, x)]:
+            length = Function("sqrt", Operation("+", Power(x, 2.0), Power(y, 2.0)))
+            return Operation("/", y if name == "sin" else x, length)
+    return None

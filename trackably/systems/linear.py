@@ -15,7 +15,7 @@ import scipy
 from trackably.arguments import array, is_number, names, numbers, positive
 from trackably.arrays import Array, ArrayLike
 from trackably.systems.formulas import weighted_sum_text
-from trackably.systems.rationals import Rationals, exact, inverse, null_space, power, rank, row_echelon, to_floats
+from trackably.systems.rationals import Rationals, exact, inverse, null_space, rank, row_echelon, to_floats
 from trackably.systems.trajectories import Coordinate, Functional
 
 # Names of states and inputs: identifiers, so that no name can be taken for a part of a sentence or of a formula.
@@ -81,7 +81,7 @@ def flatness(A: Rationals, B: Rationals, offset: Rationals, sampling_time: float
     # With ζ the z_c(k + j) for j < κ_c, ω the z_c(k + κ_c), and B u = B_r w:  ζ = Q x + d,  ω = P x + G w + e.
     Q, d = _shift(q, A, offset, [(i, j) for i, order in enumerate(orders) for j in range(order)])
     P, e = _shift(q, A, offset, list(enumerate(orders)))
-    G = np.vstack([q[i] @ power(A, order - 1) @ independent for i, order in enumerate(orders)])
+    G = np.vstack([q[i] @ np.linalg.matrix_power(A, order - 1) @ independent for i, order in enumerate(orders)])
     # So x = Q⁻¹ (ζ − d) and w = G⁻¹ (ω − P x − e).
     by_lower, by_highest = inverse(Q), _least_norm(independent, B) @ inverse(G)
     feedback, ends = -(by_highest @ P), np.cumsum(orders)[:-1]
@@ -110,8 +110,8 @@ def _shift(q: Rationals, A: Rationals, offset: Rationals, which: list[tuple[int,
     """Return Q and d such that z_i(k + j) = Q x(k) + d with u = 0, one row for each pair (i, j)."""
     rows, offsets = [], []
     for i, j in which:
-        rows.append(q[i] @ power(A, j))
-        offsets.append(sum((q[i] @ power(A, before) @ offset for before in range(j)), Fraction(0)))
+        rows.append(q[i] @ np.linalg.matrix_power(A, j))
+        offsets.append(sum((q[i] @ np.linalg.matrix_power(A, before) @ offset for before in range(j)), Fraction(0)))
     return np.vstack(rows), np.array(offsets, dtype=object)
 
 
@@ -125,8 +125,6 @@ def _functionals(
 def _chains(A: Rationals, B: Rationals, states: Sequence[str]) -> list[int]:
     """Return κ_c, the number of columns B_c, A B_c, … among the first independent columns of [B, A B, …]."""
     n, m = B.shape
-    if m == n:
-        return [1] * n
     taken, orders, alive, columns = B[:, :0], [0] * m, [True] * m, B
     while taken.shape[1] < n and any(alive):
         for c in range(m):
@@ -152,7 +150,7 @@ def _outputs(A: Rationals, B: Rationals, orders: list[int]) -> Rationals:
     n, m = B.shape
     if m == n:
         return exact(np.eye(n))
-    columns = [power(A, j) @ B[:, c] for c, order in enumerate(orders) for j in range(order)]
+    columns = [np.linalg.matrix_power(A, j) @ B[:, c] for c, order in enumerate(orders) for j in range(order)]
     found: Rationals = inverse(np.column_stack(columns))[np.cumsum(orders) - 1]
     return found
 

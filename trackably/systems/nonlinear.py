@@ -19,7 +19,7 @@ from trackably.systems.formulas import derivative, evaluate_floats, size_and_dep
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import Flatness, require_names
 from trackably.systems.tracing import Dynamics, require_same_values, trace
-from trackably.systems.trajectories import Coordinate, Functional, Trajectory, one_of, shifted_outputs
+from trackably.systems.trajectories import Functional, Trajectory, one_of, shifted_outputs
 
 MAX_SIZE = 1000
 """Largest number of operations, names and numbers in a written formula."""
@@ -78,8 +78,8 @@ class NonlinearSystem:
 
     def _verify(self, form: FlatForm) -> FlatForm:
         """Return the flat form, without jumps of its headings if possible. ValueError: it is no flat form of f."""
-        smooth = without_jumps(form) if form.angles else form
-        if smooth is not form and why_not_flat(self.f, smooth, self.states, self.inputs) is None:
+        smooth = without_jumps(form)
+        if why_not_flat(self.f, smooth, self.states, self.inputs) is None:
             return smooth
         if why := why_not_flat(self.f, form, self.states, self.inputs):
             raise ValueError(f"system: the flat form {why}")
@@ -171,9 +171,9 @@ class NonlinearSystem:
 
     def _values(self, x: Array, u: Array) -> tuple[Mapping[str, Array], tuple[int, ...]]:
         """Return the values of states and inputs by name, and their common shape."""
-        x, u = np.asarray(x, dtype=float), np.asarray(u, dtype=float)
-        shape = np.broadcast_shapes(x.shape[:-1], u.shape[:-1])
-        return {**_by_name(self.states, x), **_by_name(self.inputs, u)}, shape
+        columns = [np.moveaxis(np.asarray(values, dtype=float), -1, 0) for values in (x, u)]
+        values = dict(zip((*self.states, *self.inputs), (*columns[0], *columns[1]), strict=True))
+        return values, np.broadcast_shapes(*(of.shape[1:] for of in columns))
 
     def affine(self, x: Array) -> tuple[Array, Array]:
         """Return f0(x) and G(x) for x of shape (…, n): shapes (…, n) and (…, n, m). ValueError: f is not affine."""
@@ -199,38 +199,24 @@ class NonlinearSystem:
 
         Without a flat form, the states are the flat outputs.
         """
-        if self.flat is not None:
-            return _flatness_of(self.flat, self.sampling_time)
+        if (form := self.flat) is not None:
+            shifted = shifted_outputs(form, self.sampling_time)
+            found = [Trajectory.of_formula(formula, shifted) for formula in (*form.states, *form.inputs)]
+            coordinates = tuple(of.functional or of for of in found)
+            n = len(form.states)
+            return Flatness(coordinates[:n], coordinates[n:], form.orders)
         n = len(self.states)
+        states = tuple(one_of(i, n, (Fraction(1),), self.sampling_time) for i in range(n))
         functionals: dict[str, Functional] = {}
-        for i, (now, later) in enumerate(zip(self.states, self.successors, strict=True)):
-            functionals[now] = one_of(i, n, (Fraction(1),), self.sampling_time)
-            functionals[later] = one_of(i, n, (Fraction(0), Fraction(1)), self.sampling_time)
-        formulas = [self.solution[name] for name in self.inputs]
-        return Flatness(
-            tuple(functionals[name] for name in self.states),
-            tuple(Trajectory.of_formula(formula, functionals) for formula in formulas),
-            (1,) * n,
-        )
+        for state, now, later in zip(states, self.states, self.successors, strict=True):
+            functionals |= {now: state, later: state.later}
+        inputs = tuple(Trajectory.of_formula(self.solution[name], functionals) for name in self.inputs)
+        return Flatness(states, inputs, (1,) * n)
 
     @property
     def angles(self) -> tuple[str, ...]:
         """The states that are equal up to whole turns."""
         return self.flat.angles if self.flat is not None else ()
-
-
-def _flatness_of(form: FlatForm, sampling_time: float) -> Flatness:
-    functionals = shifted_outputs(form, sampling_time)
-
-    def coordinate(formula: Formula) -> Coordinate:
-        found = Trajectory.of_formula(formula, functionals)
-        return found.functional or found
-
-    return Flatness(tuple(map(coordinate, form.states)), tuple(map(coordinate, form.inputs)), form.orders)
-
-
-def _by_name(names: tuple[str, ...], values: Array) -> Mapping[str, Array]:
-    return {name: values[..., i] for i, name in enumerate(names)}
 
 
 def _stack(columns: list[Array], shape: tuple[int, ...]) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
@@ -56,35 +56,44 @@ class Polytope:
         rows = numbers("set: rows", self.rows)
         if rows.ndim != 2 or not rows.shape[1] == self.dimension > 0:
             raise ValueError(f"set: rows must be a matrix with a column for each coordinate, got {rows.shape}")
+        rows.flags.writeable = False
+        object.__setattr__(self, "rows", rows)
         if _any_moves(self.lower, self.upper):
-            self._keep_moving(rows)
+            self._keep_moving()
             return
         r, ends = len(rows), [numbers(f"set: {name}", getattr(self, name)) for name in ("lower", "upper")]
         if [of.shape for of in ends] != [(r,), (r,)]:
             raise ValueError(f"set: {r} rows need as many bounds, got {ends[0].shape} and {ends[1].shape}")
-        for name, of in zip(("rows", "lower", "upper"), (rows, *ends), strict=True):
+        for name, of in zip(("lower", "upper"), ends, strict=True):
             of.flags.writeable = False
             object.__setattr__(self, name, of)
         for i, (row, low, high) in enumerate(zip(self.rows, self.lower, self.upper, strict=True)):
             if not (np.all(np.isfinite(row)) and np.any(row) and -np.inf < low <= high < np.inf):
                 raise ValueError(f"set: row {i} needs finite entries, not all zero, and finite bounds, lower ≤ upper, "
                                  f"got {row.tolist()} in [{low}, {high}]")  # fmt: skip
+        self._keep(map(Interval, self.lower.tolist(), self.upper.tolist()))
         if r and not self.depth > 0:
             raise ValueError(f"set: must have an interior, but no point lies strictly inside {self}")
 
-    def _keep_moving(self, rows: Array) -> None:
-        """Keep the bounds as intervals, of which some move."""
+    def _keep_moving(self) -> None:
+        """Keep the bounds, of which some move, as intervals alone."""
         pairs = list(zip(self.lower, self.upper, strict=True))
-        if len(pairs) != len(rows):
-            raise ValueError(f"set: {len(rows)} rows need as many bounds, got {len(pairs)}")
-        made = tuple(interval(*map(_end, of)) for of in pairs)
-        rows.flags.writeable = False
-        for name, value in (("rows", rows), ("_moving", made)):
-            object.__setattr__(self, name, value)
+        if len(pairs) != len(self.rows):
+            raise ValueError(f"set: {len(self.rows)} rows need as many bounds, got {len(pairs)}")
+        self._keep(interval(*map(_end, of)) for of in pairs)
         for name in ("lower", "upper"):
             object.__delattr__(self, name)
-        for t in np.unique(np.concatenate([of.breakpoints for of in made])).tolist():
+        for t in np.unique(np.concatenate([of.breakpoints for _, of in self.intervals])).tolist():
             self.at(t)  # which has an interior
+
+    def _keep(self, made: Iterable[Interval]) -> None:
+        object.__setattr__(self, "_intervals", list(zip(self.rows, made, strict=True)))
+
+    @property
+    def intervals(self) -> list[tuple[Array, Interval]]:
+        """Each row with its bounds."""
+        found: list[tuple[Array, Interval]] = vars(self)["_intervals"]
+        return found
 
     if not TYPE_CHECKING:  # else it would stand for any name
 
@@ -96,7 +105,7 @@ class Polytope:
     @property
     def moves(self) -> bool:
         """Whether a bound moves in time."""
-        return "_moving" in vars(self)
+        return any(isinstance(bounds, Corridor) for _, bounds in self.intervals)
 
     def at(self, t: float) -> Polytope:
         """Return the set at a time [s]; at a breakpoint, what both sides have in common."""
@@ -181,33 +190,18 @@ class Polytope:
     @property
     def ends(self) -> tuple[list[End], list[End]]:
         """The lower and the upper end of each row."""
-        if not self.moves:
-            return self.lower.tolist(), self.upper.tolist()
         pairs = [(of.low, of.high) if isinstance(of, Corridor) else (of.lower, of.upper) for _, of in self.intervals]
         return [low for low, _ in pairs], [high for _, high in pairs]
 
     @property
     def widths(self) -> Array:
         """The distance between the bounds of each row, the smallest one where they move: shape (r,)."""
-        if self.moves:
-            return np.array([bounds.width for _, bounds in self.intervals])
-        return np.asarray(self.upper - self.lower)
+        return np.array([bounds.width for _, bounds in self.intervals], dtype=float)
 
     @property
     def inequalities(self) -> tuple[Array, Array]:
         """(H, h) of the same set as {x : H x ≤ h}: shapes (2r, n) and (2r,)."""
         return np.vstack([self.rows, -self.rows]), np.concatenate([self.upper, -self.lower])
-
-    @property
-    def intervals(self) -> list[tuple[Array, Interval]]:
-        """Each row with its bounds."""
-        if self.moves:
-            made: tuple[Interval, ...] = vars(self)["_moving"]
-            return list(zip(self.rows, made, strict=True))
-        return [
-            (row, Interval(low, high))
-            for row, low, high in zip(self.rows, self.lower.tolist(), self.upper.tolist(), strict=True)
-        ]
 
     def extent(self, coordinate: int) -> Interval | None:
         """Return the smallest and the largest value of a coordinate on the set; None where either is infinite."""

@@ -1,8 +1,8 @@
 """Linear algebra in rational numbers: arrays of `Fraction`, to which float64 numbers are converted exactly."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
-from math import inf, lcm, nextafter
+from math import inf, nextafter
 from sys import float_info
 
 import numpy as np
@@ -62,21 +62,6 @@ def null_space(matrix: Rationals) -> Rationals:
     basis = exact(np.eye(matrix.shape[1]))[:, free]
     basis[pivots] = -rows[: len(pivots), free]
     return basis
-
-
-def power(matrix: Rationals, exponent: int) -> Rationals:
-    """Return the matrix to the power of `exponent`."""
-    found = exact(np.eye(len(matrix)))
-    for _ in range(exponent):
-        found = found @ matrix
-    return found
-
-
-def whole(rows: Iterable[Sequence[Fraction]]) -> tuple[int, list[list[int]]]:
-    """Return the least d that makes all numbers integers, and the numbers times d."""
-    rows = list(rows)
-    d = lcm(*(value.denominator for row in rows for value in row))
-    return d, [[int(value * d) for value in row] for row in rows]
 
 
 def float_above(number: Fraction) -> float:

@@ -11,20 +11,22 @@ import scipy
 
 from trackably.arguments import array, instance, real
 from trackably.arrays import Array, ArrayLike
+from trackably.checker.disturbances import in_whole_numbers
 from trackably.systems.constrained import ConstrainedSystem, LinearConstraint
 from trackably.systems.disturbances import (
     DisturbanceSet,
-    Measured,
     ModelError,
     Zonotope,
+    of_measured_state,
     require_disturbance,
-    with_noise_set,
+    require_noise,
+    require_zonotope,
 )
 from trackably.systems.intervals import End
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope, deepest, squares_in_widths, unit_scales
-from trackably.systems.rationals import exact, float_below, whole
+from trackably.systems.rationals import Rationals, exact, float_below
 
 # How fast the error decays under a feedback, and how far disturbances take it, in float64.
 
@@ -196,16 +198,16 @@ class InvariantSet:
     def support(self, row: Sequence[Fraction]) -> Fraction:
         """Return h_Z(row) = max {row · e : e ∈ Z}, exactly."""
         q, closed = self._closed_loop
-        d, (whole_row,) = whole([row])
-        (p, (half,)), disturbance = self._whole_box, self.disturbance
-        head = tail = 0
+        d, (numbers,) = in_whole_numbers([row])
+        moved: Rationals = np.array(numbers, dtype=object)
+        (p, (half,)), head, tail = self._whole_box, 0, 0
         for _ in range(self.head):
-            head = head * q + disturbance.whole_support(whole_row)
-            whole_row = _times(whole_row, closed)
+            head = head * q + self.disturbance.whole_support(moved.tolist())
+            moved = moved @ closed
         for _ in range(self.terms):
-            tail = tail * q + sum(abs(r) * size for r, size in zip(whole_row, half, strict=True))
-            whole_row = _times(whole_row, closed)
-        of_head = Fraction(head, d * disturbance.denominator * q ** (self.head - 1))
+            tail = tail * q + abs(moved) @ half
+            moved = moved @ closed
+        of_head = Fraction(head, d * self.disturbance.denominator * q ** (self.head - 1))
         of_tail = Fraction(tail, d * p * q ** (self.head + self.terms - 1))
         return of_head + of_tail / (1 - Fraction(self.contraction))
 
@@ -219,18 +221,15 @@ class InvariantSet:
         return closed_loop(self.system, self.feedback)
 
     @cached_property
-    def _closed_loop(self) -> tuple[int, list[list[int]]]:
+    def _closed_loop(self) -> tuple[int, Rationals]:
         """q and q A_K as integers."""
         A, B, K = (exact(of) for of in (self.system.A, self.system.B, self.feedback))
-        return whole((A + B @ K).tolist())
+        q, closed = in_whole_numbers((A + B @ K).tolist())
+        return q, np.array(closed, dtype=object)
 
     @cached_property
     def _whole_box(self) -> tuple[int, list[list[int]]]:
-        return whole([exact(self.box).tolist()])
-
-
-def _times(row: list[int], matrix: list[list[int]]) -> list[int]:
-    return [sum(r * m[j] for r, m in zip(row, matrix, strict=True)) for j in range(len(row))]
+        return in_whole_numbers([exact(self.box).tolist()])
 
 
 def invariant_set(plant: ConstrainedSystem, feedback: Array, disturbance: DisturbanceSet) -> InvariantSet:
@@ -284,35 +283,24 @@ _LARGEST_FRACTION = 1e6
 
 
 @dataclass(frozen=True, eq=False)
-class WrongModel:
-    """The model's `error`, the given `disturbance` set W, and the set `beside` of all other disturbances.
-
-    `beside` is W, or the disturbances of the measured state if there is measurement noise.
-    """
-
-    error: ModelError
-    disturbance: Zonotope
-    beside: Zonotope
-
-
-@dataclass(frozen=True, eq=False)
 class Tightening:
     """A `given` plant, and the `plant` with the same system and tightened bounds.
 
     Each bound is tightened by `margin` times the width between both. If there is an `invariant` set Z, it is also
     tightened by the largest effect of an error in Z: h_Z(row) for states, and h_Z(Kᵀ row) for inputs. If a reference
     keeps the bounds of `plant`, then for every disturbance sequence in W and every start in x_r(0) ⊕ Z, the states and
-    the inputs u = u_r + K (x − x_r) of the disturbed system keep the given bounds. If the state is `measured` with
-    noise, y takes the place of x: Z is that of the disturbances of y, and bounds of states are also tightened by
-    h_V(−row). If the `model` may be wrong, all of this holds for every plant of its hull. ValueError: nothing is left
-    of a set.
+    the inputs u = u_r + K (x − x_r) of the disturbed system keep the given bounds. W is the `disturbance`. If the state
+    is measured with `noise` V, y takes the place of x: Z is that of the disturbances of y, and bounds of states are
+    also tightened by h_V(−row). With a `model_error`, all of this holds for every plant of its hull. ValueError:
+    nothing is left of a set.
     """
 
     given: ConstrainedSystem
     margin: float
-    invariant: InvariantSet | None
-    measured: Measured | None = None
-    model: WrongModel | None = None
+    invariant: InvariantSet | None = None
+    disturbance: DisturbanceSet | None = None
+    noise: Zonotope | None = None
+    model_error: ModelError | None = None
 
     def __post_init__(self) -> None:
         _ = self.plant  # computed now, to raise its error
@@ -334,20 +322,6 @@ class Tightening:
         sets = f"state_set={self.plant.state_set}, input_set={self.plant.input_set}"
         return f"Tightening(margin={self.margin:g}, disturbance={self.disturbance!r}{noise}; {sets})"
 
-    @property
-    def disturbance(self) -> DisturbanceSet | None:
-        """W, without measurement noise; None without a disturbance."""
-        if self.measured:
-            return self.measured.disturbance
-        if self.model:
-            return self.model.disturbance
-        return self.invariant.disturbance if self.invariant else None
-
-    @property
-    def noise(self) -> Zonotope | None:
-        """V, the set of measurement noise; None without noise."""
-        return self.measured.noise if self.measured else None
-
     @cached_property
     def taken(self) -> list[tuple[Fraction, Fraction]]:
         """The largest effects of the error on the lower and the upper bound of each row, states first, exactly."""
@@ -368,7 +342,9 @@ class Tightening:
         if constraint.side == "input":
             return self.invariant.support_of_input(down), self.invariant.support_of_input(up)
         low, high = self.invariant.support(down), self.invariant.support(up)
-        return (low + self.measured.support(up), high + self.measured.support(down)) if self.measured else (low, high)
+        return (
+            (low + self.noise.exact_support(up), high + self.noise.exact_support(down)) if self.noise else (low, high)
+        )
 
     def _tighten(self, bounded: Polytope, by: list[tuple[Fraction, Fraction]]) -> Polytope:
         lower, upper = [], []
@@ -385,10 +361,12 @@ class Tightening:
     def _shortage(self, fraction: float) -> str:
         """Say which bounds are short by how much, and which part of the disturbance set would be possible."""
         named = zip(self.given.given_constraints, self.taken, strict=True)
-        if self.model and self.invariant:
-            return self._shortage_of_model(self.model, self.invariant)
-        short = [(self._missing(constraint, *by), constraint, float(sum(by))) for constraint, by in named]
-        missing, worst, taken = max(short, key=lambda found: found[0] / found[1].bounds.width)
+        if self.model_error and self.invariant:
+            return self._shortage_of_model(self.model_error, self.invariant)
+        left = 1 - 2 * self.margin
+        short = [(float(low + high), of) for of, (low, high) in named]
+        taken, worst = max(short, key=lambda found: found[0] / found[1].bounds.width)
+        missing = taken - left * worst.bounds.width
         would = (
             f"with this feedback {fraction:.3g} of this disturbance set would do"
             if fraction > 0
@@ -402,21 +380,17 @@ class Tightening:
             f"{worst.bounds} of {worst.name}{kept}, which are too close by {missing:.4g} at least; {would}"
         )
 
-    def _shortage_of_model(self, model: WrongModel, Z: InvariantSet) -> str:
+    def _shortage_of_model(self, error: ModelError, Z: InvariantSet) -> str:
         """Say how much of which bound each vertex costs, and which share of the model's error would be possible."""
-        sets, width = (self.given.state_set, self.given.input_set), (1 - 2 * self.margin) * bound_widths(self.given)
-        noise = [sum(map(self.measured.support, ends)) if self.measured else 0 for ends in _both(self.given)]
+        given, width = self.given, (1 - 2 * self.margin) * bound_widths(self.given)
 
-        def cost(of: DisturbanceSet) -> Array:
-            """Return the part of each width that errors take under a disturbance set."""
-            return widths_taken(self.given, of, Z.feedback)
+        def cost(of: ModelError) -> Array:
+            """Return the part of each width that errors take if the model's error alone disturbs."""
+            D = of.added_to(Zonotope([Fraction(0)] * len(Z.box)), given.linear, given.state_set, given.input_set)
+            return widths_taken(given, D, Z.feedback)
 
-        beside = cost(model.beside) + np.array([float(of) for of in noise])
-        by_vertex = []
-        for each in model.error.vertices:
-            generators = ModelError((each,)).generators(self.given.linear, *sets)
-            by_vertex.append(cost(Zonotope([Fraction(0)] * len(Z.box), generators)))
-        whole = cost(Z.disturbance) - cost(model.beside)
+        by_vertex, whole = [cost(ModelError((each,))) for each in error.vertices], cost(error)
+        beside = np.array([float(low + high) for low, high in self.taken]) - whole
         left = np.where(whole > 0, (width - beside) / np.where(whole > 0, whole, 1.0), np.inf)
         worst = int(np.argmin((width - beside - whole) / width))
         vertex = int(np.argmax([of[worst] for of in by_vertex]))
@@ -427,9 +401,6 @@ class Tightening:
             f"{by_vertex[vertex][worst]:.4g} and all of them {whole[worst]:.4g}, beside {beside[worst]:.4g} for "
             f"disturbance and noise, of the {width[worst]:.4g} between them; with this feedback {would}"
         )
-
-    def _missing(self, constraint: LinearConstraint, low: Fraction, high: Fraction) -> float:
-        return float(low + high) - (1 - 2 * self.margin) * constraint.bounds.width
 
 
 def _inwards(end: End, sign: int, by: Fraction) -> End:
@@ -466,27 +437,21 @@ def tightening(
     if disturbance is None and noise is None and model_error is None:
         if feedback is not None:
             raise ValueError("feedback: is only of use with a disturbance set")
-        return Tightening(plant, margin, None)
-    system = plant.linear
-    with_noise = None if noise is None else with_noise_set(disturbance, noise, len(system.A))
+        return Tightening(plant, margin)
+    system, V = plant.linear, None
     n = len(system.A)
-    undisturbed = Zonotope([Fraction(0)] * n) if disturbance is None else disturbance
-    W = with_noise.of_measured_state(system.A) if with_noise else require_disturbance(undisturbed, n)
-    sets, wrong = (plant.state_set, plant.input_set), None
+    W = require_disturbance(Zonotope([Fraction(0)] * n) if disturbance is None else disturbance, n)
+    of_errors = W
+    if noise is not None:
+        V = require_noise(noise, n)
+        of_errors = of_measured_state(require_zonotope("disturbance, with measurement_noise", W), V, system.A)
     if model_error is not None:
         instance("model_error", model_error, ModelError, "a ModelError, as of ModelError.intervals(system, entries)")
-        beside = model_error.beside(W)
-        W = model_error.added_to(beside, system, *sets)
-        given = with_noise.disturbance if with_noise else beside
-        wrong = WrongModel(model_error, given, beside)
-    K = best_feedback(plant, W) if feedback is None else array("feedback: K", feedback, *system.B.T.shape)
-    Z = invariant_set(plant, K, W)
-    return Tightening(plant, margin, Z, with_noise, wrong)
-
-
-def _both(plant: ConstrainedSystem) -> list[tuple[Sequence[Fraction], ...]]:
-    """Return each row of the state set with its negative, and an empty tuple for each row of inputs."""
-    return [(c.row, [-r for r in c.row]) if c.side == "state" else () for c in plant.given_constraints]
+        beside = require_zonotope("disturbance, with model_error", of_errors)
+        of_errors = model_error.added_to(beside, system, plant.state_set, plant.input_set)
+    K = best_feedback(plant, of_errors) if feedback is None else array("feedback: K", feedback, *system.B.T.shape)
+    Z = invariant_set(plant, K, of_errors)
+    return Tightening(plant, margin, Z, W, V, model_error)
 
 
 def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:

@@ -9,16 +9,17 @@ import math
 from collections.abc import Callable, Sequence
 from contextvars import ContextVar
 from functools import partial
-from typing import Any, Literal, NoReturn, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 import numpy as np
-from mpmath.ctx_iv import MPIntervalContext
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from trackably.arrays import Array
 from trackably.checker.flatness import Shapes
 from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power, evaluate
+from trackably.checker.intervals import UndefinedError
 from trackably.checker.inverse import is_number, times
+from trackably.checker.rounding import TrackedFormulas
 from trackably.systems.formulas import evaluate_floats, is_float64, text
 
 # Symbols: numbers that are not known yet; arithmetic with them records the formula.
@@ -128,10 +129,6 @@ def _product(a: Formula, b: Formula) -> Formula:
     return found
 
 
-def _quotient(a: Formula, b: Formula) -> Formula:
-    return Operation("/", a, b)
-
-
 def _power(a: Formula, b: Formula) -> Formula:
     if isinstance(b, Number):
         return a if b.value == 1.0 else Power(a, b.value)
@@ -140,42 +137,35 @@ def _power(a: Formula, b: Formula) -> Formula:
     refuse(f"have numbers for exponents, or for positive bases, got ({text(a)})**({text(b)})")
 
 
-def _root_of_squares(*formulas: Formula) -> Formula:
-    """Return √(a² + b²), or √(a²). As a formula with derivatives it is undefined at zero."""
-    squares: list[Formula] = [Power(formula, 2.0) for formula in formulas]
-    return Function("sqrt", squares[0] if len(squares) == 1 else Operation("+", *squares))
+def _by(compute: Callable[..., Any]) -> Callable[..., Formula]:
+    """Return a function of formulas that computes with symbols of them."""
+    return lambda *formulas: compute(*map(Symbol, formulas)).formula
 
 
-def _exponentials(a: Formula, symbol: Literal["+", "-"]) -> Formula:
-    ends = Function("exp", a), Function("exp", Operation("*", Number(-1.0), a))
-    return Operation("/", Operation(symbol, *ends), Number(2.0))
-
-
-def _tanh(a: Formula) -> Formula:
-    growth = Operation("+", Function("exp", Operation("*", Number(2.0), a)), Number(1.0))
-    return Operation("-", Number(1.0), Operation("/", Number(2.0), growth))
+_length = _by(lambda *parts: np.sqrt(sum(map(np.square, parts))))
+"""√(a² + b²), or √(a²). As a formula with derivatives it is undefined at zero."""
 
 
 _WRITTEN: dict[str, Callable[..., Formula]] = {
     "add": _sum,
     "subtract": _difference,
     "multiply": _product,
-    "divide": _quotient,
+    "divide": lambda a, b: Operation("/", a, b),
     "power": _power,
     "float_power": _power,
-    "negative": lambda a: _product(Number(-1.0), a),
+    "negative": _by(lambda a: -1.0 * a),
     "positive": lambda a: a,
     "square": lambda a: Power(a, 2.0),
-    "reciprocal": lambda a: _quotient(Number(1.0), a),
-    "absolute": _root_of_squares,
-    "fabs": _root_of_squares,
-    "hypot": _root_of_squares,
+    "reciprocal": _by(lambda a: 1.0 / a),
+    "absolute": _length,
+    "fabs": _length,
+    "hypot": _length,
     "arctan2": Angle,
-    "arctan": lambda a: Function("atan", a),
-    "tan": lambda a: _quotient(Function("sin", a), Function("cos", a)),
-    "sinh": lambda a: _exponentials(a, "-"),
-    "cosh": lambda a: _exponentials(a, "+"),
-    "tanh": _tanh,
+    "arctan": partial(Function, "atan"),
+    "tan": _by(lambda a: np.sin(a) / np.cos(a)),
+    "sinh": _by(lambda a: (np.exp(a) - np.exp(-a)) / 2.0),
+    "cosh": _by(lambda a: (np.exp(a) + np.exp(-a)) / 2.0),
+    "tanh": _by(lambda a: 1.0 - 2.0 / (np.exp(2.0 * a) + 1.0)),
     **{name: partial(Function, name) for name in ("exp", "log", "sqrt", "sin", "cos")},
 }
 """NumPy's functions as formulas."""
@@ -196,10 +186,7 @@ T = TypeVar("T")
 
 _Sequence = (list, tuple, np.ndarray)
 _SIZES, _DRAWS = np.logspace(-4, 6, 11), 6  # draws of each size; half are positive, for roots and logarithms
-_IV = MPIntervalContext()
-_IV.prec = 53  # as float64 has
 _ROUNDING = 1e3  # times the rounding error of the formula's operations: f may add in another order
-_TURN, _LARGEST_EXPONENT = 7.0, 1e9  # beyond them mpmath's intervals take minutes, and say no more
 _LINALG = (
     "np.linalg takes plain numbers only: write the inverse out, which of [[a, b], [c, d]] is "
     "np.array([[d, -b], [-c, a]]) / (a * d - b * c)"
@@ -256,45 +243,25 @@ def _values_of(f: Dynamics, x: Array, u: Array) -> tuple[Array, str]:
 def _agree(formula: Formula, values: dict[str, float], seen: float, rounded: float) -> bool:
     """Return whether the number `seen` may be the formula's value, given that value in float64, `rounded`.
 
-    Interval arithmetic in the precision of float64 bounds the rounding errors. If one of the values is undefined,
-    intermediate numbers may be too large: then the values count as equal.
+    The checker's analysis bounds the rounding errors. If one of the values is undefined, intermediate numbers may be
+    too large: then the values count as equal.
     """
-    width = _rounding_width(formula, values)
-    if not np.isfinite(width) or not np.isfinite(rounded):
-        return bool(np.isfinite(width)) or not np.isnan(rounded) or not np.isfinite(seen)
-    return bool(abs(seen - rounded) <= _ROUNDING * (width / 2 + np.spacing(abs(rounded))))
+    if seen == rounded:
+        return True
+    error = _rounding_error(formula, values)
+    if not np.isfinite(error) or not np.isfinite(rounded):
+        return bool(np.isfinite(error)) or not np.isnan(rounded) or not np.isfinite(seen)
+    return bool(abs(seen - rounded) <= _ROUNDING * (error + np.spacing(abs(rounded))))
 
 
-def _rounding_width(formula: Formula, values: dict[str, float]) -> float:
-    """Return the width of an enclosure of all rounded values of the formula; infinite if it may be undefined."""
+def _rounding_error(formula: Formula, values: dict[str, float]) -> float:
+    """Return an over-estimate of the error of the formula in float64; infinite if it may be undefined."""
+    arithmetic = TrackedFormulas(1)
     try:
-        found = evaluate(formula, {name: _IV.mpf(value) for name, value in values.items()}, _Intervals())
-        return float(found.delta.b)
-    except (ArithmeticError, ValueError, TypeError, AttributeError):  # mpmath has complex values, or none
-        return float("inf")
-
-
-class _Intervals:
-    """Interval arithmetic that encloses all rounding errors of float64."""
-
-    def constant(self, value: float) -> Any:
-        return _IV.mpf(value)
-
-    def over(self, a: Any, b: Any) -> Any:
-        return a / b
-
-    def power(self, base: Any, exponent: float) -> Any:
-        return base ** (int(exponent) if exponent == int(exponent) else _IV.mpf(exponent))
-
-    def function(self, name: str, argument: Any) -> Any:
-        if name in ("sin", "cos") and argument.delta > _TURN:  # mpmath would find all digits of π that it needs
-            return _IV.mpf([-1, 1])
-        if name == "exp" and abs(argument) > _LARGEST_EXPONENT:
-            raise OverflowError
-        return _IV.atan2(argument, 1) if name == "atan" else getattr(_IV, name)(argument)
-
-    def angle(self, y: Any, x: Any) -> Any:
-        return _IV.atan2(y, x)
+        found = evaluate(formula, {name: arithmetic.constant(value) for name, value in values.items()}, arithmetic)
+    except UndefinedError:
+        return np.inf
+    return float(found.error.b)
 
 
 def formulas_of(call: Callable[[], Any], what: str) -> tuple[tuple[Formula, ...], tuple[Formula, ...]]:

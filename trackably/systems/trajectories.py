@@ -64,10 +64,7 @@ class Functional:
 
     def at_rest(self, levels: Sequence[float]) -> float:
         """Return q if every signal c is constant at `levels[c]`."""
-        return float(
-            self.offset
-            + sum((sum(w, Fraction(0)) * Fraction(m) for w, m in zip(self.weights, levels, strict=True)), Fraction(0))
-        )
+        return float(self.offset + sum(sum(w) * Fraction(m) for w, m in zip(self.weights, levels, strict=True)))
 
     @property
     def later(self) -> Self:
@@ -85,18 +82,13 @@ class Functional:
 
 def weighted_sum_of_functionals(row: Sequence[Fraction], functionals: Sequence[Functional]) -> Functional:
     """Return Σ_i row_i q_i."""
-    first = functionals[0]
-    return Functional(
-        tuple(
-            tuple(
-                sum((r * q.weights[c][j] for r, q in zip(row, functionals, strict=True)), Fraction(0))
-                for j in range(len(first.weights[c]))
-            )
-            for c in range(len(first.weights))
-        ),
-        sum((r * q.offset for r, q in zip(row, functionals, strict=True)), Fraction(0)),
-        first.sampling_time,
-    )
+
+    def total(values: Sequence[Fraction]) -> Fraction:
+        return sum((r * value for r, value in zip(row, values, strict=True)), Fraction(0))
+
+    by_signal = zip(*(q.weights for q in functionals), strict=True)
+    weights = tuple(tuple(map(total, zip(*shifts, strict=True))) for shifts in by_signal)
+    return Functional(weights, total([q.offset for q in functionals]), functionals[0].sampling_time)
 
 
 # States and inputs of a reference as functions of time: formulas of functionals of the learned signals.

@@ -69,7 +69,8 @@ def set_of(written: object) -> Polytope:
     if "rows" in given:
         lower, upper = ends
         return Polytope(np.array(read_part(given, "rows", matrix)), lower, upper)
-    box = Polytope.box(*_with_free(*ends)) if ends else None
+    free = [[side if end is None else end for end in of] for of, side in zip(ends, (-math.inf, math.inf), strict=False)]
+    box = Polytope.box(*free) if ends else None
     if "H" not in given:
         assert box is not None, "one of both is given"
         return box
@@ -115,18 +116,10 @@ def vector(written: object) -> tuple[float, ...]:
 
 
 def _bounds(written: object) -> list[Any]:
-    if not (isinstance(written, list) and written and all(map(_is_bound, written))):
+    known = written if isinstance(written, list) else []
+    if not known or not all(v is None or is_number(v) or isinstance(v, Mapping) for v in known):
         raise ValueError(
             "expected a list of numbers, with null for what is free and mappings for what moves in time, got "
             f"{short(written)}"
         )
-    return written
-
-
-def _is_bound(written: object) -> bool:
-    return written is None or is_number(written) or isinstance(written, Mapping)
-
-
-def _with_free(lower: list[Any], upper: list[Any]) -> list[list[Any]]:
-    """Return the bounds of a box with infinite ones where a coordinate is free."""
-    return [[free if v is None else v for v in of] for of, free in ((lower, -math.inf), (upper, math.inf))]
+    return known

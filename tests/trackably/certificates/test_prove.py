@@ -11,7 +11,7 @@ from tests.trackably.systems.instances import bounded
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import Draft
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.certificates.prove import prove, prove_at_instants, prove_for_all_phases, prove_on_window
+from trackably.certificates.prove import prove, prove_at_instants, prove_on_window
 from trackably.checker.certificate import AllPhases, AllTimes, Instants, Window
 from trackably.gp.kernels.base import Product, Sum
 from trackably.gp.kernels.matern import Matern32
@@ -36,11 +36,6 @@ def reference(kernel, plant=PLANT, mean=0.0) -> Reference:
 @pytest.fixture(params=["example1", "example2"])
 def example(request) -> str:
     return request.param
-
-
-def test_claims_are_the_strongest_that_the_kernel_allows():
-    assert isinstance(certified("example1").certificate.claim, AllTimes)
-    assert isinstance(certified("example2").certificate.claim, AllPhases)
 
 
 def test_unconstrained_references_are_refuted(example):
@@ -77,17 +72,14 @@ def test_instants_can_be_kept_by_a_reference_that_breaks_bounds_between_them():
         Matern32(1.0, 0.3),
         Product(SquaredExponential(1.0, 1.5), Periodic(1.0, 0.8, 0.7)),
         Sum(SquaredExponential(1.0, 0.3), Matern32(0.5, 0.2)),
+        Product(Periodic(1.0, 0.8, 0.7), Sum(Periodic(0.5, 1.0, 0.7), Periodic(0.3, 2.0, 0.7))),
     ],
 )
-def test_decaying_kernels_are_proved_for_ever(kernel):
+def test_kernels_that_decay_or_repeat_are_proved_for_ever(kernel):
+    """The claim is the strongest that the kernel allows."""
     found = prove(reference(kernel))
     assert isinstance(found, Certificate), found.explanation
-    assert isinstance(found.claim, AllTimes)
-
-
-def test_common_periods_are_proved_for_ever():
-    found = prove(reference(Product(Periodic(1.0, 0.8, 0.7), Sum(Periodic(0.5, 1.0, 0.7), Periodic(0.3, 2.0, 0.7)))))
-    assert isinstance(found.claim, AllPhases)
+    assert isinstance(found.claim, AllPhases if kernel.period else AllTimes)
 
 
 def test_a_finite_window_is_proved_where_nothing_decays():
@@ -118,11 +110,6 @@ def test_what_is_only_unproved_is_not_called_broken():
         if kind is Unproved:
             assert "float64 evaluation" in found.explanation
             assert 0 < found.shortfall < 1e-13
-
-
-def test_a_wrong_period_cannot_be_claimed():
-    with pytest.raises(ValueError, match="period"):
-        prove_for_all_phases(reference(Periodic(1.0, 0.8, 0.7)), np.nextafter(0.7, 1))
 
 
 @pytest.mark.parametrize("kernel", [SquaredExponential(1.0, 1.0), Matern32(1.0, 1.0), Periodic(1.0, 1.0, 2.0)])

@@ -1,12 +1,15 @@
 """The time from which a reference is settled is nearly the earliest that the checker's exact arithmetic accepts."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from trackably.certificates.draft import Draft
+from trackably.certificates.draft import TERMS, Draft
 from trackably.certificates.prove import _ProofProblem
-from trackably.certificates.tail import tail_start
-from trackably.checker.certificate import AllTimes
+from trackably.checker.boxes import NO_FIRST_PASS
+from trackably.checker.certificate import AllTimes, Cover
+from trackably.checker.tail import check_tail
 from trackably.gp.kernels.base import Kernel, Product
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.periodic import Periodic
@@ -31,25 +34,21 @@ INSTANCES = {
 }
 
 
-def draft_of(kernel: Kernel, plant: ConstrainedSystem, mean: float) -> tuple[Draft, Reference]:
+def problem_of(kernel: Kernel, plant: ConstrainedSystem, mean: float) -> _ProofProblem:
     centres = np.linspace(0.0, 3.0, 12)
     signal = KernelSum(kernel, mean, centres, 4.0 * np.random.default_rng(0).standard_normal(12))
-    reference = Reference((signal,), plant)
-    return _ProofProblem(reference, 3.0, AllTimes()).draft, reference
+    return _ProofProblem(Reference((signal,), plant), 3.0, AllTimes())
 
 
-@pytest.mark.parametrize("asks", [True, False])
-@pytest.mark.parametrize("name", INSTANCES)
-def test_it_is_nearly_the_earliest(name, asks):
-    draft, reference = draft_of(*INSTANCES[name])
-    found = tail_start(draft, reference, asks)
-    assert draft.is_settled(found)
-    assert not draft.is_settled(3.0 + 0.98 * (found - 3.0))
+def is_settled(draft: Draft, start: float) -> bool:
+    """Whether the checker's exact arithmetic shows it."""
+    certificate = replace(draft.certificate, proof=Cover(0.0, start, {}, TERMS))
+    return check_tail(certificate, list(draft.quantities), NO_FIRST_PASS) is None
 
 
 @pytest.mark.parametrize("name", INSTANCES)
-def test_what_seems_settled_is(name):
-    draft, _ = draft_of(*INSTANCES[name])
-    told = [(draft.seems_settled(t), draft.is_settled(t)) for t in (3.0 + np.geomspace(0.1, 100.0, 20)).tolist()]
-    assert all(exact for seems, exact in told if seems)
-    assert {seems for seems, _ in told} == {True, False}
+def test_it_is_nearly_the_earliest(name):
+    problem = problem_of(*INSTANCES[name])
+    found = problem.tail_start
+    assert is_settled(problem.draft, found)
+    assert not is_settled(problem.draft, 3.0 + 0.98 * (found - 3.0))

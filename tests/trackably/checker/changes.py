@@ -54,31 +54,28 @@ def replacements(value: Any) -> list[Any]:
     return [{}, None, [], {**value, "extra": 1.0}]
 
 
+def part_at(data: Any, path: tuple) -> Any:
+    for key in path:
+        data = data[key]
+    return data
+
+
 def changed(data: dict, path: tuple, put: Any) -> dict:
     copied = copy.deepcopy(data)
-    at = copied
-    for key in path[:-1]:
-        at = at[key]
-    at[path[-1]] = put
+    part_at(copied, path[:-1])[path[-1]] = put
     return copied
 
 
 def without(data: dict, path: tuple) -> dict:
     copied = copy.deepcopy(data)
-    at = copied
-    for key in path[:-1]:
-        at = at[key]
-    del at[path[-1]]
+    del part_at(copied, path[:-1])[path[-1]]
     return copied
 
 
 def tampered(data: dict) -> Iterator[tuple[str, dict]]:
     for path in leaves(data):
-        value = data
-        for key in path:
-            value = value[key]
         yield f"without {path}", without(data, path)
-        news = replacements(value)
+        news = replacements(part_at(data, path))
         # No box can make a statement false, only leave it without a proof: a nudge, a sign, and what is no number. That
         # is enough too for what scalar systems have as well.
         shared = "signals" in path or path[0] in {"claim", "evaluation"}

@@ -1,13 +1,20 @@
 """Certificates to change, and how."""
 
-import copy
 from functools import cache
 
 from tests.trackably.certificates.test_prove import reference
+from tests.trackably.checker import changes
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove
 from trackably.gp.kernels.squared_exponential import SquaredExponential
+
+SIGNAL = {
+    "kernel": {"type": "squared_exponential", "signal_std": 1.0, "lengthscale": 0.3},
+    "mean": 0.0,
+    "centres": [0.0],
+    "weights": [1.0],
+}
 
 
 @cache
@@ -20,10 +27,4 @@ def scalar_certificate() -> dict:
 
 def changed(data: dict, path: str, value) -> dict:
     """Return the certificate with one part put in the place of another, at a path such as claim.terms."""
-    copied = copy.deepcopy(data)
-    *inner, last = (int(name) if name.isdigit() else name for name in path.split("."))
-    at = copied
-    for name in inner:
-        at = at[name]
-    at[last] = value
-    return copied
+    return changes.changed(data, tuple(int(name) if name.isdigit() else name for name in path.split(".")), value)

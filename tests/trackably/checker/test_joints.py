@@ -2,13 +2,12 @@
 
 import copy
 from collections.abc import Callable
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.trackably.joints.trajectories import ORDERS, extreme, mirrored, random_content, with_limit
+from tests.trackably.joints.trajectories import extreme, mirrored, random_content, with_limit
 from trackably.checker import Failed, NotACertificate, Proved, Refuted, check
 from trackably.checker.floats.pieces import undecided
 from trackably.checker.joints import BROKEN, check_joints, everything, read_joints
@@ -164,10 +163,3 @@ def test_the_fingerprint_is_that_of_the_numbers() -> None:
     assert one == read_joints(changed(trajectory(coefficients=[[[-0.0, 2.0, -1.0]]]))).fingerprint
     others = [trajectory(beyond="rest"), trajectory(breakpoints=[0.0, 2.5]), lambda c: c["joints"][0].update(name="x")]
     assert one not in {read_joints(changed(change)).fingerprint for change in others}
-
-
-def test_orders_have_their_names() -> None:
-    verdict = check(touching())
-    assert isinstance(verdict, Proved)
-    assert all(name in verdict.statement for name in ORDERS[:2])
-    assert Fraction(1, 2) == Fraction(0.5)

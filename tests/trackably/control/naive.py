@@ -8,55 +8,46 @@ from trackably.control.controller import Controller
 from trackably.control.search import apply_inputs
 
 
-def _variables(controller: Controller, k: int, state, reference, wider: float):
+def _program(controller: Controller, k: int, state, reference, wider: float = 0.0):
+    """Return the cost V, the miss x(k+N) − x_r(k+N) in widths of the state set, u, and the constraints but the end."""
     plant, N = controller.plant, controller.horizon
     system, X, U = plant.system, plant.state_set, plant.input_set
     n, m = system.B.shape
-    x, u = cp.Variable((n, N + 1)), cp.Variable((m, N))
-    x_r = np.array([reference.state(k + i) for i in range(N + 1)])
-    u_r = np.array([reference.input(k + i) for i in range(N)])
-    kept = [x[:, 0] == state]
-    more_x, more_u = wider * (X.upper - X.lower), wider * (U.upper - U.lower)
+    x, u = cp.Variable((N + 1, n)), cp.Variable((N, m))
+    e = x - np.array([reference.state(k + i) for i in range(N + 1)])
+    v = u - np.array([reference.input(k + i) for i in range(N)])
+    kept = [x[0] == state]
     for i in range(N):
-        kept += [x[:, i + 1] == system.A @ x[:, i] + system.B @ u[:, i] + system.c]
-        kept += [X.rows @ x[:, i + 1] <= X.upper + more_x, X.rows @ x[:, i + 1] >= X.lower - more_x]
-        kept += [U.rows @ u[:, i] <= U.upper + more_u, U.rows @ u[:, i] >= U.lower - more_u]
-    return x, u, x_r, u_r, kept
+        kept.append(x[i + 1] == system.A @ x[i] + system.B @ u[i] + system.c)
+        for at, bounded in ((x[i + 1], X), (u[i], U)):
+            more = wider * (bounded.upper - bounded.lower)
+            kept += [bounded.rows @ at <= bounded.upper + more, bounded.rows @ at >= bounded.lower - more]
+    cost = sum(cp.quad_form(e[i], controller.Q) + cp.quad_form(v[i], controller.R) for i in range(N))
+    return cost, e[N] / (X.upper - X.lower), u, kept
+
+
+def _solved(aim, kept) -> float:
+    problem = cp.Problem(cp.Minimize(aim), kept)
+    problem.solve(solver=cp.CLARABEL)
+    return problem.value
 
 
 def optimum(controller: Controller, k: int, state, reference, wider: float = 0.0):
     """Return (V, u(k)) with all sets widened by a part `wider` of their widths; (inf, None) where there is no plan."""
-    x, u, x_r, u_r, kept = _variables(controller, k, state, reference, wider)
-    N = controller.horizon
-    cost = sum(
-        cp.quad_form(x[:, i] - x_r[i], controller.Q) + cp.quad_form(u[:, i] - u_r[i], controller.R) for i in range(N)
-    )
-    problem = cp.Problem(cp.Minimize(cost), [*kept, x[:, N] == x_r[N]])
-    problem.solve(solver=cp.CLARABEL)
-    return problem.value, None if u.value is None else u.value[:, 0]
+    cost, missed, u, kept = _program(controller, k, state, reference, wider)
+    return _solved(cost, [*kept, missed == 0]), None if u.value is None else u.value[0]
 
 
 def smallest_miss(controller: Controller, k: int, state, reference) -> float:
     """Return min ‖x(k+N) − x_r(k+N)‖ in widths of the state set, a box; inf where no plan keeps the sets."""
-    x, _, x_r, _, kept = _variables(controller, k, state, reference, 0.0)
-    problem = cp.Problem(cp.Minimize(cp.norm((x[:, -1] - x_r[-1]) / _widths(controller))), kept)
-    problem.solve(solver=cp.CLARABEL)
-    return problem.value
+    _, missed, _, kept = _program(controller, k, state, reference)
+    return _solved(cp.norm(missed), kept)
 
 
 def closest_plan_cost(controller: Controller, k: int, state, reference, miss: float) -> float:
     """Return the least cost of a plan that ends within `miss` widths of the reference."""
-    x, u, x_r, u_r, kept = _variables(controller, k, state, reference, 0.0)
-    N, e, v = controller.horizon, x.T - x_r, u.T - u_r
-    cost = sum(cp.quad_form(e[i], controller.Q) + cp.quad_form(v[i], controller.R) for i in range(N))
-    near = cp.norm((x[:, -1] - x_r[-1]) / _widths(controller)) <= miss
-    problem = cp.Problem(cp.Minimize(cost), [*kept, near])
-    problem.solve(solver=cp.CLARABEL)
-    return problem.value
-
-
-def _widths(controller: Controller) -> np.ndarray:
-    return controller.plant.state_set.upper - controller.plant.state_set.lower
+    cost, missed, _, kept = _program(controller, k, state, reference)
+    return _solved(cost, [*kept, cp.norm(missed) <= miss])
 
 
 def cost_by_single_shooting(controller, state, window) -> float:

@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 
-from tests.trackably.control import naive
 from tests.trackably.systems.forms.instances import T_S, robot
 from trackably.control.controller import Controller
-from trackably.control.references import TabulatedReference, unwrap_near
+from trackably.control.references import TabulatedReference
 from trackably.control.simulation import simulate
-from trackably.control.stepping import Plan
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
@@ -57,13 +55,3 @@ def test_whole_turns_make_no_difference(turns):
     assert turned.cost == pytest.approx(here.cost, rel=1e-7)
     np.testing.assert_allclose(turned.input, here.input, atol=1e-5)
     np.testing.assert_allclose(turned.states[:, 2] - 2 * np.pi * turns, here.states[:, 2], atol=1e-5)
-
-
-def test_the_optimum_is_that_of_a_general_method():
-    reference = circle(40)
-    state = reference.window(0, 1).states[0] + [0.1, -0.1, 0.2]
-    controller = Controller(ROBOT, 10, CONTROLLER.Q, CONTROLLER.R)
-    result = controller.step(0, state, reference)
-    assert isinstance(result, Plan)
-    window = unwrap_near(ROBOT, reference.window(0, 10), state)
-    assert result.cost == pytest.approx(naive.cost_by_single_shooting(controller, state, window), rel=1e-5)

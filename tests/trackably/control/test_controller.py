@@ -16,16 +16,6 @@ AT_REST = instances.at_rest(PLANT, 1.2)  # on its bound
 CONTROLLER = Controller(PLANT, 20, np.diag([10.0, 1.0]), 0.1 * np.eye(1))
 
 
-def test_on_the_reference_the_optimum_is_to_stay_on_it(example):
-    controller = Controller(example.learning.plant, 20, np.eye(1), np.eye(1))
-    for k in range(0, 400, 3):
-        result = controller.step(k, example.certified.state(k), example.certified)
-        assert isinstance(result, Plan)
-        assert result.status is Status.NO_ACTIVE_BOUND
-        assert result.cost < 1e-24
-        np.testing.assert_allclose(result.input, example.certified.input(k), atol=1e-12)
-
-
 STATES = [(1.2, 0.3), (1.2, 0.01), (1.1, 1.0), (1.0, 1.2), (0.9, -1.0), (0.5, 0.0), (1.19, 0.0), (0.2, 1.9), (1.0, 0.9)]
 
 

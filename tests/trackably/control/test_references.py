@@ -8,7 +8,7 @@ import pytest
 from pipeline.control import InterpolatedReference
 from tests.trackably.control import instances
 from trackably.control.controller import Controller
-from trackably.control.error_model import ErrorModel, reference_defects
+from trackably.control.error_model import reference_defects
 from trackably.control.references import TabulatedReference
 from trackably.control.simulation import simulate
 from trackably.control.stepping import Plan
@@ -43,20 +43,6 @@ def test_a_table_has_the_windows_of_its_reference(example):
     for k in (5, 33, 70):
         for mine, original in zip(table.window(k, 20), example.certified.window(k, 20), strict=True):
             np.testing.assert_allclose(mine, original, atol=1e-12)
-
-
-@pytest.mark.parametrize("varying", [False, True])
-def test_predictions_are_those_of_the_model_step_by_step(varying):
-    rng = np.random.default_rng(0)
-    A, B = rng.standard_normal((6, 3, 3)), rng.standard_normal((6, 3, 2))
-    if not varying:
-        A[:], B[:] = A[0], B[0]
-    start, inputs, drifts = rng.standard_normal(3), rng.standard_normal((6, 2)), rng.standard_normal((6, 3))
-    expected, e = [], start
-    for i in range(6):
-        e = A[i] @ e + B[i] @ inputs[i] + drifts[i]
-        expected.append(e)
-    np.testing.assert_allclose(ErrorModel(A, B).errors(start, inputs, drifts), expected, rtol=1e-10)
 
 
 def box(system):

@@ -81,10 +81,9 @@ def test_coupled_states_far_from_the_reference():
     sets = Polytope.box([-2.0, -2.0], [2.0, 2.0]), Polytope.box([-3.0, -3.0], [3.0, 3.0])
     controller = Controller(ConstrainedSystem(pair, *sets), 8, np.eye(2), 0.1 * np.eye(2))
     at_rest = TabulatedReference(0, Window(np.zeros((9, 2)), np.zeros((8, 2))))
-    for state in ([1.2, 1.2],):
-        result = controller.step(0, np.array(state), at_rest)
-        assert isinstance(result, Plan), result.explanation
-        assert result.slack >= -2e-7
+    result = controller.step(0, np.array([1.2, 1.2]), at_rest)
+    assert isinstance(result, Plan), result.explanation
+    assert result.slack >= -2e-7
     # b⁺ = 1.9 + 0.5 · 1.9² + 0.3 w is at least 2.805: no input keeps it below two.
     lost = controller.step(0, np.array([1.9, 1.9]), at_rest)
     assert isinstance(lost, Infeasible)

@@ -7,7 +7,6 @@ import pytest
 
 from tests.trackably.control import instances
 from tests.trackably.control.test_nonlinear import TANK, bump
-from trackably.control.bounds import Scales
 from trackably.control.controller import Controller
 from trackably.control.references import TabulatedReference
 from trackably.control.stepping import Infeasible, Plan
@@ -132,20 +131,3 @@ def test_the_same_problem_in_other_units_has_the_same_answer(case, answers, unit
             if mine.terminal_error is not None:
                 missed = np.array([found.terminal_error / x, mine.terminal_error]) / scales.states
                 np.testing.assert_allclose(missed[0], missed[1], atol=ACCURACY)
-
-
-@pytest.mark.parametrize(
-    ("bounds", "states", "inputs"),
-    [
-        ((FREE,), [0.05 * 4, 4], [8]),  # what a step at full speed changes
-        (((-1.0, 1.2), FREE), [2.2, 0.05 * 8], [8]),
-        ((FREE, FREE), [0.00125 * 8, 0.05 * 8], [8]),
-        (((-1.0, 1.2), (-2.0, 2.0), FREE), [2.2, 4], [4 / 0.05]),
-        (((-1.0, 1.2), FREE, FREE), [2.2, 2.2 / 0.05], [2.2 / 0.00125]),
-        ((FREE, FREE, FREE), [0.00125 * 2, 0.05 * 2], [2]),  # 1 / sqrt(R)
-    ],
-)
-def test_without_bounds_scales_follow_from_those_of_others(bounds, states, inputs):
-    scales = Scales.of(instances.double_integrator(*bounds), np.eye(2), 0.25 * np.eye(1))
-    np.testing.assert_allclose(scales.states, states)
-    np.testing.assert_allclose(scales.inputs, inputs)

@@ -1,4 +1,4 @@
-"""Trajectories of joints come back from YAML and MCAP, read by others and by the bytes."""
+"""Trajectories of joints come back from YAML and MCAP, read by others."""
 
 from pathlib import Path
 from typing import Any
@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from mcap.reader import NonSeekingReader
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
 
-from tests.trackably.exports.cdr import joint_trajectory
 from tests.trackably.exports.references import on_window, periodic
 from trackably.exports.ros2 import _flow
 
@@ -31,18 +31,20 @@ def file(tmp_path: Path) -> Path:
     return on_window().to_ros2(tmp_path / "r.mcap", JOINTS, topic="/slide", stamp=1_700_000_000_000_000_007)
 
 
-def test_an_mcap_file_comes_back_by_its_bytes(file: Path) -> None:
+def test_an_mcap_file_comes_back(file: Path) -> None:
     with file.open("rb") as stream:
-        ((schema, channel, message),) = NonSeekingReader(stream, validate_crcs=True).iter_messages()
-    assert schema is not None
+        ((schema, channel, message, found),) = make_reader(
+            stream, validate_crcs=True, decoder_factories=[DecoderFactory()]
+        ).iter_decoded_messages()
     assert (schema.name, schema.encoding) == ("trajectory_msgs/msg/JointTrajectory", "ros2msg")
     assert (channel.topic, channel.message_encoding) == ("/slide", "cdr")
     assert (message.log_time, message.publish_time) == (1_700_000_000_000_000_007,) * 2
-    found = joint_trajectory(message.data)
-    assert (found["stamp"], found["frame"], found["joints"]) == ((1_700_000_000, 7), "", ["slide"])
+    stamp = found.header.stamp
+    assert (stamp.sec, stamp.nanosec, found.header.frame_id) == (1_700_000_000, 7, "")
+    assert found.joint_names == ["slide"]
     for name, expected in columns().items():
-        np.testing.assert_array_equal([point[name] for point in found["points"]], expected)
-    since = [sec * 10**9 + nanosec for sec, nanosec in (point["since"] for point in found["points"])]
+        np.testing.assert_array_equal([getattr(point, name) for point in found.points], expected)
+    since = [point.time_from_start.sec * 10**9 + point.time_from_start.nanosec for point in found.points]
     assert since == [50_000_000 * k for k in range(61)]
 
 

@@ -302,9 +302,3 @@ def test_no_multipliers_exclude_what_a_trajectory_does(seed, monkeypatch):
 
     monkeypatch.setattr(proposing, "least", lying)
     assert impossible(plant, claim, waypoints(at, 1e-9, plant, claim), [0.0] * plant.signal_count) is None
-
-
-def test_with_a_checker_that_refuses_everything_nothing_is_impossible(monkeypatch):
-    monkeypatch.setattr(checker, "check", lambda *_, **__: checker.Failed("it refuses everything"))
-    assert told({0.0: REST, 1.0: {"position": 0.8}}) is None
-    assert told({}, MOVING, (0.0, 3.0)) is None

@@ -47,13 +47,9 @@ def test_rounding_errors_fall():
         KernelSum(SMOOTH[0], 0.0, np.linspace(0, 9, 40), np.ones(40)),
         KernelSum(SMOOTH[0], 0.0, np.linspace(0, 4000, 400), np.ones(400)),
         KernelSum(SMOOTH[0], 0.0, np.zeros(0), np.zeros(0)),
+        KernelSum(SMOOTH[0], 0.0, np.full(100, 3.0), np.ones(100)),
     ],
-    ids=["with kinks", "few", "far apart", "none"],
+    ids=["with kinks", "few", "far apart", "none", "at one time"],
 )
 def test_what_no_fewer_kernels_make_is_returned_as_it_is(given):
-    assert compact(given) is given
-
-
-def test_all_centres_at_one_time_are_no_interval():
-    given = KernelSum(SMOOTH[0], 0.0, np.full(100, 3.0), np.ones(100))
     assert compact(given) is given

@@ -7,15 +7,14 @@ from tests.trackably.gp.factors.factors import dense, disagreement, factorisatio
 from tests.trackably.gp.instances import KERNELS, over
 from trackably.gp.factors.dense import Dense
 from trackably.gp.factors.fourier import Fourier
-from trackably.gp.factors.low_rank import LowRank
 from trackably.gp.factors.quasiseparable import Quasiseparable
-from trackably.gp.kernels.base import Product, Sum
+from trackably.gp.kernels.base import Sum
 from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.stencil import POINT, Stencil
+from trackably.gp.stencil import Stencil
 
 AGREEMENT = 1e-8
 NOISES = [1.0, 0.1, 0.01, 1e-3, 1e-4]
@@ -28,7 +27,7 @@ def random(n, lower, upper):
 TIMES = {
     "even": lambda n: 0.05 * np.arange(n),
     "random": lambda n: np.sort(random(n, 0, n / 20)),
-    "late": lambda n: 1e3 + np.sort(random(n, 0, n / 20)),
+    "since 1970": lambda n: 1.7e9 + np.sort(random(n, 0, n / 20)),
     "in two parts": lambda n: np.sort(np.append(random(n // 2, 0, 2), random(n - n // 2, 30, 31))),
     "in clusters": lambda n: np.sort(3.0 * np.floor(random(n, 0, 20)) + random(n + 1, 0, 0.1)[1:]),
 }
@@ -79,27 +78,6 @@ def test_samples_may_see_more_than_one_instant(kernel, stencil):
             assert disagreement(with_factor(posterior, factor), dense(posterior)) < AGREEMENT
 
 
-@over(
-    {
-        "se": SquaredExponential(1.0, 1.0),
-        "rq": RationalQuadratic(1.0, 6.0, 1.0),
-        "periodic": Periodic(1.0, 1.0, 7.0),
-        "quasi_periodic": Product(SquaredExponential(1.0, 9.0), Periodic(1.0, 1.5, 6.0)),
-    }
-)
-@pytest.mark.parametrize("stencil", [POINT, Stencil((1.0, -0.6), 0.05, 0.4), Stencil((1.0, 1.0), 40.0)], ids=str)
-def test_fewer_centres_represent_the_posterior_mean(kernel, stencil):
-    """The posterior mean as a sum of kernels at Chebyshev points, with its derivatives."""
-    posterior = posterior_at(kernel, TIMES["late"](400), 0.3, np.exp(random(400, -0.5, 0.5)), stencil)
-    whole, t = dense(posterior).signal, 1e3 + np.linspace(-5, 25, 300)
-    found = factorisations(posterior)
-    for factor in [found[LowRank], *([found[Fourier]] if Fourier in found else [])]:
-        condensed = with_factor(posterior, factor).signal
-        assert len(condensed.centres) <= len(whole.centres) / 2
-        for one, other in zip(condensed.jet(t, 2), whole.jet(t, 2), strict=True):
-            np.testing.assert_allclose(one, other, atol=1e-9 * np.max(np.abs(other)))
-
-
 @pytest.mark.parametrize(
     ("kernel", "times", "wanted"),
     [
@@ -111,7 +89,7 @@ def test_fewer_centres_represent_the_posterior_mean(kernel, stencil):
         (SquaredExponential(1.0, 0.1), TIMES["random"](1000), Quasiseparable),
         (SquaredExponential(1.0, 5.0), TIMES["random"](1000), Fourier),
         (SquaredExponential(1.0, 5.0), TIMES["even"](1000), Fourier),
-        (RationalQuadratic(1.0, 9.0, 1.0), TIMES["random"](1000), LowRank),
+        (RationalQuadratic(1.0, 9.0, 1.0), TIMES["random"](1000), Dense),
         (SquaredExponential(1.0, 0.5), TIMES["even"](1000), Fourier),
         (Matern32(1.0, 2.0), TIMES["random"](500), Quasiseparable),
         (Matern32(1.0, 2.0), TIMES["even"](500), Quasiseparable),
@@ -120,7 +98,7 @@ def test_fewer_centres_represent_the_posterior_mean(kernel, stencil):
         (Matern32(1.0, 0.02), TIMES["random"](500), Quasiseparable),
         (PiecewisePolynomial2(1.0, 0.3), TIMES["random"](1000), Quasiseparable),
         (PiecewisePolynomial3(1.0, 0.5), TIMES["random"](1000), Quasiseparable),
-        (Periodic(1.0, 1.0, 10.0), TIMES["random"](1000), LowRank),
+        (Periodic(1.0, 1.0, 10.0), TIMES["random"](1000), Dense),
         (
             SquaredExponential(1.0, 1e-3),
             np.append(np.sort(random(400, 0, 1e-3)), 1 + 7e-4 * np.arange(400)),
@@ -131,24 +109,6 @@ def test_fewer_centres_represent_the_posterior_mean(kernel, stencil):
 )
 def test_the_fastest_factorisation_is_taken(kernel, times, wanted):
     assert isinstance(posterior_at(kernel, times, 0.1)._factored, wanted)
-
-
-@pytest.mark.parametrize(
-    ("kernel", "times"),
-    [
-        (SquaredExponential(1.0, 3.0), 1.7e9 + np.arange(150) / 16),  # seconds since 1970
-        (Matern52(1.0, 5.0), np.sort(random(600, 0, 1))),  # κ̈ has a cusp
-        (Sum(SquaredExponential(0.1, 10.0), Matern52(1.0, 5.0)), np.sort(random(600, 0, 1))),
-        (Product(SquaredExponential(0.1, 10.0), Matern32(1.0, 1e3)), np.sort(random(600, 0, 1))),
-    ],
-    ids=str,
-)
-def test_low_rank_only_where_points_resolve_the_kernel(kernel, times):
-    """Where float64 has the points, and κ with its derivatives is smooth at 0 too."""
-    posterior = posterior_at(kernel, times, 0.1)
-    assert LowRank not in factorisations(posterior)
-    others = with_factor(posterior, next(iter(factorisations(posterior).values())))
-    assert disagreement(others, dense(posterior)) < AGREEMENT
 
 
 @over({name: KERNELS[name] for name in ("se", "matern52", "rq", "periodic_pi", "sum")})

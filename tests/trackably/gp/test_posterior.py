@@ -12,7 +12,6 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.posterior import IllConditioned, Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
-from trackably.gp.signal import KernelSum
 
 NOISE = np.array([1.0, 0.5, 2.0, 1.0, 0.1, 3.0, 1.0])
 SAMPLES = Samples([0.0, 0.13, 0.4, 0.55, 0.9, 1.4, 1.45, 2.0], [1.0, 0.4, -0.3, 0.1, 0.8, 2.0, 1.9, -1.0])
@@ -41,13 +40,6 @@ def prior_of(kernel, **given_values):
     return Prior(kernel, **{"noise_std": 0.2, "mean": 0.3} | given_values).as_learned()
 
 
-@over(REPRESENTATIVE)
-def test_derivative_is_that_of_the_mean(kernel):
-    posterior, step = Posterior(prior_of(kernel), SAMPLES), 1e-6
-    by_differences = (posterior.mean(TIMES + step) - posterior.mean(TIMES - step)) / (2 * step)
-    np.testing.assert_allclose(posterior.derivative(TIMES), by_differences, rtol=1e-4, atol=1e-4)
-
-
 @over(CASES, "kernel", "samples")
 def test_posteriors_are_those_of_the_whole_matrix(kernel, samples):
     prior, scale = prior_of(kernel), float(kernel(np.zeros(())))
@@ -66,8 +58,8 @@ def test_gradients_of_the_mean_and_its_derivative_are_central_differences(kernel
     prior = prior_of(kernel)
     posterior = Posterior(prior, samples)
     slopes = naive.by_log_hyperparameters(lambda p: naive.mean(p, samples, TIMES), prior)
-    np.testing.assert_allclose(posterior.mean_gradient(TIMES), slopes, rtol=1e-6, atol=2e-6)
-    jet, gradient = posterior.jet_and_gradient(TIMES, 1)
+    np.testing.assert_allclose(posterior.jets(TIMES, 0)[1:, 0], slopes, rtol=1e-6, atol=2e-6)
+    jet, *gradient = posterior.jets(TIMES, 1)
     np.testing.assert_allclose(jet, posterior.signal.jet(TIMES, 1), rtol=1e-9, atol=1e-10)
     slopes = naive.by_log_hyperparameters(lambda p: Posterior(p, samples).signal.jet(TIMES, 1), prior)
     scale = 1e-6 * np.max(np.abs(slopes), axis=-1, keepdims=True)
@@ -83,9 +75,8 @@ def test_gradients_name_the_learned_ones_only(fixed):
     value, gradient = posterior.negative_log_marginal_likelihood()
     assert value == reference.negative_log_marginal_likelihood()[0]
     np.testing.assert_allclose(gradient, reference.negative_log_marginal_likelihood()[1][rows], rtol=1e-14)
-    np.testing.assert_allclose(
-        posterior.mean_gradient(TIMES), reference.mean_gradient(TIMES)[rows], rtol=1e-12, atol=1e-14
-    )
+    found, wanted = (each.jets(TIMES, 0)[1:] for each in (posterior, reference))
+    np.testing.assert_allclose(found, wanted[rows], rtol=1e-12, atol=1e-14)
 
 
 @given(decaying_kernels, st.lists(st.floats(-1e3, 1e3), min_size=2, max_size=8), st.floats(1e-2, 10))
@@ -98,27 +89,6 @@ def test_variance_lies_between_zero_and_the_prior(kernel, values, noise_std):
     assert np.all(variance <= scale * (1 + 1e-12))
     at_samples = Posterior(prior, samples).variance(samples.times)
     assert np.all(at_samples <= prior.noise_std**2 * (1 + 1e-9))  # no worse than that one sample alone
-
-
-@over(REPRESENTATIVE)
-def test_what_the_mean_leaves_of_a_sample_is_the_noise_times_its_weight(kernel):
-    """A c = y − m, so y_i − m⁺(t_i) = σ_n² c_i."""
-    posterior = Posterior(prior_of(kernel, noise_std=0.4), SAMPLES)
-    np.testing.assert_allclose(
-        SAMPLES.values - posterior.mean(SAMPLES.times), 0.4**2 * posterior.weights, rtol=1e-9, atol=1e-10
-    )
-
-
-@over(REPRESENTATIVE)
-def test_signal_is_the_mean_as_stored_numbers(kernel):
-    prior = prior_of(kernel)
-    posterior = Posterior(prior, SAMPLES)
-    stored = KernelSum(kernel, 0.3, SAMPLES.times.copy(), posterior.weights.copy())
-    np.testing.assert_array_equal(stored(TIMES), posterior.mean(TIMES))
-    np.testing.assert_array_equal(stored.derivative(TIMES), posterior.derivative(TIMES))
-    np.testing.assert_array_equal(stored.jet(TIMES, 2)[:2], [posterior.mean(TIMES), posterior.derivative(TIMES)])
-    by_hand = 0.3 + sum(c * kernel(TIMES - t_i) for c, t_i in zip(posterior.weights, SAMPLES.times, strict=True))
-    np.testing.assert_allclose(stored(TIMES), by_hand, rtol=1e-9, atol=1e-11)
 
 
 @pytest.mark.parametrize("ask", [lambda p: p.weights, lambda p: p.mean(TIMES), lambda p: p.variance(TIMES)])

@@ -6,9 +6,7 @@ from mpmath import mp
 
 from tests.trackably.gp import naive
 from tests.trackably.gp.instances import KERNELS, formula, over, time_scales
-from trackably.gp import rows as nearby
 from trackably.gp.kernels.base import Kernel
-from trackably.gp.kernels.elementary import Radial
 from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.prior import Prior
 from trackably.gp.rows import Direct, RowKernel, Taylor, Terms, row_kernel
@@ -35,30 +33,17 @@ def rows(kernel: Kernel, step: float) -> Terms:
     return Terms.joined(parts)
 
 
-def spread(kernel: Kernel, terms: Terms) -> np.ndarray:
-    """Standard deviations of the rows."""
-    return np.sqrt(np.diag(with_many_digits(kernel, terms)))
-
-
-def with_many_digits(kernel: Kernel, terms: Terms) -> np.ndarray:
+def with_many_digits(kernel: Kernel, terms: Terms, others: Terms, count: int) -> np.ndarray:
     with mp.workdps(DIGITS):
-        kappa, found = formula(kernel), np.zeros((COUNT, COUNT))
-        pairs = [(mp.mpf(t), mp.mpf(w), a) for t, w, a in zip(terms.times, terms.weights, terms.of_row, strict=True)]
+        kappa, found = formula(kernel), np.zeros((COUNT, count))
+        one, other = (
+            [(mp.mpf(t), mp.mpf(w), a) for t, w, a in zip(of.times, of.weights, of.of_row, strict=True)]
+            for of in (terms, others)
+        )
         for a in range(COUNT):
-            for b in range(a + 1):
-                sums = (v * w * kappa(s - t) for s, v, i in pairs if i == a for t, w, j in pairs if j == b)
-                found[a, b] = found[b, a] = float(mp.fsum(sums))
-    return found
-
-
-def across_with_many_digits(kernel: Kernel, terms: Terms, times: np.ndarray) -> np.ndarray:
-    found = np.zeros((COUNT, len(times)))
-    with mp.workdps(DIGITS):
-        kappa = formula(kernel)
-        for i, s in enumerate(times.tolist()):
-            for a in range(COUNT):
-                own = [p for p in range(len(terms.times)) if terms.of_row[p] == a]
-                found[a, i] = float(mp.fsum(mp.mpf(terms.weights[p]) * kappa(terms.times[p] - mp.mpf(s)) for p in own))
+            for b in range(count):
+                sums = (v * w * kappa(s - t) for s, v, i in one if i == a for t, w, j in other if j == b)
+                found[a, b] = float(mp.fsum(sums))
     return found
 
 
@@ -68,12 +53,12 @@ def largest_error(found: np.ndarray, exact: np.ndarray, scale: np.ndarray) -> fl
 
 def assert_are_those_with_many_digits(kernel: Kernel, step: float, tolerance: float) -> RowKernel:
     terms = rows(kernel, step)
-    exact, found = with_many_digits(kernel, terms), row_kernel(kernel, terms, COUNT)
+    exact, found = with_many_digits(kernel, terms, terms, COUNT), row_kernel(kernel, terms, COUNT)
     size = np.sqrt(np.diag(exact))[:-1]
     assert largest_error(found.among()[:, :-1], exact[:, :-1], np.outer(size, size)) < tolerance
     assert not found.among()[-1].any()
     times = np.linspace(-1, 4, 4) * min(time_scales(kernel))
-    across = across_with_many_digits(kernel, terms, times)
+    across = with_many_digits(kernel, terms, Terms(times, np.ones(4), np.arange(4)), 4)
     assert largest_error(found.across(times), across, size[:, None] * np.sqrt(kernel(np.zeros(())))) < tolerance
     return found
 
@@ -137,51 +122,20 @@ def test_sums_of_kernels_stand_for_rows(name, step):
         )
 
 
-def long_rows(h: float, order: int) -> Terms:
-    """Differences of one order at 700 random times of a long while, not sorted."""
-    times, weights = np.random.default_rng(1).uniform(0.0, 300.0, 700), np.array(DIFFERENCES[order])
-    parts = [
-        Terms(times + j * h, np.full(len(times), w / h**order), np.arange(len(times))) for j, w in enumerate(weights)
-    ]
-    return Terms.joined(parts)
-
-
-@over({name: KERNELS[name] for name in ("se", "matern32", "matern52")})
-@pytest.mark.parametrize(("h", "order"), [(0.1, 1), (0.01, 2), (15.0, 1)])
-def test_long_rows_are_evaluated_within_reach_only_and_lose_nothing(kernel, h, order, monkeypatch):
-    kernel = kernel.with_hyperparameters({"lengthscale": 0.7})
-    rng, terms = np.random.default_rng(2), long_rows(h, order)
-    times, weights = np.sort(rng.uniform(0.0, 300.0, 900)), rng.normal(size=900)
-    found = row_kernel(kernel.as_learned(), terms, 700)
-    multipliers = rng.normal(size=700)
-    asked = [0]
-
-    def counted(of):
-        def jet(self, r, *others):
-            asked[0] += np.size(r)
-            return of(self, r, *others)
-
-        return jet
-
-    with monkeypatch.context() as patched:
-        patched.setattr(Radial, "jet", counted(Radial.jet))
-        near = found.among(), found.across(times), found.across_gradient(multipliers, times, weights)
-    entries = terms.times.size if isinstance(found, Direct) else 700
-    assert asked[0] < 0.5 * entries * (entries + 2 * 900)
-    monkeypatch.setattr(nearby, "_SHORT", 10**9)
-    whole = found.among(), found.across(times), found.across_gradient(multipliers, times, weights)
-    for few, every, rounding in zip(near, whole, (1e-13, 1e-13, 1e-9), strict=True):  # sums in another order: 1e-9
-        np.testing.assert_allclose(few, every, rtol=1e-9, atol=rounding * np.max(np.abs(every)))
-
-
 @pytest.mark.parametrize("kernel", [Matern32(1.3, 2.0), Matern52(0.7, 5.0)], ids=str)
-def test_gradients_of_many_rows_come_from_moments(kernel, monkeypatch):
-    rng, terms = np.random.default_rng(7), long_rows(0.1, 2)
-    times, weights = rng.uniform(-20.0, 320.0, 900), rng.normal(size=900)
-    found, multipliers = Direct(kernel.as_learned(), terms, 700), rng.normal(size=700)
-    by_moments = found.among_gradient(multipliers), found.across_gradient(multipliers, times, weights)
-    monkeypatch.setattr("trackably.gp.rows._MANY", np.inf)
-    monkeypatch.setattr("trackably.gp.rows.sum_by_moments", lambda *_: pytest.fail("moments were taken"))
-    direct = found.among_gradient(multipliers), found.across_gradient(multipliers, times, weights)
-    for one, other in zip(by_moments, direct, strict=True):
+def test_gradients_of_many_rows_come_from_moments(kernel):
+    """Second differences at 700 random times of a long while, not sorted."""
+    rng, h = np.random.default_rng(7), 0.1
+    first, multipliers = rng.uniform(0.0, 300.0, 700), rng.normal(size=700)
+    parts = [Terms(first + j * h, np.full(700, w / h**2), np.arange(700)) for j, w in enumerate(DIFFERENCES[2])]
+    terms, times, weights = Terms.joined(parts), rng.uniform(-20.0, 320.0, 900), rng.normal(size=900)
+    found, u = Direct(kernel.as_learned(), terms, 700), terms.spread(multipliers)
+
+    def direct(t, w):
+        return kernel.value_and_gradient(terms.times[:, None] - t)[1] @ w @ u
+
+    for one, other in (
+        (found.among_gradient(multipliers), direct(terms.times, u)),
+        (found.across_gradient(multipliers, times, weights), direct(times, weights)),
+    ):
         np.testing.assert_allclose(one, other, rtol=1e-8, atol=1e-9 * np.max(np.abs(other)))

@@ -8,8 +8,6 @@ from tests.trackably.gp.instances import FAMILIES, over
 from tests.trackably.gp.test_joint import PRIORS, SAMPLES
 from tests.trackably.gp.test_rows import random_terms
 from trackably.gp.joint import JointPosterior, JointPrior
-from trackably.gp.kernels.base import Kernel
-from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2
 from trackably.gp.prior import Prior
 from trackably.gp.row_posterior import RowPosterior
 from trackably.gp.rows import Rows, Terms
@@ -29,16 +27,6 @@ def matrix(terms: Terms) -> np.ndarray:
     return found
 
 
-def after(prior: Prior, samples: Samples, kernel: Kernel, s: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """κ⁺(s, t), shape (len(s), len(t))."""
-    w, step = np.array(samples.stencil.weights), samples.stencil.step
-    seen = (samples.times + step * np.arange(len(w))[:, None]).ravel()
-    S = np.hstack([weight * np.eye(len(samples)) for weight in w])
-    A = S @ kernel(seen[:, None] - seen) @ S.T + np.diag((prior.noise_std * samples.relative_noise) ** 2)
-    left, right = kernel(s[:, None] - seen) @ S.T, S @ kernel(seen[:, None] - t)
-    return kernel(s[:, None] - t) - left @ np.linalg.inv(A) @ right
-
-
 def parts(posterior: JointPosterior):
     return zip(posterior.prior.parts, posterior.samples, ROWS.terms, strict=True)
 
@@ -49,7 +37,7 @@ def test_mean_and_covariance(prior):
     found, covariance = RowPosterior(posterior, ROWS), np.zeros((COUNT, COUNT))
     for part, samples, terms in parts(posterior):
         L = matrix(terms)
-        covariance += L @ after(part, samples, part.kernel, terms.times, terms.times) @ L.T
+        covariance += L @ naive.covariance(part, samples, terms.times, terms.times) @ L.T
     np.testing.assert_allclose(found.covariance, covariance, atol=1e-12 * np.max(covariance))
     np.testing.assert_array_equal(found.covariance, found.covariance.T)
     np.testing.assert_allclose(found.mean, ROWS.values(posterior.signals), rtol=1e-13)
@@ -61,7 +49,7 @@ def test_functions_of_multipliers(prior):
     posterior = JointPosterior(prior, SAMPLES)
     bent = RowPosterior(posterior, ROWS).signals(MULTIPLIERS)
     for (part, samples, terms), mean, g in zip(parts(posterior), posterior.signals, bent, strict=True):
-        moved = after(part, samples, part.kernel, TIMES, terms.times) @ matrix(terms).T @ MULTIPLIERS
+        moved = naive.covariance(part, samples, TIMES, terms.times) @ matrix(terms).T @ MULTIPLIERS
         np.testing.assert_allclose(g(TIMES), mean(TIMES) + moved, atol=1e-11 * (1 + np.max(np.abs(moved))))
 
 
@@ -97,12 +85,3 @@ def test_slopes_of_the_price_of_differences(kernel, h):
     prior = JointPrior((Prior(kernel, 0.1).as_learned(),))
     size = np.sqrt(np.diag(RowPosterior(JointPosterior(prior, SAMPLES[:1]), rows).covariance))
     assert_price_has_its_slope(prior, SAMPLES[:1], rows, np.array([1.0, -0.5, 0.3, 0.8]) / size, _LEFT[h])
-
-
-def test_samples_without_covariance_with_some_rows_are_left_out_for_these():
-    """Of a kernel with compact support; more rows than are multiplied at once."""
-    prior, count = Prior(PiecewisePolynomial2(1.0, 2.0), noise_std=0.1), 150
-    samples, times = Samples(np.linspace(0, 50, 200), np.sin(np.linspace(0, 50, 200))), np.linspace(-1, 51, count)
-    rows = Rows(np.zeros(count), (Terms(times, np.ones(count), np.arange(count)),))
-    found = RowPosterior(JointPosterior(JointPrior((prior,)), (samples,)), rows).covariance
-    np.testing.assert_allclose(found, after(prior, samples, prior.kernel, times, times), atol=1e-12)

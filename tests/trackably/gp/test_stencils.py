@@ -5,10 +5,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.trackably.gp.instances import over
-from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.posterior import Posterior
-from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.gp.stencil import POINT, Stencil, Stencils
 
@@ -27,23 +23,6 @@ TIMES = np.array([0.0, 0.0, 0.3, 0.4, 0.4, 0.9, 1.2])
 KINDS = Stencils((MIDDLE, SLOPE, POINT), ("position", "velocity", "z1"), (0, 1, 1, 0, 2, 0, 1))
 VALUES, NOISE = np.sin(3 * TIMES) + KINDS.places, np.array([0.05, 0.3, 0.2, 0.05, 0.1, 0.05, 0.3])
 OF_KINDS = Samples(TIMES, VALUES, NOISE, KINDS)
-
-
-@over(STENCILS, "stencil")
-def test_what_is_sampled_without_noise_is_seen_again(stencil):
-    prior = Prior(SquaredExponential(1.0, 0.3), noise_std=1e-4, mean=0.3)
-    times = np.arange(5) * 0.8
-    seen = Samples(times, [1.0, 0.4, -0.3, 0.1, 0.8], stencil=stencil)
-    signal = Posterior(prior, seen).signal
-    again = stencil.offset + sum(w * signal(times + j * stencil.step) for j, w in enumerate(stencil.weights))
-    np.testing.assert_allclose(again, seen.values, atol=1e-4)
-
-
-def test_a_sample_with_hardly_any_weight_hardly_matters():
-    prior, t, y = Prior(SquaredExponential(1.0, 0.5), 0.2), np.arange(7.0), np.cos(np.arange(7.0))
-    loud, others = np.where(t == 3, 1e6, 1.0), t != 3
-    found, wanted = (Posterior(prior, of).mean(t) for of in (Samples(t, y, loud), Samples(t[others], y[others])))
-    np.testing.assert_allclose(found, wanted, atol=1e-8)
 
 
 @given(st.lists(st.floats(-3, 3), min_size=1, max_size=5).filter(any), st.floats(0, 2), st.floats(-2, 2))

@@ -20,8 +20,6 @@ from trackably import (
     repair_joints,
     stretch_joints,
 )
-from trackably.joints import certify as certifying
-from trackably.joints.certify import NotAcceptedError
 
 SEEDS = range(6)
 T = np.linspace(0.0, 2.0, 9)
@@ -163,14 +161,3 @@ def test_joints_may_come_in_another_order() -> None:
     found = certify_joints(named, joints)
     assert isinstance(found, BrokenLimits)
     assert [each.joint for each in found.broken] == ["b"]
-
-
-def test_nothing_is_handed_out_that_the_checker_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A checker that refuses everything: no name gives a proof, or a counterexample."""
-    given = random_spline(np.random.default_rng(0), 2)
-    monkeypatch.setattr(certifying, "judged_file", lambda content: (b"", "refused"))
-    for part in (0.5, 2.0):
-        for of in (certify_joints, repair_joints, stretch_joints):
-            assert isinstance(of(given, limited(given, part)), Unproved)
-    with pytest.raises(NotAcceptedError):
-        CertifiedTrajectory(given, limited(given, 2.0))

@@ -25,7 +25,7 @@ AXIS = ConstrainedSystem(
 
 
 @pytest.mark.parametrize("kernel", [SquaredExponential(), Matern52()], ids=["squared exponential", "Matern 5/2"])
-@pytest.mark.parametrize("seed", [14, 26, 34, 37])
+@pytest.mark.parametrize("seed", [14, 37])
 def test_noise_of_a_machine_at_rest_is_learned_as_noise(seed, kernel):
     rng = np.random.default_rng(seed)
     times = 0.25 * np.arange(int(rng.integers(8, 200)))

@@ -14,14 +14,11 @@ from trackably import (
     Periodic,
     Proved,
     RationalQuadratic,
-    Relearner,
     Samples,
     SquaredExponential,
-    TrackableReference,
     check,
     learn_reference,
 )
-from trackably.certificates import judge
 
 KERNELS: dict[str, Kernel] = {
     "squared exponential": SquaredExponential(),
@@ -57,18 +54,3 @@ def test_what_is_shown_and_written_by_default_is_about_the_samples(tmp_path):
     assert DAY - 4 < first < DAY
     assert DAY + 3 < last < DAY + 2 * settled
     assert found.plot().axes[0].get_xlim() == pytest.approx((first, last), abs=0.2)
-
-
-@pytest.mark.parametrize("by", [0.0, 10 * DAY])
-def test_a_loop_that_has_run_for_days_learns_its_windows_and_checks_no_file_twice(by, monkeypatch):
-    first = learn_reference(late(by), AXIS, SquaredExponential(0.5, 0.5), "all_times", **OPTIONS)
-    relearn, asked, right = Relearner(first), list[object](), judge.judged_file
-
-    def counted(content):
-        asked.append(content)
-        return right(content)
-
-    monkeypatch.setattr(judge, "judged_file", counted)
-    for i in range(3):
-        assert isinstance(relearn(late(by + 0.5 * i)), TrackableReference)
-    assert len(set(map(repr, asked))) == len(asked) >= 3

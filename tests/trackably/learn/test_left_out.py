@@ -2,7 +2,6 @@
 
 import warnings
 from functools import cache, partial
-from typing import Literal
 
 import numpy as np
 import pytest
@@ -17,18 +16,14 @@ from trackably import (
     NonlinearSystem,
     Periodic,
     Polytope,
-    Relearner,
     Samples,
     SquaredExponential,
     TrackableReference,
-    learn_many,
     learn_reference,
-    learn_stream,
 )
 from trackably.certificates.claim import Written, as_claim
 from trackably.empirical_bayes import EmpiricalPrior, empirical_prior, levels, split_means
 from trackably.gp.posterior import Posterior
-from trackably.learning.problem import NothingFactored, Solution
 from trackably.request import Measurements, quantities_at_rest
 from trackably.systems.library import tank
 from trackably.systems.sampling import prior_for
@@ -156,14 +151,6 @@ def test_a_mean_left_out_is_the_likeliest_admissible_equilibrium(name: str) -> N
     np.testing.assert_allclose(means, best.x, atol=0.02)
 
 
-@pytest.mark.parametrize("name", INSTANCES)
-def test_in_a_window_it_is_the_likeliest_of_all(name: str) -> None:
-    plant, given = INSTANCES[name]
-    _, found = beforehand(plant, given, (0.0, 1.0))
-    assert found.likeliest is not None
-    assert [part.mean for part in found.prior.parts] == [part.mean for part in found.likeliest.prior.parts]
-
-
 def test_periodic_references_swing_about_the_mean_that_they_learn() -> None:
     t = np.linspace(0, 12, 40)
     samples = Samples(t, 80 + np.sin(2 * np.pi * t / 4) + 0.05 * NOISE[1][:40])
@@ -208,53 +195,4 @@ def test_where_samples_show_no_noise_it_is_learned_with_the_bounds() -> None:
     assert found.hyperparameters["noise_std"] > 1e-3
 
 
-def solution(found: EmpiricalPrior, method: Literal["joint", "hyperparameters"], extra: float) -> Solution:
-    """A solution that costs `extra` more than the likeliest without bounds."""
-    assert found.likeliest is not None
-    least, _ = found.likeliest.negative_log_marginal_likelihood()
-    return Solution(found.likeliest, found.likeliest.signals, least + extra, (), 1, method=method)
-
-
-def test_noise_is_learned_with_the_bounds_only_where_no_function_is_found_with_it() -> None:
-    _, found = beforehand(WIDE, {"position": far(0.3)[0]}, noise_std=None, hold_noise=True)
-    assert (found.prior.parts[0].noise_std, "noise_std" in found.prior.learned) == (pytest.approx(0.02, rel=0.3), False)
-    assert found.with_noise is not None
-    joint, nearly, dear, less = (
-        solution(found, "joint", 50.0),
-        solution(found, "hyperparameters", 0.1),
-        solution(found, "hyperparameters", 50.0),
-        solution(found, "hyperparameters", 40.0),
-    )
-    none = NothingFactored(found.prior)
-    for held, free, best, tried in (
-        (joint, less, joint, 1),
-        (nearly, less, nearly, 1),
-        (dear, less, less, 2),
-        (less, dear, less, 2),
-        (dear, none, dear, 2),
-        (none, joint, joint, 2),
-        (none, NothingFactored(found.with_noise), none, 2),
-    ):
-        answers = [held, free]
-        assert found.best(lambda _, answers=answers: answers.pop(0)) is best
-        assert len(answers) == 2 - tried
-
-
 # Everywhere alike.
-
-
-def test_streams_fleets_and_loops_learn_them_too(tmp_path) -> None:
-    plant, kernel = integrator(78.0, 82.0, 1.6), SquaredExponential()
-    samples, window = swing(80.0), (0.0, 5.9)
-    stream = learn_stream(samples, plant, kernel, window, window=3.0, starts=2)
-    (of_stream,) = stream.stream.prior.parts
-    assert of_stream.mean == pytest.approx(80, abs=1.0)
-    assert f"the prior mean of state is {of_stream.mean:.6g}" in stream.explanation
-    alone = learn_reference(samples, plant, kernel, window, starts=2)
-    fleet = learn_many({"one": samples}, plant, kernel, "recorded", folder=tmp_path, progress=False, starts=2)
-    assert fleet.reference("one").fingerprint == alone.fingerprint
-    first = learn_reference(samples, plant, kernel, "all_times", starts=2)
-    again = Relearner(first)(Samples(T, samples.values + 0.05 * NOISE[2]))
-    assert isinstance(again, TrackableReference)
-    assert again.prior.parts[0].mean == first.prior.parts[0].mean
-    assert again.hyperparameters["noise_std"] == first.hyperparameters["noise_std"]

@@ -3,7 +3,6 @@
 import warnings
 
 import numpy as np
-import pytest
 
 from trackably import (
     ConstrainedSystem,
@@ -16,10 +15,9 @@ from trackably import (
 )
 
 
-@pytest.mark.parametrize(("period", "most"), [(20.0, 0.03), (60.0, 0.04)])
-def test_a_sine_with_less_acceleration_than_it_takes(period, most):
+def test_a_sine_with_less_acceleration_than_it_takes():
     """With 80 % of it, and 100 steps a second. Without sums of few kernels, hyperparameters alone are left: 0.088."""
-    omega, times = 2 * np.pi / period, np.linspace(0, period, 50)
+    omega, times = 2 * np.pi / 60, np.linspace(0, 60, 50)
     samples = Samples(times, np.sin(omega * times) + 0.01 * np.random.default_rng(2).standard_normal(times.size))
     system = LinearSystem.discretised([[0, 1], [0, 0]], [[0], [1]], 0.01, states=["p", "v"], inputs=["a"])
     wide, a = 10 * omega, 0.8 * omega**2
@@ -28,4 +26,4 @@ def test_a_sine_with_less_acceleration_than_it_takes(period, most):
         warnings.simplefilter("ignore", DoubtfulInputWarning)  # noise learned with the bounds is larger
         found = learn_reference({"p": samples}, plant, SquaredExponential(), "recorded")
     assert found.method == "joint"
-    assert found.misfit["p"] < most
+    assert found.misfit["p"] < 0.04

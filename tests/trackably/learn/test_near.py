@@ -29,13 +29,6 @@ def test_looser_bounds_cost_no_more_than_tighter_ones_that_are_offered(kernel: K
     assert loose.objective <= tight.objective + loose.duality_gap + 1e-6
 
 
-def test_a_neighbour_from_elsewhere_in_the_search_space_is_followed() -> None:
-    """The neighbour's hyperparameters were given; the search that starts there ends at least as well as the other."""
-    elsewhere = _learned(_slowed(0.8), SquaredExponential(signal_std=0.5, lengthscale=0.4))
-    alone, offered = _learned(_slowed(0.8)), _learned(_slowed(0.8), near=elsewhere)
-    assert offered.objective <= min(alone.objective, elsewhere.objective) + offered.duality_gap + 1e-6
-
-
 def test_a_formula_is_linearised_at_the_neighbour() -> None:
     times = np.linspace(0, 16, 40)
     filled = Samples(times, 1.2 + 0.25 * np.sin(times) + 0.02 * np.random.default_rng(0).normal(size=40))

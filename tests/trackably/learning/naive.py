@@ -59,7 +59,7 @@ def best_on_a_grid(instance: Instance, points: int = 30, zooms: int = 3) -> floa
     return best
 
 
-def best_of_many_starts(instance: Instance, starts: int = 8, constrained: bool = True) -> float:
+def best_of_many_starts(instance: Instance, starts: int = 8) -> float:
     """The smallest objective among feasible results of SLSQP, from random starts, without any gradient."""
     space, prior = instance.problem.space, instance.prior
     rng = np.random.default_rng(0)
@@ -76,10 +76,10 @@ def best_of_many_starts(instance: Instance, starts: int = 8, constrained: bool =
                 space.log_lower + rng.uniform(0.2, 0.8, len(space.log_lower)) * (space.log_upper - space.log_lower),
                 method="SLSQP",
                 bounds=list(zip(space.log_lower, space.log_upper, strict=True)),
-                constraints=[{"type": "ineq", "fun": lambda z: margins(instance, at(z))}] if constrained else [],
+                constraints=[{"type": "ineq", "fun": lambda z: margins(instance, at(z))}],
                 options={"ftol": 1e-12, "maxiter": 300},
             )
         found = at(result.x)
-        if not constrained or np.all(margins(instance, found) >= -1e-9):
+        if np.all(margins(instance, found) >= -1e-9):
             best = min(best, objective(found, instance.samples))
     return best

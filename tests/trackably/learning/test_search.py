@@ -46,12 +46,6 @@ def test_the_period_is_found_though_a_single_start_misses_it(signals):
     assert alone.objective > found.objective + 10
 
 
-def test_of_several_signals_the_most_promising_start_has_the_period_of_both():
-    asked = problem(Periodic(1.0, 1.0, 1.0), Periodic(1.0, 1.0, 1.0))
-    first = np.exp(screen(asked, 4)[0])
-    assert first[asked.prior.learned.index("period")] == pytest.approx(PERIOD, abs=0.05)
-
-
 def test_without_constraints_worse_minima_are_kept_as_starts_for_other_problems():
     asked = problem(Periodic(1.0, 1.0, 1.0))
     found = best_solution(asked)

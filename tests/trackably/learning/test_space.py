@@ -42,12 +42,6 @@ def test_starts_lie_inside_and_repeat(kernel, starts):
     assert points.tobytes() == space.start_points().tobytes()
 
 
-def test_more_starts_only_add():
-    prior = joint(SquaredExponential(1.0, 1.0), 0.1)
-    few, many = (SearchSpace.around((SAMPLES,), prior, starts=n).start_points() for n in (4, 9))
-    np.testing.assert_array_equal(few, many[:4])
-
-
 def test_defaults_follow_the_scales_of_the_samples():
     prior = joint(SquaredExponential(1.0, 1.0), Learned(0.1))
     space = SearchSpace.around((SAMPLES,), prior)

@@ -172,26 +172,3 @@ def test_a_quadratic_program_that_takes_many_pivots() -> None:
     assert found is not None
     least = scipy.optimize.linprog(slope, -normals, np.zeros(2), bounds=(-1, 1))
     assert found.at.value == pytest.approx(least.fun, abs=1e-6)
-
-
-STEEP = np.diag([1e6, 1.0]) + 0.5
-
-
-def steep(x: Array, information: Array | None) -> Evaluation:
-    """A bowl around (1, 1), a million times steeper one way than the other."""
-    slope = STEEP @ (x - 1)
-    return Evaluation(float((x - 1) @ slope / 2), slope, np.empty(0), np.empty((0, 2)), information)
-
-
-@pytest.mark.parametrize(("information", "most"), [(STEEP, 6), (STEEP / 4, 12), (None, np.inf)])
-def test_information_saves_evaluations(information: Array | None, most: float) -> None:
-    asked: list[Array] = []
-
-    def at(x: Array) -> Evaluation:
-        asked.append(x)
-        return steep(x, information)
-
-    found = minimise(at, np.zeros(2), *WIDE)
-    assert found is not None
-    assert found.x == pytest.approx([1, 1], abs=1e-6)
-    assert len(asked) <= most

@@ -19,7 +19,6 @@ from trackably.arrays import Array
 from trackably.learning import exchange, sqp
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.screening import screen
-from trackably.learning.sqp import QuadraticProgram
 
 _ACTIVE = 1e-6
 _MOST_EVALUATIONS = 150
@@ -69,27 +68,3 @@ def test_multipliers_exist(ends: Ends) -> None:
         assert end.at.violation == 0
         left = nnls(normals.T, end.at.gradient)[1] if len(normals) else np.linalg.norm(end.at.gradient)
         assert left < 1e-5 * np.linalg.norm(end.at.gradient) + 1e-4
-
-
-def nearly_flat(seed: int) -> tuple[Array, sqp.Evaluation]:
-    """A curvature that is nearly flat in one direction, with constraints that are nearly active and parallel."""
-    rng = np.random.default_rng(seed)
-    directions, _ = np.linalg.qr(rng.standard_normal((3, 3)))
-    curvature = directions @ np.diag([1e-6, 50.0, 400.0]) @ directions.T
-    normal = rng.standard_normal(3)
-    rows = normal + 0.1 * rng.standard_normal((6, 3))
-    slack = np.append(rng.uniform(1e-4, 1e-3, 2), rng.uniform(0, 1, 10))
-    gradient = 100 * rng.standard_normal(3) + 200 * normal
-    return (curvature + curvature.T) / 2, sqp.Evaluation(90.0, gradient, slack, np.vstack([rows, -rows]))
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_rounding_in_flat_directions_does_not_raise_the_penalty(seed: int) -> None:
-    """Ten times the multipliers are enough: no constraint that the step could keep is then broken."""
-    curvature, here = nearly_flat(seed)
-    program = QuadraticProgram.of(curvature, here.gradient, here.jacobian, np.full(3, -0.3), np.full(3, 0.3))
-    _, multipliers = program.solve(here.slack, 1e7)
-    enough = max(1e2, 10 * float(np.sum(multipliers)))
-    _, _, penalty, left = sqp._steered_step(program, here, enough, None)
-    assert penalty == enough
-    assert left == 0

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from trackably.errors import InputError
 from trackably.recordings import (
     Column,
     CsvLayout,
@@ -15,7 +14,6 @@ from trackably.recordings import (
     drop_zero_rows,
     keep_first_of_repeated,
     read_csv,
-    sort_rows,
 )
 
 COMMAS = CsvLayout(decimal=",")
@@ -60,18 +58,3 @@ def test_dirt_is_counted(path: Path) -> None:
         Finding("out of order, dropped", 1, "line 5"),
         Finding("time repeated, first kept", 1, "line 7"),
     )
-
-
-@pytest.mark.parametrize(
-    ("repairs", "message"),
-    [
-        ((), "line 5: times must not decrease, got 0.0256 s after 0.2 s; 2 rows are out of order"),
-        ((drop_zero_rows,), "line 5: times must not decrease, got 0.0256 s after 0.2 s; 1 row is out of order"),
-        ((drop_zero_rows, sort_rows), "line 7: 'x' has a second value at 0.433 s, the first is in line 6"),
-        ((sort_rows,), "line 9: 'x' has a second value at 0 s, the first is in line 2; 2 rows are repeated"),
-    ],
-)
-def test_nothing_is_mended_unasked(path: Path, repairs: tuple[Repair, ...], message: str) -> None:
-    with pytest.raises(InputError) as caught:
-        read(path, *repairs)
-    assert str(caught.value).startswith(f"{path}, {message}")

@@ -47,12 +47,6 @@ def test_no_numbers(text: str, mark: str) -> None:
 
 
 @given(FLOATS)
-def test_text_round_trip(value: float) -> None:
-    assert float(parse(repr(value), ".")).hex() == value.hex()
-    assert float(parse(repr(value).replace(".", ","), ",")).hex() == value.hex()
-
-
-@given(FLOATS)
 def test_exact_is_exact(value: float) -> None:
     number = exact(value)
     assert number is not None

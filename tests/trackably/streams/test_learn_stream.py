@@ -10,11 +10,9 @@ from trackably import (
     ConstrainedSystem,
     IgnoresSamplesWarning,
     Polytope,
-    Proved,
     Samples,
     SquaredExponential,
     StreamReference,
-    check,
     learn_stream,
 )
 
@@ -37,13 +35,6 @@ learn = partial(
 @pytest.fixture(scope="module")
 def learned() -> StreamReference:
     return learn()
-
-
-def test_the_checker_proves_the_whole_from_one_file(learned, tmp_path):
-    (file,) = learned.save_certificate(tmp_path / "stream.json")
-    verdict = check(file)
-    assert isinstance(verdict, Proved)
-    assert verdict.statement.startswith("For all real t from 0.0 s to 39.0 s the reference keeps")
 
 
 def test_the_reference_follows_the_samples_within_their_noise(learned):

@@ -152,9 +152,8 @@ def saved(tmp_path) -> Path:
 
 HARM = {
     "no length": (lambda d: d.update(length=0.0), CodecError, "and a length"),
-    "no samples": (lambda d: d.update(samples=[]), CodecError, "of each flat output"),
-    "half a window": (lambda d: d.update(proved_from=None), CodecError, "both or none"),
     "other bounds": (lambda d: d["tightening"].update(margin=0.01), CodecError, "are not the tightened ones"),
+    "no samples": (lambda d: d.update(samples=[]), CodecError, "of each flat output"),
     "a reference that breaks its bounds": (
         lambda d: d["learned"]["signals"][0]["weights"].__setitem__(50, 99.0),
         NotTrackableError,

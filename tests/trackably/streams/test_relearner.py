@@ -20,7 +20,6 @@ from trackably import (
     check,
     learn_reference,
 )
-from trackably.learning.joint.places import places_of
 
 KERNEL = SquaredExponential(0.5, 0.5)
 TIMES = 0.2 * np.arange(24)  # s
@@ -55,27 +54,6 @@ def test_each_window_is_what_is_learned_from_nothing_and_a_stranger_checks_it(le
     found.save(tmp_path / "reference.json")
     assert TrackableReference.load(tmp_path / "reference.json").fingerprint == found.fingerprint
     assert len(relearn.seconds) == 2
-
-
-def test_a_window_begins_with_the_bounds_that_held_the_given_reference_back(learned):
-    names = [quantity.name for quantity in learned.reference.plant.quantities]
-    places = places_of(learned.active_bounds, names)
-    given = {name: [(time, side) for time, side in of.tolist()] for name, of in zip(names, places, strict=True)}
-    assert given == {
-        name: [
-            (bound.time, {"lower": 1.0, "upper": -1.0}[bound.side])
-            for bound in learned.active_bounds
-            if bound.name == name
-        ]
-        for name in names
-    }
-    assert given["position"]
-    assert all(len(of) == len(there) for of, there in zip(places, _started(learned), strict=True))
-
-
-def _started(learned: TrackableReference):
-    """The places with which the next window begins."""
-    return Relearner(learned)._windows.last.solution.active
 
 
 def test_what_is_late_keeps_the_reference(learned):

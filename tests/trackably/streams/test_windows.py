@@ -18,10 +18,9 @@ from trackably.checker.certificate import AllTimes, Window
 from trackably.gp.joint import JointPrior
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
-from trackably.gp.signal import KernelSum
 from trackably.learning.joint.search import learn_function
 from trackably.learning.problem import NoFunction, NoSolution
-from trackably.streams.windows import Continued, Stream, learn_proved, part_of, with_memory
+from trackably.streams.windows import Stream, learn_proved, part_of
 from trackably.systems.sampling import sampled_signals
 
 TIMES = np.cumsum(np.random.default_rng(7).uniform(0.05, 0.25, 200))
@@ -42,20 +41,6 @@ def learned(*given, **more):
     found = learn_proved(stream(*given, **more))
     assert isinstance(found, tuple), found.explanation
     return found
-
-
-@each_kernel
-@pytest.mark.parametrize("now", [TIMES[0], 8.0, 20.0])
-def test_with_all_of_the_past_the_update_is_the_posterior_of_all_samples(kernel, now):
-    """Exactly, by linearity: zeros have the covariance of any values."""
-    prior, before = Prior(kernel, 0.05, -0.4), now > TIMES
-    nothing = KernelSum(kernel, -0.4, np.empty(0), np.empty(0))
-    base = Posterior(prior, Samples(TIMES[before], VALUES[before])).signal if before.any() else nothing
-    beside = with_memory(SAMPLES, base, -np.inf, now, np.inf)
-    assert beside is not None
-    at = np.linspace(-1, TIMES[-1] + 2, 300)
-    found = Continued(prior, beside, base).signal(at)
-    np.testing.assert_allclose(found, Posterior(prior, SAMPLES).mean(at), atol=1e-9)
 
 
 @each_kernel

@@ -81,10 +81,6 @@ def controllable(seed: int, states: int = 4, inputs: int = 2) -> LinearSystem:
             return LinearSystem(A, B, c, sampling_time=0.05)
 
 
-def is_stable(system: LinearSystem) -> bool:
-    return bool(np.max(np.abs(np.linalg.eigvals(system.A))) < 0.98)
-
-
 def unbounded(system: LinearSystem | NonlinearSystem) -> ConstrainedSystem:
     n, m = len(system.states), len(system.inputs)
     sets = (Polytope(np.empty((0, d)), np.empty(0), np.empty(0), d) for d in (n, m))

@@ -62,9 +62,7 @@ def test_identifiers_are_names() -> None:
 def test_anything_else_is_refused_in_one_printable_sentence(name: str) -> None:
     for build in (
         lambda: LinearSystem([[0.9]], [[0.5]], states=(name,), inputs=("input",), sampling_time=0.1),
-        lambda: LinearSystem([[0.9]], [[0.5]], states=("state",), inputs=(name,), sampling_time=0.1),
         lambda: LinearSystem.discretised([[0.9]], [[0.5]], 0.1, states=("state",), inputs=(name,)),
-        lambda: NonlinearSystem.of(lambda x, u: [x[0] + u[0]], (name,), ("input",), 0.1),
         lambda: NonlinearSystem.of(lambda x, u: [x[0] + u[0]], ("state",), (name,), 0.1),
     ):
         with pytest.raises(

@@ -59,12 +59,6 @@ def test_together_they_are_what_each_is_alone(reference):
     assert not differs(reference)
 
 
-def test_a_shift_that_is_overlooked_is_seen(monkeypatch):
-    right = Quantities._shifts
-    monkeypatch.setattr(Quantities, "_shifts", lambda self, t: ((w, x[::-1]) for w, x in right(self, t)))
-    assert differs(general_case(8200).reference)
-
-
 @pytest.mark.parametrize("reference", [general_case(8201).reference, moving(INSTANCES["tank"])])
 @pytest.mark.parametrize("steps", [True, False])
 def test_local_minima_are_those_of_each_constraint_alone(reference, steps):

@@ -69,16 +69,17 @@ def boxes_left(
 
 
 def _needs(quantities: Sequence[Quantity]) -> set[Shifted]:
-    return {shifted for q in quantities for argument in q.arguments.values() for shifted in _shifts(argument)}
+    return {shifted for q in quantities for argument in q.arguments.values() for shifted in shifts_of(argument)}
 
 
-def _shifts(argument: LinearCombination) -> list[Shifted]:
+def shifts_of(argument: LinearCombination) -> list[Shifted]:
+    """Return the shifted signals of a linear combination."""
     return [(s, j) for s, weights in enumerate(argument.weights) for j, w in enumerate(weights) if w]
 
 
 def terms_of(argument: LinearCombination) -> Iterator[tuple[Shifted, Real]]:
     """Yield the shifted signals of a linear combination, with their weights."""
-    for s, j in _shifts(argument):
+    for s, j in shifts_of(argument):
         tick()
         yield (s, j), ratio(argument.weights[s][j])
 

@@ -7,15 +7,15 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import LOWER, Entries, Factorisation, Symmetric, diagonal, gram
+from trackably.gp.factors.factorisation import LOWER, Entries, Factorisation, diagonal, gram, products
 
 
 @dataclass(frozen=True)
 class Dense(Factorisation):
-    """A = L Lᵀ with the stored entries of the lower triangular `factor` L."""
+    """A = L Lᵀ with the stored entries of the lower triangular `factor` L, and of the `gradient` ∂K/∂ln θ_j, (p, N)."""
 
     factor: Array
-    gradient: Symmetric
+    gradient: Array
     noise_variance: Array
 
     @classmethod
@@ -36,7 +36,7 @@ class Dense(Factorisation):
         return np.asarray(solution.reshape(right.shape))
 
     def gradient_times(self, c: Array) -> Array:
-        return self.gradient.times(c)
+        return products(self.gradient, c)
 
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
         n, lapack = len(c), scipy.linalg.lapack
@@ -45,5 +45,5 @@ class Dense(Factorisation):
         counted = lapack.dsfrk(n, 1, -2.0, c[:, None], 2.0, inverse, uplo=LOWER, overwrite_c=True)
         on_diagonal = 0.5 * counted[diagonal(n)]
         counted[diagonal(n)] = on_diagonal
-        by_kernel: Array = self.gradient.entries.dot(counted)  # for small arrays faster than the operator @
+        by_kernel: Array = self.gradient.dot(counted)  # for small arrays faster than the operator @
         return by_kernel, float(on_diagonal.dot(self.noise_variance))

@@ -2,9 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -77,39 +75,15 @@ def pack(matrix: Array) -> Array:
     return np.asarray(scipy.linalg.lapack.dtrttf(matrix.T, uplo=LOWER)[0])
 
 
-def whole(n: int, entries: Array) -> Array:
-    """Return the symmetric matrix (n, n) of stored entries: the inverse of `packed`."""
-    lower = _lower(n, entries)
-    return np.asarray(np.tril(lower) + np.tril(lower, -1).T)
-
-
-@dataclass(frozen=True)
-class Symmetric:
-    """Symmetric matrices D_j, j < p: their stored `entries`, shape (p, n (n + 1)/2)."""
-
-    entries: Array
-
-    def times(self, c: Array) -> Array:
-        """Return D_j c for c of shape (n,): shape (p, n)."""
-        if len(c) <= _FEW:
-            return np.asarray(self.entries.take(_storage_index(len(c)), axis=1) @ c)
-        products = np.zeros((len(self.entries), len(c)))
-        for product, entries in zip(products, self.entries, strict=True):
-            scipy.linalg.blas.dsymv(1.0, _lower(len(c), entries), c, y=product, overwrite_y=True, lower=True)
-        return products
-
-    def traces(self, n: int, entries: Array) -> Array:
-        """Return tr(M D_j), shape (p,), for a symmetric M of size n with these stored entries, which are overwritten.
-
-        Entries off the diagonal count twice.
-        """
-        entries[diagonal(n)] *= 0.5
-        return np.asarray(2.0 * (self.entries @ entries))
-
-
-def _lower(n: int, entries: Array) -> Array:
-    """Return the lower triangle (n, n) in Fortran order; entries above it are undefined."""
-    return np.asarray(scipy.linalg.lapack.dtfttr(n, entries, uplo=LOWER)[0])
+def products(matrices: Array, c: Array) -> Array:
+    """Return D_j c, shape (p, n), for the stored entries (p, n (n + 1)/2) of symmetric `matrices` D_j, and c (n,)."""
+    if len(c) <= _FEW:
+        return np.asarray(matrices.take(_storage_index(len(c)), axis=1) @ c)
+    found = np.zeros((len(matrices), len(c)))
+    for product, entries in zip(found, matrices, strict=True):
+        lower, _ = scipy.linalg.lapack.dtfttr(len(c), entries, uplo=LOWER)  # in Fortran order; undefined above
+        scipy.linalg.blas.dsymv(1.0, lower, c, y=product, overwrite_y=True, lower=True)
+    return found
 
 
 Covariance = Callable[[Array], tuple[Array, Array]]
@@ -142,29 +116,14 @@ class Factorisation(ABC):
         With c = A⁻¹ (y − m) these are the gradient of the negative log marginal likelihood.
         """
 
-    def centres(self, times: Array) -> Array:
-        """Return the centres [s] of the kernels in the posterior mean: the sample `times` [s], or fewer points."""
-        return times
-
-    def weights_at_centres(self, c: Array) -> Array:
-        """Convert weights c of the samples, shape (…, n), to weights at `centres`."""
-        return c
-
 
 # Covariance matrices of samples with their derivatives, each entry once, computed in parts that stay in the cache.
 
 _PART = 2**13  # entries
 
 
-class Gram(NamedTuple):
-    """The stored entries of K, and ∂K/∂ln θ_j."""
-
-    entries: Array
-    gradient: Symmetric
-
-
-def gram(n: int, entries: Entries) -> Gram:
-    """Compute the covariance matrix of n samples, and its derivatives.
+def gram(n: int, entries: Entries) -> tuple[Array, Array]:
+    """Return the stored entries of the covariance matrix K of n samples, and of ∂K/∂ln θ_j: shapes (N,) and (p, N).
 
     All large arrays share one block of memory. Several blocks would go back to the operating system when freed, and
     getting them again, page by page, takes longer than computing their content.
@@ -172,32 +131,10 @@ def gram(n: int, entries: Entries) -> Gram:
     count = n * (n + 1) // 2
     first, gradient = entries(slice(_PART))
     if count <= _PART:
-        return Gram(first, Symmetric(gradient))
+        return first, gradient
     memory = np.empty((1 + len(gradient), count))
     memory[0, :_PART], memory[1:, :_PART] = first, gradient
     for start in range(_PART, count, _PART):
         part = slice(start, start + _PART)
         memory[0, part], memory[1:, part] = entries(part)
-    return Gram(memory[0], Symmetric(memory[1:]))
-
-
-# Evaluate functions of many times block by block, in bounded memory.
-
-_WHOLE = 2**16  # numbers for which one call is faster than several
-_BLOCK = 2**15  # numbers that stay in the cache: larger arrays are fetched from memory for each operation
-
-
-def in_blocks(
-    function: Callable[[Array], tuple[Array, ...]], t: Array, width: int, most: int | None = None
-) -> tuple[Array, ...]:
-    """Evaluate a function of times t (any shape) that returns arrays (…, *t.shape), block by block.
-
-    The function must treat each time separately; it needs `width` numbers of memory for each. It is called only once if
-    all of them fit into the cache, or are no more than `most`.
-    """
-    if t.size * width <= (most or _WHOLE):
-        return function(t)
-    flat, height = t.reshape(-1), max(1, (most or _BLOCK) // width)
-    blocks = [function(flat[i : i + height]) for i in range(0, flat.size, height)]
-    joined = (np.concatenate(parts, axis=-1) for parts in zip(*blocks, strict=True))
-    return tuple(array.reshape((*array.shape[:-1], *t.shape)) for array in joined)
+    return memory[0], memory[1:]

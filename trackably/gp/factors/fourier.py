@@ -15,7 +15,6 @@ So a gradient takes the diagonal of B⁻¹, and the exponentials of m frequencie
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple, Self
@@ -25,7 +24,6 @@ import scipy
 
 from trackably.arrays import Array
 from trackably.gp.factors.factorisation import LOWER, Factorisation, diagonal, pack
-from trackably.gp.factors.low_rank import Basis
 from trackably.gp.kernels.base import SpectralDensity
 
 _STEPS = 4  # periods on the ladder for each doubling of the reach
@@ -79,11 +77,6 @@ class Ladder:
         """Σ_i ln ϱ_i."""
         return float(np.sum(np.log(self.relative_noise)))
 
-    @cached_property
-    def least_variance(self) -> float:
-        """The least ϱ_i²."""
-        return float(np.min(self.relative_noise) ** 2)
-
     def rung(self, density: SpectralDensity, most: float) -> Rung | None:
         """Return the shortest period for a density, and its number of waves; None if these are more than `most`."""
         waves_at_least = density.limit * (self.span + density.reach) / math.pi
@@ -123,8 +116,7 @@ class Ladder:
 class Fourier(Factorisation):
     """A as above, by the stored entries of the `factor` L of B = L Lᵀ.
 
-    `root` is √s_k/σ_n (m,), and `slope` is ∂ln s_k/∂ln θ_j (p, m). If fewer points than samples resolve the kernel,
-    `basis` interpolates from them, and they are the centres.
+    `root` is √s_k/σ_n (m,), and `slope` is ∂ln s_k/∂ln θ_j (p, m).
     """
 
     ladder: Ladder
@@ -133,17 +125,9 @@ class Fourier(Factorisation):
     root: Array
     slope: Array
     factor: Array
-    basis: Callable[[], Basis | None]
 
     @classmethod
-    def of(
-        cls,
-        ladder: Ladder,
-        rung: Rung,
-        density: SpectralDensity,
-        noise_variance: float,
-        basis: Callable[[], Basis | None],
-    ) -> Self | None:
+    def of(cls, ladder: Ladder, rung: Rung, density: SpectralDensity, noise_variance: float) -> Self | None:
         """Factorise for σ_n² = `noise_variance`; None if B is not positive definite in float64."""
         waves = ladder.waves(rung)
         power, slope = density.at(waves.frequencies)
@@ -154,7 +138,7 @@ class Fourier(Factorisation):
         b *= root[:, None]
         b.reshape(-1)[:: len(b) + 1] += 1
         factor, info = scipy.linalg.lapack.dpftrf(len(b), pack(b), uplo=LOWER, overwrite_a=True)
-        return None if info else cls(ladder, waves, noise_variance, root, slope, factor, basis)
+        return None if info else cls(ladder, waves, noise_variance, root, slope, factor)
 
     @property
     def log_determinant(self) -> float:
@@ -172,16 +156,6 @@ class Fourier(Factorisation):
     def gradient_times(self, c: Array) -> Array:
         noise = self.ladder.relative_noise
         return np.asarray(self._spread(self.slope * self._along(noise * c)) * noise * self.noise_variance)
-
-    def centres(self, times: Array) -> Array:
-        return times if self._basis is None else np.asarray(times[0] + self._basis.points)
-
-    def weights_at_centres(self, c: Array) -> Array:
-        return c if self._basis is None else self._basis.weights(self.ladder.relative_noise * c)
-
-    @cached_property
-    def _basis(self) -> Basis | None:
-        return self.basis()
 
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
         inverse, _ = scipy.linalg.lapack.dpftri(len(self.root), self.factor, uplo=LOWER)

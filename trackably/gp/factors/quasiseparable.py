@@ -11,8 +11,8 @@ Two kinds of covariances have this form:
 - covariances that are lost in rounding beyond some distance. If no block is shorter than this distance, only
   neighbouring blocks are correlated. The state is the covariance with each sample of the next block, and Φ is zero.
 
-Samples that depend on the process at several instants need both: their covariance is a polynomial times e^(−λ|r|) only
-for samples farther apart than these instants.
+Rows, sums of values at several instants (samples by a stencil are such), need both: their covariance is a polynomial
+times e^(−λ|r|) only where all instants of one lie after those of the other.
 
 Time and memory are linear in the number of samples. As in a dense Cholesky factorisation, only covariances of samples
 given all earlier ones are factorised, and rounding errors are like its own. (D. Foreman-Mackey, E. Agol, S. Ambikasaran
@@ -23,16 +23,16 @@ and R. Angus: Fast and scalable Gaussian process modeling with applications to a
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import comb
 from typing import NamedTuple, Self
 
 import numpy as np
+import numpy.typing as npt
 import scipy
-from numpy.polynomial import Polynomial
 
 from trackably.arrays import Array
 from trackably.gp.factors.factorisation import Covariance, Factorisation
-from trackably.gp.kernels.base import Kernel
+from trackably.gp.kernels.base import Decay, Kernel
+from trackably.gp.rows import Terms
 
 _HALVINGS, _PARTS = 12, 16  # the shortest reach is span / 2^12; it is found up to a factor 2^(1/16)
 
@@ -60,64 +60,11 @@ def reach(kernel: Kernel, span: float, negligible: float) -> float:
     return float(span * 2.0 ** ((1 - first) / _PARTS))
 
 
-@dataclass(frozen=True)
-class Tail:
-    """Covariances Σ_j a_j x^j e^(−x), x = λ r, of two samples r [s] apart, beyond the `lags` of their stencil.
-
-    `coefficients` has a, and that of each ∂/∂ln θ_j: shape (1 + p, degree + 1).
-    """
-
-    rate: float
-    coefficients: Array
-    lags: Sequence[tuple[float, float]]
-
-    @property
-    def size(self) -> int:
-        """The number of coefficients."""
-        return int(self.coefficients.shape[1])
-
-    def values(self, elapsed: Array) -> Array:
-        """Return x^j e^(−x) after so many seconds, shape (n,): shape (n, size)."""
-        x = self.rate * elapsed
-        return np.asarray(x[:, None] ** np.arange(self.size) * np.exp(-x)[:, None])
-
-    def moved(self, by: Array) -> Array:
-        """Return the matrices that take a polynomial to later times, `by` [s] of shape (n,): shape (n, size, size)."""
-        x, found = self.rate * by, np.zeros((len(by), self.size, self.size))
-        for j in range(self.size):
-            for k in range(j + 1):
-                found[:, k, j] = comb(j, k) * x ** (j - k)
-        return np.asarray(found * np.exp(-x)[:, None, None])
-
-    def of_samples(self, until: Array) -> Array:
-        """Return the coefficients after samples that lie so many seconds back, (n,): shape (1 + p, size, n)."""
-        after = sum(rho * self.moved(until + lag) for rho, lag in self.lags)
-        return np.asarray(np.einsum("pj,nkj->pkn", self.coefficients, after))
-
-
-def tails(kernel: Kernel, lags: Sequence[tuple[float, float]]) -> list[Tail]:
-    """Return the covariance of two samples beyond all `lags` (see `Stencil.lags`), rate by rate.
-
-    Empty if it is no sum of tails.
-    """
-    if not kernel.gradient_decays:
-        return []
-    found, parts = list[Tail](), [kernel.decays, *kernel.gradient_decays]
-    for rate in sorted({decay.rate for decay in kernel.decays}):
-        sums = [sum((d.polynomial for d in part if d.rate == rate), Polynomial([0.0])) for part in parts]
-        size = max(len(polynomial) for polynomial in sums)
-        padded = [np.pad(np.asarray(each.coef, dtype=float), (0, size - len(each))) for each in sums]
-        found.append(Tail(rate, np.array(padded) / rate ** np.arange(size), lags))
-    return found
-
-
 class Cut(NamedTuple):
-    """Samples in blocks of `rows`, whose covariances pass through `tails`; with `is_near`, neighbours covary in other
-    ways than these, too.
-    """
+    """Blocks of `rows` with covariances that pass through `tails`; with `is_near`, neighbours covary otherwise, too."""
 
     rows: list[slice]
-    tails: list[Tail]
+    tails: Sequence[Decay]
     is_near: bool
 
     @property
@@ -162,25 +109,44 @@ class Block(NamedTuple):
         return np.asarray(self.move.T @ state[: len(self.move)])
 
 
-def _blocks(times: Array, cut: Cut, covariance: Covariance) -> Iterator[Block]:
-    rows, own, is_near = cut
-    begins = times[[row.start for row in rows]]
-    ends, sizes = np.append(begins[1:], times[-1]), [row.stop - row.start for row in rows]
-    since, until = times - np.repeat(begins, sizes), np.repeat(ends, sizes) - times
-    seen = np.hstack([np.empty((len(times), 0)), *(tail.values(since) for tail in own)])
-    into = [tail.of_samples(until) for tail in own]
-    moves = np.zeros((len(rows), seen.shape[1], seen.shape[1]))
-    for tail, last in zip(own, np.cumsum([tail.size for tail in own]).tolist(), strict=True):
-        moves[:, last - tail.size : last, last - tail.size : last] = tail.moved(ends - begins)
-    for i, row in enumerate(rows):
-        after = rows[i + 1] if is_near and i + 1 < len(rows) else slice(row.stop, row.stop)
-        value, gradient = covariance(times[row.start : after.stop, None] - times[row])
-        both = np.concatenate([value[None], gradient])
-        within, beside = both[:, : sizes[i]], both[:, sizes[i] :]
+def row_blocks(terms: Terms, cut: Cut, covariance: Covariance) -> list[Block]:
+    """Return the covariances of rows in the blocks of a cut.
+
+    Rows have `terms`, at least one each, and are in the order of their first times. The `covariance` of two instants
+    has as many derivatives as the tails.
+    """
+    order = np.argsort(terms.of_row, kind="stable")
+    t, weights, of_row = terms.times[order], terms.weights[order], terms.of_row[order]
+    at = np.searchsorted(of_row, [*(row.start for row in cut.rows), cut.rows[-1].stop])
+    begins = np.minimum.reduceat(t, at[:-1])
+    ends, of_block = np.append(begins[1:], np.max(t)), np.repeat(np.arange(len(begins)), np.diff(at))
+    moves = np.zeros((len(begins), *[sum(tail.size for tail in cut.tails)] * 2))
+    seen, into, j = [np.empty((cut.rows[-1].stop, 0))], list[Array](), 0
+    for tail in cut.tails:
+        size = slice(j, j := j + tail.size)
+        moves[:, size, size] = tail.moved(ends - begins)
+        seen.append(_summed(of_row, weights[:, None] * tail.values(t - begins[of_block]), 0))
+        told = np.einsum("pj,nkj->pkn", tail.coefficients, tail.moved(ends[of_block] - t))
+        into.append(_summed(of_row, weights * told, 2))
+    before, found = np.hstack(seen), list[Block]()
+    for i, row in enumerate(cut.rows):
+        within, near = slice(at[i], at[i + 1]), slice(at[i], at[min(i + 1 + cut.is_near, len(cut.rows))])
+        value, gradient = covariance(t[near, None] - t[within])
+        each = weights[near, None] * np.concatenate([value[None], gradient]) * weights[within]
+        both = _summed(of_row[within], _summed(of_row[near], each, 1), 2)
+        count = row.stop - row.start
         told = np.concatenate([both[:, :0], *(part[:, :, row] for part in into)], axis=1)
-        if is_near:
-            told = np.concatenate([told, beside - seen[after] @ told], axis=1)
-        yield Block(row, within, told, seen[row], moves[i], is_near and i > 0)
+        if cut.is_near:
+            after = slice(row.stop, row.start + both.shape[1])
+            told = np.concatenate([told, both[:, count:] - before[after] @ told], axis=1)
+        found.append(Block(row, both[:, :count], told, before[row], moves[i], cut.is_near and i > 0))
+    return found
+
+
+def _summed(of_row: npt.NDArray[np.intp], values: Array, axis: int) -> Array:
+    """Return the sums of values over the terms of each row, whose numbers do not decrease, along an axis."""
+    first = np.flatnonzero(np.diff(of_row, prepend=-1))
+    return values if len(first) == len(of_row) else np.asarray(np.add.reduceat(values, first, axis))
 
 
 class Factor(NamedTuple):
@@ -211,12 +177,7 @@ class Quasiseparable(Factorisation):
     noise_variance: Array
 
     @classmethod
-    def of(cls, times: Array, cut: Cut, covariance: Covariance, noise_variance: Array) -> Self | None:
-        """Factorise for n `times` [s] in blocks, with noise variances (n,); None if A is not positive definite."""
-        return cls.of_blocks(list(_blocks(times, cut, covariance)), noise_variance)
-
-    @classmethod
-    def of_blocks(cls, blocks: list[Block], noise_variance: Array) -> Self | None:
+    def of(cls, blocks: list[Block], noise_variance: Array) -> Self | None:
         """Factorise the covariance in these blocks plus noise, (n,); None if A is not positive definite."""
         factors = list[Factor]()
         explained = np.zeros((len(blocks[0].move),) * 2)  # F, the covariance of the state with itself that is known

@@ -8,7 +8,7 @@ of `jet` and `jet_and_gradient`.
 import dataclasses
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import comb
@@ -47,31 +47,58 @@ def leibniz(f: Array, g: Array) -> Array:
     return product
 
 
-# Sums of kernels that are polynomials times e^(−λ|r|), from moments: their time grows with centres plus times.
+# Kernels that are polynomials times e^(−λ|r|), and sums of them from moments: their time grows with centres plus times.
 #
-# With S_k(i) = Σ_{j ≤ i} w_j (u_i − u_j)^k e^(−λ(u_i − u_j)), the moments of all centres up to the i-th, the sum over
-# the centres before a time t is the same polynomial of the moments, moved from the last centre before t to t:
-# S_k moved by h is e^(−λh) Σ_l C(k, l) h^(k − l) S_l. The centres after t are those before it in reversed time.
+# With S_k(i) = Σ_{j ≤ i} w_j x_ij^k e^(−x_ij), x_ij = λ (u_i − u_j), the moments of all centres up to the i-th, the sum
+# over the centres before a time t is the same polynomial of the moments, moved from the last centre before t to t:
+# S_k moved by x is e^(−x) Σ_l C(k, l) x^(k − l) S_l. The centres after t are those before it in reversed time.
 
 
 @dataclass(frozen=True)
 class Decay:
-    """The function P(|r|) e^(−λ|r|) with `rate` λ [1/s] and the `polynomial` P in |r| [s]."""
+    """The functions Σ_j a_j x^j e^(−x) of x = λ|r| with the `rate` λ [1/s]: a part of κ, and of each ∂κ/∂ln θ_j.
+
+    `coefficients` has a of each: shape (1 + p, degree + 1).
+    """
 
     rate: float
-    polynomial: Polynomial
+    coefficients: Array
+
+    @property
+    def size(self) -> int:
+        """The number of coefficients."""
+        return int(self.coefficients.shape[1])
+
+    def only(self, row: int) -> Self:
+        """Return the function in one row alone, without the zeros of higher degrees."""
+        return type(self)(self.rate, np.trim_zeros(self.coefficients[row], "b")[None])
+
+    def values(self, elapsed: Array) -> Array:
+        """Return x^j e^(−x) after so many seconds, shape (n,): shape (n, size)."""
+        x = self.rate * elapsed
+        return np.asarray(x[:, None] ** np.arange(self.size) * np.exp(-x)[:, None])
+
+    def moved(self, by: Array) -> Array:
+        """Return the matrices that take a polynomial to later times, `by` [s] of shape (n,): shape (n, size, size)."""
+        x, found = self.rate * by, np.zeros((len(by), self.size, self.size))
+        for j in range(self.size):
+            for k in range(j + 1):
+                found[:, k, j] = comb(j, k) * x ** (j - k)
+        return np.asarray(found * np.exp(-x)[:, None, None])
 
     def derivatives(self, order: int) -> list[Array]:
-        """Return the coefficients of P, (d/dr − λ) P, …: the polynomials of derivatives for r > 0."""
-        found = [self.polynomial]
+        """Return the coefficients of P, λ (d/dx − 1) P, …: of the first function and its derivatives for r > 0."""
+        found = [Polynomial(self.coefficients[0])]
         for _ in range(order):
-            found.append(found[-1].deriv() - self.rate * found[-1])
-        degree = self.polynomial.degree()
-        return [np.pad(factor.coef, (0, degree + 1 - len(factor.coef))) for factor in found]
+            found.append(self.rate * (found[-1].deriv() - found[-1]))
+        return [np.pad(factor.coef, (0, self.size - len(factor.coef))) for factor in found]
 
 
-def sum_by_moments(decays: tuple[Decay, ...], centres: Array, weights: Array, t: Array, order: int) -> Array:
-    """Return Σ_i c_i κ⁽ⁿ⁾(t − t_i) for n = 0 … order, where κ is the sum of `decays`: shape (order + 1, *t.shape).
+def sum_by_moments(
+    decays: Sequence[Decay], centres: Array, weights: Array, t: Array, order: int, row: int = 0
+) -> Array:
+    """Return Σ_i c_i κ⁽ⁿ⁾(t − t_i) for n = 0 … order, where κ is the sum of a `row` of the `decays`: shape
+    (order + 1, *t.shape).
 
     Odd derivatives count as 0 at r = 0, where those of κ may jump. The rounding error is that of the direct sum, times
     at most the logarithm of the number of centres.
@@ -82,7 +109,7 @@ def sum_by_moments(decays: tuple[Decay, ...], centres: Array, weights: Array, t:
     found = np.zeros((order + 1, times.size))
     same = np.searchsorted(at, times)
     is_same = at[np.minimum(same, len(at) - 1)] == times
-    for decay in decays:
+    for decay in (each.only(row) for each in decays if np.any(each.coefficients[row])):
         factors = decay.derivatives(order)
         before = _before(decay, factors, at, joined, times)
         after = _before(decay, factors, -at[::-1], joined[::-1], -times)
@@ -95,31 +122,22 @@ def sum_by_moments(decays: tuple[Decay, ...], centres: Array, weights: Array, t:
 
 def _before(decay: Decay, factors: list[Array], at: Array, weights: Array, times: Array) -> Array:
     """Return the sums over the centres that lie strictly before each time, for each factor."""
+    moments = np.zeros((decay.size, len(at)))
+    moments[0] = weights
+    apart = 1
+    while apart < len(at):  # each pass doubles the number of centres summed up in each entry
+        moments[:, apart:] += _move(decay, moments[:, :-apart], at[apart:] - at[:-apart])
+        apart *= 2
     last = np.searchsorted(at, times) - 1
     some = last >= 0
-    reached = last[some]
-    moments = _move(_moments(decay, at, weights)[:, reached], times[some] - at[reached], decay.rate)
     found = np.zeros((len(factors), times.size))
-    found[:, some] = np.array(factors) @ moments
+    found[:, some] = np.array(factors) @ _move(decay, moments[:, last[some]], times[some] - at[last[some]])
     return found
 
 
-def _moments(decay: Decay, at: Array, weights: Array) -> Array:
-    """Return S_k(i): shape (degree + 1, n). Each pass doubles the number of centres summed up in each entry."""
-    moments = np.zeros((decay.polynomial.degree() + 1, len(at)))
-    moments[0] = weights
-    apart = 1
-    while apart < len(at):
-        moments[:, apart:] += _move(moments[:, :-apart], at[apart:] - at[:-apart], decay.rate)
-        apart *= 2
-    return moments
-
-
-def _move(moments: Array, by: Array, rate: float) -> Array:
-    """Return the moments about later points, each at its own distance `by` [s]."""
-    decay = np.exp(-rate * by)
-    moved = [decay * sum(comb(k, i) * by ** (k - i) * moments[i] for i in range(k + 1)) for k in range(len(moments))]
-    return np.array(moved)
+def _move(decay: Decay, moments: Array, by: Array) -> Array:
+    """Return the moments (size, n) about later points, each at its own distance `by` [s]."""
+    return np.asarray(np.einsum("nlk,ln->kn", decay.moved(by), moments))
 
 
 # Spectral densities S(ω) = ∫ κ(r) e^(−iωr) dr of kernels that decay fast, as their densities do.
@@ -176,13 +194,6 @@ class Kernel(ABC):
     @abstractmethod
     def map_values(self, change: Callable[[str, float], float]) -> Self:
         """Return the same kernel with `change(name, value)` for the value of each hyperparameter."""
-
-    @abstractmethod
-    def moved(self, values: Iterator[float]) -> Self:
-        """Return the same kernel with the next of `values` for each learned hyperparameter.
-
-        Values are positive, unchecked.
-        """
 
     @abstractmethod
     def search(self, name: str, scales: Scales) -> Search:
@@ -254,12 +265,7 @@ class Kernel(ABC):
 
     @property
     def decays(self) -> tuple[Decay, ...]:
-        """Polynomials times e^(−λ|r|) whose sum is κ; empty if κ is no such sum."""
-        return ()
-
-    @property
-    def gradient_decays(self) -> tuple[tuple[Decay, ...], ...]:
-        """The same of ∂κ/∂ln θ_j, with the rates of `decays`."""
+        """Polynomials times e^(−λ|r|) whose sum is κ, with each ∂κ/∂ln θ_j; empty if κ is no such sum."""
         return ()
 
     @property
@@ -309,9 +315,6 @@ class _Pair(Kernel):
         left = self.left.map_values(lambda name, value: change(f"left.{name}", value))
         return type(self)(left, self.right.map_values(lambda name, value: change(f"right.{name}", value)))
 
-    def moved(self, values: Iterator[float]) -> Self:
-        return type(self)(self.left.moved(values), self.right.moved(values))
-
     def search(self, name: str, scales: Scales) -> Search:
         side, _, inner = name.partition(".")
         return (self.left if side == "left" else self.right).search(inner, scales)
@@ -352,12 +355,13 @@ class Sum(_Pair):
     @property
     def decays(self) -> tuple[Decay, ...]:
         left, right = self.left.decays, self.right.decays
-        return left + right if left and right else ()
-
-    @property
-    def gradient_decays(self) -> tuple[tuple[Decay, ...], ...]:
-        left, right = self.left.gradient_decays, self.right.gradient_decays
-        return left + right if left and right else ()
+        if not (left and right):
+            return ()
+        p, q = (len(part.hyperparameters) for part in (self.left, self.right))  # no part moves with those of the other
+        return (
+            *(Decay(of.rate, np.pad(of.coefficients, ((0, q), (0, 0)))) for of in left),
+            *(Decay(of.rate, np.insert(of.coefficients, [1] * p, 0.0, axis=0)) for of in right),
+        )
 
     @property
     def spectral_density(self) -> SpectralDensity | None:

@@ -3,7 +3,7 @@
 import dataclasses
 import inspect
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Self
@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.gp.hyperparameter import Hyperparameter, Scales, Search, amplitude, as_text, duration, with_next
+from trackably.gp.hyperparameter import Hyperparameter, Scales, Search, amplitude, as_text, duration
 from trackably.gp.kernels.base import Kernel, lengthscale_gradient
 
 # Polynomials at arrays of times, without an array for each operation.
@@ -61,11 +61,6 @@ class Elementary(Kernel):
 
     def map_values(self, change: Callable[[str, float], float]) -> Self:
         return type(self)(*[change(name, value) for name, value in self.hyperparameters.items()])
-
-    def moved(self, values: Iterator[float]) -> Self:
-        moved = object.__new__(type(self))
-        vars(moved).update({name: with_next(value, values) for name, value in self.hyperparameters.items()})
-        return moved
 
     def search(self, name: str, scales: Scales) -> Search:
         return _fields(type(self))[name].search(scales)

@@ -32,19 +32,13 @@ class Matern(Radial):
 
     @property
     def decays(self) -> tuple[Decay, ...]:
-        rate, coefficients = self.rate / self.lengthscale, np.asarray(self.polynomial.coef, dtype=float)
-        powers = rate ** np.arange(len(coefficients))  # P(λ |r|) as a polynomial in |r|
-        return (Decay(rate, Polynomial(self.signal_std**2 * coefficients * powers)),)
-
-    @property
-    def gradient_decays(self) -> tuple[tuple[Decay, ...], ...]:
-        """The decays of ∂κ/∂ln θ: of 2 κ and of −r κ'."""
-        (decay,) = self.decays
-        _, slope = decay.derivatives(1)
-        return (
-            (Decay(decay.rate, 2 * decay.polynomial),),
-            (Decay(decay.rate, -Polynomial([0, 1]) * Polynomial(slope)),),
-        )
+        """θ₁² P(x) e^(−x) with x = λ|r|, twice that for ∂/∂ln θ₁, and −r κ' = −θ₁² x (P' − P) e^(−x) for ∂/∂ln θ₂."""
+        by_length = Polynomial([0, 1]) * (self.polynomial - self.polynomial.deriv())
+        rows = np.zeros((3, len(by_length)))
+        rows[:2, :-1] = self.polynomial.coef
+        rows[1] *= 2
+        rows[2] = by_length.coef
+        return (Decay(self.rate / self.lengthscale, self.signal_std**2 * rows),)
 
     def correlation(self, s: Array, order: int) -> Array:
         x = self.rate * np.abs(s)

@@ -9,7 +9,7 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.row_posterior import has_system
 from trackably.gp.rows import row_kernel
 from trackably.gp.signal import KernelSum
-from trackably.learning.constraint import Bounded, Constraint
+from trackably.learning.constraint import Constraint, timed, worst
 from trackably.learning.joint.constrained_mean import ConstrainedMean, constrained_mean, is_linear
 from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Minima, Places, demands, merge, places_of
 from trackably.learning.joint.sequential import with_regular
@@ -60,8 +60,8 @@ class _Limits:
 class ExchangeResult:
     """A function with its `places`, and the `active` ones among them; `margin` is the smallest relative margin.
 
-    The smallest margin is that of the constraint with the index `constraint`, at `time` [s]. The function keeps all
-    bounds at all times if `keeps_bounds` holds. `rounds` counts the programs that were solved.
+    The smallest margin is that of the constraint with the index `constraint`, at `time` [s]. `rounds` counts the
+    programs that were solved.
     """
 
     mean: ConstrainedMean
@@ -71,10 +71,6 @@ class ExchangeResult:
     constraint: int
     time: float
     rounds: int
-
-    @property
-    def keeps_bounds(self) -> bool:
-        return self.margin >= 0 and not self.mean.contradicts
 
 
 def exchange_bounds(
@@ -108,14 +104,14 @@ def exchange_bounds(
             return best
         seen = MarginScan(problem.constraints, bent.signals)
         minima = seen.closest(places)
-        least, gain, price = _worst(minima)[0], bent.price - price, bent.price
+        least, gain, price = worst(minima)[0], bent.price - price, bent.price
         removed = _removed_by_backoff(problem, bent) if is_rough else 0.0
         is_stuck, was_thinned = abs(gain) <= _NO_GAIN * price, is_thinned
         # What hides beside kinks is looked for near the end only: before, it would be thousands of places.
         was_close, is_close = is_close, is_rough and (is_close or is_stuck or least >= -max(removed, _MATTERS))
         if is_close or least >= 0:
             minima = seen.with_overlooked(minima)
-        margin, constraint, time = _worst(minima)
+        margin, constraint, time = worst(minima)
         kept = places_of(bent.active_bounds, [constraint.quantity.name for constraint in problem.constraints])
         crowded = sum(np.count_nonzero(margins < 0) for _, margins in minima) > _CROWDED
         is_thinned = bool(is_convex and crowded and not is_stuck and (tolerance or _count(kept) > _CROWD))
@@ -133,7 +129,7 @@ def exchange_bounds(
             or bent.contradicts
             or price > ceiling
             or is_worse
-            or is_same(met, places)
+            or all(map(np.array_equal, met, places))
         ):
             return best
         is_crowd = _count(met) > limits.most or (_count(met) > limits.many and margin >= -_MATTERS)
@@ -168,14 +164,15 @@ def at_steps(problem: ConstrainedProblem, places: Places, known: Places, same: f
     """
     if is_smooth(problem):
         return places
-    return tuple(_at_steps(problem, *of_one, same) for of_one in zip(problem.constraints, places, known, strict=True))
+    origin, constraints = float(problem.samples[0].times[0]), timed(problem.constraints)
+    return tuple(_at_steps(*of_one, origin, same) for of_one in zip(constraints, places, known, strict=True))
 
 
-def _at_steps(problem: ConstrainedProblem, constraint: Bounded, places: Array, known: Array, same: float) -> Array:
+def _at_steps(constraint: Constraint, places: Array, known: Array, origin: float, same: float) -> Array:
     steps = [functional.sampling_time for _, functional in constraint.quantity.trajectory.arguments]
-    if not isinstance(constraint, Constraint) or not steps or not len(places):
+    if not steps:
         return places
-    step, origin, moved = steps[0], float(problem.samples[0].times[0]), places.copy()
+    step, moved = steps[0], places.copy()
     moved[:, 0] = constraint.index_set.nearest(origin + step * np.rint((places[:, 0] - origin) / step))
     first, last = constraint.index_set.ends
     stay = near_to(known, moved, same) | (moved[:, 0] < first) | (moved[:, 0] > last)
@@ -234,17 +231,3 @@ def _broken(minima: Minima) -> Minima:
 
 def _count(places: Places) -> int:
     return sum(map(len, places))
-
-
-def _worst(minima: Minima) -> tuple[float, int, float]:
-    found = [
-        (float(np.min(margins)), i, float(times[np.argmin(margins)]))
-        for i, (times, margins) in enumerate(minima)
-        if len(margins)
-    ]
-    return min(found, default=(np.inf, -1, np.nan))
-
-
-def is_same(one: Places, other: Places) -> bool:
-    """Return whether both have the same places for each constraint."""
-    return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))

@@ -6,8 +6,7 @@ Mehrotra: On the implementation of a primal-dual interior point method, SIAM Jou
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import NamedTuple, Self
+from functools import partial
 
 import numpy as np
 
@@ -19,45 +18,6 @@ _SMALL = 1e-13  # μ, relative to its value at the start
 _EXACT = 1e-10  # slacks, relative to the largest demand
 _JITTER = 1e-13  # relative to the variance of a row
 _BACK = 0.995  # part of the longest step that keeps everything positive
-
-
-class _Point(NamedTuple):
-    """λ, s and K λ of rows that are scaled to the variance 1; or changes of these."""
-
-    multipliers: Array
-    slacks: Array
-    applied: Array
-
-    def moved(self, by: Self, length: float) -> "_Point":
-        return _Point(*(value + length * change for value, change in zip(self, by, strict=True)))
-
-    def longest(self, by: Self) -> float:
-        """Return the part of a change, at most all of it, that keeps multipliers and slacks positive."""
-        values, changes = np.concatenate(self[:2]), np.concatenate(by[:2])
-        falls = changes < 0
-        return float(np.min(-values[falls] / changes[falls], initial=1.0))
-
-    @property
-    def complementarity(self) -> float:
-        """μ, the mean of λ_a s_a."""
-        return float(self.multipliers @ self.slacks) / len(self.slacks)
-
-
-@dataclass(frozen=True)
-class _Newton:
-    """The equations of Newton's method at a point, where K λ − d − s is `missed`; `solve` is that of K + D."""
-
-    at: _Point
-    missed: Array
-    solve: Callable[[Array], Array]
-
-    def step(self, products: Array) -> _Point:
-        """Return the changes after which, to first order, λ_a s_a are these `products`, and nothing is missed."""
-        multipliers, slacks, _ = self.at
-        wanted = products / multipliers - slacks
-        right = wanted - self.missed
-        by = self.solve(right)
-        return _Point(by, wanted - slacks / multipliers * by, right - (slacks / multipliers + _JITTER) * by)
 
 
 def interior_multipliers(system: RowSystem, demand: Array) -> Array | None:
@@ -72,23 +32,41 @@ def interior_multipliers(system: RowSystem, demand: Array) -> Array | None:
     size = float(np.max(d))
     if size <= 0:
         return np.zeros(len(d))
-    equal = np.full(len(d), size)
-    at = _Point(equal, equal, system.product(equal / scale) / scale)
+    multipliers = slacks = np.full(len(d), size)
+    applied = system.product(multipliers / scale) / scale
     for _ in range(_MOST_STEPS):
-        missed, mu = at.applied - d - at.slacks, at.complementarity
+        missed, mu = applied - d - slacks, float(multipliers @ slacks) / len(d)
         if mu <= _SMALL * size**2 and np.max(np.abs(missed)) <= _EXACT * size:
-            return np.where(at.multipliers > at.slacks, at.multipliers, 0.0) / scale
-        if (solve := _scaled(system, scale, at.slacks / at.multipliers + _JITTER)) is None:
+            return np.where(multipliers > slacks, multipliers, 0.0) / scale
+        if (solve := system.solver((slacks / multipliers + _JITTER) * scale**2)) is None:
             return None
-        newton = _Newton(at, missed, solve)
-        straight = newton.step(np.zeros(len(d)))
-        ahead = at.moved(straight, at.longest(straight)).complementarity
-        centred = newton.step((ahead / mu) ** 3 * mu - straight.multipliers * straight.slacks)
-        at = at.moved(centred, min(1.0, _BACK * at.longest(centred)))
+        step = partial(_newton_step, solve, scale, multipliers, slacks, missed)
+        along, across, _ = step(np.zeros(len(d)))
+        length = _longest(multipliers, slacks, along, across)
+        ahead = float((multipliers + length * along) @ (slacks + length * across)) / len(d)
+        centred = step((ahead / mu) ** 3 * mu - along * across)
+        length = min(1.0, _BACK * _longest(multipliers, slacks, *centred[:2]))
+        multipliers, slacks, applied = (
+            at + length * change for at, change in zip((multipliers, slacks, applied), centred, strict=True)
+        )
     return None
 
 
-def _scaled(system: RowSystem, scale: Array, noise: Array) -> Callable[[Array], Array] | None:
-    """Return the function that solves (K + D) x = b for rows divided by `scale`; None as `RowSystem.solver`."""
-    solve = system.solver(noise * scale**2)
-    return None if solve is None else lambda b: solve(b * scale) * scale
+def _newton_step(
+    solve: Callable[[Array], Array], scale: Array, multipliers: Array, slacks: Array, missed: Array, products: Array
+) -> tuple[Array, Array, Array]:
+    """Return the changes of λ, s and K λ after which, to first order, λ_a s_a are `products` and K λ − d − s is zero.
+
+    Now it is `missed`; `solve` is that of K + D for rows that are not divided by their `scale`.
+    """
+    wanted = products / multipliers - slacks
+    right = wanted - missed
+    by = solve(right * scale) * scale
+    return by, wanted - slacks / multipliers * by, right - (slacks / multipliers + _JITTER) * by
+
+
+def _longest(multipliers: Array, slacks: Array, along: Array, across: Array) -> float:
+    """Return the part of these changes, at most all of them, that keeps multipliers and slacks positive."""
+    values, changes = np.concatenate([multipliers, slacks]), np.concatenate([along, across])
+    falls = changes < 0
+    return float(np.min(-values[falls] / changes[falls], initial=1.0))

@@ -16,7 +16,17 @@ from trackably.arrays import Array, Flags
 from trackably.cached import cached
 from trackably.gp.rows import Rows, Terms
 from trackably.gp.signal import EvaluationCache, KernelSum
-from trackably.learning.constraint import CLOSER, Bounded, Constraint, between, local_minima, owners, parts
+from trackably.learning.constraint import (
+    CLOSER,
+    Bounded,
+    Constraint,
+    between,
+    joined,
+    local_minima,
+    owners,
+    parts,
+    timed,
+)
 from trackably.learning.problem import ActiveBound, ConstrainedProblem, Side
 from trackably.systems.trajectories import Functional, Quantities, Signals, Trajectory
 
@@ -108,8 +118,8 @@ def _unite(places: Array, new: Array, same: float) -> Array:
         at = bisect(times, time)
         if all(abs(time - t) > same for t in times[max(at - 1, 0) : at + 1]):
             times.insert(at, time)
-    joined = sorted((time, side) for side, times in known.items() for time in times)
-    return np.array(joined).reshape(-1, 2)
+    union = sorted((time, side) for side, times in known.items() for time in times)
+    return np.array(union).reshape(-1, 2)
 
 
 def demands(problem: ConstrainedProblem, places: Places, near: Signals) -> Demands:
@@ -197,13 +207,14 @@ class MarginScan:
         A function that is constrained at two places may violate its bounds between them, where the grid of the index
         set may have no time.
         """
-        return _join(self._minima, self._between([at[:, 0] for at in places]))
+        kernels = [signal.kernel for signal in self.signals]
+        minima = local_minima(self._known, kernels, self._all.signals)
+        return joined(minima, between(self._known, self._all, [at[:, 0] for at in places]))
 
     def with_overlooked(self, found: Minima) -> Minima:
-        """Add the places where a bound is violated that the coarse grid of `closest` missed."""
-        unseen = [constraint.unseen(self) for constraint in self._known]
-        rough = self._between([constraint.suspect_centres(self) for constraint in self._known], closer=CLOSER)
-        return _join(_join(found, unseen), rough)
+        """Add the places between kinks where a bound is violated that the grid of `closest` missed."""
+        centres = [each.suspect_centres(self) for each in self._known]
+        return joined(found, between(self._known, self._all, centres, CLOSER))
 
     def thinned(self, found: Minima, places: Places, apart: Sequence[float], by: float) -> Minima:
         """Return few of the times at which bounds are violated `by` more than this part of their
@@ -255,35 +266,15 @@ class MarginScan:
             kept.append(at[room < _IN_REACH * bounds.width])
         return tuple(kept)
 
-    @property
-    def _minima(self) -> Minima:
-        return local_minima(self._known, [signal.kernel for signal in self.signals], self._several)
-
-    def _between(self, places: Sequence[Array], closer: int = 0) -> Minima:
-        return between(self._known, self._all, places, closer)
-
     @cached
     def _all(self) -> Quantities:
-        return self._quantities(self._known)
-
-    def _several(self, constraints: Sequence[Constraint]) -> Quantities:
-        return self._all if len(constraints) == len(self._known) else self._quantities(constraints)
-
-    def _quantities(self, constraints: Sequence[Constraint]) -> Quantities:
         quick = tuple(signal.nearly for signal in self.signals)
-        several = Quantities(tuple(constraint.quantity for constraint in constraints), quick)
-        return several if several.is_linear else replace(several, signals=self._remembered.signals)
-
-    @cached
-    def _remembered(self) -> EvaluationCache:
-        return EvaluationCache.of(self.signals)
+        several = Quantities(tuple(constraint.quantity for constraint in self._known), quick)
+        return several if several.is_linear else replace(several, signals=EvaluationCache.of(self.signals).signals)
 
     @cached
     def _known(self) -> list[Constraint]:
-        known = [constraint for constraint in self.constraints if isinstance(constraint, Constraint)]
-        if len(known) < len(self.constraints):
-            raise TypeError("each constraint needs an index set if function and hyperparameters are learned together")
-        return known
+        return timed(self.constraints)
 
 
 def _distances(times: Array, others: Array) -> Array:
@@ -291,10 +282,3 @@ def _distances(times: Array, others: Array) -> Array:
     padded = np.concatenate([[-np.inf], others, [np.inf]])
     after = np.searchsorted(padded, times)
     return np.asarray(np.minimum(times - padded[after - 1], padded[after] - times))
-
-
-def _join(one: Minima, other: Minima) -> Minima:
-    return [
-        (np.concatenate([times, more]), np.concatenate([margins, below]))
-        for (times, margins), (more, below) in zip(one, other, strict=True)
-    ]

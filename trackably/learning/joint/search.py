@@ -8,6 +8,7 @@ The starts are the minima of the likelihood, and the minimum with hyperparameter
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -80,7 +81,7 @@ class JointProgram:
     near: Signals
 
     def minimise(
-        self, start: Array, curvature: Array | None, reach: float, active: Places, precision: float = _PRECISION
+        self, start: Array, curvature: Array | None, reach: float, active: Places, precision: float
     ) -> tuple[sqp.Minimum, Places] | None:
         """Return a local minimum within `reach` of `start` in each ln θ, and the places that were active on the way.
 
@@ -89,40 +90,35 @@ class JointProgram:
         """
         space = self.problem.space
         lower, upper = np.maximum(space.log_lower, start - reach), np.minimum(space.log_upper, start + reach)
-        working = self._working_set(active)
-
-        def evaluate(log_theta: Array) -> sqp.Evaluation | None:
-            return self._evaluate(log_theta, working.mean_for)
-
-        found = sqp.minimise(evaluate, start, lower, upper, _NEARBY, curvature, precision)
+        demanded = demands(self.problem, self.places, self.near)
+        begun = demanded.is_equation.copy()
+        begun[: sum(map(len, self.places))] = flags(self.places, active)
+        working = WorkingSet(demanded, begun)
+        found = sqp.minimise(
+            partial(self.evaluate, mean_for=working.mean_for), start, lower, upper, _NEARBY, curvature, precision
+        )
         return None if found is None else (found, select(self.places, working.chosen))
 
-    def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
-        """Return J with its gradient (envelope theorem); None if J is undefined."""
-        return self._evaluate(
-            log_theta, lambda posterior: constrained_mean(self.problem, posterior, self.places, self.near)
-        )
-
-    def _evaluate(
-        self, log_theta: Array, mean_for: Callable[[JointPosterior], ConstrainedMean | None]
+    def evaluate(
+        self, log_theta: Array, mean_for: Callable[[JointPosterior], ConstrainedMean | None] | None = None
     ) -> sqp.Evaluation | None:
+        """Return J with its gradient (envelope theorem); None if J is undefined.
+
+        The function is found by `mean_for`, if it is given.
+        """
         posterior = self.problem.posterior(log_theta)
         try:
             value, gradient = posterior.negative_log_marginal_likelihood()
-            mean = mean_for(posterior)
+            if mean_for is None:
+                mean = constrained_mean(self.problem, posterior, self.places, self.near)
+            else:
+                mean = mean_for(posterior)
         except IllConditioned:
             return None
         if mean is None:
             return None
         by_theta = gradient + mean.price_gradient()
         return sqp.Evaluation(value + mean.price, by_theta, np.empty(0), np.empty((0, len(log_theta))))
-
-    def _working_set(self, active: Places) -> WorkingSet:
-        """Return a working set with the active places and the required values."""
-        demanded = demands(self.problem, self.places, self.near)
-        begun = demanded.is_equation.copy()
-        begun[: sum(map(len, self.places))] = flags(self.places, active)
-        return WorkingSet(demanded, begun)
 
 
 @dataclass(frozen=True)
@@ -307,21 +303,13 @@ class JointSearch:
         """
         found = list[tuple[Point, ConstrainedProblem]]()
         for places, near in paths:
-            point, problem = self._tighten(log_theta, places, near, backoff)
+            search = JointSearch(with_backoff(self.problem, backoff), closest=self.closest)
+            point, self.closest = search._at(log_theta, places, near, _ALMOST), search.closest
             if point is not None and point.is_solution:
                 same = _OF_GAP * point.allowed_gap
                 if all(abs(point.objective - other.objective) > same for other, _ in found):
-                    found.append((point, problem))
+                    found.append((point, search.problem))
         return found
-
-    def _tighten(
-        self, log_theta: Array, places: Places, near: Signals, by: float
-    ) -> tuple[Point | None, ConstrainedProblem]:
-        """Return the function for bounds tightened `by` a part of their width, and the problem with these bounds."""
-        search = JointSearch(with_backoff(self.problem, by), closest=self.closest)
-        point = search._at(log_theta, places, near, _ALMOST)
-        self.closest = search.closest
-        return point, search.problem
 
     def settle(self, log_theta: Array, places: Places | None, near: Signals | None) -> None:
         """Find the function for these hyperparameters, without any step in θ."""
@@ -354,7 +342,7 @@ class JointSearch:
             if minimised is None:
                 break
             found, active = minimised
-            if self._is_known(found.at.value, path, least_gain):
+            if found.at.value >= point.ceiling - least_gain * (1 + abs(found.at.value)) or path.reach < _SHORTEST:
                 break
             there = self._at(found.x, active, signals, tolerance, point.ceiling)
             if there is None or there.is_unfinished(point.ceiling) or self._is_hopeless(there):
@@ -388,12 +376,6 @@ class JointSearch:
         count = sum(map(len, self.problem.samples))
         return sum(map(len, point.function.active)) > max(many, samples * count)
 
-    def _is_known(self, value: float, path: "_Descent", least_gain: float) -> bool:
-        """Whether a relaxation with this value promises too small a gain, or nothing better than the best point."""
-        gain = least_gain * (1 + abs(value))
-        nothing = value >= path.point.ceiling - gain or path.reach < _SHORTEST
-        return nothing or (np.isinf(path.reach) and self._is_no_better(value))
-
     def _at(
         self,
         log_theta: Array,
@@ -419,6 +401,35 @@ class JointSearch:
 
     def _is_no_better(self, value: float) -> bool:
         return self.best is not None and value >= self.best.objective - _SAME_VALUE * (1 + abs(self.best.objective))
+
+    def outcome(
+        self, problem: ConstrainedProblem, unconstrained: JointPosterior | None = None
+    ) -> Solution | NoSolution:
+        """Return the best solution, or the reason why there is none; `problem` has the bounds as they were given."""
+        if self.best is not None:
+            mean = self.best.function.mean
+            return Solution(
+                mean.posterior,
+                mean.signals,
+                self.best.objective,
+                self.best.function.places,
+                self.fits,
+                active_bounds=mean.active_bounds,
+                method="joint",
+                unconstrained=unconstrained,
+                missed=max(0.0, -self.best.function.margin),
+                spread=self.spread,
+            )
+        if self.closest is None:
+            return NoFunction(problem.required)
+        function = self.closest.function
+        mean = function.mean
+        if mean.contradicts:
+            given_first = sorted(mean.most_influential, key=lambda bound: bound.side != "equal")
+            return UnmetBounds(mean.posterior, tuple(given_first[:_TOLD]))
+        quantity = problem.constraints[function.constraint].quantity
+        violation = -function.margin * quantity.bounds.width
+        return NothingFeasible(mean.posterior, quantity, function.time, violation, problem.broken_at_rest)
 
 
 _OTHER_MINIMA = 3  # minima of the likelihood that are starts beside the best one
@@ -449,14 +460,13 @@ def learn_jointly(
             search.follow(other)
     fits = search.fits + sum(found.fits for found in (free, alone) if isinstance(found, Solution))
     least = search.best.objective if search.best else np.inf
-    if isinstance(alone, Solution) and not problem.required and alone.objective < least:
-        return replace(alone, fits=fits, unconstrained=free.posterior, alone=alone.objective)
-    if search.best is not None:
-        known = alone.objective if isinstance(alone, Solution) else np.inf
-        return replace(_solution(search.best, search, free.posterior), alone=known, fits=fits)
-    if search.closest is not None:
-        return _no_solution(problem, search.closest)
-    return NoFunction(problem.required) if problem.required else alone
+    known = alone.objective if isinstance(alone, Solution) else np.inf
+    if isinstance(alone, Solution) and not problem.required and known < least:
+        return replace(alone, fits=fits, unconstrained=free.posterior, alone=known)
+    if search.closest is None and not problem.required:
+        return alone
+    found = search.outcome(problem, free.posterior)
+    return replace(found, alone=known, fits=fits) if isinstance(found, Solution) else found
 
 
 def _likeliest(problem: ConstrainedProblem, minima: Sequence[Mapping[str, float]]) -> Solution | NoSolution:
@@ -479,9 +489,7 @@ def learn_from(starts: Sequence[Array], problem: ConstrainedProblem) -> Solution
     search = JointSearch(problem)
     for log_theta in starts:
         search.follow(log_theta)
-    if search.best is not None:
-        return _solution(search.best, search, None)
-    return _no_solution(problem, search.closest) if search.closest is not None else NoFunction(problem.required)
+    return search.outcome(problem)
 
 
 def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
@@ -500,43 +508,42 @@ def extended(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSo
     anew. The result may cost more than hyperparameters alone would: `alone` is taken from `solution`, and shows this.
     """
     takes_long = solution.missed or solution.is_rough
-    kept = _with_same_hyperparameters(solution, problem) if takes_long else None
-    return kept or _searched_on(solution, problem)
+    return continued(solution, problem) if takes_long else _searched_on(solution, problem)
 
 
-def _with_same_hyperparameters(solution: Solution, problem: ConstrainedProblem) -> Solution | None:
+def _with_same_hyperparameters(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution | None:
     """Return the function for the hyperparameters of `solution`; None if J rises by more than the allowed gap.
 
     What the bounds that it violates would have cost is no reason to search again.
     """
     search = JointSearch(problem)
-    places = solution.active if solution.active_bounds else None
-    search.settle(solution.posterior.prior.log_hyperparameters, places, solution.signals)
+    search.settle(solution.posterior.prior.log_hyperparameters, _places(solution), solution.signals)
     missed = solution.missed * solution.rise([constraint.quantity for constraint in problem.constraints])
     if search.best is None or search.best.objective - solution.objective > 2 * (solution.allowed_gap + missed):
         return None
-    return _like(solution, _solution(search.best, search, solution.unconstrained))
+    return _like(solution, search.outcome(problem))
 
 
 def _searched_on(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
     search = JointSearch(problem)
-    places = solution.active if solution.active_bounds else None
-    search.follow(solution.posterior.prior.log_hyperparameters, places, solution.signals, farthest=_NEARBY)
+    search.follow(solution.posterior.prior.log_hyperparameters, _places(solution), solution.signals, farthest=_NEARBY)
     if search.best:
-        return _like(solution, _solution(search.best, search, solution.unconstrained))
+        return _like(solution, search.outcome(problem))
     if solution.method == "hyperparameters" and not problem.required:
-        alone = continued_alone(solution, problem)
-        return (
-            _like(solution, replace(alone, unconstrained=solution.unconstrained))
-            if isinstance(alone, Solution)
-            else alone
-        )
+        return _like(solution, continued_alone(solution, problem))
     return learn_jointly(problem)
 
 
-def _like(solution: Solution, found: Solution) -> Solution:
-    """Return what was found, with what is known of a similar problem: J of hyperparameters alone, and its spread."""
-    return replace(found, alone=solution.alone, spread=solution.spread)
+def _places(solution: Solution) -> Places | None:
+    """Return the places of a function at which a search can begin; None for a posterior mean."""
+    return solution.active if solution.active_bounds else None
+
+
+def _like(solution: Solution, found: Solution | NoSolution) -> Solution | NoSolution:
+    """Return what was found, with what is known of a similar problem: without bounds, and of hyperparameters alone."""
+    if not isinstance(found, Solution):
+        return found
+    return replace(found, alone=solution.alone, spread=solution.spread, unconstrained=solution.unconstrained)
 
 
 def _alone(problem: ConstrainedProblem, free: Solution, best: Point | None) -> Solution | NoSolution:
@@ -560,14 +567,12 @@ def learn_function(problem: ConstrainedProblem, near: Solution | None = None) ->
     if problem.prior.learned:
         raise ValueError(f"function: hyperparameters have to be known, but {', '.join(problem.prior.learned)}")
     search = JointSearch(problem)
-    known, places = problem.prior.log_hyperparameters, near.active if near and near.active_bounds else None
+    known, places = problem.prior.log_hyperparameters, _places(near) if near else None
     signals: Signals | None = near.signals if near else None
     if near is None and not is_linear(problem) and (begun := search.begin(known)) is not None:
         places, signals = begun.function.places, begun.function.mean.signals
     search.settle(known, places, signals)
-    if search.best is not None:
-        return _solution(search.best, search, None)
-    return NoFunction(problem.required) if search.closest is None else _no_solution(problem, search.closest)
+    return search.outcome(problem)
 
 
 def _nlml(problem: ConstrainedProblem, log_theta: Array) -> float:
@@ -575,29 +580,3 @@ def _nlml(problem: ConstrainedProblem, log_theta: Array) -> float:
         return problem.posterior(log_theta).negative_log_marginal_likelihood()[0]
     except IllConditioned:
         return np.inf
-
-
-def _solution(point: Point, search: JointSearch, unconstrained: JointPosterior | None) -> Solution:
-    mean = point.function.mean
-    return Solution(
-        mean.posterior,
-        mean.signals,
-        point.objective,
-        point.function.places,
-        search.fits,
-        active_bounds=mean.active_bounds,
-        method="joint",
-        unconstrained=unconstrained,
-        missed=max(0.0, -point.function.margin),
-        spread=search.spread,
-    )
-
-
-def _no_solution(problem: ConstrainedProblem, closest: Point) -> NoSolution:
-    mean, function = closest.function.mean, closest.function
-    if mean.contradicts:
-        given_first = sorted(mean.most_influential, key=lambda bound: bound.side != "equal")
-        return UnmetBounds(mean.posterior, tuple(given_first[:_TOLD]))
-    quantity = problem.constraints[function.constraint].quantity
-    violation = -function.margin * quantity.bounds.width
-    return NothingFeasible(mean.posterior, quantity, function.time, violation, problem.broken_at_rest)

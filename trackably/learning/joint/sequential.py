@@ -21,8 +21,9 @@ from trackably.checker.certificate import Window
 from trackably.gp.joint import JointPosterior, common_period
 from trackably.gp.row_posterior import RowPosterior
 from trackably.gp.rows import Rows, Terms
+from trackably.gp.signal import KernelSum
 from trackably.learning import sqp
-from trackably.learning.constraint import Bounded, Constraint, Sums
+from trackably.learning.constraint import Constraint, Sums, timed
 from trackably.learning.index_set import RealTimes
 from trackably.learning.joint.places import LOWER, UPPER, Places, merge
 from trackably.learning.problem import ConstrainedProblem
@@ -65,8 +66,7 @@ class _Bound:
     @classmethod
     def all_of(cls, problem: ConstrainedProblem, places: Places) -> list[Self]:
         found = []
-        for constraint, (times, sides) in zip(problem.constraints, (at.T for at in places), strict=True):
-            assert isinstance(constraint, Constraint), "functions are learned with constraints that have an index set"
+        for constraint, (times, sides) in zip(timed(problem.constraints), (at.T for at in places), strict=True):
             bounds = constraint.quantity.bounds.shrunk(constraint.backoff * constraint.quantity.bounds.width)
             lower, upper = bounds.ends(times)
             found.append(cls(constraint, times, sides, np.where(sides == LOWER, lower, -upper)))
@@ -171,8 +171,7 @@ def starts_for(problem: ConstrainedProblem, posterior: JointPosterior) -> list[S
     nearer to the prior means.
     """
     means = posterior.signals
-    ends, period = _ends(problem.constraints), common_period([signal.kernel for signal in means])
-    first, last = ends if period is None else (0.0, period)
+    first, last, is_periodic = _span(problem, means)
     fine = np.linspace(first, last, _FINE)
     path = np.array([signal(fine) for signal in means])
     length = np.append(0.0, np.cumsum(np.sqrt(np.sum(np.diff(path, axis=1) ** 2, axis=0))))
@@ -185,7 +184,7 @@ def starts_for(problem: ConstrainedProblem, posterior: JointPosterior) -> list[S
     for part in _PACES:
         at = np.interp(np.interp(knots, fine, (1 - part) * own + part * even), own, fine)
         splines = [scipy.interpolate.CubicSpline(knots, signal(at)) for signal in means]
-        paced.append([_along(spline, first, last, period is not None) for spline in splines])
+        paced.append([_along(spline, first, last, is_periodic) for spline in splines])
     return [means, [_towards(signal.mean, signal) for signal in means], *paced]
 
 
@@ -201,37 +200,33 @@ def _towards(level: float, signal: Callable[[Array], Array]) -> Callable[[Array]
 
 def with_regular(problem: ConstrainedProblem, posterior: JointPosterior, places: Places) -> Places:
     """Add places at regular times. With few places, a function could move to other local minima of the formulas."""
-    ends, period = _ends(problem.constraints), common_period([signal.kernel for signal in posterior.signals])
-    first, last = ends if period is None else (0.0, period)
+    first, last, _ = _span(problem, posterior.signals)
     shortest = min(signal.kernel.correlation_time for signal in posterior.signals)
     count = int(np.clip(_CLOSE * (last - first) / shortest, _FEWEST_REGULAR, _MOST_REGULAR))
-    regular = tuple(_regular(constraint, np.linspace(first, last, count)) for constraint in problem.constraints)
+    regular = tuple(_regular(each, np.linspace(first, last, count)) for each in timed(problem.constraints))
     return merge(places, regular, (last - first) / count / 2)
 
 
-def _regular(constraint: Bounded, times: Array) -> Array:
-    if not isinstance(constraint, Constraint):
-        return np.empty((0, 2))
+def _regular(constraint: Constraint, times: Array) -> Array:
     first, last = constraint.index_set.ends
     times = np.clip(constraint.index_set.nearest(times), first, last)
     return np.array([(time, side) for time in np.unique(times).tolist() for side in (LOWER, UPPER)]).reshape(-1, 2)
 
 
-def _ends(constraints: Sequence[Bounded]) -> tuple[float, float]:
-    """Return the first and the last time [s] at which signals affect the bounds."""
-    timed = [constraint for constraint in constraints if isinstance(constraint, Constraint)]
-    ends = [constraint.index_set.ends for constraint in timed]
-    weights = [(q.sampling_time, w) for c in timed for _, q in c.quantity.trajectory.arguments for w in q.weights]
-    return min(one for one, _ in ends), max(one for _, one in ends) + max(step * len(w) for step, w in weights)
+def _span(problem: ConstrainedProblem, signals: Sequence[KernelSum]) -> tuple[float, float, bool]:
+    """Return the first and the last time [s] at which signals affect the bounds, or a period, and whether it is one."""
+    if (period := common_period([signal.kernel for signal in signals])) is not None:
+        return 0.0, period, True
+    constraints = timed(problem.constraints)
+    starts, ends = zip(*(each.index_set.ends for each in constraints), strict=True)
+    arguments = [q for each in constraints for _, q in each.quantity.trajectory.arguments]
+    return min(starts), max(ends) + max(q.sampling_time * len(w) for q in arguments for w in q.weights), False
 
 
 def with_backoff(problem: ConstrainedProblem, least: float) -> ConstrainedProblem:
     """Return the problem with bounds tightened by at least this part of their width."""
-    constraints = tuple(
-        replace(each, backoff=max(each.backoff, least)) if isinstance(each, Constraint) else each
-        for each in problem.constraints
-    )
-    return replace(problem, constraints=constraints)
+    constraints = (replace(each, backoff=max(each.backoff, least)) for each in timed(problem.constraints))
+    return replace(problem, constraints=tuple(constraints))
 
 
 def keep_off_singularities(problem: ConstrainedProblem) -> ConstrainedProblem:
@@ -241,12 +236,12 @@ def keep_off_singularities(problem: ConstrainedProblem) -> ConstrainedProblem:
     between these places.
     """
     levels = [part.mean for part in problem.prior.parts]
-    return replace(problem, constraints=tuple(_keep_off_rest(each, levels) for each in problem.constraints))
+    return replace(problem, constraints=tuple(_keep_off_rest(each, levels) for each in timed(problem.constraints)))
 
 
-def _keep_off_rest(constraint: Bounded, levels: Sequence[float]) -> Bounded:
+def _keep_off_rest(constraint: Constraint, levels: Sequence[float]) -> Constraint:
     quantity, bounds = constraint.quantity, constraint.quantity.bounds
-    if not isinstance(constraint, Constraint) or isinstance(bounds, Corridor) or is_smooth_at_rest(quantity, levels):
+    if isinstance(bounds, Corridor) or is_smooth_at_rest(quantity, levels):
         return constraint
     rest, off = quantity.at_rest(levels), _OFF * bounds.width
     lower = max(bounds.lower, rest + off) if abs(rest - bounds.lower) < off else bounds.lower
@@ -259,7 +254,7 @@ def keep_off_short_times(problem: ConstrainedProblem) -> ConstrainedProblem:
 
     Bounds that cut the samples favour them: for signals that move between two steps, as no input can make them.
     """
-    at_all_times = (c for c in problem.constraints if isinstance(c, Constraint) and isinstance(c.index_set, RealTimes))
+    at_all_times = (c for c in timed(problem.constraints) if isinstance(c.index_set, RealTimes))
     steps = [q.sampling_time for each in at_all_times for _, q in each.quantity.trajectory.arguments]
     least = SearchSpace.around(problem.samples, problem.prior, shortest=2 * min(steps, default=0.0)).bounds
     bounds = {

@@ -7,19 +7,17 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.trackably.certificates import naive
 from tests.trackably.certificates.nonlinear.instances import tight
 from tests.trackably.certificates.test_prove import reference
 from tests.trackably.checker.instances import changed
 from tests.trackably.checker.redundant import learned
 from trackably import NotTrackableError
 from trackably.certificates.form import encode_counterexample
-from trackably.certificates.outcome import Counterexample, Unproved
+from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
-from trackably.checker import Failed, NotACertificate, Proved, Refuted, check
+from trackably.checker import Failed, NotACertificate, Refuted, check
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.systems.intervals import Interval
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
@@ -64,19 +62,6 @@ def test_the_checker_verifies_it(kind: str) -> None:
     assert isinstance(verdict, Refuted), verdict
     assert verdict.statement.startswith("NOT TRACKABLE: at t = ")
     assert "SHA-256" in verdict.statement
-
-
-@pytest.mark.parametrize("kind", ["squared exponential", "periodic", "sum"])
-def test_a_counterexample_to_instants_is_at_an_instant(kind: str) -> None:
-    """Once it was far away, at a time between two instants, where the kernel never settles."""
-    kernels = {"squared exponential": SquaredExponential(1.0, 0.3), "periodic": Periodic(1.0, 1.0, 0.73)}
-    kernel = kernels.get(kind) or SquaredExponential(1.0, 0.3) + Periodic(1.0, 1.0, 0.73)
-    found = prove_at_instants(narrowed(reference(kernel), state_set=Polytope.box([-1e-3], [2.0])))
-    assert isinstance(found, Counterexample)
-    assert found.step is not None
-    t = naive.instant(found.reference, found.step)
-    assert naive.margin(found.reference, found.quantity, t) <= -found.violation < 0
-    assert isinstance(check(encode_counterexample(found)), Refuted)
 
 
 TOO_MUCH = {
@@ -138,21 +123,11 @@ def test_damaged_ones_are_none(what: str) -> None:
     assert isinstance(check(changed(by_claim()[kind], path, value)), NotACertificate)
 
 
-def test_neither_is_taken_for_the_other() -> None:
-    data = by_claim()["all_times"]
-    assert isinstance(check({**data, "format": "trackably certificate", "version": 3}), NotACertificate)
-    assert not isinstance(check(data), Proved)
-
-
 def test_a_reference_that_is_refused_with_a_counterexample_leaves_it_as_a_file(tmp_path) -> None:
     few = narrowed(learned().reference, input_set=Polytope.box([-0.5, -0.1], [0.5, 0.1]))
     error = NotTrackableError(prove(few))
     error.save_counterexample(tmp_path / "why.json")
     assert isinstance(check(json.loads((tmp_path / "why.json").read_text())), Refuted)
-    none = NotTrackableError(Unproved("state", Interval(0.0, 1.0), (0.0, 1.0), 0.1, "it is not known"))
-    with pytest.raises(ValueError, match=r"^save_counterexample: there is none: from t = 0 s to 1 s it is not proved"):
-        none.save_counterexample(tmp_path / "none.json")
-    assert not (tmp_path / "none.json").exists()
 
 
 def test_a_redundant_input_that_breaks_its_bound_alone_refutes_nothing() -> None:

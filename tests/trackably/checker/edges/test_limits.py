@@ -3,20 +3,15 @@
 import pytest
 
 from tests.trackably.checker.edges import hostile
-from tests.trackably.checker.instances import changed, scalar_certificate
+from tests.trackably.checker.instances import SIGNAL, changed, scalar_certificate
 from tests.trackably.checker.tight import VALID
 from trackably import checker
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Failed, NotACertificate, Proved, Undecided, check, limits
-from trackably.checker.formulas import Intervals, Name, Number, Operation, evaluate, names, numbers, parts
+from trackably.checker.formulas import Name, Number, Operation, names, numbers, parts
 from trackably.checker.intervals import exactly
+from trackably.checker.models import enclose
 
-SIGNAL = {
-    "kernel": {"type": "squared_exponential", "signal_std": 1.0, "lengthscale": 0.3},
-    "mean": 0.0,
-    "centres": [0.0],
-    "weights": [1.0],
-}
 KERNEL = SIGNAL["kernel"]
 
 
@@ -109,7 +104,7 @@ def test_formulas_may_share_parts_and_be_deep() -> None:
     assert names(formula) == {"x"}
     assert numbers(formula) == [0.0]
     assert len(parts(formula)) == 10_003
-    assert evaluate(formula, {"x": exactly(3)}, Intervals()) == exactly(3)
+    assert enclose(formula, {"x": exactly(3)}) == exactly(3)
 
 
 def test_a_time_that_is_given_is_kept() -> None:

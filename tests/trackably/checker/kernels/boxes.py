@@ -2,11 +2,14 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from mpmath import mp
 
 from tests.trackably.gp.instances import formula
+from trackably.checker.form import a_kernel
+from trackably.codec import encode
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.matern import Matern32
 from trackably.gp.kernels.periodic import Periodic
@@ -74,3 +77,8 @@ def boxes(kernel: Kernel, rng: np.random.Generator) -> Iterator[Differences]:
 def exactly(kernel: Kernel, box: Differences, x: float):
     """Return κ(r) at r = middle + half x, to many digits."""
     return formula(kernel)(mp.mpf(box.middle) + mp.mpf(box.half) * mp.mpf(x))
+
+
+def checked(kernel: Kernel) -> Any:
+    """Return the checker's own kernel."""
+    return a_kernel(encode(kernel), "kernel")

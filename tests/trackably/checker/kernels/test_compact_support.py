@@ -6,22 +6,16 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from tests.trackably.checker.kernels.boxes import DIGITS, KINKED, TERMS, Differences, boxes, exactly, kinks
+from tests.trackably.checker.kernels.boxes import DIGITS, KINKED, TERMS, Differences, boxes, checked, exactly, kinks
 from tests.trackably.gp.instances import over
-from trackably.checker.form import a_kernel
 from trackably.checker.intervals import SIGN, ZERO, Real, total
 from trackably.checker.intervals import exactly as interval
 from trackably.checker.kernels import PiecewisePolynomial
-from trackably.codec import encode
 from trackably.gp.kernels.base import Kernel, Sum
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
 
 PAIR = (PiecewisePolynomial2(1.0, 0.7), PiecewisePolynomial3(1.0, 0.7))
-
-
-def checked(kernel: Kernel):
-    return a_kernel(encode(kernel), "kernel")
 
 
 def contains(found: Real, number) -> bool:

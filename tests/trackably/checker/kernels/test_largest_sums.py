@@ -3,27 +3,22 @@
 import numpy as np
 import pytest
 
-from trackably.checker.kernels import Matern52, Periodic, Product, SquaredExponential, Sum
+from tests.trackably.checker.kernels.boxes import checked
+from tests.trackably.gp.instances import over
 from trackably.checker.rounding import largest_sums
 from trackably.checker.subject import Signal
-from trackably.gp.kernels import base
-from trackably.gp.kernels.matern import Matern52 as Matern52Kernel
-from trackably.gp.kernels.periodic import Periodic as PeriodicKernel
-from trackably.gp.kernels.squared_exponential import SquaredExponential as SquaredExponentialKernel
+from trackably.gp.kernels.base import Kernel, Product, Sum
+from trackably.gp.kernels.matern import Matern52
+from trackably.gp.kernels.periodic import Periodic
+from trackably.gp.kernels.squared_exponential import SquaredExponential
 
-KERNELS = {
-    "Matern52": (Matern52(1.3, 1.6), Matern52Kernel(1.3, 1.6)),
-    "short": (SquaredExponential(1.3, 0.01), SquaredExponentialKernel(1.3, 0.01)),
-    "long": (SquaredExponential(1.3, 90.0), SquaredExponentialKernel(1.3, 90.0)),
-    "periodic": (Periodic(1.3, 0.8, 5.0), PeriodicKernel(1.3, 0.8, 5.0)),
-    "sum": (
-        Sum(Matern52(1.0, 0.2), SquaredExponential(0.5, 4.0)),
-        base.Sum(Matern52Kernel(1.0, 0.2), SquaredExponentialKernel(0.5, 4.0)),
-    ),
-    "product": (
-        Product(Matern52(1.0, 3.0), Periodic(1.0, 0.8, 5.0)),
-        base.Product(Matern52Kernel(1.0, 3.0), PeriodicKernel(1.0, 0.8, 5.0)),
-    ),
+KERNELS: dict[str, Kernel] = {
+    "Matern52": Matern52(1.3, 1.6),
+    "short": SquaredExponential(1.3, 0.01),
+    "long": SquaredExponential(1.3, 90.0),
+    "periodic": Periodic(1.3, 0.8, 5.0),
+    "sum": Sum(Matern52(1.0, 0.2), SquaredExponential(0.5, 4.0)),
+    "product": Product(Matern52(1.0, 3.0), Periodic(1.0, 0.8, 5.0)),
 }
 TIMES = {
     "one": lambda rng: np.array([2.5]),
@@ -34,27 +29,28 @@ TIMES = {
 }
 
 
-@pytest.mark.parametrize(("kernel", "same"), KERNELS.values(), ids=KERNELS)
+@over(KERNELS)
 @pytest.mark.parametrize("times", TIMES.values(), ids=TIMES)
-def test_no_time_has_a_larger_sum(kernel, same, times) -> None:
-    rng = np.random.default_rng(4)
+def test_no_time_has_a_larger_sum(kernel, times) -> None:
+    rng, own = np.random.default_rng(4), checked(kernel)
     centres = times(rng)
     weights = rng.standard_normal(len(centres)) * 10.0 ** rng.uniform(-3, 3, len(centres))
-    found = largest_sums(Signal(kernel, 0.0, tuple(centres.tolist()), tuple(weights.tolist())))
+    found = largest_sums(Signal(own, 0.0, tuple(centres.tolist()), tuple(weights.tolist())))
     t = np.unique([*centres, *np.linspace(min(centres) - 9, max(centres) + 9, 2000)])
-    jets = np.abs(same.jet(t[:, None] - centres, 1)) @ np.abs(weights)
-    for bound, sums, peak in zip(found, jets, kernel.peak, strict=True):
+    jets = np.abs(kernel.jet(t[:, None] - centres, 1)) @ np.abs(weights)
+    for bound, sums, peak in zip(found, jets, own.peak, strict=True):
         assert np.max(sums) <= float(bound.b) * (1 + 1e-12)
         assert float(bound.b) <= np.sum(np.abs(weights)) * float(peak.b) * (1 + 1e-12)
 
 
 def test_a_longer_recording_has_no_larger_sums() -> None:
     """Of centres at one rate, only those within the kernel's memory count."""
+    kernel = Matern52(1.0, 1.6)
 
     def size(count: int) -> float:
         centres = tuple((0.1 * np.arange(count)).tolist())
-        return float(largest_sums(Signal(Matern52(1.0, 1.6), 0.0, centres, (1.0,) * count)).size.b)
+        return float(largest_sums(Signal(checked(kernel), 0.0, centres, (1.0,) * count)).size.b)
 
-    of_all = float(np.max(Matern52Kernel(1.0, 1.6)(0.1 * np.arange(-2000, 2000)[:, None]).sum()))
+    of_all = float(np.max(kernel(0.1 * np.arange(-2000, 2000)[:, None]).sum()))
     assert of_all <= size(4000) < 3 * of_all
     assert size(4000) < 1.5 * size(400)

@@ -2,18 +2,13 @@
 
 from mpmath import mp
 
+from tests.trackably.checker.kernels.boxes import checked
 from tests.trackably.gp.instances import DECAYING, KERNELS, formula, over, time_scale
 from trackably.checker import subject
 from trackably.checker.boxes import Box, enclose_signal
-from trackably.checker.form import a_kernel
 from trackably.checker.intervals import exactly
 from trackably.checker.kernels import Reach, reach
 from trackably.checker.subject import Signal
-from trackably.codec import encode
-
-
-def checked(kernel):
-    return a_kernel(encode(kernel), "kernel")
 
 
 @over(KERNELS)

@@ -7,7 +7,7 @@ import pytest
 
 from tests.splines.naive import extremes
 from tests.trackably.certificates.decoded import decode_certificate
-from tests.trackably.checker.changes import changed, leaves, replacements, without
+from tests.trackably.checker.changes import changed, leaves, part_at, replacements, without
 from tests.trackably.checker.pieces.instances import WINDOW, certificate, moved
 from trackably.checker import Failed, NotACertificate, Proved, check
 
@@ -71,18 +71,12 @@ def test_kinds_of_signals_are_not_mixed(certificates):
 def test_no_change_makes_it_prove_what_is_false(certificates, kind):
     data, known = certificates[kind], {}
     changes = [without(data, path) for path in leaves(data)]
-    changes += [changed(data, path, put) for path in leaves(data) for put in replacements(at(data, path))]
+    changes += [changed(data, path, put) for path in leaves(data) for put in replacements(part_at(data, path))]
     accepted = [other for other in changes[::3] if isinstance(check(other), Proved)]
     assert len(changes) > 1000
     assert len(accepted) > 20
     for other in accepted:
         assert is_true(other, known), json.dumps(other)
-
-
-def at(data, path):
-    for key in path:
-        data = data[key]
-    return data
 
 
 def is_true(data, known) -> bool:

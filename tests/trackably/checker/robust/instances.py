@@ -4,25 +4,16 @@ import json
 from dataclasses import replace
 from functools import cache
 
-from tests.trackably.control.tube.instances import LOOPS, STEPS
-from trackably.certificates.certificate import Certificate, robust_of
+from tests.trackably.control.tube.instances import LOOPS as PLAIN
+from tests.trackably.control.tube.instances import STEPS
+from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove_on_window
 from trackably.systems.disturbances import Zonotope
 
-KINDS = ("example1", "pushed cart", "triangle", "three states")
-
-
 NOISE = Zonotope.box([-0.004, -0.01], [0.002, 0.01])
-
-
-@cache
-def noisy_data() -> dict:
-    """A file's content of a cart that is measured with noise."""
-    loop = replace(LOOPS["pushed cart"], part=0.9, noise=NOISE)
-    found = prove_on_window(loop.reference, 0.0, STEPS * loop.plant.sampling_time)
-    assert isinstance(found, Certificate)
-    return json.loads(json.dumps(encode_certificate(replace(found, robust=robust_of(loop.tightening)))))
+LOOPS = PLAIN | {"noisy cart": replace(PLAIN["pushed cart"], noise=NOISE)}
+KINDS = ("example1", "pushed cart", "triangle", "three states", "noisy cart")
 
 
 @cache
@@ -30,7 +21,7 @@ def robust_certificate(kind: str) -> Certificate:
     loop = replace(LOOPS[kind], part=0.9)  # between the steps too
     found = prove_on_window(loop.reference, 0.0, STEPS * loop.plant.sampling_time)
     assert isinstance(found, Certificate)
-    return replace(found, robust=robust_of(loop.tightening))
+    return found.with_robust(loop.tightening)
 
 
 def robust_data(kind: str) -> dict:

@@ -1,12 +1,11 @@
 """A cart that two inputs push alike, under disturbance."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 
 from tests.trackably.systems.disturbance.instances import CART
-from trackably.certificates.certificate import Certificate, robust_of
+from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove_on_window
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -26,4 +25,4 @@ def two_pushers() -> dict:
     signal = KernelSum(SquaredExponential(1.0, 1.0), 0.0, np.array([0.0, 2.0]), np.array([0.2, -0.3]))
     found = prove_on_window(Reference((signal,), drawn.plant), 0.0, 3.0)
     assert isinstance(found, Certificate)
-    return json.loads(json.dumps(encode_certificate(replace(found, robust=robust_of(drawn)))))
+    return json.loads(json.dumps(encode_certificate(found.with_robust(drawn))))

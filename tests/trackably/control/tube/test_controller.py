@@ -57,6 +57,14 @@ def test_the_optimum_is_that_of_the_naive_program(name, part):
         assert cost == np.inf
 
 
+def feasible_start(loop) -> np.ndarray:
+    """Return a state off the tube from which there is a plan."""
+    part = 0.3
+    while not isinstance(loop.controller.step(0, off(loop, part), loop.reference), Plan):
+        part /= 2
+    return off(loop, part)
+
+
 def kinds(loop) -> dict:
     W, n = loop.disturbance, len(loop.controller.Q)
     return {
@@ -72,10 +80,8 @@ def kinds(loop) -> dict:
 def test_no_bound_is_broken_no_step_has_no_plan_and_the_cost_falls(name, kind):
     """From a state off the tube: V(k + 1) ≤ V(k) − ℓ(k) at each step, whatever the disturbances are."""
     loop = LOOPS[name]
-    part = 0.3
-    while not isinstance(loop.controller.step(0, off(loop, part), loop.reference), Plan):
-        part /= 2
-    run = simulate(loop.controller, loop.reference, off(loop, part), STEPS, disturbances=kinds(loop)[kind])
+    start = feasible_start(loop)
+    run = simulate(loop.controller, loop.reference, start, STEPS, disturbances=kinds(loop)[kind])
     assert not run.without_plan
     assert np.min(loop.plant.state_set.margin(run.states[1:])) >= 0
     assert np.min(loop.plant.input_set.margin(run.inputs)) >= 0
@@ -114,9 +120,7 @@ def test_where_there_is_no_plan_it_says_how_close_one_comes_to_the_reference(nam
 def test_where_the_solver_fails_the_last_plan_is_kept(name, monkeypatch):
     """It finds the first plan only: the others are that plan, shifted, which is one whatever the disturbances are."""
     loop = LOOPS[name]
-    part = 0.3
-    while not isinstance(loop.controller.step(0, off(loop, part), loop.reference), Plan):
-        part /= 2
+    start = feasible_start(loop)
     monkeypatch.setattr(TubeProblem, "without_bounds", lambda _: None)
     solve, calls = StepPrograms.solve, iter([True])
     monkeypatch.setattr(StepPrograms, "solve", lambda *given: solve(*given) if next(calls, False) else None)
@@ -124,7 +128,7 @@ def test_where_the_solver_fails_the_last_plan_is_kept(name, monkeypatch):
     of = loop.controller.step
     told = lambda *given: statuses.append(result := of(*given)) or result  # noqa: E731
     controller = SimpleNamespace(step=told, plant=loop.plant, horizon=loop.controller.horizon)
-    run = simulate(controller, loop.reference, off(loop, part), STEPS, disturbances=kinds(loop)["greedy"])
+    run = simulate(controller, loop.reference, start, STEPS, disturbances=kinds(loop)["greedy"])
     assert not run.without_plan
     assert {result.status for result in statuses[1:4]} == {Status.KEPT}
     assert np.min(loop.plant.state_set.margin(run.states[1:])) >= 0

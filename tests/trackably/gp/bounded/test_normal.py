@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import optimize, stats
 
-from trackably.gp.bounded import BoundedNormal, NoRoom, least_norm, reflect, root
+from trackably.gp.bounded import BoundedNormal, NoRoom, least_norm, root
 
 INF = np.inf
 
@@ -75,16 +75,6 @@ def test_the_start_is_the_most_likely_point(seed):
     found = optimize.minimize(lambda w: w @ w / 2, normal.start, jac=lambda w: w, constraints=[inside], method="SLSQP")
     assert np.linalg.norm(normal.start) <= np.linalg.norm(found.x) + 1e-4
     assert np.min(inside["fun"](normal.start)) >= 9e-7
-
-
-def test_what_rounding_put_beyond_a_wall_comes_back():
-    walls = BoundedNormal(np.array([[1.0, 0.0], [0.0, 1.0]]), np.array([-2.0, 3.0]))
-    w, v = np.array([[2 - 4e-16, 0.0], [2.0, 0.0], [2 - 4e-16, 0.0]]), np.array([[-0.3, 1.0], [-0.3, 1.0], [0.3, -1.0]])
-    free, wall = walls.next_wall(w, v)
-    assert np.max(free[:2]) < 1e-15
-    assert wall[:2].tolist() == [0, 0]
-    np.testing.assert_array_equal(reflect(v, walls.normals[wall])[0], [0.3, 1.0])
-    assert 0.29 < free[2] < 0.3
 
 
 @pytest.mark.parametrize(

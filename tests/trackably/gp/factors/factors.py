@@ -55,8 +55,8 @@ def disagreement(one: Posterior, other: Posterior) -> float:
 
     def answers(p):
         value, gradient = p.negative_log_marginal_likelihood()
-        jet, by_theta = p.jet_and_gradient(t, 0)
-        return np.array(value), gradient, p.weights, jet - p.prior.mean, by_theta, p.variance(t)
+        jet, *by_theta = p.jets(t, 0)
+        return np.array(value), gradient, p.weights, jet - p.prior.mean, np.array(by_theta), p.variance(t)
 
     return max(
         float(np.max(np.abs(a - b)) / np.max(np.abs(b))) for a, b in zip(answers(one), answers(other), strict=True)

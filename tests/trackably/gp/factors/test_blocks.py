@@ -3,14 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.trackably.gp.instances import KERNELS, over
-from trackably.gp.factors import factorisation as blocks
-from trackably.gp.factors.factorisation import in_blocks
 from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.posterior import Posterior
-from trackably.gp.prior import Prior
-from trackably.gp.samples import Samples
-from trackably.gp.signal import KernelSum
+from trackably.gp.signal import KernelSum, in_blocks
 
 CENTRES = 0.3 + 0.04 * np.arange(150)
 WEIGHTS = np.random.default_rng(2).standard_normal(150)
@@ -31,28 +25,11 @@ def test_many_times_of_any_shape(shape, step):
 
 
 @pytest.mark.parametrize("shape", [(), (0,), (7,), (2, 3), (4, 0, 2)])
-def test_blocks_join_to_the_whole(monkeypatch, shape):
+def test_blocks_join_to_the_whole(shape):
     def function(t):
-        return np.stack([t**2, t**3]), np.sin(t)
+        return np.stack([t**2, np.sin(t)])
 
     t = np.arange(np.prod(shape), dtype=float).reshape(shape)
-    whole = in_blocks(function, t, 10)
-    monkeypatch.setattr(blocks, "_WHOLE", 0)
-    monkeypatch.setattr(blocks, "_BLOCK", 20)
-    for one, other in zip(whole, in_blocks(function, t, 10) if t.size else whole, strict=True):
-        np.testing.assert_array_equal(one, other)
-        assert one.shape == other.shape
-
-
-@over({name: KERNELS[name] for name in ("se", "periodic", "nested")})
-def test_a_posterior_asked_at_many_times_at_once(kernel, monkeypatch):
-    samples = Samples(CENTRES[:20], np.cos(CENTRES[:20]))
-    posterior = Posterior(Prior(kernel, 0.1, 0.3).as_learned(), samples)
-    t = np.linspace(0, 3, 60).reshape(3, 20)
-    whole = posterior.variance(t), *posterior.jet_and_gradient(t, 1), posterior.mean(t)
-    monkeypatch.setattr(blocks, "_WHOLE", 0)
-    monkeypatch.setattr(blocks, "_BLOCK", 2000)
-    for one, other in zip(
-        whole, (posterior.variance(t), *posterior.jet_and_gradient(t, 1), posterior.mean(t)), strict=True
-    ):
-        np.testing.assert_allclose(one, other, rtol=1e-11, atol=1e-12)
+    found = in_blocks(function, t, 10, most=20)
+    np.testing.assert_array_equal(found, function(t))
+    assert found.shape == (2, *shape)

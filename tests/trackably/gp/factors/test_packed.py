@@ -15,17 +15,9 @@ def irregular(n):
     return np.sort(np.random.default_rng(n).uniform(0, n / 10, n))
 
 
-def covariance_of(kernel):
-    def covariance(r):
-        jet, gradient = kernel.jet_and_gradient(r, 0)
-        return jet[0], gradient[:, 0]
-
-    return covariance
-
-
 def entries_of(kernel, times):
     apart = differences(times)
-    return lambda part: covariance_of(kernel)(apart[part])
+    return lambda part: kernel.value_and_gradient(apart[part])
 
 
 @over(REPRESENTATIVES)

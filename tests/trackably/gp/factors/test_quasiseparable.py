@@ -6,16 +6,9 @@ import mpmath
 import numpy as np
 import pytest
 
-from tests.trackably.gp.factors.factors import (
-    covariance_of,
-    dense,
-    disagreement,
-    factorisations,
-    posterior_at,
-    with_factor,
-)
-from trackably.gp.factorise import noise_variance
-from trackably.gp.factors.quasiseparable import Cut, Quasiseparable, blocks, reach, tails
+from tests.trackably.gp.factors.factors import dense, disagreement, factorisations, posterior_at, with_factor
+from trackably.gp.factorise import noise_variance, terms_of
+from trackably.gp.factors.quasiseparable import Cut, Quasiseparable, blocks, reach, row_blocks
 from trackably.gp.kernels.base import Product, Sum
 from trackably.gp.kernels.matern import Matern32, Matern52, Matern72
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -57,15 +50,13 @@ KERNELS = {
 
 def in_blocks(posterior, fewest, by_tails=True):
     """The same posterior in blocks of so many samples: with tails, or without what is lost in rounding."""
-    prior, samples, lags = posterior.prior, posterior.samples, posterior.samples.stencil.lags
-    longest, own = lags[-1][1], tails(prior.kernel, lags) if by_tails else []
+    prior, samples, kernel = posterior.prior, posterior.samples, posterior.prior.kernel
+    longest, own = samples.stencil.lags[-1][1], kernel.decays if by_tails else ()
     span = samples.times[-1] - samples.times[0]
-    far = longest if own else longest + reach(prior.kernel, span, 1e-18)
-    rows = blocks(samples.times, far, fewest)
-    covariance, noise = covariance_of(posterior), noise_variance(prior, samples)
-    return with_factor(
-        posterior, Quasiseparable.of(samples.times, Cut(rows, own, not own or longest > 0), covariance, noise)
-    )
+    far = longest if own else longest + reach(kernel, span, 1e-18)
+    cut = Cut(blocks(samples.times, far, fewest), own, not own or longest > 0)
+    found = row_blocks(terms_of(samples), cut, kernel.value_and_gradient)
+    return with_factor(posterior, Quasiseparable.of(found, noise_variance(prior, samples)))
 
 
 @pytest.mark.parametrize("kernel", KERNELS.values(), ids=KERNELS)
@@ -120,15 +111,6 @@ def test_digits_of_slow_processes_are_those_of_the_samples():
     assert gradient[1] == pytest.approx(float(slope), rel=1e-8)
 
 
-def test_many_right_sides_at_once():
-    posterior = posterior_at(Matern52(1.0, 1.0), TIMES["jittered"](300), 0.1)
-    right = RNG.standard_normal((300, 250))
-    found, wanted = (p._factored.solve(right) for p in (in_blocks(posterior, 64), dense(posterior)))
-    np.testing.assert_allclose(found, wanted, atol=1e-10 * np.max(np.abs(wanted)))
-    one = in_blocks(posterior, 64)._factored.solve(right[:, 7])
-    np.testing.assert_allclose(one, found[:, 7], atol=1e-12 * np.max(np.abs(wanted)))
-
-
 @pytest.mark.parametrize(
     ("kernel", "stencil"),
     [
@@ -148,7 +130,7 @@ def test_memory_grows_with_the_number_of_samples():
     posterior = posterior_at(Matern52(1.0, 2.0), times, 0.1)
     tracemalloc.start()
     posterior.negative_log_marginal_likelihood()
-    posterior.jet_and_gradient(times[:10], 0)
+    posterior.jets(times[:10], 0)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert isinstance(posterior._factored, Quasiseparable)

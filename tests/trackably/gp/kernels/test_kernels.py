@@ -1,16 +1,11 @@
 """What every stationary covariance is: symmetric, positive semi-definite, a function of the difference of times."""
 
-from functools import reduce
-
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.trackably.gp.instances import KERNELS, PERIODIC, kernels, over, time_scale
 from trackably.gp.kernels.base import Kernel, Product, Sum
-from trackably.gp.kernels.periodic import Periodic
-from trackably.gp.kernels.rational_quadratic import RationalQuadratic
-from trackably.gp.kernels.squared_exponential import SquaredExponential
 
 
 def gram(kernel: Kernel, t):
@@ -70,20 +65,3 @@ def test_periodic_repeats_with_its_period(kernel):
         np.testing.assert_allclose(
             kernel.jet(r + periods * kernel.period, 3) / scale, kernel.jet(r, 3) / scale, atol=1e-12
         )
-
-
-def test_rational_quadratic_tends_to_the_squared_exponential():
-    r = np.linspace(-3, 3, 61)
-    far = RationalQuadratic(1.3, 0.8, 1e9)
-    np.testing.assert_allclose(far.jet(r, 2), SquaredExponential(1.3, 0.8).jet(r, 2), atol=1e-6)
-    assert np.max(np.abs(far.jet_and_gradient(r, 2)[1][2])) < 1e-6
-
-
-def test_sums_and_products_of_many_do_not_depend_on_the_bracketing():
-    parts = [SquaredExponential(1.0, 0.5), Periodic(1.0, 1.0, 0.7), RationalQuadratic(0.5, 1.0, 0.4)]
-    r = np.linspace(-2, 2, 41)
-    for pair in (Sum, Product):
-        from_left, from_right = reduce(pair, parts), pair(parts[0], pair(parts[1], parts[2]))
-        np.testing.assert_allclose(from_left.jet(r, 3), from_right.jet(r, 3), rtol=1e-10, atol=1e-11)
-        left, right = from_left.jet_and_gradient(r, 2)[1], from_right.jet_and_gradient(r, 2)[1]
-        np.testing.assert_allclose(left, right, rtol=1e-10, atol=1e-11)

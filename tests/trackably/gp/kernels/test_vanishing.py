@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.trackably.gp.instances import KERNELS, over, time_scale
+from tests.trackably.gp.instances import KERNELS, over
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.kernels.periodic import Periodic
@@ -19,7 +19,6 @@ SHORT: list[Kernel] = [
 
 
 VANISHING = {name: kernel for name, kernel in KERNELS.items() if np.isfinite(kernel.vanishing_distance)}
-LASTING = {name: kernel for name, kernel in KERNELS.items() if name not in VANISHING}
 
 
 @over(VANISHING)
@@ -28,12 +27,6 @@ def test_beyond_the_distance_there_are_zeros_only(kernel: Kernel) -> None:
     assert not np.any(kernel.jet(np.concatenate([far, -far]), 4))
     # And not much sooner: half of it is enough for products of two kernels.
     assert np.any(kernel.jet(0.4 * far[:1], 4))
-
-
-@over(LASTING)
-def test_what_never_vanishes_is_seen_from_afar(kernel: Kernel) -> None:
-    far = 30 * time_scale(kernel) * np.array([1.0, 1.1, 1.37])
-    assert np.all(kernel(far) > 0)
 
 
 @pytest.mark.parametrize("kernel", SHORT, ids=str)
@@ -45,6 +38,7 @@ def test_sums_are_those_of_all_terms(kernel: Kernel, in_order: bool) -> None:
     signal = KernelSum(kernel, 0.3, centres, rng.standard_normal(500))
     for t in (
         np.linspace(-1, 12, 50),
+        np.linspace(-1, 12, 3001),
         np.array([4.0]),
         np.array([-100.0, -99.0]),
         np.array(5.0),

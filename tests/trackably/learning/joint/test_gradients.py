@@ -6,7 +6,6 @@ import pytest
 from tests.trackably.gp import naive
 from tests.trackably.gp.instances import over
 from tests.trackably.learning.joint.instances import ALL, Case, solved
-from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.learning.joint.constrained_mean import constrained_mean
 from trackably.learning.joint.places import Places
 from trackably.learning.joint.search import JointProgram
@@ -29,19 +28,6 @@ def assert_is_the_slope(case: Case, places: Places) -> None:
 @pytest.mark.parametrize("name", ALL)
 def test_is_the_slope(name):
     assert_is_the_slope(ALL[name], solved(name).places)
-
-
-@pytest.mark.parametrize("name", ALL)
-def test_the_price_alone_has_its_own_slope(name):
-    """The likelihood's slope, which may be larger, hides nothing here."""
-    case, places = ALL[name], solved(name).places
-
-    def price(prior: JointPrior) -> float:
-        return constrained_mean(case.problem, JointPosterior(prior, case.samples), places).price
-
-    slopes = naive.by_log_hyperparameters(price, case.prior)
-    found = constrained_mean(case.problem, case.posterior, places).price_gradient()
-    np.testing.assert_allclose(found, slopes, atol=_RELATIVE * np.max(np.abs(slopes)))
 
 
 @over(ALL, "case")

@@ -5,7 +5,6 @@ import pytest
 
 from tests.trackably.gp.test_row_system import KERNELS, STENCILS, posterior_of, rows_of
 from tests.trackably.learning.joint.instances import ALL, solved
-from tests.trackably.learning.joint.test_learn import jointly, problem_of
 from trackably.gp import row_posterior
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.matern import Matern52
@@ -15,8 +14,6 @@ from trackably.gp.rows import Rows, Terms
 from trackably.learning.joint.dual import solve_dual
 from trackably.learning.joint.exchange import exchange_bounds, no_places
 from trackably.learning.joint.interior import interior_multipliers
-from trackably.learning.joint.search import learn_jointly
-from trackably.learning.problem import Solution
 
 COUNT = 120
 
@@ -60,16 +57,8 @@ def test_functions_are_those_of_the_dense_program(name, monkeypatch):
     monkeypatch.setattr(row_posterior, "_MANY", 1)
     found = exchange_bounds(case.problem, case.posterior, no_places(case.problem))
     assert found.mean.given.system
-    assert found.keeps_bounds
+    assert found.margin >= 0
     assert found.mean.price == pytest.approx(dense.mean.price, rel=1e-7)
     t = np.linspace(0, 3, 50)
     for one, other in zip(found.mean.signals, dense.mean.signals, strict=True):
         np.testing.assert_allclose(one(t), other(t), atol=1e-6)
-
-
-def test_hyperparameters_are_learned_as_with_the_dense_program(monkeypatch):
-    problem, dense = problem_of("tight_3"), jointly("tight_3")
-    monkeypatch.setattr(row_posterior, "_MANY", 1)
-    found = learn_jointly(problem)
-    assert isinstance(found, Solution)
-    assert found.objective == pytest.approx(dense.objective, abs=dense.allowed_gap)

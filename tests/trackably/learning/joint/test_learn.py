@@ -6,16 +6,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.trackably.learning.instances import Instance, instance, tight, wild
-from tests.trackably.learning.joint import naive
-from tests.trackably.learning.joint.instances import Case
+from tests.trackably.learning.instances import instance, tight, wild
 from trackably.checker.certificate import Window
-from trackably.gp.joint import JointPosterior, JointPrior
+from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.learning.index_set import RealTimes
-from trackably.learning.joint import exchange, search
-from trackably.learning.joint.exchange import exchange_bounds, no_places
-from trackably.learning.joint.search import JointProgram, continued, extended, learn_from, learn_jointly
+from trackably.learning.joint.search import JointProgram, continued, learn_jointly
 from trackably.learning.joint.sequential import keep_off_short_times
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
@@ -49,12 +45,6 @@ def alone(name: str) -> Solution:
     return found
 
 
-def as_case(of: Instance, found: Solution) -> Case:
-    """The problem at the learned θ, for the dense program."""
-    steps = of.problem.constraints[0].index_set
-    return Case((of.samples,), found.posterior.prior, of.plant, steps)
-
-
 @names
 def test_is_never_worse_than_hyperparameters_alone(name):
     assert jointly(name).objective <= alone(name).objective + 1e-9 * (1 + abs(alone(name).objective))
@@ -79,17 +69,6 @@ def test_bounds_are_kept_at_every_step(name):
         assert np.min(constraint.relative_margin(found, steps * case.plant.sampling_time)) >= 0
 
 
-@pytest.mark.parametrize("name", ["loose_0", "tight_3", "tight_8"])
-def test_the_function_is_optimal_for_what_was_learned(name):
-    """Inputs are bounded up to the step before the last state; the dense program bounds them at the last one too."""
-    found, case = jointly(name), INSTANCES[name]
-    dense = as_case(case, found)
-    posterior = JointPosterior(dense.prior, dense.samples)
-    (part,), (samples,) = posterior.parts, dense.samples
-    energy = part.weights @ (samples.values - part.prior.mean)
-    assert found.price == pytest.approx(naive.least(dense).value - energy, rel=1e-5)
-
-
 @names
 def test_the_slope_of_j_is_zero_or_points_out_of_the_space(name):
     """In units in which a step of 1 in ln θ changes J by the slope."""
@@ -99,19 +78,6 @@ def test_the_slope_of_j_is_zero_or_points_out_of_the_space(name):
     down, up = theta > problem.space.log_lower + 1e-9, theta < problem.space.log_upper - 1e-9
     left = np.where(slope > 0, slope * down, slope * up)
     np.testing.assert_allclose(left, 0.0, atol=1e-4 * (1 + abs(found.objective)))
-
-
-@pytest.mark.parametrize("name", ["loose_0", "tight_3"])
-def test_no_hyperparameters_nearby_are_better(name):
-    """J at other θ, with the function that is best there."""
-    found, problem = jointly(name), problem_of(name)
-    at, rng = found.posterior.prior.log_hyperparameters, np.random.default_rng(0)
-    for step in 10.0 ** np.array([-3, -2, -1, -0.5]):
-        near = np.clip(at + step * rng.normal(size=at.size), problem.space.log_lower, problem.space.log_upper)
-        posterior = problem.posterior(near)
-        value = posterior.negative_log_marginal_likelihood()[0]
-        value += exchange_bounds(problem, posterior, no_places(problem)).mean.price
-        assert value >= found.objective - 1e-7 * (1 + abs(found.objective))
 
 
 @pytest.mark.parametrize("name", ["loose_0", "tight_8"])
@@ -147,71 +113,6 @@ def test_hyperparameters_are_kept_where_bounds_hardly_change_and_learned_again_w
     assert tighter.posterior.prior != first.posterior.prior
 
 
-@pytest.mark.parametrize("missed", [True, False])
-def test_hyperparameters_are_kept_where_violated_bounds_would_have_cost_the_rise(missed, monkeypatch):
-    steps, right = list[JointProgram](), JointProgram.minimise
-
-    def recorded(program, *others):
-        steps.append(program)
-        return right(program, *others)
-
-    problem, known = problem_of("tight_4"), jointly("tight_4")
-    by_width = known.rise([constraint.quantity for constraint in problem.constraints])
-    cheaper = replace(known, objective=known.objective - 5 * known.allowed_gap)
-    violated = replace(cheaper, missed=5 * known.allowed_gap / by_width if missed else 0.0)
-    monkeypatch.setattr(JointProgram, "minimise", recorded)
-    assert isinstance(continued(violated, problem), Solution)
-    assert bool(steps) != missed
-
-
-@pytest.mark.parametrize("name", ["tight_2", "tight_4"])
-def test_a_search_goes_on_near_the_hyperparameters_of_a_similar_problem(name, monkeypatch):
-    reaches, right = list[float](), JointProgram.minimise
-
-    def recorded(program, start, curvature, reach, *others):
-        reaches.append(reach)
-        return right(program, start, curvature, reach, *others)
-
-    first = jointly(name)
-    monkeypatch.setattr(JointProgram, "minimise", recorded)
-    assert isinstance(extended(first, with_less_room(problem_of(name), 0.05)), Solution)
-    assert reaches[0] == 0.1
-
-
-@pytest.mark.parametrize("other_rule", ["_MORE_BENDS", "_MANY_MET"])
-def test_a_step_that_takes_far_more_places_than_a_known_function_is_given_up(other_rule, monkeypatch):
-    """Far more active ones, or far more that it meets at all; for kernels with which many take long."""
-    monkeypatch.setattr(exchange, "has_system", lambda *_: False)
-    monkeypatch.setattr(exchange, "MANY_ACTIVE", 0)
-    monkeypatch.setattr(exchange, other_rule, 1e9)
-    problem, known = problem_of("tight_3"), jointly("tight_3")
-    one = tuple(places[:1] for places in known.active)
-    anew, beside = (exchange_bounds(problem, known.posterior, one, ceiling=of) for of in (np.inf, 1e9))
-    assert anew.margin >= 0
-    assert beside.margin < 0
-    assert beside.rounds < anew.rounds
-
-
-@pytest.mark.parametrize("often", [1, 2, 4])
-@pytest.mark.parametrize("name", ["tight_3", "tight_4"])
-def test_a_far_step_that_is_given_up_is_followed_by_a_shorter_one(name, often, monkeypatch):
-    """Not by ever shorter ones: each costs the time of a program with far more places."""
-    right, given_up = exchange_bounds, list[bool]()
-
-    def give_up_first_fine_steps(problem, posterior, places, near, tolerance, ceiling, rounds):
-        found = right(problem, posterior, places, near, tolerance, ceiling, rounds)
-        if len(given_up) == often or tolerance or ceiling == np.inf:
-            return found
-        given_up.append(True)
-        return replace(found, margin=-1.0)
-
-    problem, expected = problem_of(name), jointly(name)
-    monkeypatch.setattr(search, "exchange_bounds", give_up_first_fine_steps)
-    found = learn_from([expected.unconstrained.prior.log_hyperparameters], problem)
-    assert given_up
-    assert (found.objective < expected.objective + 1e-4) == (often < 4)
-
-
 @pytest.mark.parametrize("sought", [None, (0.01, 0.06)])
 @pytest.mark.parametrize("name", ["tight_2", "wild_0"])
 def test_no_length_scale_below_two_steps_is_sought_for_bounds_at_all_times(name, sought):
@@ -228,15 +129,3 @@ def test_no_length_scale_below_two_steps_is_sought_for_bounds_at_all_times(name,
     assert keep_off_short_times(at_steps) == at_steps
     least = keep_off_short_times(at_all_times).space.bounds["lengthscale"]
     assert least == (given if sought else Interval(2 * step, given.upper))
-
-
-def test_where_many_bounds_are_active_steps_end_with_one_that_gains_less_than_the_allowed_gap(monkeypatch):
-    problem = problem_of("tight_4")
-    theta = jointly("tight_4").unconstrained.prior.log_hyperparameters
-    of = search.JointSearch(problem)
-    begun = search._Descent(of._at(theta, no_places(problem), None, 0.0), no_places(problem))
-    at_last = of._descend(begun, 0.0, 1e-9).point.objective
-    monkeypatch.setattr(search.JointSearch, "_has_many_active", lambda *_, **__: True)
-    monkeypatch.setattr(search.Point, "allowed_gap", np.inf)
-    after_one = of._descend(begun, 0.0, 1e-9).point.objective
-    assert at_last < after_one - 1e-6 < begun.point.objective - 1e-3

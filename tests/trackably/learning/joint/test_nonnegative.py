@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from trackably.learning.joint import dual
 from trackably.learning.joint.dual import nonnegative_minimum
 
 
@@ -35,18 +34,3 @@ def test_the_minimum_is_optimal_wherever_the_search_begins(name):
         assert x.min() >= 0
         assert y.min() >= -rounding
         assert np.abs(x * y).max() <= rounding * max(x.max(), 1.0)
-
-
-@programs
-def test_the_minimum_is_that_of_the_active_set_method(name):
-    G, b = PROGRAMS[name]
-    x, other = nonnegative_minimum(G, b), dual._by_single_steps(G, b)
-    rounding = 10 * np.finfo(float).eps * np.linalg.cond(G)
-    assert x @ b == pytest.approx(other @ b, rel=1e-9 + rounding, abs=1e-12)
-
-
-def test_where_exchanges_do_not_end_the_active_set_method_takes_over(monkeypatch):
-    G, b = PROGRAMS["60 rows in 80 directions, demands of both signs"]
-    expected = nonnegative_minimum(G, b)
-    monkeypatch.setattr(dual, "_MOST_EXCHANGES", 1)
-    assert nonnegative_minimum(G, b) == pytest.approx(expected, rel=1e-9, abs=1e-12)

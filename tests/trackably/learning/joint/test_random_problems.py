@@ -12,7 +12,6 @@ from trackably.checker.certificate import AllPhases
 from trackably.systems.reference import Reference
 
 SEEDS = (1, 27, 30)
-ROUGH = 20  # Matérn with ν = 3/2, and three states: each place leaves kinks
 seeds = pytest.mark.parametrize("seed", SEEDS)
 
 
@@ -48,32 +47,3 @@ def test_bounds_matter_and_cost_something(seed):
     assert min(np.min(q.margin(reference.signals, t)) / q.bounds.width for q in reference.quantities) < 1e-2
     plain = Reference(solution.posterior.signals, reference.plant)
     assert min(np.min(q.margin(plain.signals, t)) for q in plain.quantities) < 0
-
-
-@seeds
-def test_the_system_follows(seed):
-    """x(t + T) = A x(t) + B u(t) + c."""
-    reference = learned(seed).reference
-    t = np.linspace(0, 4, 101)
-    x, u = reference.state_at(t), reference.input_at(t)
-    landed = reference.plant.linear.successor(x, u)
-    after = reference.state_at(t + reference.plant.sampling_time)
-    np.testing.assert_allclose(landed, after, atol=1e-8 * np.max(np.abs(x)))
-
-
-def test_where_no_function_is_found_hyperparameters_alone_are_proved(monkeypatch):
-    monkeypatch.setattr("trackably.learning.joint.search.exchange_bounds", lambda *_, **__: None)
-    found = learned(ROUGH)
-    assert found.solution.method == "hyperparameters"
-    assert (
-        min(np.min(q.margin(found.reference.signals, np.linspace(0, 6, 3001))) for q in found.reference.quantities) > 0
-    )
-
-
-def test_with_few_places_a_function_is_found_that_costs_less_than_hyperparameters_alone(monkeypatch):
-    """A larger back-off removes the violations between places."""
-    monkeypatch.setattr("trackably.learning.joint.exchange._MOST_PLACES", 60)
-    monkeypatch.setattr("trackably.learning.joint.exchange.has_system", lambda *_: False)
-    solution = random_problem(ROUGH).learned().solution
-    assert solution.method == "joint"
-    assert solution.objective < solution.alone

@@ -46,9 +46,3 @@ def test_an_exchange_that_ends_early_tells_a_lower_bound(name):
     cheap = exchange_bounds(case.problem, case.posterior, no_places(case.problem), ceiling=0.1 * whole.mean.price)
     assert cheap.rounds <= whole.rounds
     assert 0.1 * whole.mean.price < cheap.mean.price <= whole.mean.price * (1 + 1e-7)
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_the_active_places_are_those_with_a_multiplier(name):
-    found = solved(name)
-    assert sum(map(len, found.active)) == np.count_nonzero(found.mean.multipliers) > 0

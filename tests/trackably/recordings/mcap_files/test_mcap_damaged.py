@@ -24,12 +24,9 @@ def test_no_mcap(path: Path, data: bytes) -> None:
 
 UNDECODABLE: dict[str, tuple[bytes, tuple[str, str | None], bytes]] = {
     "no JSON": (b"{x: 1}", ("json", None), b""),
-    "cut JSON": (b'{"x": 1', ("json", None), b""),
-    "no text": (b"\xff\xff\xff", ("json", None), b""),
     "deep JSON": (b"[" * 100000, ("json", None), b""),
     "large exponent": (b'{"x": 1e99999999999999999999}', ("json", None), b""),
     "cut CDR": (b"\0\1\0\0\0", ("cdr", "ros2msg"), b"float64 x"),
-    "no CDR": (b"", ("cdr", "ros2msg"), b"float64 x"),
     "endless array": (b"\0\1\0\0\xff\xff\xff\xff", ("cdr", "ros2msg"), b"float64[] x"),
     "wide text": (b"\0\1\0\0\0\0\0\0", ("cdr", "ros2msg"), b"wstring x"),
 }

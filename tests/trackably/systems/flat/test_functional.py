@@ -34,12 +34,6 @@ def naive(functional: Functional, signals, t: float) -> float:
     return total
 
 
-def test_a_functional_is_a_weighted_sum_at_shifted_times():
-    functional = Functional(((Fraction(2), Fraction(0), Fraction(-3)),), Fraction(1, 2), 0.1)
-    expected = 0.5 + 2 * np.sin(TIMES) - 3 * np.sin(TIMES + 0.2)
-    np.testing.assert_allclose(functional((np.sin,), TIMES), expected, rtol=1e-14)
-
-
 @given(same_shaped(1), st.floats(-1, 2))
 def test_any_functional_against_a_loop(functionals, t):
     (functional,) = functionals

@@ -152,21 +152,3 @@ def test_a_pendulum_is_proved_for_all_times():
 def test_a_system_with_its_flat_form_is_stored_losslessly():
     for system in (two_tanks(1.0), mobile_robot(0.1)):
         assert loads(NonlinearSystem, dumps(system)) == system
-
-
-def test_a_wrong_wheelbase_is_refused():
-    found = prove(vehicle(next(s for s in range(25) if "steering" in vehicle(s).plant.system.inputs)))
-    assert isinstance(found, Certificate)
-    data = encode_certificate(found)
-    steering = data["reference"]["plant"]["system"]["flat"]["inputs"][1]
-
-    def longer(formula):
-        if isinstance(formula, list):
-            return [longer(part) for part in formula]
-        return formula * 1.01 if isinstance(formula, float) and formula not in (2.0, T_S) else formula
-
-    tampered = longer(steering)
-    assert tampered != steering
-    verdict = check(changed(data, "reference.plant.system.flat.inputs.1", tampered))
-    assert isinstance(verdict, Failed)
-    assert "flat" in verdict.reason

@@ -49,21 +49,3 @@ def test_steps_approach_the_differential_equation(name):
 
     assert error(80) < 0.02
     assert error(160) < 0.6 * error(80)  # Euler's method: half the step, half the error
-
-
-def test_an_exact_robot_is_where_the_lines_of_its_chords_meet():
-    """The flat outputs of the exact unicycle: headings, and distances of chords from the origin (`mobile_robot`)."""
-    rng, step, state = np.random.default_rng(0), 0.5, np.array([0.3, -0.2, 0.7])
-    states = [state]
-    for _ in range(6):
-        u = rng.uniform(0.5, 1.5, 2)
-        state = solve_ivp(lambda t, x, u=u: robot_rate(x, u), (0.0, step), state, rtol=1e-11, atol=1e-12).y[:, -1]
-        states.append(state)
-    positions, headings = np.array(states)[:, :2], np.array(states)[:, 2]
-    chords = (headings[1:] + headings[:-1]) / 2
-    normals = np.stack([-np.sin(chords), np.cos(chords)], axis=1)
-    distances = np.sum(normals * positions[:-1], axis=1)
-    np.testing.assert_allclose(distances, np.sum(normals * positions[1:], axis=1), atol=1e-9)
-    for k in range(1, 6):
-        met = np.linalg.solve(normals[k - 1 : k + 1], distances[k - 1 : k + 1])
-        np.testing.assert_allclose(met, positions[k], atol=1e-8)

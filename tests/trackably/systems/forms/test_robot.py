@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from tests.trackably.systems.forms.instances import PERIOD, T_S, along, certificate, drives, eight, robot
-from trackably.certificates.certificate import Certificate
 from trackably.certificates.outcome import Unproved
 from trackably.certificates.prove import prove
 from trackably.checker import Proved, check
@@ -26,14 +25,6 @@ def test_the_robot_follows_the_reference_with_its_inputs():
         off = x - states[k + 1]
         off[2] -= 2 * np.pi * np.rint(off[2] / (2 * np.pi))
         assert np.max(np.abs(off)) < 1e-11
-
-
-def test_dense_samples_keep_the_proved_bounds():
-    found = prove(eight())
-    inputs = eight().input_at(np.linspace(0.0, PERIOD, 5001))
-    for column, quantity in zip(inputs.T, eight().quantities[-2:], strict=True):
-        assert np.all((quantity.bounds.lower < column) & (column < quantity.bounds.upper))
-    assert isinstance(found, Certificate)
 
 
 def test_the_heading_that_windows_show_does_not_jump():

@@ -7,10 +7,10 @@ from mpmath import mp
 
 from tests.trackably.systems.formulas.random_expressions import expressions, in_balls, many_digits, points
 from trackably.checker.form import a_formula
-from trackably.checker.formulas import FUNCTIONS, Intervals, Name, Operation, operands, parts
-from trackably.checker.formulas import evaluate as checked_value
+from trackably.checker.formulas import FUNCTIONS, parts
 from trackably.checker.intervals import iv
-from trackably.systems.formulas import derivative, evaluate_floats, steps, text, to_lists
+from trackably.checker.models import enclose
+from trackably.systems.formulas import derivative, evaluate_floats, text, to_lists
 
 
 def test_balls_intervals_and_floats_agree():
@@ -30,7 +30,7 @@ def test_balls_intervals_and_floats_agree():
             middle, radius = mp.mpf(ball.mid().str(45, radius=False)), mp.mpf(float(ball.rad()))
             assert abs(true - middle) <= radius + abs(middle) * mp.mpf(10) ** -40 + mp.mpf(10) ** -40
             tree = a_formula(to_lists(expression), "f")
-            interval = checked_value(tree, {name: iv.mpf(v) for name, v in values.items()}, Intervals())
+            interval = enclose(tree, {name: iv.mpf(v) for name, v in values.items()})
             assert mp.mpf(interval.a._mpi_[0]) <= true <= mp.mpf(interval.b._mpi_[1])
         seen = float(evaluate_floats(expression, {name: np.array(v) for name, v in values.items()}))
         conditions = [in_balls(node, values) for node in parts(expression)]
@@ -87,15 +87,3 @@ def test_the_text_of_a_formula_is_the_formula():
 
     law()
     assert len(examined) > 45
-
-
-def test_the_steps_of_a_formula_compute_each_node_once_after_its_operands():
-    x, y = Name("x"), Name("y")
-    shared = Operation("*", x, y)
-    formula = Operation("+", shared, Operation("-", shared, x))
-    computed = [node for node, _ in steps(formula)]
-    assert len(computed) == len({id(node) for node in computed}) == 5
-    assert computed[-1] is formula
-    for place, (node, operands_at) in enumerate(steps(formula)):
-        assert [id(computed[i]) for i in operands_at] == [id(operand) for operand in operands(node)]
-        assert all(i < place for i in operands_at)
