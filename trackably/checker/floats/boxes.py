@@ -1,15 +1,12 @@
 """The first pass: find the boxes in which quantities certainly stay inside their bounds, in float64.
 
-Shifts j T of one signal may share its polynomial over the times of all of them, with a + b x substituted for x. An
-instant is checked as a narrow box around it.
+An instant is checked as a narrow box around it.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from itertools import groupby
 from math import isfinite
-from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -17,7 +14,7 @@ import numpy as np
 from trackably.checker.boxes import Box, Enclosures, FirstPass
 from trackably.checker.floats.intervals import Floats, Mask, are_positive, join, sums
 from trackably.checker.floats.pieces import cells_left
-from trackably.checker.floats.signals import Boxes, Indices, ManyCentres, Models
+from trackably.checker.floats.signals import Boxes, ManyCentres, Models
 from trackably.checker.formulas import parts
 from trackably.checker.intervals import Real, UndefinedError, between, exactly, ratio
 from trackably.checker.kernels import Decay
@@ -34,9 +31,6 @@ Shifted = tuple[int, int]
 _NO_BOX = Box(0.0, 0.0, 0.0)
 _AT_ONCE, _COEFFICIENTS = 256, 2_000_000
 """Boxes and Taylor coefficients that are processed at once, to limit the memory for any file."""
-
-_WIDER = 1.1
-"""Largest widening of a box for which shifts share a model; the remainder of 16 terms then grows up to 5 times."""
 
 
 def boxes_left(
@@ -97,29 +91,11 @@ def _shift(subject: Subject, j: int) -> Fraction:
 def _enclose(
     signals: Mapping[Shifted, ManyCentres], terms: int, boxes: Sequence[Box], needed: Sequence[set[Shifted]]
 ) -> dict[Shifted, Models]:
-    """Return the models of the shifted signals in the boxes that need them; NaN in the others.
-
-    If a box is hardly wider with all its shifts, they share one model of the signal over all these times.
-    """
+    """Return the models of the shifted signals in the boxes that need them; NaN in the others."""
     every, found = Boxes(*np.array(boxes).T), dict[Shifted, Models]()
-    for _, group in groupby(sorted(set[Shifted]().union(*needed)), itemgetter(0)):
-        shifts = list(group)
-        one, last = signals[shifts[0]], signals[shifts[-1]]
-        wide = every.over(one.exact_shift, last.exact_shift)
-        uses = np.array([[shifted in each for each in needed] for shifted in shifts])
-        can_share = len(shifts) > 1 and not one.kernel.has_kink
-        is_shared = np.any(uses, axis=0) & (wide.halves <= _WIDER * every.halves) & can_share
-        shared = np.flatnonzero(is_shared)
-        parts_of: list[list[tuple[Indices, Models]]] = [[] for _ in shifts]
-        if len(shared):
-            models = replace(one, shift=Fraction(0)).enclose(wide.at(shared), terms)
-            moved = [signals[shifted].exact_shift for shifted in shifts]
-            parts_of = [[(shared, each)] for each in models.inside(wide.at(shared), every.at(shared), moved)]
-        for shifted, is_used, found_in in zip(shifts, uses, parts_of, strict=True):
-            alone = np.flatnonzero(is_used & ~is_shared)
-            if len(alone):
-                found_in.append((alone, signals[shifted].enclose(every.at(alone), terms)))
-            found[shifted] = Models.spread(found_in, terms, len(boxes))
+    for shifted in sorted(set[Shifted]().union(*needed)):
+        used = np.flatnonzero([shifted in each for each in needed])
+        found[shifted] = Models.spread([(used, signals[shifted].enclose(every.at(used), terms))], terms, len(boxes))
     return found
 
 

@@ -343,15 +343,6 @@ def _of_left_half(_: int, i: int, k: int) -> Fraction:
     return Fraction(comb(i, k), 2**i)
 
 
-def substitute(c: Floats, a: Floats, b: Floats) -> Floats:
-    """Return the coefficients of p(a + b x), by Horner's rule, for polynomials p with coefficients c: (n, B)."""
-    found, none = c.at(slice(-1, None)), Floats.exact(np.zeros((1, c.low.shape[1])))
-    for k in reversed(range(len(c.low) - 1)):
-        tick()
-        found = join([c.at(slice(k, k + 1)), b * found], axis=0) + join([a * found, none], axis=0)
-    return found
-
-
 @cache
 def bernstein(n: int) -> Array:
     """Return C(i, j)/C(n − 1, j): the Bernstein coefficient i of yʲ in degree n − 1."""

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from trackably.checker.floats.intervals import Array, Floats, Mask, join, substitute, sums
+from trackably.checker.floats.intervals import Array, Floats, Mask, join, sums
 from trackably.checker.intervals import ONE, SIGN, ZERO, Real, exactly, total
 from trackably.checker.kernels import Matern, geometric_rest, reach
 from trackably.checker.subject import Signal
@@ -122,11 +122,6 @@ class Boxes:
         """Half of the widths of the boxes [s]."""
         return (Floats.exact(self.ends) - Floats.exact(self.starts)) / 2
 
-    def over(self, first: Floats, last: Floats) -> "Boxes":
-        """Return boxes that contain all times of these boxes, moved by any shift from the first to the last [s]."""
-        starts, ends = Floats.exact(self.starts) + first, Floats.exact(self.ends) + last
-        return Boxes(starts.low, ends.high, self.radii)
-
 
 @dataclass(frozen=True, eq=False)
 class Models:
@@ -141,18 +136,6 @@ class Models:
     def times(self, factor: Real) -> "Models":
         """Return the models times a number."""
         return Models(self.coefficients * factor, self.missed * abs(factor))
-
-    def inside(self, wide: Boxes, boxes: Boxes, shifts: Sequence[Floats]) -> list["Models"]:
-        """Return models in boxes that are inside the wide ones when moved by each of the shifts [s].
-
-        The variable of the wide box is then a + b x, with x that of the box.
-        """
-        a = join([(boxes.middles + shift - wide.middles) / wide.halves for shift in shifts])
-        every = np.tile(np.arange(len(wide.starts)), len(shifts))
-        b, c = (boxes.halves / wide.halves).at(every), self.coefficients.at((slice(None), every))
-        found = substitute(c, a, b)
-        parts = np.split(np.arange(len(every)), len(shifts))
-        return [Models(found.at((slice(None), part)), self.missed) for part in parts]
 
     def at(self, where: Indices) -> "Models":
         """Return the models in the boxes with these indices."""
