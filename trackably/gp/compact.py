@@ -15,7 +15,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from trackably.arrays import Array
+from trackably.gp.factors.low_rank import interpolation, nodes
 from trackably.gp.signal import KernelSum
 
 _FEWEST = 64  # kernels: of fewer, rounding errors are small
@@ -23,7 +23,6 @@ _LEAST, _GROWTH = 2.0, 1.125  # points in a correlation time that are tried firs
 _ROUNDINGS = 8.0  # by which values may differ; bounds of the rounding errors of sums are many times larger
 _BEYOND = 2.0  # correlation times before the first centre and after the last at which functions are compared
 _EPS = float(np.finfo(float).eps)
-_ON_NODE = 1e-200  # of the interval: a division by a smaller distance would overflow
 
 
 def compact(signal: KernelSum) -> KernelSum:
@@ -52,28 +51,3 @@ def _counts(span: float, most: int) -> Iterator[int]:
     while count <= most:
         yield count
         count = math.ceil(_GROWTH * count)
-
-
-# Polynomial interpolation in Chebyshev points (L. N. Trefethen, Approximation Theory and Approximation Practice,
-# chapters 2 and 5).
-
-
-def nodes(first: float, last: float, count: int) -> Array:
-    """Return the extrema of the Chebyshev polynomial of degree count − 1 on [first, last], increasing: (count,)."""
-    return (first + last) / 2 - (last - first) / 2 * np.cos(np.pi * np.arange(count) / (count - 1))
-
-
-def interpolation(t: Array, first: float, last: float, count: int) -> Array:
-    """Return the matrix (n, count) that maps values at `nodes` to the interpolant at t, shape (n,) in [first, last].
-
-    Uses the barycentric formula, which is stable. Absolute values in a row sum to at most 1 + (2/π) ln(count) + 0.3.
-    """
-    weights = np.where(np.arange(count) % 2, -1.0, 1.0)
-    weights[[0, -1]] /= 2
-    distances = t[:, None] - nodes(first, last, count)
-    hits = np.abs(distances) < _ON_NODE * (last - first)
-    distances[hits] = 1.0
-    matrix = weights / distances
-    hit = np.any(hits, axis=1)
-    matrix[hit] = hits[hit]
-    return np.asarray(matrix / matrix.sum(axis=1, keepdims=True))

@@ -115,8 +115,8 @@ class Posterior:
 
     def with_kernels(self, own: Array, t: Array, weights: Array) -> KernelSum:
         """Return m + Σ_i w_i κ(·, S_i) + Σ_p u_p κ(·, t_p) with w = `own` of the samples, u = `weights` at t [s]."""
-        some, own = weights != 0, self.samples.stencil.spread(own)
-        centres, together = np.concatenate([self.samples.centres, t[some]]), np.concatenate([own, weights[some]])
+        some, own = weights != 0, self.samples.stencil.spread(self._factored.weights_at_centres(own))
+        centres, together = np.concatenate([self._kernel_centres, t[some]]), np.concatenate([own, weights[some]])
         return KernelSum.of_terms(self.prior.kernel, self.prior.mean, centres, together)
 
     @cached
@@ -197,7 +197,7 @@ class Posterior:
         return np.asarray(np.maximum(before - explained, 0.0))
 
     def _jets(self, order: int, t: Array) -> Array:
-        kernel, r, weights = self.prior.kernel, t[..., None] - self.samples.centres, self._weights_and_gradient
+        kernel, r, weights = self.prior.kernel, t[..., None] - self._kernel_centres, self._weights_and_gradient
         if order:
             jet, by_theta = kernel.jet_and_gradient(r, order)
         else:
@@ -223,10 +223,17 @@ class Posterior:
         return found
 
     @cached
+    def _kernel_centres(self) -> Array:
+        """The centres [s] of the kernels in the posterior mean, shape (m,)."""
+        times = self._factored.centres(self.samples.times)
+        return self.samples.centres if times is self.samples.times else self.samples.stencil.centres(times)
+
+    @cached
     def _weights_and_gradient(self) -> Array:
         """c and ∂c/∂ln θ_j = −A⁻¹ ∂A c of the learned hyperparameters, at the centres: shape (1 + p, m)."""
         moved, _ = self._moved_weights
-        return self.samples.stencil.spread(np.concatenate([self.weights[None], -moved.T]))
+        together = np.concatenate([self.weights[None], -moved.T])
+        return self.samples.stencil.spread(self._factored.weights_at_centres(together))
 
     @cached
     def _moved_weights(self) -> tuple[Array, Array]:

@@ -12,6 +12,7 @@ from trackably.arguments import instance, numbers
 from trackably.arrays import Array, ArrayLike
 from trackably.gp.factors.factorisation import differences
 from trackably.gp.factors.fourier import Ladder
+from trackably.gp.factors.low_rank import Bases
 from trackably.gp.stencil import POINT, Stencil, Stencils
 
 _UNIFORM = np.empty(0)
@@ -154,6 +155,11 @@ class Samples:
         """
         kinds = self.by_name("").values()
         return next((of for of in kinds if isinstance(of.stencil, Stencil) and of.stencil.measures_levels), self)
+
+    @cached_property
+    def bases(self) -> Bases:
+        """Bases for interpolation to the sample times; cached, as they do not depend on hyperparameters."""
+        return Bases(self.times - self.times[0], self.relative_noise, float(self.times[-1] - self.times[0]))
 
     @cached_property
     def ladder(self) -> Ladder:

@@ -116,6 +116,14 @@ class Factorisation(ABC):
         With c = A⁻¹ (y − m) these are the gradient of the negative log marginal likelihood.
         """
 
+    def centres(self, times: Array) -> Array:
+        """Return the centres [s] of the kernels in the posterior mean: the sample `times` [s], or fewer points."""
+        return times
+
+    def weights_at_centres(self, c: Array) -> Array:
+        """Convert weights c of the samples, shape (…, n), to weights at `centres`."""
+        return c
+
 
 # Covariance matrices of samples with their derivatives, each entry once, computed in parts that stay in the cache.
 

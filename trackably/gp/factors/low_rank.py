@@ -1,0 +1,172 @@
+"""Smooth kernels: K = W C Wᵀ, where C is the covariance of m Chebyshev points and m may be much smaller than n.
+
+This holds up to rounding if the Chebyshev coefficients of the covariance fall below rounding. W interpolates from the
+points to the n sample times and does not depend on the hyperparameters. W is orthogonalised once; then every matrix
+that depends on the hyperparameters has size m.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple, Self
+
+import numpy as np
+import scipy
+
+from trackably.arrays import Array
+from trackably.gp.factors.factorisation import Covariance, Factorisation
+
+# Polynomial interpolation in Chebyshev points, and how many points resolve a covariance.
+#
+# L. N. Trefethen, Approximation Theory and Approximation Practice, chapters 2, 3 and 5.
+
+ROUNDING = 4 * float(np.finfo(float).eps)  # relative to the largest covariance: smaller differences are not resolved
+_CHECKED = 7 / 8  # of the coefficients: all beyond the last resolved one must be at rounding level
+_CACHE_SIZE = 4  # bases: an optimiser's iterates alternate between a few numbers of points
+_ON_NODE = 1e-200  # of the interval: a division by a smaller distance would overflow
+
+
+def nodes(first: float, last: float, count: int) -> Array:
+    """Return the extrema of the Chebyshev polynomial of degree count − 1 on [first, last], increasing: (count,)."""
+    return (first + last) / 2 - (last - first) / 2 * np.cos(np.pi * np.arange(count) / (count - 1))
+
+
+def coefficients(values: Array) -> Array:
+    """Return the Chebyshev coefficients of the interpolants of values at `nodes`: shape (…, count), as the values."""
+    scaled = scipy.fft.dct(values[..., ::-1], type=1) / (values.shape[-1] - 1)
+    scaled[..., [0, -1]] /= 2
+    return np.asarray(scaled)
+
+
+def interpolation(t: Array, first: float, last: float, count: int) -> Array:
+    """Return the matrix (n, count) that maps values at `nodes` to the interpolant at t, shape (n,) in [first, last].
+
+    Uses the barycentric formula, which is stable. Absolute values in a row sum to at most 1 + (2/π) ln(count) + 0.3.
+    """
+    weights = np.where(np.arange(count) % 2, -1.0, 1.0)
+    weights[[0, -1]] /= 2
+    distances = t[:, None] - nodes(first, last, count)
+    hits = np.abs(distances) < _ON_NODE * (last - first)
+    distances[hits] = 1.0
+    matrix = weights / distances
+    hit = np.any(hits, axis=1)
+    matrix[hit] = hits[hit]
+    return np.asarray(matrix / matrix.sum(axis=1, keepdims=True))
+
+
+class Basis(NamedTuple):
+    """An interpolation matrix W = ϱ Q R: the `points` [s] (m,), Q (n, m) orthonormal, R (m, m) upper triangular.
+
+    W maps values at the points to values at the samples; ϱ is the diagonal matrix of relative noise.
+    """
+
+    points: Array
+    q: Array
+    r: Array
+
+
+@dataclass(frozen=True)
+class Bases:
+    """Interpolation bases of samples at `times` in [0, span] [s] with `relative_noise`, computed on demand.
+
+    A basis depends on the sample times and the number of points only, not on the hyperparameters.
+    """
+
+    times: Array
+    relative_noise: Array
+    span: float
+    _cache: dict[int, Basis] = field(default_factory=dict, init=False, repr=False)
+
+    def of(self, count: int) -> Basis:
+        """Return the basis of `count` points, from the cache of the most recently used ones if it is there."""
+        found = self._cache.pop(count, None) or self._compute(count)
+        self._cache[count] = found  # a dictionary keeps its order: the last entry is the one used last
+        if len(self._cache) > _CACHE_SIZE:
+            del self._cache[next(iter(self._cache))]
+        return found
+
+    def points_for(self, covariance: Covariance, most: int) -> int | None:
+        """Return the number of points that resolve a covariance and its derivatives up to ROUNDING.
+
+        None if `most` are too few.
+
+        Interpolation of e^(iωt) is equally accurate for any other time t', so two other times suffice to see every ω.
+        """
+        points = nodes(0.0, self.span, most)
+        value, gradient = covariance(points - np.array([[0.0], [self.span / 2]]))
+        rows = np.concatenate([value[None], gradient])
+        sizes = np.abs(coefficients(rows)) > ROUNDING * np.max(np.abs(rows), axis=(1, 2), keepdims=True)
+        degree = max(np.flatnonzero(sizes.any(axis=(0, 1))).tolist(), default=most)
+        # Frequencies beyond the last coefficient are aliased onto the last ones, so these do not count as resolved.
+        count = _round_up(degree + 2)
+        return count if count <= most and degree < _CHECKED * most else None
+
+    def _compute(self, count: int) -> Basis:
+        matrix = interpolation(self.times, 0.0, self.span, count)
+        q, r = np.linalg.qr(matrix / self.relative_noise[:, None])
+        return Basis(nodes(0.0, self.span, count), q, r)
+
+
+def _round_up(count: int) -> int:
+    """Round up to one of two values for each doubling, so that one basis serves many iterates of an optimiser."""
+    step = 1 << max(0, count.bit_length() - 2)
+    return -(-count // step) * step
+
+
+@dataclass(frozen=True)
+class LowRank(Factorisation):
+    """A = ϱ (σ_n² I + Q R C Rᵀ Qᵀ) ϱ, where sample i has noise ϱ_i σ_n.
+
+    `factor` is the Cholesky factor L of B = I + R C Rᵀ/σ_n² = L Lᵀ, a matrix of size m; `gradient` is ∂C/∂ln θ_j, shape
+    (p, m, m).
+    """
+
+    basis: Basis
+    relative_noise: Array
+    noise_variance: float
+    factor: Array
+    gradient: Array
+
+    @classmethod
+    def of(cls, basis: Basis, covariance: Covariance, relative_noise: Array, noise_variance: float) -> Self | None:
+        """Factorise for σ_n² = `noise_variance`; None if B is not positive definite in float64."""
+        between, gradient = covariance(basis.points[:, None] - basis.points)
+        b = np.eye(len(between)) + basis.r @ between @ basis.r.T / noise_variance
+        factor, info = scipy.linalg.lapack.dpotrf(b.T, lower=True, overwrite_a=True)
+        return None if info else cls(basis, relative_noise, noise_variance, factor, gradient)
+
+    @cached_property
+    def log_determinant(self) -> float:
+        scale = np.log(self.noise_variance) * len(self.relative_noise)
+        return float(scale + 2 * np.log(self.relative_noise).sum() + 2 * np.log(self.factor.diagonal()).sum())
+
+    def solve(self, right: Array) -> Array:
+        q = self.basis.q
+        rows = right.T / self.relative_noise
+        along = rows @ q
+        beside = rows - along @ q.T
+        # Project twice: rounding leaves a component along Q, which the factor would have made small.
+        beside -= beside @ q @ q.T
+        kept, _ = scipy.linalg.lapack.dpotrs(self.factor, along.T, lower=True)
+        solution = beside + kept.reshape(along.T.shape).T @ q.T
+        return np.asarray((solution / self.relative_noise).T / self.noise_variance)
+
+    def gradient_times(self, c: Array) -> Array:
+        at_points = self.gradient @ self.weights_at_centres(c) @ self.basis.r.T
+        return np.asarray(at_points @ self.basis.q.T * self.relative_noise)
+
+    def centres(self, times: Array) -> Array:
+        return np.asarray(times[0] + self.basis.points)
+
+    def weights_at_centres(self, c: Array) -> Array:
+        """Return Wᵀ c, shape (…, m). As the points x_j resolve κ, Σ_i c_i κ(t − t_i) = Σ_j (Wᵀ c)_j κ(t − x_j)."""
+        return np.asarray(self.relative_noise * c @ self.basis.q @ self.basis.r)
+
+    def likelihood_traces(self, c: Array) -> tuple[Array, float]:
+        n, m = self.basis.q.shape
+        root, _ = scipy.linalg.lapack.dtrtrs(self.factor, self.basis.r, lower=True)
+        u = self.weights_at_centres(c)
+        by_kernel = np.tensordot(self.gradient, root.T @ root / self.noise_variance - np.outer(u, u), 2)
+        # ϱ σ_n² A⁻¹ ϱ is the identity on the complement of span Q, and B⁻¹ on span Q: tr(A⁻¹ V) = n − m + tr(B⁻¹).
+        inverse, _ = scipy.linalg.lapack.dtrtri(self.factor, lower=True)
+        by_noise = n - m + np.sum(inverse**2) - self.noise_variance * np.sum((self.relative_noise * c) ** 2)
+        return np.asarray(by_kernel), float(by_noise)
