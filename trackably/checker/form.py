@@ -240,6 +240,11 @@ def one_of(known: Iterable[T]) -> Reader[T]:
     return read
 
 
+def located(value: object, where: str) -> tuple[object, str]:
+    """Return a value as it is, to be read later, and the place where it was found."""
+    return value, where
+
+
 def itself(value: object, where: str) -> object:
     """Return a value unchanged, to be read later."""
     return value
@@ -495,23 +500,24 @@ _of_linear = {
 
 
 def _subject(
-    reference: Any, trajectories: Trajectories | None = None, attainable: tuple[Row, ...] | None = None
+    reference: tuple[Any, str], trajectories: Trajectories | None = None, attainable: tuple[Row, ...] | None = None
 ) -> Subject:
     """Return the subject of a reference as written in the file, of which the fingerprint is made."""
-    found = _reference(reference, "reference")
+    written, where = reference
+    found = _reference(written, where)
     plant: Plant = found["plant"]
     signals, pieces = found["signals"]
     is_linear = isinstance(plant.system, LinearSystem)
     if is_linear != (trajectories is not None) or (attainable is not None and not is_linear):
         raise UnreadableError("there must be trajectories, and may be attainable rows, for linear systems only")
-    known = fingerprint(reference["signals"], reference["plant"]["system"], trajectories)
+    known = fingerprint(written["signals"], written["plant"]["system"], trajectories)
     return Subject(signals, *plant, trajectories, attainable, known, pieces)
 
 
 def subject_of(data: Mapping[str, object]) -> Subject:
     """Return the subject of a file from its content. Raise UnreadableError if there is none."""
     about = {name: data[name] for name in ("reference", *_of_linear) if name in data}
-    return record(_subject, _of_linear, reference=itself)(about, "subject")
+    return record(_subject, _of_linear, reference=located)(about, "subject")
 
 
 def fingerprint(signals: object, system: object, trajectories: Trajectories | None) -> str:
@@ -665,7 +671,7 @@ read_certificate = file_of(
         _certificate,
         {**_of_linear, "disturbance": _disturbance, "truth": many(_truth, COORDINATES)},
         claim=itself,
-        reference=itself,
+        reference=located,
         evaluation=record(dict, until=positive_number, errors=by_name(a_bound, positive_number)),
     ),
     ": prove the reference again to get one",
@@ -692,7 +698,7 @@ read_counterexample = file_of(
         _counterexample,
         _of_linear,
         claim=_claimed_times,
-        reference=itself,
+        reference=located,
         quantity=a_bound,
         at=itself,
         violation=positive_number,

@@ -64,7 +64,7 @@ def check_table(table: Table) -> str | None:
                 return str(undefined)
             for i, excess in enumerate(found):
                 tick()
-                if at_most(excess, 0):
+                if at_most(excess, Fraction(0)):
                     continue
                 if part == "dynamics":
                     return f"table: the system does not lead to within the tolerance of the state after step {step}"

@@ -181,9 +181,10 @@ def _vector(what: str, of: Callable[..., Array], k: int, state: Array, *applied:
     """Return the vector (n,) that a function gives at a step. Other shapes are refused, as NumPy would broadcast a
     number to all states.
     """
+    of_what = "the step k, the state and the input" if applied else "the step k and the state"
     if not callable(of):
-        raise TypeError(f"simulate: {what}: expected a function of the step k and the state, got {short(of)}")
-    found = numbers(f"simulate: {what}", of(k, state, *applied))
+        raise TypeError(f"simulate: {what}: expected a function of {of_what}, got {short(of)}")
+    found = numbers(f"simulate: {what} at step {k}", of(k, state, *applied))
     if found.shape != state.shape:
         raise ValueError(f"simulate: {what}: expected {state.size} numbers at step {k}, got shape {found.shape}")
     return found

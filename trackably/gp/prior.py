@@ -83,4 +83,6 @@ class Prior:
 
         ValueError: the number of logarithms is wrong, or a hyperparameter is not positive and finite.
         """
+        if len(log_theta) != len(self.learned):
+            raise ValueError(f"prior: expected {len(self.learned)} logarithms, got {len(log_theta)}")
         return self.with_hyperparameters(dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True)))

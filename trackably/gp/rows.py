@@ -191,10 +191,12 @@ class Direct(RowKernel):
         return self.terms
 
     def among(self) -> Array:
-        times = self.terms.times
-        return self.terms.summed(in_blocks(self.across, times, len(times)).T, self.count)
+        return self.terms.summed(self.across(self.terms.times).T, self.count)
 
     def across(self, t: Array) -> Array:
+        return in_blocks(self._across, t, len(self.terms.times))
+
+    def _across(self, t: Array) -> Array:
         return self.terms.summed(self.kernel(self.terms.times[:, None] - t), self.count)
 
     def among_gradient(self, multipliers: Array) -> Array:

@@ -172,7 +172,11 @@ class NonlinearSystem:
     def _values(self, x: Array, u: Array) -> tuple[Mapping[str, Array], tuple[int, ...]]:
         """Return the values of states and inputs by name, and their common shape."""
         columns = [np.moveaxis(np.asarray(values, dtype=float), -1, 0) for values in (x, u)]
-        values = dict(zip((*self.states, *self.inputs), (*columns[0], *columns[1]), strict=True))
+        values = {
+            name: column
+            for names, of in zip((self.states, self.inputs), columns, strict=True)
+            for name, column in zip(names, of, strict=True)
+        }
         return values, np.broadcast_shapes(*(of.shape[1:] for of in columns))
 
     def affine(self, x: Array) -> tuple[Array, Array]:

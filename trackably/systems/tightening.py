@@ -200,12 +200,12 @@ class InvariantSet:
         q, closed = self._closed_loop
         d, (numbers,) = in_whole_numbers([row])
         moved: Rationals = np.array(numbers, dtype=object)
-        (p, (half,)), head, tail = self._whole_box, 0, 0
+        (p, half), head, tail = self._whole_box, 0, 0
         for _ in range(self.head):
             head = head * q + self.disturbance.whole_support(moved.tolist())
             moved = moved @ closed
         for _ in range(self.terms):
-            tail = tail * q + abs(moved) @ half
+            tail = tail * q + abs(moved) @ half  # of Python's integers: NumPy makes floats of lists of large ones
             moved = moved @ closed
         of_head = Fraction(head, d * self.disturbance.denominator * q ** (self.head - 1))
         of_tail = Fraction(tail, d * p * q ** (self.head + self.terms - 1))
@@ -228,8 +228,9 @@ class InvariantSet:
         return q, np.array(closed, dtype=object)
 
     @cached_property
-    def _whole_box(self) -> tuple[int, list[list[int]]]:
-        return in_whole_numbers([exact(self.box).tolist()])
+    def _whole_box(self) -> tuple[int, Rationals]:
+        p, (box,) = in_whole_numbers([exact(self.box).tolist()])
+        return p, np.array(box, dtype=object)
 
 
 def invariant_set(plant: ConstrainedSystem, feedback: Array, disturbance: DisturbanceSet) -> InvariantSet:

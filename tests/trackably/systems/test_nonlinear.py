@@ -35,6 +35,14 @@ def test_the_system_follows_the_reference(name):
     np.testing.assert_array_equal(window.inputs, u[3:8])
 
 
+@pytest.mark.parametrize("sizes", [(3, 1), (1, 3), (2, 1)])
+def test_states_and_inputs_of_other_sizes_are_refused(sizes):
+    """Once a state too many was taken for an input that was missing."""
+    system = NonlinearSystem.of(lambda x, u: [x[0] + 0.1 * u[0], x[1] + 0.1 * u[1]], ["a", "b"], ["u", "v"], 0.1)
+    with pytest.raises(ValueError, match="zip"):
+        system.successor(np.ones(sizes[0]), np.ones(sizes[1]))
+
+
 @pytest.mark.parametrize("name", INSTANCES)
 def test_states_and_inputs_are_those_of_many_digits(name):
     instance = INSTANCES[name]

@@ -7,6 +7,10 @@ import pytest
 
 from tests.trackably.systems.disturbance.instances import ALL, CART, DISTURBED
 from tests.trackably.systems.disturbance.naive import exact_support, naive_support
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbances import Zonotope
+from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.rationals import exact
 from trackably.systems.tightening import NoInvariantSetError, tightening
 
@@ -31,6 +35,16 @@ def test_the_support_is_that_of_the_definition(name):
     Z = ALL[name].tightening.invariant
     for row in exact_rows(2, len(Z.box), 2):
         assert Z.support(row) == naive_support(Z, row)
+
+
+def test_the_support_is_exact_where_units_of_states_differ():
+    """Whole numbers of 64 bits beside smaller ones were once rounded."""
+    system = LinearSystem([[0.5, 0.2], [0.0, 0.7]], [[0.0], [1.0]], sampling_time=1.0)
+    plant = ConstrainedSystem(system, Polytope.box([-1e3, -1.0], [1e3, 1.0]), Polytope.box([-1.0], [1.0]))
+    for ratio in np.geomspace(1e3, 1e4, 10):
+        w = np.array([1e-3 * ratio, 1e-3])
+        Z = tightening(plant, Zonotope.box(-w, w), [[0.0, -0.1]]).invariant
+        assert all(Z.support(row) == naive_support(Z, row) for row in exact_rows(3, 2, 2))
 
 
 @pytest.mark.parametrize("name", ALL)
