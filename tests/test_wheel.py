@@ -116,10 +116,6 @@ def test_the_readme_runs_without_extras_and_without_a_warning(tmp_path: Path) ->
     assert "proved for all real t ≥ 0: state in [" in said
 
 
-def test_the_readme_is_read_in_five_minutes() -> None:
-    assert len(README.splitlines()) <= 150
-
-
 def test_public_names_need_no_extra_or_say_which_one(tmp_path: Path) -> None:
     code = """
 import trackably

@@ -8,19 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from trackably.files import from_json, to_json, write_atomically, write_json
+from trackably.files import write_atomically, write_json
 
 
 def names(folder: Path) -> list[str]:
     return sorted(entry.name for entry in folder.iterdir())
-
-
-def test_what_is_written_is_there_and_nothing_else(tmp_path: Path) -> None:
-    path = tmp_path / "new" / "folder" / "result.bin"
-    write_atomically(path, b"first")
-    write_atomically(path, b"second")
-    assert path.read_bytes() == b"second"
-    assert names(path.parent) == ["result.bin"]
 
 
 def test_a_result_has_the_permissions_of_any_new_file(tmp_path: Path) -> None:
@@ -78,8 +70,3 @@ def test_json_without_a_number_is_not_written(tmp_path: Path, value: float) -> N
     with pytest.raises(ValueError, match="JSON"):
         write_json(tmp_path / "value.json", {"x": [value]})
     assert names(tmp_path) == []
-
-
-def test_json_round_trip() -> None:
-    value = {"numbers": [0.1, -0.0, 5e-324, 1.7976931348623157e308], "text": "½ \n", "nothing": None}
-    assert to_json(from_json(to_json(value))) == to_json(value)

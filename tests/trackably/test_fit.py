@@ -16,9 +16,8 @@ from trackably import (
     TrackableReference,
     learn_reference,
 )
-from trackably.fit import Misfit, contacts
+from trackably.fit import Misfit
 from trackably.gp.joint import JointPosterior
-from trackably.learning.problem import ActiveBound
 
 SLOW = ConstrainedSystem(AXIS.system, Polytope.box([-1.1, -0.9], [0.2, 0.9]), AXIS.input_set)
 LOW = ConstrainedSystem(example1.SYSTEM.system, Polytope.box([-2.0], [0.001]), example1.SYSTEM.input_set)
@@ -117,31 +116,3 @@ LARGE = Misfit("x", RAMP, 0.2 * SIGNS, 0.02 * SIGNS, 0.05, 0.05, True)
 )
 def test_samples_are_ignored_where_three_conditions_hold(changed, is_large):
     assert replace(LARGE, **changed).is_large == is_large
-
-
-def test_contacts_join_what_is_close_on_one_side_of_one_quantity():
-    def active(name, side, time, price):
-        return ActiveBound(name, side, time, 1.0, price)
-
-    found = contacts(
-        [
-            active("v", "upper", 0.9, 2.0),
-            active("v", "upper", 0.6, 1.0),
-            active("v", "lower", 0.7, 0.5),
-            active("x", "upper", 0.7, 7.0),
-            active("v", "upper", 2.0, 0.25),
-            active("v", "upper", 1234.5678, 0.125),
-            active("x", "equal", 0.0, 4.0),
-            active("x", "equal", 0.1, 3.5),
-        ],
-        apart=0.5,
-    )
-    assert [str(contact) for contact in found] == [
-        "the x upper bound costs 7 at 0.7 s",
-        "the given value of x costs 4 at 0 s",
-        "the given value of x costs 3.5 at 0.1 s",
-        "the v upper bound costs 3 between 0.6 and 0.9 s",
-        "the v lower bound costs 0.5 at 0.7 s",
-        "the v upper bound costs 0.25 at 2 s",
-        "the v upper bound costs 0.125 at 1234.57 s",
-    ]

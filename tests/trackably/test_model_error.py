@@ -7,7 +7,6 @@ import pytest
 
 from trackably import (
     ConstrainedSystem,
-    ConvexHull,
     LinearSystem,
     ModelError,
     Plan,
@@ -49,7 +48,7 @@ def learned() -> TrackableReference:
     return learn(model_error=gain(0.2), disturbance=W, measurement_noise=noise, truth=truth)
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(10))
 def test_what_is_added_to_the_disturbance_holds_all_differences(seed: int) -> None:
     draw = np.random.default_rng(seed)
     n, m, q = draw.integers(1, 4), draw.integers(1, 3), draw.integers(1, 5)
@@ -66,12 +65,6 @@ def test_what_is_added_to_the_disturbance_holds_all_differences(seed: int) -> No
         matrices = [np.tensordot(hull, of, 1) for of in (A, B, c)]
         d = matrices[0] @ z[:n] + matrices[1] @ z[n:] + matrices[2] - nominal.successor(z[:n], z[n:])
         assert np.all(rows @ d <= D.support(rows) + 1e-9)
-
-
-def test_of_a_gain_nothing_is_added_but_what_it_does() -> None:
-    D = Zonotope([0.0, 0.0], gain(0.2).generators(SYSTEM, PLANT.state_set, PLANT.input_set))
-    rows = np.random.default_rng(0).normal(size=(20, 2))
-    np.testing.assert_allclose(D.support(rows), 0.2 * np.abs(rows @ B[:, 0]), rtol=1e-9)
 
 
 def test_a_model_without_error_changes_nothing() -> None:
@@ -111,70 +104,33 @@ def test_the_tube_controller_always_has_a_plan_and_the_plant_stays_near_the_sign
         assert abs(x[0] - 0.08 * np.sin(1.8 * T * (k + 1))) <= truth.plant
 
 
-def test_the_sentence_adds_both_errors_up(learned: TrackableReference) -> None:
-    verdict = check(encode_certificate(learned.certificate))
-    assert isinstance(verdict, Proved)
-    (truth,) = learned.certificate.truth
-    assert "convex hull of A = [[1.0, 0.02], [0.0, 1.0]]" in verdict.statement
-    assert f"the state of the system is within {truth.plant!r} of f" in verdict.statement
-
-
-GAIN = ModelError.of([(A, 0.9 * B), (A, 1.1 * B)])
-ZERO = Zonotope.box([0.0, 0.0], [0.0, 0.0])
-
-
-@pytest.mark.parametrize(
-    ("disturbance", "model_error", "said"),
-    [
-        (None, GAIN, "under every plant in"),
-        (W, GAIN, f"under every disturbance in {W} and plant in"),
-        (ZERO, GAIN, "under every plant in"),
-        (ZERO, None, f"under every disturbance in {ZERO}, from every start"),
-    ],
-)
-def test_the_explanation_names_only_what_there_is(
-    disturbance: Zonotope | None, model_error: ModelError | None, said: str
-) -> None:
-    found = learn_reference(
-        SAMPLES,
-        PLANT,
-        SquaredExponential(),
-        (0.0, 1.9),
-        noise_std=0.001,
-        disturbance=disturbance,
-        model_error=model_error,
-    )
-    assert f"; {said}" in found.explanation
-
-
 def test_what_is_saved_is_proved_again(learned: TrackableReference, tmp_path) -> None:
     learned.save(tmp_path / "reference.json")
     again = TrackableReference.load(tmp_path / "reference.json")
     assert encode_certificate(again.certificate) == encode_certificate(learned.certificate)
+    assert "under every disturbance in " in again.explanation
+    verdict, (truth,) = check(encode_certificate(again.certificate)), again.certificate.truth
+    assert isinstance(verdict, Proved)
+    assert "convex hull of A = [[1.0, 0.02], [0.0, 1.0]]" in verdict.statement
+    assert f"the state of the system is within {truth.plant!r} of f" in verdict.statement
 
 
-CHANGES = [
-    ("larger", lambda of: of["disturbance"]["model"][0].update(B=[[T**2 / 8], [T / 4]])),
-    ("another", lambda of: of["disturbance"]["model"].append({"A": A, "B": (3 * B).tolist(), "c": [0.0, 0.0]})),
-    ("offset", lambda of: of["disturbance"]["model"][1].update(c=[0.01, 0.0])),
-    ("shape", lambda of: of["disturbance"]["model"][0].update(c=[0.0])),
-    ("empty", lambda of: of["disturbance"].update(model=[])),
-    ("hull", lambda of: of["disturbance"].update(set={"kind": "hull", "vertices": [["0", "0"]]})),
-    ("nearer", lambda of: of["truth"][0].update(plant=1e-3)),
-]
+CHANGES = {
+    "larger": lambda of: of["disturbance"]["model"][0].update(B=[[T**2 / 8], [T / 4]]),
+    "another": lambda of: of["disturbance"]["model"].append({"A": A, "B": (3 * B).tolist(), "c": [0.0, 0.0]}),
+    "offset": lambda of: of["disturbance"]["model"][1].update(c=[0.01, 0.0]),
+    "shape": lambda of: of["disturbance"]["model"][0].update(c=[0.0]),
+    "empty": lambda of: of["disturbance"].update(model=[]),
+    "hull": lambda of: of["disturbance"].update(set={"kind": "hull", "vertices": [["0", "0"]]}),
+    "nearer": lambda of: of["truth"][0].update(plant=of["truth"][0]["plant"] * (1 - 1e-9)),
+}
 
 
-@pytest.mark.parametrize("change", [change for _, change in CHANGES], ids=[name for name, _ in CHANGES])
-def test_a_changed_certificate_is_refused(learned: TrackableReference, change) -> None:
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_changed_certificate_is_refused(learned: TrackableReference, name: str) -> None:
     content = copy.deepcopy(encode_certificate(learned.certificate))
-    change(content)
+    CHANGES[name](content)
     assert isinstance(check(content), Failed | NotACertificate)
-
-
-def test_the_plants_distance_is_no_larger_than_it_has_to_be(learned: TrackableReference) -> None:
-    content = copy.deepcopy(encode_certificate(learned.certificate))
-    content["truth"][0]["plant"] *= 1 - 1e-9
-    assert isinstance(check(content), Failed)
 
 
 def test_the_message_says_which_vertex_costs_what_and_which_share_would_do() -> None:
@@ -199,15 +155,10 @@ GAIN = ("velocity", "acceleration")
     ("make", "error", "said"),
     [
         (lambda: ModelError.intervals(SYSTEM, {("speed", "acceleration"): (0, 1)}), ValueError, "one of position, vel"),
-        (lambda: ModelError.intervals(SYSTEM, {("velocity", "force"): (0, 1)}), ValueError, r"and one of position, .*"),
         (lambda: ModelError.intervals(SYSTEM, {"velocity": (0, 1)}), ValueError, "a pair of names, .* got 'velocity'"),
-        (lambda: ModelError.intervals(SYSTEM, {GAIN: 0.1}), ValueError, r"velocity, acceleration must have shape \(2,"),
         (lambda: ModelError.intervals(SYSTEM, {GAIN: (2, 1)}), ValueError, r"needs lower ≤ upper, got \(2, 1\)"),
-        (lambda: ModelError.intervals(SYSTEM, {}), ValueError, "1 to 6 entries, got 0"),
-        (lambda: ModelError.intervals(A, {GAIN: (0, 1)}), TypeError, "expected a LinearSystem"),
         (lambda: ModelError.of([]), TypeError, r"expected a list of vertices, \(A, B\) or \(A, B, c\), got \[\]"),
         (lambda: ModelError.of([(A, B), (A,)]), TypeError, r"vertex 2: expected \(A, B\) or \(A, B, c\), got"),
-        (lambda: ModelError.sampled(SYSTEM, T), TypeError, "expected a list of vertices, .* got LinearSystem"),
     ],
 )
 def test_what_is_no_model_error_is_refused(make, error, said) -> None:
@@ -232,7 +183,3 @@ def test_what_nothing_bounds_is_refused() -> None:
     with pytest.raises(ValueError, match="nothing bounds the state 1"):
         tightening(free, W, [[-100.0, -20.0]], model_error=wrong)
     tightening(free, W, [[-100.0, -20.0]], model_error=gain(0.1))
-    with pytest.raises(TypeError, match="Zonotope"):
-        tightening(PLANT, ConvexHull([[0.0, 0.0]]), [[-100.0, -20.0]], model_error=gain(0.1))
-    with pytest.raises(ValueError, match="shapes"):
-        tightening(PLANT, W, [[-100.0, -20.0]], model_error=ModelError.of([([[1.0]], [[1.0]])]))

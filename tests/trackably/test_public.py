@@ -10,8 +10,6 @@ import pytest
 
 import trackably
 from tests.project import ROOT
-from trackably import NotACertificate, check
-from trackably.errors import InputError
 
 SOURCE = ast.parse((ROOT / "trackably" / "__init__.py").read_text(encoding="utf-8"))
 USER = Path(__file__).parent / "user.py"
@@ -39,10 +37,6 @@ def test_what_is_public_is_there() -> None:
         _ = trackably.nothing
 
 
-def test_the_package_says_that_it_is_typed() -> None:
-    assert (ROOT / "trackably" / "py.typed").exists()
-
-
 def test_a_users_program_uses_all_that_is_public() -> None:
     """`make lint` checks its types by mypy --strict, without the project's own settings: marked mistakes are found."""
     used = {name for node in ast.walk(ast.parse(USER.read_text())) if isinstance(node, ast.ImportFrom)
@@ -50,22 +44,12 @@ def test_a_users_program_uses_all_that_is_public() -> None:
     assert used == {*trackably.__all__}
 
 
+HEAVY = ("matplotlib", "cvxpy", "dvc", "mcap", "pydantic")
 LOADED = {
-    "learn_reference": (
-        "matplotlib",
-        "cvxpy",
-        "dvc",
-        "mcap",
-        "pydantic",
-        "click",
-        "IPython",
-        "scipy.optimize",
-        "scipy.fft",
-        "tqdm",
-    ),
-    "read_csv": ("matplotlib", "cvxpy", "dvc", "mcap", "pydantic", "click", "IPython", "scipy.optimize", "flint"),
-    "check": ("matplotlib", "cvxpy", "dvc", "mcap", "pydantic", "click", "IPython", "scipy", "flint"),
-    "SquaredExponential": ("matplotlib", "cvxpy", "dvc", "mcap", "pydantic", "scipy.linalg", "flint"),
+    "learn_reference": (*HEAVY, "click", "IPython", "scipy.optimize", "scipy.fft", "tqdm"),
+    "read_csv": (*HEAVY, "click", "IPython", "scipy.optimize", "flint"),
+    "check": (*HEAVY, "click", "IPython", "scipy", "flint"),
+    "SquaredExponential": (*HEAVY, "scipy.linalg", "flint"),
 }
 
 
@@ -76,11 +60,3 @@ def test_importing_is_light(name: str) -> None:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
-
-
-def test_what_is_no_certificate_is_said_to_be_none(tmp_path: Path) -> None:
-    assert isinstance(check({}), NotACertificate)
-    (tmp_path / "list.json").write_text("[]")
-    assert isinstance(check(tmp_path / "list.json"), NotACertificate)
-    with pytest.raises(InputError, match="there is no such file"):
-        check(str(tmp_path / "nothing.json"))

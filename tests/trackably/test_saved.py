@@ -1,7 +1,6 @@
 """Saving and loading go wrong in one sentence that names the file."""
 
 import json
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,8 +8,7 @@ from typing import Any
 import pytest
 
 from tests.trackably.plants import AXIS, SAMPLES
-from trackably import NotTrackableError, SquaredExponential, TrackableReference, Unchecked, checker, learn_reference
-from trackably.checker import Undecided
+from trackably import NotTrackableError, SquaredExponential, TrackableReference, Unchecked, learn_reference
 from trackably.codec import CodecError
 
 
@@ -84,15 +82,3 @@ def test_what_is_not_checked_in_time_is_unchecked_until_it_is(content: bytes, tm
     assert isinstance(found, Unchecked)
     with pytest.raises(NotTrackableError, match="certainly breaks"):
         found.check()
-
-
-def test_the_last_check_ends_in_time_too(content: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def slow(data: object, seconds: float | None = None) -> Undecided:
-        time.sleep(1.1 * (seconds or 0.0))
-        return Undecided("not decided in time")
-
-    (tmp_path / "r.json").write_bytes(content)
-    monkeypatch.setattr(checker, "check", slow)
-    assert isinstance(TrackableReference.load(tmp_path / "r.json", seconds=2.0), Unchecked)
-    with pytest.raises(NotTrackableError, match="the checker does not accept it"):
-        TrackableReference.load(tmp_path / "r.json")

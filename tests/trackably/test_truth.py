@@ -1,7 +1,6 @@
 """Bounds of the true signal hold for every signal of the class, are nearly the best there are, and are checked."""
 
 import copy
-import re
 from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
@@ -22,14 +21,13 @@ from trackably import (
     Zonotope,
     learn_reference,
 )
-from trackably.certificates.certificate import _truth
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.outcome import TooFar
 from trackably.checker import Contradicted, Failed, NotACertificate, Proved, check
 from trackably.checker.boxes import Box
 from trackably.checker.certificate import Measured, SignalClass, TrueSignal
 from trackably.checker.truth import extreme, places, side
-from trackably.truth import Signals, _derive, no_signal, sides_at
+from trackably.truth import _derive, no_signal, sides_at
 
 T, NOISE, LIMIT = 0.02, 0.002, 0.5
 SYSTEM = LinearSystem.discretised(
@@ -75,14 +73,7 @@ def measured(of: BangBang, draw: np.random.Generator, count: int = 12) -> Signal
     )
 
 
-def test_the_sentence_is_about_no_time_outside_of_the_cells() -> None:
-    first, last = 1000 / 7, 1000 / 7 + 2 / 3
-    claim = TrueSignal("x", measured(BangBang(0), np.random.default_rng(0)), (first, last), (), 0, (), (), (0.1,))
-    said, until = (float(of) for of in re.findall(r"\d+\.\d+ (?=s)", _truth(claim)))
-    assert first <= said < until <= last
-
-
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(5))
 def test_every_side_bounds_every_signal_that_explains_the_samples(seed: int) -> None:
     draw, f = np.random.default_rng(seed), BangBang(seed, 0.9 * LIMIT)
     of = measured(f, draw)
@@ -109,20 +100,6 @@ def test_every_side_bounds_every_signal_that_explains_the_samples(seed: int) -> 
         assert low is not None
         assert high is not None
         assert low - Fraction(1, 10**12) <= Fraction(float(f(np.array(known.time)))) <= high + Fraction(1, 10**12)
-
-
-def test_sides_of_all_pairs_leave_hardly_more_than_what_signals_reach() -> None:
-    t, f = np.arange(0.0, 2.0, 0.025), BangBang(1, 0.1)
-    values = f(t) + 0.002 * np.random.default_rng(1).uniform(-1.0, 1.0, len(t))
-    of = SignalClass(Measured(tuple(t), tuple(values), 0.002), None, None, 0.1)
-    widths = []
-    for at in np.linspace(0.2, 1.8, 9).tolist():
-        (upper,), (lower,) = sides_at(of, np.array([at]))
-        found = Signals.of(of, (at,), cells=8).ends_at(at)
-        assert found is not None
-        assert lower - 1e-9 <= found[0] < found[1] <= upper + 1e-9
-        widths.append([upper - lower, found[1] - found[0]])
-    assert np.divide(*np.max(widths, axis=0)) < 1.4
 
 
 @pytest.fixture(scope="module")
@@ -166,16 +143,13 @@ def near_samples() -> Samples:
     return Samples(t, 0.08 * np.sin(1.8 * t) + np.random.default_rng(0).uniform(-0.001, 0.001, t.size))
 
 
-@pytest.mark.parametrize(
-    ("share", "more"),
-    [(0.7, {}), (0.9, {"disturbance": Zonotope.box([0.0, -5e-5], [0.0, 5e-5])})],
-)
-def test_a_tolerance_below_the_error_of_what_is_learned_is_kept(far: TrackableReference, share: float, more) -> None:
-    wanted = share * far.accuracy().error
-    found = learn_reference(near_samples(), PLANT, SquaredExponential(), (0.0, 1.4), **COARSE, **more, tolerance=wanted)
+def test_a_tolerance_below_the_error_of_what_is_learned_is_kept(far: TrackableReference) -> None:
+    wanted, pushed = 0.9 * far.accuracy().error, Zonotope.box([0.0, -5e-5], [0.0, 5e-5])
+    found = learn_reference(
+        near_samples(), PLANT, SquaredExponential(), (0.0, 1.4), **COARSE, disturbance=pushed, tolerance=wanted
+    )
     (truth,) = found.certificate.truth
-    assert truth.error <= wanted < far.accuracy().error
-    assert truth.plant is None or truth.error < truth.plant <= wanted
+    assert truth.error < truth.plant <= wanted < far.accuracy().error
     verdict = check(encode_certificate(found.certificate))
     assert isinstance(verdict, Proved)
     assert f"|x_r(t) - f(t)| ≤ {truth.error!r}" in verdict.statement
@@ -195,7 +169,6 @@ def test_a_tolerance_that_no_reference_reaches_is_refused_with_the_least(far: Tr
     ("tolerance", "claim", "more"),
     [
         (0.0, (0.0, 1.4), {}),
-        (np.nan, (0.0, 1.4), {}),
         ({"velocity": 0.1}, (0.0, 1.4), {}),
         (0.1, (0.0, 1.4), {"truth": None}),
         (0.1, "all_phases", {}),
@@ -211,35 +184,35 @@ def test_what_is_saved_says_the_same_when_it_is_loaded(learned: TrackableReferen
     assert TrackableReference.load(tmp_path / "reference.json").certificate.truth == learned.certificate.truth
 
 
-def shrink(truth: dict, k: int) -> None:
-    truth["errors"][k] *= 0.5
+def shrink(truth: dict) -> None:
+    truth["errors"][int(np.argmax(truth["errors"]))] *= 0.5
 
 
-CHANGES = [
-    ("errors", lambda truth: shrink(truth, int(np.argmax(truth["errors"])))),
-    ("noise", lambda truth: truth["of"]["samples"].update(noise=0.004)),
-    ("bound", lambda truth: truth["of"].update(second_derivative=1.0)),
-    ("side", lambda truth: truth["upper"].__setitem__(3, [0, 0])),
-    ("pair", lambda truth: truth["upper"].__setitem__(3, [0, 1000])),
-    ("sample", lambda truth: truth["of"]["samples"]["values"].__setitem__(7, 0.5)),
-    ("state", lambda truth: truth.update(state="velocity")),
-    ("nobody", lambda truth: truth.update(state="nobody")),
-    ("plant", lambda truth: truth.update(plant=1.0)),
-    ("cells", lambda truth: truth["ends"].reverse()),
-    ("count", lambda truth: truth["errors"].pop()),
-    ("times", lambda truth: truth["of"]["samples"]["times"].reverse()),
-    ("multiplier", lambda truth: truth["derived"][0]["upper"][0].__setitem__(1, "1/3")),
-    ("measurement", lambda truth: truth["derived"][0]["lower"][0].__setitem__(0, 10**6)),
-    ("time", lambda truth: truth["derived"][0].update(time=truth["derived"][0]["time"] + 1e-9)),
-    ("underivable", lambda truth: truth.update(derived=truth["derived"][1:])),
-    ("unknown", lambda truth: truth.update(more=1.0)),
-]
+CHANGES = {
+    "errors": shrink,
+    "noise": lambda truth: truth["of"]["samples"].update(noise=0.004),
+    "bound": lambda truth: truth["of"].update(second_derivative=1.0),
+    "side": lambda truth: truth["upper"].__setitem__(3, [0, 0]),
+    "pair": lambda truth: truth["upper"].__setitem__(3, [0, 1000]),
+    "sample": lambda truth: truth["of"]["samples"]["values"].__setitem__(7, 0.5),
+    "state": lambda truth: truth.update(state="velocity"),
+    "nobody": lambda truth: truth.update(state="nobody"),
+    "plant": lambda truth: truth.update(plant=1.0),
+    "cells": lambda truth: truth["ends"].reverse(),
+    "count": lambda truth: truth["errors"].pop(),
+    "times": lambda truth: truth["of"]["samples"]["times"].reverse(),
+    "multiplier": lambda truth: truth["derived"][0]["upper"][0].__setitem__(1, "1/3"),
+    "measurement": lambda truth: truth["derived"][0]["lower"][0].__setitem__(0, 10**6),
+    "time": lambda truth: truth["derived"][0].update(time=truth["derived"][0]["time"] + 1e-9),
+    "underivable": lambda truth: truth.update(derived=truth["derived"][1:]),
+    "unknown": lambda truth: truth.update(more=1.0),
+}
 
 
-@pytest.mark.parametrize("change", [change for _, change in CHANGES], ids=[name for name, _ in CHANGES])
-def test_a_changed_truth_is_refused(learned: TrackableReference, change) -> None:
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_changed_truth_is_refused(learned: TrackableReference, name: str) -> None:
     content = copy.deepcopy(encode_certificate(learned.certificate))
-    change(content["truth"][0])
+    CHANGES[name](content["truth"][0])
     assert isinstance(check(content), Failed | NotACertificate)
 
 
@@ -269,15 +242,6 @@ def test_samples_of_a_signal_are_never_contradicted_and_planted_faults_always(se
     assert isinstance(check(content), Failed)
 
 
-def test_four_samples_contradict_an_acceleration_of_which_any_three_are_possible() -> None:
-    of = SignalClass(Measured((0.0, 1.0, 2.0, 3.0), (0.0, 0.0, 1.0, 1.0), 0.0), None, None, 1.0)
-    found = no_signal("position", of)
-    assert found is not None
-    assert len(found.among) == 4
-    assert found.growth == pytest.approx(1 / 3, rel=1e-2)
-    assert no_signal("position", replace(of, second_derivative=1.34)) is None
-
-
 def test_learning_refuses_samples_that_no_signal_explains() -> None:
     t = np.arange(0.0, 2.0, 0.25)
     with pytest.raises(NotTrackableError, match="no true signal explains") as raised:
@@ -285,17 +249,6 @@ def test_learning_refuses_samples_that_no_signal_explains() -> None:
             Samples(t, 0.1 * np.sin(3 * t)), PLANT, SquaredExponential(), (0.0, 1.5), truth=Truth(1e-3, slope=0.05)
         )
     assert isinstance(raised.value.outcome, NoSignal)
-
-
-def test_a_truth_of_an_unknown_state_is_refused_with_those_there_are() -> None:
-    with pytest.raises(ValueError, match=r"^truth: expected names of states, position, velocity, got place$"):
-        learn_reference(
-            Samples([0.0, 0.5, 1.0], [0.0, 0.1, 0.0]),
-            PLANT,
-            SquaredExponential(),
-            (0.0, 1.0),
-            truth={"place": Truth(1e-3, slope=1.0)},
-        )
 
 
 @pytest.mark.parametrize(

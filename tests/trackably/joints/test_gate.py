@@ -44,11 +44,6 @@ def test_a_chunk_that_is_late_or_out_of_reach_changes_nothing() -> None:
         assert answer.running is running
 
 
-def test_a_position_outside_of_its_limits_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"^gate: the position of b must be in \[-2, 2\], got 9$"):
-        Gate(ARM).at_rest([0.0, 9.0, 0.0], 0.0)
-
-
 def test_turning_joints_are_met_whole_turns_away() -> None:
     wheel = Joints(velocity=2.0, acceleration=5.0, names=["wheel"], continuous=True)
     gate = Gate(wheel)

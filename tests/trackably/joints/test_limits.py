@@ -83,24 +83,14 @@ def test_a_plant_is_the_chain_with_its_highest_derivative_held(order: int) -> No
     assert plant.state_set.upper.tolist() == [1.0, *range(1, order), 3.0, *range(1, order)]
 
 
-def test_limits_are_given_for_all_for_each_or_by_name() -> None:
-    for velocity in (2.0, [2.0, 2.0], {"a": 2.0, "b": (-2.0, 2.0)}, np.array([[-2.0, 2.0], [-2.0, 2.0]])):
-        assert Joints(velocity=velocity, names=["a", "b"]).velocity.tolist() == [[-2.0, 2.0], [-2.0, 2.0]]
-    assert Joints(position={"a": (0, 1)}, jerk={"b": 3}).names == ("a", "b")
-
-
 DOCTYPE = '<!DOCTYPE robot [<!ENTITY a "aaaa">]><robot name="&a;"/>'
 LIMITLESS = '<robot><joint name="a" type="revolute"/></robot>'
-SLOW = '<robot><joint name="a" type="revolute"><limit lower="0" upper="1" velocity="fast"/></joint></robot>'
 WRONG_FILES = {
     "entities": ("a.urdf", DOCTYPE, "no document type and no entities"),
     "another root": ("a.urdf", "<sdf/>", "expected a <robot>, got <sdf>"),
     "no limit": ("a.urdf", LIMITLESS, "joint 'a' is revolute, and needs a <limit>"),
-    "a velocity in words": ("a.urdf", SLOW, "joint 'a': velocity: expected a finite number, got 'fast'"),
-    "nothing moves": ("a.urdf", "<robot/>", "no joint moves"),
     "a limit in words": ("a.yaml", "joint_limits: {a: {has_jerk_limits: true, max_jerk: x}}", "a: max_jerk: expected"),
     "neither true nor false": ("a.yaml", "joint_limits: {a: {has_jerk_limits: 1}}", "must be true or false, got 1"),
-    "a negative limit": ("a.yaml", "joint_limits: {a: {has_jerk_limits: true, max_jerk: -1}}", "must not be negative"),
 }  # fmt: skip
 
 

@@ -1,7 +1,6 @@
 """Values at one time that are averaged though noise does not explain their distance are asked about; noise is not."""
 
 import warnings
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +10,7 @@ from tests.trackably.recordings.tables import findings, record, rows
 from trackably import DoubtfulInputWarning
 from trackably.recordings import Column, Rows, average_repeated, read_csv, sort_rows
 
-SEEDS = range(20)
-
-
-def twice(values: np.ndarray, others: np.ndarray, noise: Sequence[float] | None = None) -> Rows:
-    """A row for each value at 0, 1, … s, and another for each of the others, at 0, 2, … s."""
-    stamps = [*map(str, range(len(values))), *(str(2 * k) for k in range(len(others)))]
-    return rows(stamps, noise=noise, x=[*values.tolist(), *others.tolist()])
+SEEDS = range(8)
 
 
 def said(table: Rows) -> list[str]:
@@ -25,12 +18,13 @@ def said(table: Rows) -> list[str]:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("known", [False, True])
-def test_noise_is_not_asked_about(seed: int, known: bool) -> None:
+def test_noise_is_not_asked_about(seed: int) -> None:
     rng = np.random.default_rng(seed)
     truth = np.sin(np.arange(60) / 7) * rng.uniform(0, 3)
     values, others = (of + 0.1 * rng.standard_normal(of.size) for of in (truth, truth[::2]))
-    assert said(twice(values, others, [0.1] * 90 if known else None)) == []
+    for noise in (None, [0.1] * 90):
+        stamps = [*map(str, range(60)), *map(str, range(0, 60, 2))]
+        assert said(rows(stamps, noise=noise, x=[*values.tolist(), *others.tolist()])) == []
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -51,7 +45,6 @@ def test_readers_warn_and_average_nevertheless(tmp_path: Path) -> None:
         recording = read_csv(tmp_path / "twice.csv", "t", "s", {"x": Column("x")}, repairs=["average_repeated"])
     assert caught[0].filename == __file__
     assert recording["x"].values[7] == (np.sin(7 / 5) + 9.0) / 2
-    assert "are they of one signal?: 1, first in line 9" in str(recording)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         read_csv(tmp_path / "twice.csv", "t", "s", {"x": Column("x")}, repairs=["keep_last_of_repeated"])

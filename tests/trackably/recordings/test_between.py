@@ -47,12 +47,3 @@ def test_it_is_a_selection_of_a_recording_that_is_right(
     assert part.origin == whole.origin == stamps[0] * 10**9
     np.testing.assert_array_equal(part["x"].times, whole["x"].times)
     np.testing.assert_array_equal(part["x"].values, whole["x"].values)
-
-
-def test_a_window_without_samples_is_refused_with_the_times_that_there_are(tmp_path):
-    path = tmp_path / "a.csv"
-    path.write_text("t,x\n5,1\n6,\n7,2\n8,\n")
-    with pytest.raises(
-        InputError, match=r"a.csv: between: there is no sample from 10 s to 12 s; they are from 5 s to 7 s$"
-    ):
-        read_csv(path, "t", "s", {"x": "x"}, between=(10.0, 12.0))

@@ -6,7 +6,6 @@ from tests.trackably.recordings.tables import NAN, REPEATED, content, findings, 
 from trackably.recordings import (
     Finding,
     Repair,
-    Rows,
     average_repeated,
     drop_rows_without_time,
     drop_zero_rows,
@@ -54,12 +53,3 @@ def test_repeats(repair: Repair, kept: float, word: str) -> None:
         "y": [(0.0, 9.0), (1.0, 1.0), (2.0, 8.0)],
     }
     assert findings(recording)[1:] == (Finding(f"time repeated, {word}", 2, "line 4"),)
-
-
-def test_a_repair_of_ones_own() -> None:
-    def halve(table: Rows) -> tuple[Rows, tuple[Finding, ...]]:
-        return table.only(range(0, len(table), 2)), (Finding("halved", len(table) // 2, table.places[1]),)
-
-    recording = record(rows(["0", "1", "2"], x=[1, 2, 3]), halve)
-    assert content(recording) == {"x": [(0.0, 1.0), (2.0, 3.0)]}
-    assert findings(recording) == (Finding("halved", 1, "line 3"),)

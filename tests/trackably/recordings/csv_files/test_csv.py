@@ -21,7 +21,6 @@ def path(tmp_path: Path) -> Path:
 
 WRITTEN: dict[str, tuple[str | bytes, CsvLayout]] = {
     "comma": ("t,x\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout()),
-    "given separator": ("t|x\n0|1.5\n0.1|-2\n0.25|3e-7\n", CsvLayout(separator="|")),
     "decimal commas": ("t;x\n0;1,5\n0,1;-2\n0,25;3e-7\n", COMMAS),
     "other columns": ("a,x,b,t\n?,1.5,,0\n,-2,text,0.1\n,3e-7,,0.25\n", CsvLayout()),
     "a name with a separator in quotes": ('"a;b",t,x\n1,0,1.5\n1,0.1,-2\n1,0.25,3e-7\n', CsvLayout()),
@@ -32,7 +31,6 @@ WRITTEN: dict[str, tuple[str | bytes, CsvLayout]] = {
     "lines to skip": ("Device,7\n\nt,x\n[s],[mm]\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout(skip=(1, 4))),
     "mark of UTF-8": (b"\xef\xbb\xbft,x\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout()),
     "Latin-1": ("t,x,größe\n0,1.5,µ\n0.1,-2,µ\n0.25,3e-7,µ\n".encode("latin-1"), CsvLayout(encoding="latin-1")),
-    "UTF-16": ("t,x\n0,1.5\n0.1,-2\n0.25,3e-7\n".encode("utf-16"), CsvLayout(encoding="utf-16")),
 }
 
 
@@ -64,7 +62,7 @@ def test_round_trip(
     assert recording["x"].values.tobytes() == np.array(values).tobytes()
 
 
-@pytest.mark.parametrize("cell", ["", " ", "NaN", "nan", "NA", "n/a", "-", "null", '""'])
+@pytest.mark.parametrize("cell", ["", " ", "NaN", "n/a", "-", "null", '""'])
 def test_missing_values(path: Path, cell: str) -> None:
     signals = {"x": Column("x"), "y": Column("y")}
     recording = read(path, f"t,x,y\n0,1,{cell}\n1,{cell},2\n2,{cell},3\n3,4,5", signals=signals)

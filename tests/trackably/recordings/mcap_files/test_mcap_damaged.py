@@ -26,9 +26,7 @@ UNDECODABLE: dict[str, tuple[bytes, tuple[str, str | None], bytes]] = {
     "no JSON": (b"{x: 1}", ("json", None), b""),
     "deep JSON": (b"[" * 100000, ("json", None), b""),
     "large exponent": (b'{"x": 1e99999999999999999999}', ("json", None), b""),
-    "cut CDR": (b"\0\1\0\0\0", ("cdr", "ros2msg"), b"float64 x"),
     "endless array": (b"\0\1\0\0\xff\xff\xff\xff", ("cdr", "ros2msg"), b"float64[] x"),
-    "wide text": (b"\0\1\0\0\0\0\0\0", ("cdr", "ros2msg"), b"wstring x"),
 }
 
 
@@ -41,10 +39,7 @@ def test_undecodable(path: Path, name: str) -> None:
     assert "mcap recover" not in said
 
 
-@pytest.mark.parametrize(
-    ("name", "compression"),
-    [("json", CompressionType.NONE), ("protobuf", CompressionType.LZ4), ("ros2", CompressionType.ZSTD)],
-)
+@pytest.mark.parametrize(("name", "compression"), [("json", CompressionType.NONE), ("ros2", CompressionType.ZSTD)])
 def test_truncated_anywhere(path: Path, name: str, compression: CompressionType) -> None:
     WRITERS[name](path, STATES, compression)
     data = path.read_bytes()
@@ -60,8 +55,7 @@ def test_flipped_bits(path: Path, name: str, crcs: bool) -> None:
     """Without checksums a flipped bit may go unseen: then it is in a value, or in what is not read."""
     WRITERS[name](path, STATES, CompressionType.NONE)
     data = path.read_bytes() if crcs else _without_checksums(path.read_bytes())
-    rng = np.random.default_rng(3)
-    outcomes = {"read": 0, "refused": 0}
+    rng, refused = np.random.default_rng(3), []
     for at in rng.integers(8, len(data), 40).tolist():
         damaged = bytearray(data)
         damaged[at] ^= 1 << int(rng.integers(8))
@@ -69,11 +63,9 @@ def test_flipped_bits(path: Path, name: str, crcs: bool) -> None:
         try:
             read_mcap(path, {"x": Field(TOPIC, "position.x", time=Stamp("stamp"))})
         except InputError as error:
-            outcomes["refused"] += str(error).startswith(str(path))
-        else:
-            outcomes["read"] += 1
-    assert sum(outcomes.values()) == 40
-    assert min(outcomes.values()) > 3
+            refused.append(str(error))
+    assert 3 < len(refused) < 37
+    assert all(said.startswith(str(path)) for said in refused)
 
 
 def _without_checksums(data: bytes) -> bytes:

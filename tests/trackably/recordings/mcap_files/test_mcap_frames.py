@@ -29,11 +29,7 @@ def read(path: Path, field: str) -> list[float]:
 def test_frames_are_not_mixed(tmp_path: Path) -> None:
     path = tmp_path / "tf.mcap"
     write_tf(path, ("base",), ("arm",), ("base",), ("arm", "base"))
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(InputError, match=r"message 2, .* is of arm here, and was of base before; name the one"):
         read(path, f"transforms[0].{X}")
-    assert str(caught.value) == (
-        f"{path}, {TOPIC}, message 2, field 'transforms[0].{X}': is of arm here, and was of base before; name the one "
-        f"that is meant: transforms[child_frame_id=arm].{X}"
-    )
     assert read(path, f"transforms[child_frame_id=base].{X}") == [0.04, 2.04, 3.04]
     assert read(path, f"transforms[child_frame_id=arm].{X}") == [1.03, 3.03]
