@@ -16,7 +16,6 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learn import learn_reference
-from trackably.reference import TrackableReference
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
@@ -28,30 +27,30 @@ STEPS = np.arange(101)
 WITHIN = np.arange(61)  # from the first sample to the last
 
 
-def plant(lower: float, upper: float) -> ConstrainedSystem:
+def plant(lower, upper):
     system = LinearSystem([[0.9]], [[0.5]], sampling_time=0.01)
     return ConstrainedSystem(system, Polytope.box([lower], [upper]), Polytope.box([-0.5], [0.5]))
 
 
 @cache
-def example1(upper: float = 0.01) -> TrackableReference:
+def example1(upper=0.01):
     k, y = np.loadtxt(ROOT / "data/paper/example1_samples.csv", delimiter=",", skiprows=1).T
     samples, kernel = Samples(k * 0.01, y), SquaredExponential()
     return learn_reference(samples, plant(-2.0, upper), kernel, "all_times", noise_std=0.01, starts=2, progress=False)
 
 
 @cache
-def drawn(upper: float = 0.01):
+def drawn(upper=0.01):
     return example1(upper).draws(STEPS, 4000)
 
 
-def assert_kept(sets: ConstrainedSystem, states, inputs, room: float = 0.0) -> None:
+def assert_kept(sets, states, inputs, room=0.0):
     """Every draw keeps all bounds, up to some room for inputs."""
     assert np.min(sets.state_set.margin(states)) >= 0
     assert np.min(sets.input_set.margin(inputs)) >= room
 
 
-def assert_followed(system, states, inputs) -> None:
+def assert_followed(system, states, inputs):
     np.testing.assert_allclose(system.successor(states[:, :-1], inputs[:, :-1]), states[:, 1:], atol=1e-6)
 
 

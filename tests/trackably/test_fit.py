@@ -1,7 +1,5 @@
 """What a learned reference says of itself: what its bounds cost, and whether it follows its samples."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -11,33 +9,30 @@ from trackably import (
     ConstrainedSystem,
     IgnoresSamplesWarning,
     Polytope,
-    Samples,
     SquaredExponential,
-    TrackableReference,
     learn_reference,
 )
-from trackably.fit import Misfit
 from trackably.gp.joint import JointPosterior
 
 SLOW = ConstrainedSystem(AXIS.system, Polytope.box([-1.1, -0.9], [0.2, 0.9]), AXIS.input_set)
 LOW = ConstrainedSystem(example1.SYSTEM.system, Polytope.box([-2.0], [0.001]), example1.SYSTEM.input_set)
 
 
-def learned(method: str) -> TrackableReference:
+def learned(method):
     return learn_reference({"position": SAMPLES}, SLOW, KERNEL, "all_times", noise_std=0.02, method=method)
 
 
 @pytest.fixture(scope="module")
-def joint() -> TrackableReference:
+def joint():
     return learned("joint")
 
 
 @pytest.fixture(scope="module")
-def alone() -> TrackableReference:
+def alone():
     return learned("hyperparameters")
 
 
-def least(reference: TrackableReference) -> float:
+def least(reference):
     return reference.fit.unconstrained_posterior.negative_log_marginal_likelihood()[0]
 
 
@@ -88,31 +83,3 @@ def test_a_reference_that_ignores_its_samples_is_announced_first(tmp_path):
     followed = learn_reference(*given, noise_std=0.01, mean=0.0)
     assert followed.misfit["state"] < 0.01
     assert followed.explanation.startswith("proved")
-
-
-N = 20
-SIGNS = np.tile([1.0, -1.0], N // 2)
-RAMP = Samples(np.arange(N), np.linspace(-1, 1, N))
-LARGE = Misfit("x", RAMP, 0.2 * SIGNS, 0.02 * SIGNS, 0.05, 0.05, True)
-
-
-@pytest.mark.parametrize(
-    ("changed", "is_large"),
-    {
-        "all three": ({}, True),
-        "near the unconstrained fit": ({"unconstrained": 0.07 * SIGNS}, False),
-        "far from both": ({"unconstrained": 0.06 * SIGNS}, True),
-        "within the noise": ({"noise_unconstrained": 0.21}, False),
-        "within a noise that bounds have inflated": ({"noise_std": 0.21}, True),
-        "a hair of the spread": ({"off": 0.06 * SIGNS}, False),
-        "noisy samples do not count": (
-            {
-                "off": np.where(RAMP.times < 2, 2.0, 0.01) * SIGNS,
-                "samples": Samples(RAMP.times, RAMP.values, np.where(RAMP.times < 2, 1e3, 1.0)),
-            },
-            False,
-        ),
-    }.values(),
-)
-def test_samples_are_ignored_where_three_conditions_hold(changed, is_large):
-    assert replace(LARGE, **changed).is_large == is_large

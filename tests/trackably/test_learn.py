@@ -2,7 +2,6 @@
 
 import json
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,11 +24,11 @@ from trackably.codec import CodecError
 
 
 @pytest.fixture(scope="module")
-def axis() -> TrackableReference:
+def axis():
     return learn_reference({"position": SAMPLES}, AXIS, KERNEL, "all_times", noise_std=0.02)
 
 
-def test_the_system_follows_inside_its_sets(axis: TrackableReference) -> None:
+def test_the_system_follows_inside_its_sets(axis):
     k = np.arange(3000)
     states, inputs = axis.state(k), axis.input(k)
     assert (states.shape, inputs.shape) == ((3000, 2), (3000, 1))
@@ -39,7 +38,7 @@ def test_the_system_follows_inside_its_sets(axis: TrackableReference) -> None:
     np.testing.assert_allclose(states[:60:4, 0], np.interp(k[:60:4] * 0.05, TIMES, MOVED), atol=0.15)
 
 
-def test_deviations_are_those_of_the_states_that_many_draws_would_have(axis: TrackableReference) -> None:
+def test_deviations_are_those_of_the_states_that_many_draws_would_have(axis):
     """Against a dense covariance of z at all times that are looked at."""
     kernel, noise = axis.prior.parts[0].kernel, axis.prior.parts[0].noise_std
     step, (seen,) = 0.05, axis.samples
@@ -55,7 +54,7 @@ def test_deviations_are_those_of_the_states_that_many_draws_would_have(axis: Tra
     np.testing.assert_allclose(axis.input_std(0.31 / step), expected[2:], rtol=1e-2)
 
 
-def test_what_is_saved_is_loaded_and_proved_again(axis: TrackableReference, tmp_path: Path) -> None:
+def test_what_is_saved_is_loaded_and_proved_again(axis, tmp_path):
     axis.save(tmp_path / "axis.json")
     again = TrackableReference.load(tmp_path / "axis.json")
     np.testing.assert_array_equal(again.state(np.arange(99)), axis.state(np.arange(99)))
@@ -64,7 +63,7 @@ def test_what_is_saved_is_loaded_and_proved_again(axis: TrackableReference, tmp_
     assert (again.hyperparameters, again.objective) == (axis.hyperparameters, axis.objective)
 
 
-def test_a_file_that_was_changed_is_refused(axis: TrackableReference, tmp_path: Path) -> None:
+def test_a_file_that_was_changed_is_refused(axis, tmp_path):
     path = tmp_path / "axis.json"
     axis.save(path)
     content = json.loads(path.read_text())
@@ -77,7 +76,7 @@ def test_a_file_that_was_changed_is_refused(axis: TrackableReference, tmp_path: 
         TrackableReference.load(path)
 
 
-def test_the_certificate_stands_alone(axis: TrackableReference, tmp_path: Path) -> None:
+def test_the_certificate_stands_alone(axis, tmp_path):
     axis.save_certificate(tmp_path / "proof.json")
     content = json.loads((tmp_path / "proof.json").read_text())
     verdict = check(tmp_path / "proof.json")
@@ -89,7 +88,7 @@ def test_the_certificate_stands_alone(axis: TrackableReference, tmp_path: Path) 
     assert "lengthscale = " in repr(axis)
 
 
-def test_what_is_not_proved_is_refused(axis: TrackableReference) -> None:
+def test_what_is_not_proved_is_refused(axis):
     for ask in (axis.state, axis.input, lambda k: axis.window(k, 5)):
         with pytest.raises(ValueError, match=r"^step -1 \(-0.05 s\) is outside of what is proved, all real t ≥ 0"):
             ask(-1)
@@ -99,7 +98,7 @@ def test_what_is_not_proved_is_refused(axis: TrackableReference) -> None:
     assert axis.window(10**9, 3).states.shape == (4, 2)
 
 
-def test_each_sample_may_have_its_own_noise() -> None:
+def test_each_sample_may_have_its_own_noise():
     """A sample that is known to be bad does not matter."""
     spoilt = SAMPLES.values.copy()
     spoilt[4] += 0.5
@@ -112,7 +111,7 @@ def test_each_sample_may_have_its_own_noise() -> None:
     assert abs(knowing.state(at)[0] - MOVED[4]) < 0.1 < abs(trusting.state(at)[0] - MOVED[4])
 
 
-def test_a_window_is_proved_and_nothing_else() -> None:
+def test_a_window_is_proved_and_nothing_else():
     up = Samples(TIMES, -0.9 + 0.3 * TIMES)
     found = learn_reference(up, AXIS, KERNEL, (0.0, 3.0), noise_std=0.02, mean=-5.0)
     assert "from 0 s to 3 s" in found.explanation
@@ -123,7 +122,7 @@ def test_a_window_is_proved_and_nothing_else() -> None:
             ask()
 
 
-def test_two_periodic_signals_share_their_period() -> None:
+def test_two_periodic_signals_share_their_period():
     t = np.linspace(0, 4, 20)
     samples = {"a": Samples(t, np.sin(2 * np.pi * t / 1.7)), "b": Samples(t + 0.03, 0.5 * np.cos(2 * np.pi * t / 1.7))}
     found = learn_reference(samples, CART, Periodic(), "all_phases", noise_std=0.05)
@@ -141,7 +140,7 @@ def test_two_periodic_signals_share_their_period() -> None:
             found.input(refused)
 
 
-def test_known_and_bounded_hyperparameters_stay_where_they_are() -> None:
+def test_known_and_bounded_hyperparameters_stay_where_they_are():
     kernel = SquaredExponential(signal_std=(0.1, 0.5), lengthscale=1.2)
     with pytest.warns(DoubtfulInputWarning, match=r"signal_std = 0\.5 .* noise_std = 0\.03 lies at the upper end"):
         found = learn_reference(SAMPLES, AXIS, kernel, "all_times", noise_std=(0.01, 0.03))

@@ -3,7 +3,6 @@
 import json
 from fractions import Fraction
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -29,7 +28,7 @@ WINDOW = (0.0, 3.0)
 
 
 @cache
-def learned(name: str) -> TrackableReference:
+def learned(name):
     extra = {
         "nominal": {},
         "without disturbance": {"disturbance": Zonotope.box([0.0, 0.0], [0.0, 0.0])},
@@ -104,7 +103,7 @@ def test_a_margin_is_kept_free():
 
 
 @pytest.mark.parametrize("name", ["pushed", "triangle", "margin", "noisy"])
-def test_what_is_saved_comes_back(name, tmp_path: Path):
+def test_what_is_saved_comes_back(name, tmp_path):
     found = learned(name)
     found.save(tmp_path / "r.json")
     again = TrackableReference.load(tmp_path / "r.json")
@@ -124,7 +123,7 @@ def test_what_is_saved_comes_back(name, tmp_path: Path):
         (("disturbance", "centre", 0), "one"),
     ],
 )
-def test_a_saved_tightening_that_was_changed_is_refused(path, value, tmp_path: Path):
+def test_a_saved_tightening_that_was_changed_is_refused(path, value, tmp_path):
     learned("pushed").save(tmp_path / "r.json")
     data = json.loads((tmp_path / "r.json").read_text())
     at = data["tightening"]

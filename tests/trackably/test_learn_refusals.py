@@ -18,7 +18,7 @@ from trackably.learning.problem import NothingFeasible
 from trackably.systems.reference import Reference
 
 
-def refusals() -> dict[str, tuple[dict[str, object], str]]:
+def refusals():
     both = {"a": SAMPLES, "b": SAMPLES}
     on_cart = {"plant": CART, "samples": both}
     return {
@@ -70,14 +70,14 @@ def refusals() -> dict[str, tuple[dict[str, object], str]]:
 
 
 @pytest.mark.parametrize("name", refusals())
-def test_refusals_say_what_is_wrong(name: str) -> None:
+def test_refusals_say_what_is_wrong(name):
     changed, sentence = refusals()[name]
     given = {"samples": SAMPLES, "plant": AXIS, "kernel": KERNEL, "claim": "all_times", "noise_std": 0.02} | changed
     with pytest.raises(ValueError, match=re.escape(sentence)):
         learn_reference(**given)
 
 
-def test_what_cannot_be_followed_says_by_how_much() -> None:
+def test_what_cannot_be_followed_says_by_how_much():
     """An amplitude that is known, and a force that is too small for it."""
     weak = ConstrainedSystem(AXIS.system, AXIS.state_set, Polytope.box([-0.01], [0.01]))
     with pytest.raises(NotTrackableError, match=r"breaks the .* bounds .* at t = .* s by") as raised:

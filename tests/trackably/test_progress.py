@@ -13,24 +13,23 @@ from tests.pipeline.published import example1
 from trackably import (
     Samples,
     SquaredExponential,
-    TrackableReference,
     learn_reference,
     progress,
 )
-from trackably.work import Work, done, watch
+from trackably.work import done, watch
 
 
 class Terminal(io.StringIO):
-    def isatty(self) -> bool:
+    def isatty(self):
         return True
 
 
-def learned(*, progress: bool = True) -> TrackableReference:
+def learned(*, progress=True):
     given = Samples(np.array([0.0, 0.1, 0.2, 0.3, 0.4]), np.array([-0.5, -0.2, 0.0, 0.0, 0.0]))
     return learn_reference(given, example1.SYSTEM, SquaredExponential(), "all_times", noise_std=0.01, progress=progress)
 
 
-def test_a_terminal_shows_what_is_done_and_results_are_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_terminal_shows_what_is_done_and_results_are_the_same(monkeypatch):
     shown = Terminal()
     monkeypatch.setattr(sys, "stderr", shown)
     watching = learned()
@@ -41,10 +40,10 @@ def test_a_terminal_shows_what_is_done_and_results_are_the_same(monkeypatch: pyt
     assert np.array_equal(watching.state(np.arange(50)), alone.state(np.arange(50)))
 
 
-def test_an_interrupt_ends_it_at_once() -> None:
-    heard: list[Work] = []
+def test_an_interrupt_ends_it_at_once():
+    heard = []
 
-    def interrupt(work: Work) -> None:
+    def interrupt(work):
         heard.append(work)
         if len(heard) == 5:
             raise KeyboardInterrupt
@@ -56,7 +55,7 @@ def test_an_interrupt_ends_it_at_once() -> None:
     assert len(heard) == 5  # nobody watches any more
 
 
-def test_who_asks_for_messages_hears_how_far_long_work_is(monkeypatch, caplog) -> None:
+def test_who_asks_for_messages_hears_how_far_long_work_is(monkeypatch, caplog):
     quiet = learned()
     monkeypatch.setattr(progress, "_EVERY", 0.0)
     caplog.set_level(logging.INFO, "trackably")
@@ -70,7 +69,7 @@ def test_who_asks_for_messages_hears_how_far_long_work_is(monkeypatch, caplog) -
     assert np.array_equal(quiet.state(np.arange(50)), heard.state(np.arange(50)))
 
 
-def test_the_command_line_says_how_far_a_long_check_is(tmp_path) -> None:
+def test_the_command_line_says_how_far_a_long_check_is(tmp_path):
     learned().save_certificate(tmp_path / "proof.json")
     soon = "from trackably import progress; progress._EVERY = 0"
     run = "import runpy, sys; runpy.run_module('trackably', run_name='__main__')"

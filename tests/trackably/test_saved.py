@@ -1,9 +1,6 @@
 """Saving and loading go wrong in one sentence that names the file."""
 
 import json
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -13,20 +10,20 @@ from trackably.codec import CodecError
 
 
 @pytest.fixture(scope="module")
-def reference() -> TrackableReference:
+def reference():
     return learn_reference(SAMPLES, AXIS, SquaredExponential(0.1, 0.5), (0.0, 1.0), noise_std=0.02, starts=1)
 
 
 @pytest.fixture(scope="module")
-def content(reference: TrackableReference, tmp_path_factory: pytest.TempPathFactory) -> bytes:
+def content(reference, tmp_path_factory):
     path = tmp_path_factory.mktemp("saved") / "r.json"
     reference.save(path)
     return path.read_bytes()
 
 
-def changed(*keys: str, to: object) -> Callable[[bytes], bytes]:
-    def change(content: bytes) -> bytes:
-        data: Any = json.loads(content)
+def changed(*keys, to):
+    def change(content):
+        data = json.loads(content)
         node = data
         for key in keys[:-1]:
             node = node[key]
@@ -39,7 +36,7 @@ def changed(*keys: str, to: object) -> Callable[[bytes], bytes]:
     return change
 
 
-BROKEN: dict[str, tuple[Callable[[bytes], bytes], str]] = {
+BROKEN = {
     "empty": (lambda _: b"", r"expected JSON, got"),
     "cut off": (lambda content: content[:500], r"expected JSON, got"),
     "no samples": (changed("fit", "samples", to=KeyError), r"lacks samples @ \$\.fit$"),
@@ -59,14 +56,14 @@ BROKEN: dict[str, tuple[Callable[[bytes], bytes], str]] = {
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_what_is_broken_is_named_with_its_file(name: str, content: bytes, tmp_path: Path) -> None:
+def test_what_is_broken_is_named_with_its_file(name, content, tmp_path):
     damage, sentence = BROKEN[name]
     (tmp_path / "r.json").write_bytes(damage(content))
     with pytest.raises(CodecError, match=rf"^{tmp_path}/r\.json: is no saved reference, or damaged: .*{sentence}"):
         TrackableReference.load(tmp_path / "r.json")
 
 
-def test_what_is_not_checked_in_time_is_unchecked_until_it_is(content: bytes, tmp_path: Path) -> None:
+def test_what_is_not_checked_in_time_is_unchecked_until_it_is(content, tmp_path):
     """Nothing of a reference can be had before: neither its states, nor a certificate."""
     (tmp_path / "r.json").write_bytes(content)
     found = TrackableReference.load(tmp_path / "r.json", seconds=0.0)

@@ -27,7 +27,7 @@ THEORY = ("Statement", "Jets", "Polynomials", "Forms", "Disturbance", "Checker")
 RESULTS = ROOT / "data" / "results"
 
 
-def certificate(name: str) -> dict:
+def certificate(name):
     return json.loads((RESULTS / (name.replace("/", "/certificates/") + ".json")).read_text())
 
 

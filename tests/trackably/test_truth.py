@@ -39,7 +39,7 @@ PLANT = ConstrainedSystem(SYSTEM, Polytope.box([-0.2, -0.5], [0.2, 0.5]), Polyto
 class BangBang:
     """A signal whose second derivative is ± M, with random switches."""
 
-    def __init__(self, seed: int, M: float = LIMIT) -> None:
+    def __init__(self, seed, M=LIMIT):
         draw = np.random.default_rng(seed)
         self.knots = np.cumsum(np.concatenate([[0.0], draw.exponential(0.2, 60)]))
         self.signs = M * draw.choice([-1.0, 1.0], 60)
@@ -48,20 +48,20 @@ class BangBang:
         moved = np.cumsum(self.slopes[:-1] * steps + self.signs * steps**2 / 2)
         self.values = 0.05 * draw.normal() + np.concatenate([[0.0], moved])
 
-    def __call__(self, t: np.ndarray) -> np.ndarray:
+    def __call__(self, t):
         k, h = self._place(t)
         return self.values[k] + self.slopes[k] * h + self.signs[k] * h**2 / 2
 
-    def rate(self, t: np.ndarray) -> np.ndarray:
+    def rate(self, t):
         k, h = self._place(t)
         return self.slopes[k] + self.signs[k] * h
 
-    def _place(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _place(self, t):
         k = np.clip(np.searchsorted(self.knots, t, side="right") - 1, 0, 59)
         return k, t - self.knots[k]
 
 
-def measured(of: BangBang, draw: np.random.Generator, count: int = 12) -> SignalClass:
+def measured(of, draw, count=12):
     """Return the class of a signal whose measurements are off by all of their noise."""
     t, s = (np.unique(draw.uniform(0.0, 4.0, n)) for n in (count, 4))
     values = of(t) + NOISE * draw.choice([-1.0, 1.0], len(t))
@@ -74,7 +74,7 @@ def measured(of: BangBang, draw: np.random.Generator, count: int = 12) -> Signal
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_every_side_bounds_every_signal_that_explains_the_samples(seed: int) -> None:
+def test_every_side_bounds_every_signal_that_explains_the_samples(seed):
     draw, f = np.random.default_rng(seed), BangBang(seed, 0.9 * LIMIT)
     of = measured(f, draw)
     n, x = len(of.samples.times), np.linspace(-1.0, 1.0, 21)
@@ -88,7 +88,6 @@ def test_every_side_bounds_every_signal_that_explains_the_samples(seed: int) -> 
             pair = int(draw.integers(n)), int(draw.integers(n + 8))
             for sign in (1, -1):
                 found = side(of, pair, sign, Box(a, b, 1.0), every)
-                assert found is not None
                 there = float(found[0]) + float(found[1]) * x + float(found[2]) * x**2
                 assert np.all(sign * (there - f((a + b) / 2 + (b - a) / 2 * x)) >= -1e-12)
                 kinds.add(
@@ -97,13 +96,11 @@ def test_every_side_bounds_every_signal_that_explains_the_samples(seed: int) -> 
     assert kinds == {"slope", "rate", "line", "more"}
     for known in claim.derived:
         low, high = (extreme(of, known, sign) for sign in (-1, 1))
-        assert low is not None
-        assert high is not None
         assert low - Fraction(1, 10**12) <= Fraction(float(f(np.array(known.time)))) <= high + Fraction(1, 10**12)
 
 
 @pytest.fixture(scope="module")
-def learned() -> TrackableReference:
+def learned():
     draw = np.random.default_rng(0)
     t = np.arange(0.0, 3.0, 0.1)
     values = 0.1 * np.sin(1.5 * t) + draw.uniform(-NOISE, NOISE, len(t))
@@ -113,7 +110,7 @@ def learned() -> TrackableReference:
     )
 
 
-def test_the_error_is_proved_stated_and_nearly_the_largest(learned: TrackableReference) -> None:
+def test_the_error_is_proved_stated_and_nearly_the_largest(learned):
     (truth,) = learned.certificate.truth
     verdict = check(encode_certificate(learned.certificate))
     assert isinstance(verdict, Proved)
@@ -133,17 +130,17 @@ COARSE = {"noise_std": 0.01, "truth": Truth(0.001, second_derivative=0.4), "prog
 
 
 @pytest.fixture(scope="module")
-def far() -> TrackableReference:
+def far():
     """With noise that is thought larger than it is, the reference is further from the signal than it could be."""
     return learn_reference(near_samples(), PLANT, SquaredExponential(), (0.0, 1.4), **COARSE)
 
 
-def near_samples() -> Samples:
+def near_samples():
     t = np.arange(0.0, 1.5, 0.1)
     return Samples(t, 0.08 * np.sin(1.8 * t) + np.random.default_rng(0).uniform(-0.001, 0.001, t.size))
 
 
-def test_a_tolerance_below_the_error_of_what_is_learned_is_kept(far: TrackableReference) -> None:
+def test_a_tolerance_below_the_error_of_what_is_learned_is_kept(far):
     wanted, pushed = 0.9 * far.accuracy().error, Zonotope.box([0.0, -5e-5], [0.0, 5e-5])
     found = learn_reference(
         near_samples(), PLANT, SquaredExponential(), (0.0, 1.4), **COARSE, disturbance=pushed, tolerance=wanted
@@ -155,7 +152,7 @@ def test_a_tolerance_below_the_error_of_what_is_learned_is_kept(far: TrackableRe
     assert f"|x_r(t) - f(t)| ≤ {truth.error!r}" in verdict.statement
 
 
-def test_a_tolerance_that_no_reference_reaches_is_refused_with_the_least(far: TrackableReference) -> None:
+def test_a_tolerance_that_no_reference_reaches_is_refused_with_the_least(far):
     least = far.accuracy().least
     with pytest.raises(NotTrackableError, match="from a tolerance of") as raised:
         learn_reference(
@@ -174,17 +171,17 @@ def test_a_tolerance_that_no_reference_reaches_is_refused_with_the_least(far: Tr
         (0.1, "all_phases", {}),
     ],
 )
-def test_a_tolerance_that_means_nothing_is_refused(tolerance, claim, more) -> None:
+def test_a_tolerance_that_means_nothing_is_refused(tolerance, claim, more):
     with pytest.raises(ValueError, match="tolerance"):
         learn_reference(near_samples(), PLANT, SquaredExponential(), claim, **{**COARSE, **more}, tolerance=tolerance)
 
 
-def test_what_is_saved_says_the_same_when_it_is_loaded(learned: TrackableReference, tmp_path) -> None:
+def test_what_is_saved_says_the_same_when_it_is_loaded(learned, tmp_path):
     learned.save(tmp_path / "reference.json")
     assert TrackableReference.load(tmp_path / "reference.json").certificate.truth == learned.certificate.truth
 
 
-def shrink(truth: dict) -> None:
+def shrink(truth):
     truth["errors"][int(np.argmax(truth["errors"]))] *= 0.5
 
 
@@ -210,13 +207,13 @@ CHANGES = {
 
 
 @pytest.mark.parametrize("name", CHANGES)
-def test_a_changed_truth_is_refused(learned: TrackableReference, name: str) -> None:
+def test_a_changed_truth_is_refused(learned, name):
     content = copy.deepcopy(encode_certificate(learned.certificate))
     CHANGES[name](content["truth"][0])
     assert isinstance(check(content), Failed | NotACertificate)
 
 
-def test_cells_that_only_exact_arithmetic_encloses_are_checked(learned: TrackableReference) -> None:
+def test_cells_that_only_exact_arithmetic_encloses_are_checked(learned):
     content = encode_certificate(learned.certificate)
     (truth,) = copy.deepcopy(content["truth"])
     for name in ("ends", "radii", "upper", "lower", "errors"):
@@ -225,7 +222,7 @@ def test_cells_that_only_exact_arithmetic_encloses_are_checked(learned: Trackabl
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_samples_of_a_signal_are_never_contradicted_and_planted_faults_always(seed: int) -> None:
+def test_samples_of_a_signal_are_never_contradicted_and_planted_faults_always(seed):
     draw, f = np.random.default_rng(seed), BangBang(seed)
     of = measured(f, draw)
     of = [of, replace(of, rates=None), replace(of, slope=None), replace(of, second_derivative=None, rates=None)][
@@ -242,7 +239,7 @@ def test_samples_of_a_signal_are_never_contradicted_and_planted_faults_always(se
     assert isinstance(check(content), Failed)
 
 
-def test_learning_refuses_samples_that_no_signal_explains() -> None:
+def test_learning_refuses_samples_that_no_signal_explains():
     t = np.arange(0.0, 2.0, 0.25)
     with pytest.raises(NotTrackableError, match="no true signal explains") as raised:
         learn_reference(
@@ -261,6 +258,6 @@ def test_learning_refuses_samples_that_no_signal_explains() -> None:
         {"noise": 0.1, "slope": 1.0, "rate": "velocity", "rate_noise": 0.1},
     ],
 )
-def test_a_truth_without_bounds_is_refused(wrong: dict) -> None:
+def test_a_truth_without_bounds_is_refused(wrong):
     with pytest.raises(ValueError, match="truth"):
         Truth(**wrong)

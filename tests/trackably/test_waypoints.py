@@ -21,7 +21,6 @@ from trackably import (
     TrackableReference,
     check,
     learn_reference,
-    learn_stream,
     mobile_robot,
 )
 from trackably import learn as learning
@@ -39,12 +38,12 @@ FREE = ConstrainedSystem(AXIS.system, Polytope.box([-np.inf, -1.0], [np.inf, 1.0
 SLOPING = ConstrainedSystem(CART.system, Polytope([[1.0, 1.0], [1.0, -1.0]], [-1.0, -1.0], [1.0, 1.0]), CART.input_set)
 
 
-def learned(at, plant=AXIS, kernel=KNOWN, **options) -> TrackableReference:
+def learned(at, plant=AXIS, kernel=KNOWN, **options):
     return learn_reference({"position": SAMPLES}, plant, kernel, "all_times", noise_std=0.02, at=at, **options)
 
 
 @pytest.fixture(scope="module")
-def axis() -> TrackableReference:
+def axis():
     return learned(AT)
 
 
@@ -93,7 +92,7 @@ def test_values_that_are_not_met_are_no_reference(monkeypatch):
     assert isinstance(raised.value.outcome, Counterexample)
 
 
-def curve(low: float, high: float) -> Samples:
+def curve(low, high):
     """From one level to another in 3 s, with noise."""
     t = np.arange(0.0, 3.01, 0.15)
     part = np.clip(t / 3.0, 0.0, 1.0)
@@ -125,13 +124,6 @@ def test_at_rest_the_system_stays_where_it_is_with_the_input_that_holds_it(name,
     assert all(isinstance(check(file), Proved) for file in files)
     found.save(tmp_path / "reference.json")
     assert TrackableReference.load(tmp_path / "reference.json").explanation == found.explanation
-
-
-def test_a_stream_comes_to_rest_in_the_window_of_that_time():
-    found = learn_stream(SAMPLES, AXIS, KNOWN, "all_times", window=1.0, noise_std=0.02, at={1.5: "rest"})
-    (pinned,) = found.stream.pinned
-    assert (pinned.values["velocity"], pinned.values["force"]) == (0.0, 0.0)
-    assert found.state(31) == pytest.approx(found.state(30), abs=2e-4)
 
 
 ROBOT = ConstrainedSystem(

@@ -2,7 +2,6 @@
 
 from fractions import Fraction
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,34 +12,37 @@ from tests.trackably.plants import AXIS, SAMPLES
 from trackably import (
     Periodic,
     Samples,
-    TrackableReference,
     learn_reference,
 )
+from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import LATEST, Draft
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Proved, check
-from trackably.checker.certificate import AllPhases
+from trackably.checker.certificate import AllPhases, Cover
 from trackably.checker.intervals import exactly
 from trackably.exports.c99 import header
+from trackably.gp.signal import KernelSum
+from trackably.systems.pieces import PolynomialPieces
+from trackably.systems.reference import Reference
 
 RNG = np.random.default_rng(33)
 LATE = np.unique(np.concatenate([np.round(10.0 ** RNG.uniform(3, 10, 14)), [41_900.0, 10.0**10]]))
 
 
 @cache
-def irregular() -> TrackableReference:
+def irregular():
     """A period that is no multiple of the sampling time, and whose binary digits do not end."""
     t = np.arange(0.0, 12.0, 0.3)
     samples = Samples(t, 0.6 * np.sin(2 * np.pi * t / 4.19))
     return learn_reference(samples, SWING, Periodic(1.0, 1.0, period=4.19), "all_phases", noise_std=0.05, starts=1)
 
 
-def in_period(t: Fraction, period: float) -> Fraction:
+def in_period(t, period):
     """t, moved by whole periods to the nearest to 0."""
     return t - round(t / Fraction(period)) * Fraction(period)
 
 
-def require_near(proved: TrackableReference, steps: np.ndarray, values: np.ndarray) -> None:
+def require_near(proved, steps, values):
     """Each value is within the certified error of the one in intervals, at the exact time without whole periods."""
     reference = proved.reference
     system, draft = reference.plant.system, Draft.of(reference, 1.0, np.zeros(1))
@@ -57,8 +59,8 @@ FAST = ("-O3", "-march=native", "-ffp-contract=fast")
 
 
 @pytest.mark.parametrize("of", [periodic, irregular])
-def test_values_are_within_the_certified_error_for_years(of: object) -> None:
-    proved: TrackableReference = of()  # type: ignore[operator]
+def test_values_are_within_the_certified_error_for_years(of):
+    proved = of()
     k = np.concatenate([LATE, -LATE])
     require_near(proved, k, np.hstack([proved.state(k), proved.input(k)]))
     t = proved.reference.instants(LATE)
@@ -68,10 +70,8 @@ def test_values_are_within_the_certified_error_for_years(of: object) -> None:
 
 @pytest.mark.skipif(CC is None, reason="there is no C compiler")
 @pytest.mark.parametrize(("of", "options"), [(periodic, ()), (irregular, FAST)])
-def test_values_in_c_are_within_the_certified_error_for_years(
-    of: object, options: tuple[str, ...], tmp_path: Path
-) -> None:
-    proved: TrackableReference = of()  # type: ignore[operator]
+def test_values_in_c_are_within_the_certified_error_for_years(of, options, tmp_path):
+    proved = of()
     k = np.concatenate([LATE, -LATE])
     refused, values = run(compiled(proved, tmp_path, "reference_step((long long)t, x, u)", options), k)
     assert not refused.any()
@@ -82,7 +82,17 @@ def test_values_in_c_are_within_the_certified_error_for_years(
     np.testing.assert_allclose(at, np.hstack([*proved.eval(times)]), atol=1e-11)
 
 
-def test_what_comes_to_rest_has_no_end() -> None:
+def test_steps_that_float64_cannot_count_are_refused():
+    """2⁵³ + 1 is no float64: its phase would be that of another step. Of polynomial pieces as well."""
+    slow = Reference((KernelSum(Periodic(1.0, 1.0, 1e6), 0.0, np.array([0.0]), np.array([0.1])),), SWING)
+    pieces = Reference((PolynomialPieces([0.0, 1e5, 3e5], [[0.1, 0.0], [0.2, 0.0]], "period"),), SWING)
+    for reference in (slow, pieces):
+        certificate = Certificate(reference, AllPhases(), Cover(0.0, 1e6, {}, 0), {}, 1e18)
+        assert certificate.first_unproved(np.array([2.0**52 * 0.1])) is None
+        assert certificate.first_unproved(np.array([(2.0**53 + 2) * 0.1])) is not None
+
+
+def test_what_comes_to_rest_has_no_end():
     """A periodic kernel times one that decays: the phase is lost, but nothing depends on it any more."""
     kernel = Periodic(1.0, 1.0, period=2.0) * KERNEL
     found = learn_reference(SAMPLES, AXIS, kernel, "all_times", noise_std=0.02, starts=1)
@@ -93,7 +103,7 @@ def test_what_comes_to_rest_has_no_end() -> None:
 
 
 @pytest.mark.skipif(CC is None, reason="there is no C compiler")
-def test_c_answers_no_time_outside_of_the_window_and_says_which_steps(tmp_path: Path) -> None:
+def test_c_answers_no_time_outside_of_the_window_and_says_which_steps(tmp_path):
     proved = on_window()
     times = np.array([3.0, np.nextafter(3.0, 4.0), 3.0 * (1 + 5e-13)])
     refused, _ = run(compiled(proved, tmp_path), times)

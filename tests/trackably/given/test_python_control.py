@@ -27,8 +27,6 @@ def test_a_state_space_is_a_plant():
     for system, step in ((CONTINUOUS, None), (control.ss([[0.5]], [[1]], [[1]], 0, True), None)):
         with pytest.raises(ValueError, match="sampling time"):
             LinearSystem.of_state_space(system, step)
-    with pytest.raises(ValueError, match="one only"):
-        LinearSystem.of_state_space(control.ss([[0.5]], [[1]], [[1]], 0, 0.1), 0.2)
 
 
 @pytest.mark.parametrize("basis", BASES)

@@ -80,7 +80,7 @@ def test_formulas_that_may_not_be_defined():
     assert "divides by may be zero" in found.explanation
 
 
-def moved(table: Table, by: float) -> Table:
+def moved(table, by):
     states = table.states.copy()
     states[11, 0] += by
     return replace(table, states=states)

@@ -23,7 +23,7 @@ SEEDS = range(6)
 T = np.linspace(0.0, 2.0, 9)
 
 
-def limited(given: JointTrajectory, part: float, orders: int = 4) -> Joints:
+def limited(given, part, orders=4):
     """Return limits that are a part of what a trajectory needs, seen on a fine grid; positions have twice the room."""
     t = np.linspace(*given.span, 20_001)[:-1]
     most = [np.max(np.abs(given(t, r)), axis=0) * (2 if r == 0 else part) for r in range(orders)]
@@ -31,7 +31,7 @@ def limited(given: JointTrajectory, part: float, orders: int = 4) -> Joints:
     return Joints(position=[(-x, x) for x in most[0]], names=given.names, **by_order)
 
 
-def outside(given: JointTrajectory, joints: Joints) -> float:
+def outside(given, joints):
     """Return how far derivatives are outside of their limits, on a fine grid, as a part of these."""
     t = np.linspace(*given.span, 20_001)[:-1]
     found = [given(t, r) for r in range(joints.order + 1)]
@@ -42,7 +42,7 @@ def outside(given: JointTrajectory, joints: Joints) -> float:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_what_is_broken_first_is_named_for_each_joint(seed: int, tmp_path) -> None:
+def test_what_is_broken_first_is_named_for_each_joint(seed, tmp_path):
     given = random_spline(np.random.default_rng(seed), 3)
     joints = limited(given, 0.7)
     found = certify_joints(given, joints)
@@ -63,7 +63,7 @@ def test_what_is_broken_first_is_named_for_each_joint(seed: int, tmp_path) -> No
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_the_least_slowdown_is_the_least(seed: int, tmp_path) -> None:
+def test_the_least_slowdown_is_the_least(seed, tmp_path):
     given = random_spline(np.random.default_rng(seed), 2)
     joints = limited(given, 0.5)
     found = stretch_joints(given, joints)
@@ -71,11 +71,11 @@ def test_the_least_slowdown_is_the_least(seed: int, tmp_path) -> None:
     assert isinstance(check(found.save_certificate(tmp_path / "proof.json")), Proved)
     assert 1.25 < found.factor < 2.1
     assert isinstance(certify_joints(given.slowed(found.factor * (1 - 1e-9)), joints), BrokenLimits)
-    assert stretch_joints(found.trajectory, joints).factor == 1.0  # type: ignore[union-attr]
+    assert stretch_joints(found.trajectory, joints).factor == 1.0
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_a_repair_keeps_limits_and_begins_where_it_has_to(seed: int) -> None:
+def test_a_repair_keeps_limits_and_begins_where_it_has_to(seed):
     rng = np.random.default_rng(seed)
     given = random_spline(rng, 2)
     joints = limited(given, 0.8)
@@ -94,7 +94,7 @@ def test_a_repair_keeps_limits_and_begins_where_it_has_to(seed: int) -> None:
     np.testing.assert_allclose(moved.trajectory.state(0.0, 3), start, atol=1e-9)
 
 
-def test_a_repair_that_cannot_be_is_unproved() -> None:
+def test_a_repair_that_cannot_be_is_unproved():
     given = JointTrajectory.through([0.0, 0.1], [[0.0], [1.0]])
     joints = Joints(velocity=1.0, acceleration=1.0, names=given.names)
     beyond = repair_joints(given, joints, start=[[0.0], [2.0]])
@@ -105,7 +105,7 @@ def test_a_repair_that_cannot_be_is_unproved() -> None:
     assert "0 s" in late.explanation
 
 
-def test_limits_of_a_derivative_are_broken_where_the_one_below_jumps() -> None:
+def test_limits_of_a_derivative_are_broken_where_the_one_below_jumps():
     linear = JointTrajectory.through(T, np.sin(T)[:, None])
     assert isinstance(certify_joints(linear, Joints(velocity=1.0, names=linear.names)), CertifiedTrajectory)
     found = certify_joints(linear, Joints(velocity=1.0, acceleration=1e9, names=linear.names))
@@ -114,7 +114,7 @@ def test_limits_of_a_derivative_are_broken_where_the_one_below_jumps() -> None:
     assert isinstance(stretch_joints(linear, Joints(acceleration=1e9, names=linear.names)), BrokenLimits)
 
 
-def test_a_joint_may_jump_in_what_it_has_no_limits_of() -> None:
+def test_a_joint_may_jump_in_what_it_has_no_limits_of():
     positions = np.column_stack([np.sin(T), 0.1 * T])
     given = JointTrajectory.through(T, positions, names=["gripper", "arm"], rests=False)
     limits = {"velocity": {"gripper": 2.0}, "acceleration": {"arm": 1.0}}
@@ -124,7 +124,7 @@ def test_a_joint_may_jump_in_what_it_has_no_limits_of() -> None:
     assert [(each.joint, each.order) for each in found.broken] == [("gripper", "velocity")]
 
 
-def test_the_end_counts_where_it_rests() -> None:
+def test_the_end_counts_where_it_rests():
     spline = CubicSpline(T, np.sin(T)[:, None])
     joints = Joints(acceleration=2.0, names=["q1"])
     found = certify_joints(spline, joints)

@@ -1,7 +1,5 @@
 """Joints: limits from descriptions of robots, and the chains of integrators that follow commands."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -39,12 +37,12 @@ CONTROL = """
 """
 
 
-def file(folder: Path, name: str, text: str) -> Path:
+def file(folder, name, text):
     (folder / name).write_text(text, encoding="utf-8")
     return folder / name
 
 
-def test_a_urdf_says_positions_and_velocities(tmp_path: Path) -> None:
+def test_a_urdf_says_positions_and_velocities(tmp_path):
     joints = Joints.from_urdf(file(tmp_path, "arm.urdf", URDF), acceleration={"shoulder": 4.0})
     assert joints.names == ("shoulder", "wheel", "free", "slide")
     assert joints.continuous == {"wheel", "free"}
@@ -53,7 +51,7 @@ def test_a_urdf_says_positions_and_velocities(tmp_path: Path) -> None:
     assert joints.order == 2
 
 
-def test_joint_limits_are_read_as_moveit_and_ros2_control_write_them(tmp_path: Path) -> None:
+def test_joint_limits_are_read_as_moveit_and_ros2_control_write_them(tmp_path):
     joints = Joints.from_joint_limits_yaml(file(tmp_path, "joint_limits.yaml", MOVEIT))
     assert joints.names == ("shoulder", "wrist")
     assert joints.velocity[:, 1].tolist() == [2.175, np.inf]
@@ -65,7 +63,7 @@ def test_joint_limits_are_read_as_moveit_and_ros2_control_write_them(tmp_path: P
 
 
 @pytest.mark.parametrize("order", [2, 3, 4])
-def test_a_plant_is_the_chain_with_its_highest_derivative_held(order: int) -> None:
+def test_a_plant_is_the_chain_with_its_highest_derivative_held(order):
     names = ("a", "b")
     limits = dict(zip(("velocity", "acceleration", "jerk", "snap"), (1.0, 2.0, 3.0, 4.0), strict=True))
     chosen = dict(list(limits.items())[:order])
@@ -95,7 +93,7 @@ WRONG_FILES = {
 
 
 @pytest.mark.parametrize("name", WRONG_FILES)
-def test_a_wrong_file_is_refused_in_a_sentence(name: str, tmp_path: Path) -> None:
+def test_a_wrong_file_is_refused_in_a_sentence(name, tmp_path):
     called, text, said = WRONG_FILES[name]
     read = Joints.from_urdf if called.endswith("urdf") else Joints.from_joint_limits_yaml
     with pytest.raises(InputError, match=called) as refused:

@@ -1,10 +1,8 @@
 """Trajectories of joints: what planners and messages say is what is read, at all times between the points."""
 
 import logging
-from collections.abc import Callable
 from functools import partial
 from math import factorial
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -41,18 +39,18 @@ SPLINES = {
 
 
 @pytest.mark.parametrize("name", SPLINES)
-def test_splines_of_several_columns_are_read(name: str) -> None:
+def test_splines_of_several_columns_are_read(name):
     found = JointTrajectory.of(SPLINES[name], ["a", "b"])
     for order in range(3):
         wanted = (SPLINES[name].derivative(order) if order else SPLINES[name])(FINE)
         np.testing.assert_allclose(found(FINE, order), wanted, atol=1e-9 * 10**order)
 
 
-def naive(t: float, i: int, fields: list[np.ndarray]) -> np.ndarray:
+def naive(t, i, fields):
     """Return what goes through the fields of two points, by a linear system for its coefficients."""
     n, h = 2 * len(fields), T[i + 1] - T[i]
 
-    def row(x: float, r: int) -> list[float]:
+    def row(x, r):
         return [factorial(k) / factorial(k - r) * x ** (k - r) if k >= r else 0.0 for k in range(n)]
 
     M = [row(x, r) for x in (0.0, h) for r in range(len(fields))]
@@ -61,7 +59,7 @@ def naive(t: float, i: int, fields: list[np.ndarray]) -> np.ndarray:
 
 
 @pytest.mark.parametrize("fields", [[Q], [Q, V], [Q, V, A]], ids=["linear", "cubic", "quintic"])
-def test_points_are_met_as_the_controller_meets_them(fields: list[np.ndarray]) -> None:
+def test_points_are_met_as_the_controller_meets_them(fields):
     found = JointTrajectory.through(T, *fields)
     assert found.degree == 2 * len(fields) - 1
     for t in FINE[::7]:
@@ -69,14 +67,14 @@ def test_points_are_met_as_the_controller_meets_them(fields: list[np.ndarray]) -
         np.testing.assert_allclose(found(t), naive(t, i, fields), atol=1e-12)
 
 
-def test_positions_alone_are_upsampled_by_the_spline_at_rest() -> None:
+def test_positions_alone_are_upsampled_by_the_spline_at_rest():
     found = JointTrajectory.through(T, Q, upsampled=True)
     np.testing.assert_allclose(found(FINE), CubicSpline(T, Q, bc_type="clamped")(FINE), atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["arm.yaml", "arm.mcap"])
 @pytest.mark.parametrize("fields", [[Q], [Q, V], [Q, V, A]], ids=["linear", "cubic", "quintic"])
-def test_messages_come_back(name: str, fields: list[np.ndarray], tmp_path: Path) -> None:
+def test_messages_come_back(name, fields, tmp_path):
     given = JointTrajectory.through(T, *fields, names=["a", "b"])
     found = read_joint_trajectory(write_joint_trajectory(given, tmp_path / name))
     assert found.names == given.names
@@ -86,12 +84,12 @@ def test_messages_come_back(name: str, fields: list[np.ndarray], tmp_path: Path)
 POINT = "{{positions: [{}], velocities: [{}], accelerations: [{}], time_from_start: {{sec: {}, nanosec: 0}}}}"
 
 
-def message(folder: Path, *points: str, joints: str = "[a]") -> Path:
+def message(folder, *points, joints="[a]"):
     (folder / "m.yaml").write_text(f"joint_names: {joints}\npoints: [{', '.join(points)}]\n")
     return folder / "m.yaml"
 
 
-def test_what_points_lack_is_integrated(tmp_path: Path) -> None:
+def test_what_points_lack_is_integrated(tmp_path):
     """From 1 with velocity 2 to velocity 4 in 1 s: 4; then with acceleration 2, from 0, in 2 s: v = 6, q = 14."""
     file = message(tmp_path, POINT.format(1, 2, "", 0), POINT.format("", 4, "", 1), POINT.format("", "", 2, 3))
     found = read_joint_trajectory(file)
@@ -100,7 +98,7 @@ def test_what_points_lack_is_integrated(tmp_path: Path) -> None:
     assert found(1.0, 2)[0] == 0.0  # an acceleration that is needed, and not known, is zero
 
 
-def test_slowing_and_delaying_keep_the_path() -> None:
+def test_slowing_and_delaying_keep_the_path():
     given = random_spline(np.random.default_rng(0), 2)
     moved = given.slowed(1.7).delayed(3.0)
     for order in range(4):
@@ -113,7 +111,7 @@ GATE = Gate(ARM)
 RESTING = GATE.at_rest([0.0, 0.0], 0.0)
 through = JointTrajectory.through
 one = partial(Joints, names=["a"])
-WRONG: dict[str, tuple[Callable[[], object], str]] = {
+WRONG = {
     "a limit in words": (lambda: one(velocity="fast"), "velocity of a: expected numbers, got 'fast'"),
     "limits turned round": (lambda: one(position={"a": (1, 0)}), "interior, got [1.0, 0.0]"),
     "a function": (lambda: certify_joints(np.sin, ARM), "expected a spline of SciPy with a column"),
@@ -142,7 +140,7 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_what_is_wrong_is_said_in_a_sentence(name: str) -> None:
+def test_what_is_wrong_is_said_in_a_sentence(name):
     call, said = WRONG[name]
     with pytest.raises((TypeError, ValueError)) as refused:
         call()
@@ -158,21 +156,22 @@ MESSAGES = {
 
 
 @pytest.mark.parametrize("name", MESSAGES)
-def test_a_wrong_message_is_refused_in_a_sentence(name: str, tmp_path: Path) -> None:
+def test_a_wrong_message_is_refused_in_a_sentence(name, tmp_path):
     given, said = MESSAGES[name]
     with pytest.raises(InputError, match=r"m\.yaml") as refused:
         read_joint_trajectory(message(tmp_path, *given))
     assert said in str(refused.value)
 
 
-def test_what_topp_ra_hands_out_is_read() -> None:
+@pytest.mark.parametrize("parametrizer", ["ParametrizeSpline", "ParametrizeConstAccel"])
+def test_what_topp_ra_hands_out_is_read(parametrizer):
     toppra = pytest.importorskip("toppra")
     logging.getLogger("toppra").setLevel(logging.ERROR)
     path = toppra.SplineInterpolator(T, Q)
     limits = [np.array([[-1.0, 1.0]] * 2), np.array([[-3.0, 3.0]] * 2)]
     kinds = toppra.constraint.JointVelocityConstraint, toppra.constraint.JointAccelerationConstraint
     asked = [kind(limit) for kind, limit in zip(kinds, limits, strict=True)]
-    planned = toppra.algorithm.TOPPRA(asked, path, parametrizer="ParametrizeSpline").compute_trajectory(0, 0)
+    planned = toppra.algorithm.TOPPRA(asked, path, parametrizer=parametrizer).compute_trajectory(0, 0)
     found = JointTrajectory.of(planned, ["a", "b"])
     t = np.linspace(*found.span, 200)[1:-1]
     for order in range(3):
@@ -182,7 +181,7 @@ def test_what_topp_ra_hands_out_is_read() -> None:
     assert stretched.factor < 1.5
 
 
-def ruckig_like(off: float = 0.0) -> SimpleNamespace:
+def ruckig_like(off=0.0):
     """Return what has the fields of Ruckig's trajectories: seven phases of constant jerk, one joint's after a brake."""
     phases = [(0.1, 20.0), (0.2, 0.0), (0.1, -20.0), (0.3, 0.0), (0.1, -20.0), (0.2, 0.0), (0.1, 20.0)]
     every = []
@@ -193,12 +192,12 @@ def ruckig_like(off: float = 0.0) -> SimpleNamespace:
             p, v, a = p + v * t + a * t**2 / 2 + j * t**3 / 6, v + a * t + j * t**2 / 2, a + j * t
         every.append((rows, len(brake)))
 
-    def profile(rows: list[dict[str, float]], n: int) -> SimpleNamespace:
+    def profile(rows, n):
         braked, after = ({name: [row[name] for row in part] for name in "tpvaj"} for part in (rows[:n], rows[n:-1]))
         ends = {f"{name}f": rows[-1][name] for name in "pva"}
         return SimpleNamespace(**after, **ends, brake=SimpleNamespace(**braked))
 
-    def at_time(t: float) -> tuple[list[float]]:
+    def at_time(t):
         found = []
         for rows, _ in every:
             begins = np.cumsum([0.0, *(row["t"] for row in rows[:-1])])
@@ -210,7 +209,7 @@ def ruckig_like(off: float = 0.0) -> SimpleNamespace:
     return SimpleNamespace(profiles=[[profile(*of) for of in every]], at_time=at_time, duration=1.3)
 
 
-def test_what_ruckig_hands_out_is_read() -> None:
+def test_what_ruckig_hands_out_is_read():
     given = ruckig_like()
     found = JointTrajectory.of(given, ["a", "b"])
     assert found.span == (0.0, 1.3)

@@ -22,13 +22,13 @@ TICKS = {
 
 
 @pytest.mark.parametrize("name", TICKS)
-def test_ticks(name: str) -> None:
+def test_ticks(name):
     clock = CLOCKS[name]
     written, seconds = TICKS[name]
     assert clock.seconds(Decimal(written)) == Decimal(seconds)
     assert clock.absolute == name.startswith("epoch")
 
 
-def test_frames() -> None:
+def test_frames():
     assert float(frames(60).seconds(Decimal(768))) == 12.8
     assert float(frames(29.97).seconds(Decimal(2997))) == 100.0

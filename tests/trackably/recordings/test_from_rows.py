@@ -13,7 +13,7 @@ from trackably.recordings import (
 )
 from trackably.recordings.rows import recording_from_rows
 
-REFUSALS: dict[str, tuple[Rows, str]] = {
+REFUSALS = {
     "out of order": (
         rows(["0", "12.70", "0.0256", "0.03", "12.8"], x=range(5)),
         "a.csv, line 4: times must not decrease, got 0.0256 s after 12.7 s; 1 row is out of order ",
@@ -33,7 +33,7 @@ REFUSALS: dict[str, tuple[Rows, str]] = {
 
 
 @pytest.mark.parametrize("name", REFUSALS)
-def test_refused(name: str) -> None:
+def test_refused(name):
     table, message = REFUSALS[name]
     with pytest.raises(InputError, match=f"^{re.escape(message)}"):
         record(table)
@@ -42,7 +42,7 @@ def test_refused(name: str) -> None:
 EPOCH = ["1700000000.000000001", "1700000000.100000001", "1700000000.300000002"]
 
 
-def test_the_origin_is_the_first_sample_exactly() -> None:
+def test_the_origin_is_the_first_sample_exactly():
     recording = record(rows(["0", *EPOCH], x=[NAN, 1, 2, 3]), absolute=True)
     assert recording.origin == 1700000000_000000001
     assert recording["x"].times.tolist() == [0.0, 0.1, 0.300000001]
@@ -50,7 +50,7 @@ def test_the_origin_is_the_first_sample_exactly() -> None:
         assert recording.origin + round(time * 1e9) == int(Decimal(stamp) * 10**9)
 
 
-def test_several_tables_have_one_origin() -> None:
+def test_several_tables_have_one_origin():
     other = Rows("b", ["message 1"], [Decimal("1699999999")], {"y": np.array([7.0])})
     recording = recording_from_rows([rows(EPOCH, x=[1, 2, 3]), other], True, (), None)
     assert recording.origin == 1699999999_000000000

@@ -1,7 +1,6 @@
 """Columns of Parquet files that hold dates are read, and those that hold durations are refused with advice."""
 
 from datetime import date, timedelta
-from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
@@ -11,7 +10,7 @@ import pytest
 from trackably import InputError, read_parquet
 
 
-def written(folder: Path, times: list[object], kind: pa.DataType) -> Path:
+def written(folder, times, kind):
     path = folder / "a.parquet"
     pq.write_table(pa.table({"t": pa.array(times).cast(kind), "y": np.arange(float(len(times)))}), path)
     return path

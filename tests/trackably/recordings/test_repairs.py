@@ -5,7 +5,6 @@ import pytest
 from tests.trackably.recordings.tables import NAN, REPEATED, content, findings, record, rows
 from trackably.recordings import (
     Finding,
-    Repair,
     average_repeated,
     drop_rows_without_time,
     drop_zero_rows,
@@ -21,7 +20,7 @@ DIRTY = rows(
 )
 
 
-def test_chosen_repairs_are_done_and_reported() -> None:
+def test_chosen_repairs_are_done_and_reported():
     recording = record(DIRTY, drop_zero_rows, drop_rows_without_time, sort_rows, keep_first_of_repeated)
     assert content(recording) == {
         "x": [(0.0, 1.0), (1.0, 3.0), (2.0, 2.0)],
@@ -46,7 +45,7 @@ def test_chosen_repairs_are_done_and_reported() -> None:
         (average_repeated, 3.0, "averaged"),
     ],
 )
-def test_repeats(repair: Repair, kept: float, word: str) -> None:
+def test_repeats(repair, kept, word):
     recording = record(REPEATED, repair)
     assert content(recording) == {
         "x": [(0.0, 9.0), (1.0, kept), (2.0, 8.0)],

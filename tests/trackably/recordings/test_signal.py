@@ -9,12 +9,12 @@ from trackably.recordings import Signal
 TIMES = st.lists(st.floats(0, 100), min_size=1, max_size=60, unique=True).map(sorted)
 
 
-def signal(times: list[float]) -> Signal:
+def signal(times):
     return Signal(np.array(times), np.sin(times), np.array(times) + 1)
 
 
 @given(TIMES, st.floats(0.01, 50))
-def test_thinning_as_it_is_described(times: list[float], seconds: float) -> None:
+def test_thinning_as_it_is_described(times, seconds):
     chosen = [times[0]]
     while later := [t for t in times if t > chosen[-1] and t >= chosen[-1] + seconds - seconds / 2]:
         chosen.append(min(later, key=lambda t: abs(t - (chosen[-1] + seconds))))

@@ -1,10 +1,8 @@
 """What readers are asked for is checked before a file is read: one sentence names the argument and what came."""
 
 import re
-from collections.abc import Callable
 from decimal import Decimal
 from functools import partial
-from typing import Any
 
 import pytest
 
@@ -12,10 +10,10 @@ from trackably.errors import InputError
 from trackably.recordings import CLOCKS, Column, Field, Signal, Ticks, read_csv, read_mcap
 from trackably.recordings.clocks import doubt
 
-csv: Callable[..., Any] = partial(read_csv, **{"path": "a.csv", "time": "t", "time_unit": "s", "signals": {"y": "y"}})
+csv = partial(read_csv, **{"path": "a.csv", "time": "t", "time_unit": "s", "signals": {"y": "y"}})
 SIGNAL = Signal([0, 1], [1, 2])
 
-WRONG: dict[str, tuple[Callable[[], object], str]] = {
+WRONG = {
     "signals in a list": (lambda: csv(signals=["y"]), "signals: expected a mapping from names to columns, as {"),
     "a field alone": (
         lambda: read_mcap("a.mcap", Field("/t", "y")),
@@ -33,7 +31,7 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_wrong_arguments_are_named(name: str) -> None:
+def test_wrong_arguments_are_named(name):
     call, sentence = WRONG[name]
     with pytest.raises(InputError, match=re.escape(sentence)):
         call()
@@ -45,7 +43,7 @@ COUNTS = {"epoch s": NOW, "epoch ms": NOW * 10**3, "epoch us": NOW * 10**6, "epo
 
 @pytest.mark.parametrize("said", COUNTS)
 @pytest.mark.parametrize("meant", COUNTS)
-def test_stamps_since_1970_tell_their_unit(said: str, meant: str) -> None:
+def test_stamps_since_1970_tell_their_unit(said, meant):
     clock = CLOCKS[said]
     assert isinstance(clock, Ticks)
     question = doubt(clock, clock.seconds(Decimal(COUNTS[meant])))

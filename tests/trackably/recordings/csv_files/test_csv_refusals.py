@@ -1,8 +1,6 @@
 """A CSV file is read, or refused in one sentence that names file and line."""
 
 import re
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -10,7 +8,7 @@ from tests.trackably.recordings.csv_files.files import COMMAS, X, read
 from trackably.errors import InputError
 from trackably.recordings import CsvLayout, read_csv
 
-REFUSALS: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
+REFUSALS = {
     "empty": ("", {}, ": expected a header that names the columns, got an empty file"),
     "no rows": ("t,x\n", {}, ": there are no rows below the header"),
     "no such column": (
@@ -63,7 +61,7 @@ REFUSALS: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
 
 
 @pytest.mark.parametrize("name", REFUSALS)
-def test_refused(tmp_path: Path, name: str) -> None:
+def test_refused(tmp_path, name):
     path, (text, options, message) = tmp_path / "some.csv", REFUSALS[name]
     with pytest.raises(InputError) as caught:
         read(path, text, **options)
@@ -71,6 +69,6 @@ def test_refused(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize(("name", "message"), [("none.csv", "there is no such file"), (".", "expected a file, got a")])
-def test_no_file(tmp_path: Path, name: str, message: str) -> None:
+def test_no_file(tmp_path, name, message):
     with pytest.raises(InputError, match=re.escape(f"{tmp_path / name}: {message}")):
         read_csv(str(tmp_path / name), "t", "s", X)

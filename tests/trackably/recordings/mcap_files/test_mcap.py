@@ -2,8 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,14 +9,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.writer import CompressionType
 
-from tests.trackably.recordings.mcap_files.writers import START, STATES, TOPIC, WRITERS, WriteFile, write_plain
+from tests.trackably.recordings.mcap_files.writers import START, STATES, TOPIC, WRITERS, write_plain
 from trackably.recordings import (
     LOG_TIME,
     PUBLISH_TIME,
     Field,
     Finding,
-    MessageTime,
-    Recording,
     Stamp,
     read_mcap,
 )
@@ -29,17 +25,17 @@ each_encoding = pytest.mark.parametrize("write", WRITERS.values(), ids=WRITERS)
 
 
 @pytest.fixture
-def path(tmp_path: Path) -> Path:
+def path(tmp_path):
     return tmp_path / "some.mcap"
 
 
-def read(path: Path, field: str, time: MessageTime = LOG_TIME, **options: Any) -> Recording:
+def read(path, field, time=LOG_TIME, **options):
     return read_mcap(path, {"x": Field(TOPIC, field, time=time)}, **options)
 
 
 @each_encoding
 @pytest.mark.parametrize("compression", CompressionType)
-def test_every_encoding_and_compression(path: Path, write: WriteFile, compression: CompressionType) -> None:
+def test_every_encoding_and_compression(path, write, compression):
     write(path, STATES, compression)
     recording = read_mcap(
         path,
@@ -76,7 +72,7 @@ def test_every_encoding_and_compression(path: Path, write: WriteFile, compressio
 @pytest.mark.parametrize(
     ("time", "of"), [(LOG_TIME, "log_time"), (PUBLISH_TIME, "publish_time"), (STAMP, "stamp")], ids=str
 )
-def test_every_time(path: Path, write: WriteFile, time: MessageTime, of: str) -> None:
+def test_every_time(path, write, time, of):
     write(path, STATES, CompressionType.ZSTD)
     stamps = [getattr(s, of) for s in STATES]
     recording = read(path, "position.x", time)
@@ -87,12 +83,12 @@ def test_every_time(path: Path, write: WriteFile, time: MessageTime, of: str) ->
     assert stated["x"].times.tolist() == [(stamp - START + 1) / 10**9 for stamp in stamps]
 
 
-def written(path: Path, *messages: object) -> Path:
+def written(path, *messages):
     write_plain(path, [json.dumps(message).encode() for message in messages])
     return path
 
 
-STAMPS: dict[str, tuple[Stamp, list[object], int, list[float]]] = {
+STAMPS = {
     "s": (Stamp("t", "s"), [0.1, 0.30000000000000004, 7], 0, [0.1, 0.30000000000000004, 7.0]),
     "epoch s": (Stamp("t", "epoch s"), [1700000000, 1700000000.5, 1700000001], START - 1, [0.0, 0.5, 1.0]),
     "epoch ns": (Stamp("t", "epoch ns"), [START, START + 1, START + 5 * 10**8], START, [0.0, 1e-9, 0.5]),
@@ -108,7 +104,7 @@ STAMPS: dict[str, tuple[Stamp, list[object], int, list[float]]] = {
 
 
 @pytest.mark.parametrize("name", STAMPS)
-def test_stamps(path: Path, name: str) -> None:
+def test_stamps(path, name):
     time, stamps, origin, times = STAMPS[name]
     recording = read(written(path, *({"t": stamp, "x": k} for k, stamp in enumerate(stamps))), "x", time)
     assert recording.origin == origin
@@ -118,7 +114,7 @@ def test_stamps(path: Path, name: str) -> None:
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @each_encoding
 @given(values=st.lists(FLOATS, min_size=len(STATES), max_size=len(STATES)))
-def test_values_come_back_bit_for_bit(path: Path, write: WriteFile, values: list[float]) -> None:
+def test_values_come_back_bit_for_bit(path, write, values):
     states = [replace(state, x=x) for state, x in zip(STATES, values, strict=True)]
     write(path, states, CompressionType.NONE)
     assert read(path, "position.x")["x"].values.tobytes() == np.array(values).tobytes()
