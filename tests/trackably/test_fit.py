@@ -1,5 +1,7 @@
 """What a learned reference says of itself: what its bounds cost, and whether it follows its samples."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,9 +11,11 @@ from trackably import (
     ConstrainedSystem,
     IgnoresSamplesWarning,
     Polytope,
+    Samples,
     SquaredExponential,
     learn_reference,
 )
+from trackably.fit import Misfit
 from trackably.gp.joint import JointPosterior
 
 SLOW = ConstrainedSystem(AXIS.system, Polytope.box([-1.1, -0.9], [0.2, 0.9]), AXIS.input_set)
@@ -83,3 +87,25 @@ def test_a_reference_that_ignores_its_samples_is_announced_first(tmp_path):
     followed = learn_reference(*given, noise_std=0.01, mean=0.0)
     assert followed.misfit["state"] < 0.01
     assert followed.explanation.startswith("proved")
+
+
+N = 20
+SIGNS = np.tile([1.0, -1.0], N // 2)
+RAMP = Samples(np.arange(N), np.linspace(-1, 1, N))
+FEW = RAMP.times < 2
+LARGE = Misfit("x", RAMP, 0.2 * SIGNS, 0.02 * SIGNS, 0.05, 0.05, True)
+HARMLESS = {
+    "near the unconstrained fit": {"unconstrained": 0.07 * SIGNS},
+    "within the noise": {"noise_unconstrained": 0.21},
+    "a hair of the spread": {"off": 0.06 * SIGNS},
+    "of noisy samples": {
+        "off": np.where(FEW, 2.0, 0.01) * SIGNS,
+        "samples": Samples(RAMP.times, RAMP.values, np.where(FEW, 1e3, 1.0)),
+    },
+}
+
+
+@pytest.mark.parametrize("name", HARMLESS)
+def test_samples_are_ignored_where_three_conditions_hold(name):
+    assert LARGE.is_large
+    assert not replace(LARGE, **HARMLESS[name]).is_large

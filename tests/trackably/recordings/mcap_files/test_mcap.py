@@ -111,6 +111,12 @@ def test_stamps(path, name):
     assert recording["x"].times.tolist() == times
 
 
+def test_stamps_in_json_keep_every_digit(path):
+    write_plain(path, [f'{{"t": 1700000000.00000000{k}, "x": 1}}'.encode() for k in (1, 2)])
+    recording = read(path, "x", Stamp("t", "epoch s"))
+    assert (recording.origin, recording["x"].times.tolist()) == (START, [0.0, 1e-9])
+
+
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @each_encoding
 @given(values=st.lists(FLOATS, min_size=len(STATES), max_size=len(STATES)))
