@@ -4,7 +4,6 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
-import pytest
 
 from pipeline.published.ground_truth import setpoint_change
 from tests.project import ROOT
@@ -129,6 +128,3 @@ def test_inputs_of_a_nonlinear_system_are_drawn_to_first_order():
     x = states[:, :-1, 0]
     exactly = (states[:, 1:, 0] - x) / 0.1 + 0.6 * np.sqrt(x)
     np.testing.assert_allclose(inputs[:, :-1, 0], exactly, atol=0.01)
-    empty = Reference((replace(posterior.signals[0], mean=0.0, weights=0 * posterior.signals[0].weights),), sets)
-    with pytest.raises(ValueError, match="no finite derivative"):
-        draws_within_bounds(empty, posterior, k, NONE, 1, 0)
