@@ -22,7 +22,7 @@ runpy.run_module(sys.argv[1], run_name="__main__")
 
 
 @pytest.mark.parametrize(("package", "loaded"), [("trackably", "trackably.checking"), ("pipeline", "click")])
-def test_an_interrupt_while_modules_are_loaded_says_nothing(package: str, loaded: str) -> None:
+def test_an_interrupt_while_modules_are_loaded_says_nothing(package, loaded):
     """Ended by the signal, which shells report as 130."""
     command = [sys.executable, "-c", INTERRUPTED_BY_IMPORT, package, loaded]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
@@ -30,7 +30,7 @@ def test_an_interrupt_while_modules_are_loaded_says_nothing(package: str, loaded
 
 
 @pytest.mark.parametrize(("package", "loaded"), [("trackably", "trackably.checking"), ("pipeline", "click")])
-def test_an_interrupt_that_is_ignored_stays_ignored(package: str, loaded: str) -> None:
+def test_an_interrupt_that_is_ignored_stays_ignored(package, loaded):
     """As of what a shell script starts in the background: it goes on to say what is wrong with its arguments."""
     ignored = "import signal\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\n" + INTERRUPTED_BY_IMPORT
     command = [sys.executable, "-c", ignored, package, loaded]

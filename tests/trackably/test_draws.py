@@ -4,21 +4,17 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
-import pytest
 
 from pipeline.published.ground_truth import setpoint_change
 from tests.project import ROOT
 from tests.trackably.checker.redundant import learned as redundant
-from tests.trackably.plants import CART
-from trackably.draws import band, bounded_steps, draws_within_bounds
+from trackably.draws import band, draws_within_bounds
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
-from trackably.gp.signal import KernelSum
 from trackably.learn import learn_reference
-from trackably.reference import TrackableReference
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
@@ -26,37 +22,34 @@ from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
 NONE = np.empty(0)
-SLOW = ConstrainedSystem(
-    LinearSystem([[1.0]], [[0.1]], sampling_time=0.1), Polytope.box([-1.0], [0.601]), Polytope.box([-99.0], [99.0])
-)
 STEPS = np.arange(101)
 WITHIN = np.arange(61)  # from the first sample to the last
 
 
-def plant(lower: float, upper: float) -> ConstrainedSystem:
+def plant(lower, upper):
     system = LinearSystem([[0.9]], [[0.5]], sampling_time=0.01)
     return ConstrainedSystem(system, Polytope.box([lower], [upper]), Polytope.box([-0.5], [0.5]))
 
 
 @cache
-def example1(upper: float = 0.01) -> TrackableReference:
+def example1(upper=0.01):
     k, y = np.loadtxt(ROOT / "data/paper/example1_samples.csv", delimiter=",", skiprows=1).T
     samples, kernel = Samples(k * 0.01, y), SquaredExponential()
     return learn_reference(samples, plant(-2.0, upper), kernel, "all_times", noise_std=0.01, starts=2, progress=False)
 
 
 @cache
-def drawn(upper: float = 0.01):
+def drawn(upper=0.01):
     return example1(upper).draws(STEPS, 4000)
 
 
-def assert_kept(sets: ConstrainedSystem, states, inputs, room: float = 0.0) -> None:
+def assert_kept(sets, states, inputs, room=0.0):
     """Every draw keeps all bounds, up to some room for inputs."""
     assert np.min(sets.state_set.margin(states)) >= 0
     assert np.min(sets.input_set.margin(inputs)) >= room
 
 
-def assert_followed(system, states, inputs) -> None:
+def assert_followed(system, states, inputs):
     np.testing.assert_allclose(system.successor(states[:, :-1], inputs[:, :-1]), states[:, 1:], atol=1e-6)
 
 
@@ -113,32 +106,11 @@ def test_bands_hold_as_much_as_they_promise_of_truths_from_the_prior():
     assert 0.75 < np.mean(held) < 0.85
 
 
-def test_which_reference_is_looked_at_makes_no_difference_for_a_linear_system():
-    found = example1()
-    posterior = JointPosterior(found.prior, found.samples)
-    signal = posterior.signals[0]
-    bent = replace(signal, weights=1.01 * signal.weights)
-    moved = draws_within_bounds(replace(found.reference, signals=(bent,)), posterior, STEPS, NONE, 50, 0)
-    same = draws_within_bounds(found.reference, posterior, STEPS, NONE, 50, 0)
-    np.testing.assert_allclose(moved.states, same.states, atol=1e-9)
-    np.testing.assert_allclose(moved.inputs, same.inputs, atol=1e-9)
-
-
 def test_of_redundant_inputs_every_draw_takes_admissible_ones():
     found, k = redundant(), np.arange(0, 80, 2)
     states, inputs = found.draws(k, 100)
     assert_kept(found.reference.plant, states, inputs, -1e-12)
     assert np.any(np.abs(inputs[..., 1]) > 0.2 - 1e-9)
-
-
-def test_several_signals_are_drawn_together():
-    times = np.linspace(0, 2, 9)
-    seen = {"a": Samples(times, 1.9 * np.sin(times)), "b": Samples(times, np.cos(times))}
-    found = learn_reference(seen, CART, Matern52(), (0.0, 1.9), noise_std=0.1, starts=1, progress=False)
-    states, inputs = found.draws(np.arange(18), 50)
-    assert (states.shape, inputs.shape) == ((50, 18, 2), (50, 18, 2))
-    assert_kept(CART, states, inputs)
-    assert_followed(CART.system, states, inputs)
 
 
 def test_inputs_of_a_nonlinear_system_are_drawn_to_first_order():
@@ -156,19 +128,3 @@ def test_inputs_of_a_nonlinear_system_are_drawn_to_first_order():
     x = states[:, :-1, 0]
     exactly = (states[:, 1:, 0] - x) / 0.1 + 0.6 * np.sqrt(x)
     np.testing.assert_allclose(inputs[:, :-1, 0], exactly, atol=0.01)
-    empty = Reference((replace(posterior.signals[0], mean=0.0, weights=0 * posterior.signals[0].weights),), sets)
-    with pytest.raises(ValueError, match="no finite derivative"):
-        draws_within_bounds(empty, posterior, k, NONE, 1, 0)
-
-
-def test_bounds_count_on_a_grid_and_where_the_reference_is_next_to_one():
-    """Over 900 s, two bumps between the steps of the grid nearly touch the upper bound; a third stays well below it."""
-    samples = (Samples([0.0, 1000.0], [0.0, 0.0]),)
-    signal = KernelSum(SquaredExponential(1.0, 1.0), 0.0, np.array([200.2, 501.0, 803.0]), np.array([0.6, 0.6, 0.5]))
-    steps = bounded_steps(Reference((signal,), SLOW), samples, (0.0, 900.0))
-    assert np.min(np.abs(steps - 2002)) <= 2
-    assert np.min(np.abs(steps - 5010)) <= 2
-    assert np.min(np.abs(steps - 8030)) > 50
-    assert (steps.min(), steps.max()) == (0, 9000)
-    assert len(steps) <= 53
-    assert bounded_steps(Reference((signal,), SLOW), samples, (1001.0, 1002.0)).size == 0

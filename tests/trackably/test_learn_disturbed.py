@@ -3,16 +3,14 @@
 import json
 from fractions import Fraction
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.trackably.plants import AXIS, CART, SAMPLES
+from tests.trackably.plants import AXIS, SAMPLES
 from trackably import (
     ConvexHull,
     Proved,
-    Samples,
     SquaredExponential,
     TrackableReference,
     Zonotope,
@@ -30,7 +28,7 @@ WINDOW = (0.0, 3.0)
 
 
 @cache
-def learned(name: str) -> TrackableReference:
+def learned(name):
     extra = {
         "nominal": {},
         "without disturbance": {"disturbance": Zonotope.box([0.0, 0.0], [0.0, 0.0])},
@@ -64,36 +62,28 @@ def test_a_robust_reference_keeps_the_tightened_bounds_and_says_so(name):
     assert "keeps position in [-1.1, 0.2], velocity in [-1, 1], force in [-2.5, 2.5]" in found.explanation
 
 
-@pytest.mark.parametrize("name", ["pushed", "triangle"])
+@pytest.mark.parametrize("name", ["pushed", "triangle", "noisy"])
 def test_disturbed_runs_keep_the_given_bounds(name):
-    """Greedy against each bound, from the far end of Z: u = u_r + K (x − x_r), for the window that is proved."""
+    """Greedy against each bound: u = u_r + K (x + v − x_r), for the window that is proved."""
     found = learned(name)
     Z, system, rng = found.tightening.invariant, AXIS.system, np.random.default_rng(0)
+    pushes = PUSHED if name == "noisy" else Z.disturbance
     aims = [*np.vstack([np.eye(2), -np.eye(2), Z.feedback, -Z.feedback]), *rng.normal(size=(4, 2))]
     for aim in aims:
         x = found.state(0) + np.zeros(2)
         for k in range(60):
-            u = found.input(k) + Z.feedback @ (x - found.state(k))
+            v = NOISE.farthest(aim if k % 2 else -aim) if name == "noisy" else 0.0
+            u = found.input(k) + Z.feedback @ (x + v - found.state(k))
             assert AXIS.input_set.margin(u) >= 0
-            x = system.successor(x, u) + Z.disturbance.farthest(aim)
+            x = system.successor(x, u) + pushes.farthest(aim)
             assert AXIS.state_set.margin(x) >= 0
 
 
-def test_the_feedback_of_a_noisy_measurement_keeps_the_given_bounds():
-    """Greedy pushes and noise against each bound: u = u_r + K (x + v − x_r)."""
+def test_a_noisy_measurement_costs_more_and_is_said():
     found = learned("noisy")
-    K, system = found.tightening.invariant.feedback, AXIS.system
-    for aim in np.vstack([np.eye(2), -np.eye(2), K, -K]):
-        x = found.state(0) + np.zeros(2)
-        for k in range(60):
-            u = found.input(k) + K @ (x + NOISE.farthest(aim if k % 2 else -aim) - found.state(k))
-            assert AXIS.input_set.margin(u) >= 0
-            x = system.successor(x, u) + PUSHED.farthest(aim)
-            assert AXIS.state_set.margin(x) >= 0
     assert found.objective > learned("pushed").objective
     assert isinstance(check(encode_certificate(found.certificate)), Proved)
     assert "and measurement noise in [-0.001, 0.001] × [-0.002, 0.002]" in found.explanation
-    assert "u = u_r + K (y - x_r)" in found.explanation
 
 
 def test_without_disturbance_the_nominal_reference_comes_back():
@@ -113,7 +103,7 @@ def test_a_margin_is_kept_free():
 
 
 @pytest.mark.parametrize("name", ["pushed", "triangle", "margin", "noisy"])
-def test_what_is_saved_comes_back(name, tmp_path: Path):
+def test_what_is_saved_comes_back(name, tmp_path):
     found = learned(name)
     found.save(tmp_path / "r.json")
     again = TrackableReference.load(tmp_path / "r.json")
@@ -133,7 +123,7 @@ def test_what_is_saved_comes_back(name, tmp_path: Path):
         (("disturbance", "centre", 0), "one"),
     ],
 )
-def test_a_saved_tightening_that_was_changed_is_refused(path, value, tmp_path: Path):
+def test_a_saved_tightening_that_was_changed_is_refused(path, value, tmp_path):
     learned("pushed").save(tmp_path / "r.json")
     data = json.loads((tmp_path / "r.json").read_text())
     at = data["tightening"]
@@ -143,14 +133,3 @@ def test_a_saved_tightening_that_was_changed_is_refused(path, value, tmp_path: P
     (tmp_path / "r.json").write_text(json.dumps(data))
     with pytest.raises(CodecError, match=r"tightening|rational"):
         TrackableReference.load(tmp_path / "r.json")
-
-
-def test_several_flat_outputs_are_learned_for_a_disturbed_system():
-    times = np.linspace(0, 2, 9)
-    samples = {name: Samples(times, 0.5 * np.sin(times + i)) for i, name in enumerate("ab")}
-    box = Zonotope.box([-0.05, -0.1], [0.05, 0.1])
-    found = learn_reference(
-        samples, CART, SquaredExponential(1.0, 1.0), (0.0, 2.0), noise_std=0.05, starts=1, disturbance=box
-    )
-    assert found.tightening.invariant.feedback.shape == (2, 2)
-    assert "[-0.05, 0.05] × [-0.1, 0.1]" in found.explanation

@@ -7,7 +7,6 @@ import pytest
 
 from trackably import (
     ConstrainedSystem,
-    ConvexHull,
     LinearSystem,
     ModelError,
     Plan,
@@ -34,23 +33,23 @@ TIMES = np.arange(0.0, 2.0, 0.1)
 SAMPLES = Samples(TIMES, 0.08 * np.sin(1.8 * TIMES) + 0.001 * np.cos(70 * TIMES))
 
 
-def gain(by: float) -> ModelError:
+def gain(by):
     return ModelError.of([(A, (1 - by) * B), (A, (1 + by) * B)])
 
 
-def learn(**more) -> TrackableReference:
+def learn(**more):
     return learn_reference(SAMPLES, PLANT, SquaredExponential(), (0.0, 1.9), noise_std=0.001, **more)
 
 
 @pytest.fixture(scope="module")
-def learned() -> TrackableReference:
+def learned():
     truth = Truth(noise=0.0015, second_derivative=0.5)
     noise = Zonotope.box([-2e-4, -5e-4], [2e-4, 5e-4])
     return learn(model_error=gain(0.2), disturbance=W, measurement_noise=noise, truth=truth)
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_what_is_added_to_the_disturbance_holds_all_differences(seed: int) -> None:
+@pytest.mark.parametrize("seed", range(10))
+def test_what_is_added_to_the_disturbance_holds_all_differences(seed):
     draw = np.random.default_rng(seed)
     n, m, q = draw.integers(1, 4), draw.integers(1, 3), draw.integers(1, 5)
     A, B, c = (draw.normal(size=(q, *shape)) for shape in ((n, n), (n, m), (n,)))
@@ -68,24 +67,7 @@ def test_what_is_added_to_the_disturbance_holds_all_differences(seed: int) -> No
         assert np.all(rows @ d <= D.support(rows) + 1e-9)
 
 
-def test_of_a_gain_nothing_is_added_but_what_it_does() -> None:
-    D = Zonotope([0.0, 0.0], gain(0.2).generators(SYSTEM, PLANT.state_set, PLANT.input_set))
-    rows = np.random.default_rng(0).normal(size=(20, 2))
-    np.testing.assert_allclose(D.support(rows), 0.2 * np.abs(rows @ B[:, 0]), rtol=1e-9)
-
-
-def test_a_model_without_error_changes_nothing() -> None:
-    feedback = [[-100.0, -20.0]]
-    one, other = (learn(disturbance=W, feedback=feedback, **more) for more in ({}, {"model_error": gain(0.0)}))
-    assert one.fingerprint == other.fingerprint
-    first, second = (encode_certificate(of.certificate) for of in (one, other))
-    del second["disturbance"]["model"]
-    assert first == second
-
-
-def test_the_worst_plants_keep_all_bounds(learned: TrackableReference) -> None:
-    assert learned.tightening is not None
-    assert learned.tightening.invariant is not None
+def test_the_worst_plants_keep_all_bounds(learned):
     K = learned.tightening.invariant.feedback
     for disturbance in (None, W):
         found = worst_plant(learned, PLANT, gain(0.2), K, 94, disturbance=disturbance)
@@ -96,10 +78,8 @@ def test_the_worst_plants_keep_all_bounds(learned: TrackableReference) -> None:
     assert "breaks" in str(broken)
 
 
-def test_the_tube_controller_always_has_a_plan_and_the_plant_stays_near_the_signal(learned: TrackableReference) -> None:
-    assert learned.tightening is not None
+def test_the_tube_controller_always_has_a_plan_and_the_plant_stays_near_the_signal(learned):
     (truth,), draw = learned.certificate.truth, np.random.default_rng(0)
-    assert truth.plant is not None
     assert truth.plant > truth.error
     tube, x = TubeController(learned.tightening, 8), learned.state(0)
     for k in range(80):
@@ -111,73 +91,36 @@ def test_the_tube_controller_always_has_a_plan_and_the_plant_stays_near_the_sign
         assert abs(x[0] - 0.08 * np.sin(1.8 * T * (k + 1))) <= truth.plant
 
 
-def test_the_sentence_adds_both_errors_up(learned: TrackableReference) -> None:
-    verdict = check(encode_certificate(learned.certificate))
+def test_what_is_saved_is_proved_again(learned, tmp_path):
+    learned.save(tmp_path / "reference.json")
+    again = TrackableReference.load(tmp_path / "reference.json")
+    assert encode_certificate(again.certificate) == encode_certificate(learned.certificate)
+    assert "under every disturbance in " in again.explanation
+    verdict, (truth,) = check(encode_certificate(again.certificate)), again.certificate.truth
     assert isinstance(verdict, Proved)
-    (truth,) = learned.certificate.truth
     assert "convex hull of A = [[1.0, 0.02], [0.0, 1.0]]" in verdict.statement
     assert f"the state of the system is within {truth.plant!r} of f" in verdict.statement
 
 
-GAIN = ModelError.of([(A, 0.9 * B), (A, 1.1 * B)])
-ZERO = Zonotope.box([0.0, 0.0], [0.0, 0.0])
+CHANGES = {
+    "larger": lambda of: of["disturbance"]["model"][0].update(B=[[T**2 / 8], [T / 4]]),
+    "another": lambda of: of["disturbance"]["model"].append({"A": A, "B": (3 * B).tolist(), "c": [0.0, 0.0]}),
+    "offset": lambda of: of["disturbance"]["model"][1].update(c=[0.01, 0.0]),
+    "shape": lambda of: of["disturbance"]["model"][0].update(c=[0.0]),
+    "empty": lambda of: of["disturbance"].update(model=[]),
+    "hull": lambda of: of["disturbance"].update(set={"kind": "hull", "vertices": [["0", "0"]]}),
+    "nearer": lambda of: of["truth"][0].update(plant=of["truth"][0]["plant"] * (1 - 1e-9)),
+}
 
 
-@pytest.mark.parametrize(
-    ("disturbance", "model_error", "said"),
-    [
-        (None, GAIN, "under every plant in"),
-        (W, GAIN, f"under every disturbance in {W} and plant in"),
-        (ZERO, GAIN, "under every plant in"),
-        (ZERO, None, f"under every disturbance in {ZERO}, from every start"),
-    ],
-)
-def test_the_explanation_names_only_what_there_is(
-    disturbance: Zonotope | None, model_error: ModelError | None, said: str
-) -> None:
-    found = learn_reference(
-        SAMPLES,
-        PLANT,
-        SquaredExponential(),
-        (0.0, 1.9),
-        noise_std=0.001,
-        disturbance=disturbance,
-        model_error=model_error,
-    )
-    assert f"; {said}" in found.explanation
-
-
-def test_what_is_saved_is_proved_again(learned: TrackableReference, tmp_path) -> None:
-    learned.save(tmp_path / "reference.json")
-    again = TrackableReference.load(tmp_path / "reference.json")
-    assert encode_certificate(again.certificate) == encode_certificate(learned.certificate)
-
-
-CHANGES = [
-    ("larger", lambda of: of["disturbance"]["model"][0].update(B=[[T**2 / 8], [T / 4]])),
-    ("another", lambda of: of["disturbance"]["model"].append({"A": A, "B": (3 * B).tolist(), "c": [0.0, 0.0]})),
-    ("offset", lambda of: of["disturbance"]["model"][1].update(c=[0.01, 0.0])),
-    ("shape", lambda of: of["disturbance"]["model"][0].update(c=[0.0])),
-    ("empty", lambda of: of["disturbance"].update(model=[])),
-    ("hull", lambda of: of["disturbance"].update(set={"kind": "hull", "vertices": [["0", "0"]]})),
-    ("nearer", lambda of: of["truth"][0].update(plant=1e-3)),
-]
-
-
-@pytest.mark.parametrize("change", [change for _, change in CHANGES], ids=[name for name, _ in CHANGES])
-def test_a_changed_certificate_is_refused(learned: TrackableReference, change) -> None:
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_changed_certificate_is_refused(learned, name):
     content = copy.deepcopy(encode_certificate(learned.certificate))
-    change(content)
+    CHANGES[name](content)
     assert isinstance(check(content), Failed | NotACertificate)
 
 
-def test_the_plants_distance_is_no_larger_than_it_has_to_be(learned: TrackableReference) -> None:
-    content = copy.deepcopy(encode_certificate(learned.certificate))
-    content["truth"][0]["plant"] *= 1 - 1e-9
-    assert isinstance(check(content), Failed)
-
-
-def test_the_message_says_which_vertex_costs_what_and_which_share_would_do() -> None:
+def test_the_message_says_which_vertex_costs_what_and_which_share_would_do():
     K = [[-100.0, -20.0]]
     with pytest.raises(ValueError, match=r"vertex \d costs the bounds .* of acceleration") as raised:
         tightening(PLANT, W, K, model_error=gain(2.0))
@@ -187,7 +130,7 @@ def test_the_message_says_which_vertex_costs_what_and_which_share_would_do() -> 
         tightening(PLANT, W, K, model_error=gain(1.01 * 2.0 * share))
 
 
-def test_intervals_of_entries_are_all_their_corners() -> None:
+def test_intervals_of_entries_are_all_their_corners():
     found = ModelError.intervals(SYSTEM, {("velocity", "acceleration"): (0.01, 0.03), ("position", "1"): (-1e-3, 1e-3)})
     assert {(v.B[1, 0], v.c[0]) for v in found.vertices} == {(b, c) for b in (0.01, 0.03) for c in (-1e-3, 1e-3)}
 
@@ -199,23 +142,18 @@ GAIN = ("velocity", "acceleration")
     ("make", "error", "said"),
     [
         (lambda: ModelError.intervals(SYSTEM, {("speed", "acceleration"): (0, 1)}), ValueError, "one of position, vel"),
-        (lambda: ModelError.intervals(SYSTEM, {("velocity", "force"): (0, 1)}), ValueError, r"and one of position, .*"),
         (lambda: ModelError.intervals(SYSTEM, {"velocity": (0, 1)}), ValueError, "a pair of names, .* got 'velocity'"),
-        (lambda: ModelError.intervals(SYSTEM, {GAIN: 0.1}), ValueError, r"velocity, acceleration must have shape \(2,"),
         (lambda: ModelError.intervals(SYSTEM, {GAIN: (2, 1)}), ValueError, r"needs lower ≤ upper, got \(2, 1\)"),
-        (lambda: ModelError.intervals(SYSTEM, {}), ValueError, "1 to 6 entries, got 0"),
-        (lambda: ModelError.intervals(A, {GAIN: (0, 1)}), TypeError, "expected a LinearSystem"),
         (lambda: ModelError.of([]), TypeError, r"expected a list of vertices, \(A, B\) or \(A, B, c\), got \[\]"),
         (lambda: ModelError.of([(A, B), (A,)]), TypeError, r"vertex 2: expected \(A, B\) or \(A, B, c\), got"),
-        (lambda: ModelError.sampled(SYSTEM, T), TypeError, "expected a list of vertices, .* got LinearSystem"),
     ],
 )
-def test_what_is_no_model_error_is_refused(make, error, said) -> None:
+def test_what_is_no_model_error_is_refused(make, error, said):
     with pytest.raises(error, match=f"^model_error: .*{said}"):
         make()
 
 
-def test_continuous_plants_are_sampled_only_where_that_is_exact() -> None:
+def test_continuous_plants_are_sampled_only_where_that_is_exact():
     rates = [[0.0, 1.0], [0.0, -0.5]]
     found = ModelError.sampled([(rates, [[0.0], [0.8]]), (rates, [[0.0], [1.2]])], T)
     middle = LinearSystem.discretised(rates, [[0.0], [1.0]], T)
@@ -226,13 +164,9 @@ def test_continuous_plants_are_sampled_only_where_that_is_exact() -> None:
         ModelError.sampled([(rates, [[0.0], [1.0]]), ([[0.0, 1.0], [0.0, -0.6]], [[0.0], [1.0]])], T)
 
 
-def test_what_nothing_bounds_is_refused() -> None:
+def test_what_nothing_bounds_is_refused():
     free = ConstrainedSystem(SYSTEM, Polytope([[1.0, 0.0]], [-0.2], [0.2], 2), PLANT.input_set)
     wrong = ModelError.intervals(SYSTEM, {("velocity", "velocity"): (0.99, 1.01)})
     with pytest.raises(ValueError, match="nothing bounds the state 1"):
         tightening(free, W, [[-100.0, -20.0]], model_error=wrong)
     tightening(free, W, [[-100.0, -20.0]], model_error=gain(0.1))
-    with pytest.raises(TypeError, match="Zonotope"):
-        tightening(PLANT, ConvexHull([[0.0, 0.0]]), [[-100.0, -20.0]], model_error=gain(0.1))
-    with pytest.raises(ValueError, match="shapes"):
-        tightening(PLANT, W, [[-100.0, -20.0]], model_error=ModelError.of([([[1.0]], [[1.0]])]))

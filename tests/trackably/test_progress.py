@@ -1,7 +1,6 @@
 """What is under way is told to whoever watches, and changes no result."""
 
 import io
-import itertools
 import logging
 import re
 import subprocess
@@ -12,84 +11,27 @@ import pytest
 
 from tests.pipeline.published import example1
 from trackably import (
-    ConstrainedSystem,
-    Polytope,
     Samples,
     SquaredExponential,
-    TrackableReference,
     learn_reference,
     progress,
-    work,
 )
-from trackably.checker.certificate import Window
-from trackably.gp.prior import Prior
-from trackably.learning.joint.search import learn_function
-from trackably.learning.problem import ConstrainedProblem, Solution
-from trackably.learning.space import SearchSpace
-from trackably.streams.windows import constraints_at
-from trackably.systems.library import tank
-from trackably.systems.sampling import prior_for, sampled_signals
-from trackably.work import BudgetEnded, Work, done, until, watch
+from trackably.work import done, watch
 
 
 class Terminal(io.StringIO):
-    def isatty(self) -> bool:
+    def isatty(self):
         return True
 
 
-def terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
-    """Stand in for a terminal, from within a test: pytest sets its own streams after fixtures."""
-    shown = Terminal()
-    monkeypatch.setattr(sys, "stderr", shown)
-    return shown
-
-
-def learned(*, progress: bool = True) -> TrackableReference:
+def learned(*, progress=True):
     given = Samples(np.array([0.0, 0.1, 0.2, 0.3, 0.4]), np.array([-0.5, -0.2, 0.0, 0.0, 0.0]))
     return learn_reference(given, example1.SYSTEM, SquaredExponential(), "all_times", noise_std=0.01, progress=progress)
 
 
-def test_fits_evaluations_and_boxes_are_told_as_they_are_done() -> None:
-    heard: list[Work] = []
-    with watch(heard.append):
-        learned()
-    assert heard.count("evaluation") > heard.count("fit") > 0
-    assert heard.index("evaluation") < heard.index("box") < heard.index("fit")
-
-
-def test_a_function_sought_for_known_hyperparameters_is_not_silent() -> None:
-    """Each program and each look for broken bounds is told: formulas need many of them for one objective."""
-    times = np.linspace(0, 8, 30)
-    plant = ConstrainedSystem(tank(0.1, 1.0, 0.1), Polytope.box([0.5], [1.4]), Polytope.box([0.0], [1.0]))
-    _, samples = sampled_signals(plant, {"level": Samples(times, 1.2 + 0.3 * np.sin(np.pi / 2 * times))})
-    prior = prior_for(plant, {"level": Prior(SquaredExponential(1.0, 1.0), 0.02, 1.0)})
-    constraints = constraints_at(Window(0.0, 8.0), plant)
-    heard: list[Work] = []
-    with watch(heard.append):
-        found = learn_function(ConstrainedProblem(samples, prior, SearchSpace({}), constraints))
-    assert isinstance(found, Solution)
-    assert heard.count("evaluation") > 10 * len(samples)
-
-
-def test_work_ends_with_its_budget(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The piece that is under way is finished and told; of two budgets the shorter one counts, and afterwards none."""
-    now = itertools.count()
-    monkeypatch.setattr(work, "monotonic", lambda: float(next(now)))
-    heard: list[Work] = []
-
-    def work_on() -> None:
-        with until(3.0), until(100.0):
-            while True:
-                done("box")
-
-    with watch(heard.append), pytest.raises(BudgetEnded):
-        work_on()
-    assert heard == ["box"] * 4
-    done("box")
-
-
-def test_a_terminal_shows_what_is_done_and_results_are_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
-    shown = terminal(monkeypatch)
+def test_a_terminal_shows_what_is_done_and_results_are_the_same(monkeypatch):
+    shown = Terminal()
+    monkeypatch.setattr(sys, "stderr", shown)
     watching = learned()
     assert re.search(r"learn reference, fits: 1, evaluations: [1-9]\d*, boxes proved: [1-9]\d* \[", shown.getvalue())
     before = shown.getvalue()
@@ -98,15 +40,10 @@ def test_a_terminal_shows_what_is_done_and_results_are_the_same(monkeypatch: pyt
     assert np.array_equal(watching.state(np.arange(50)), alone.state(np.arange(50)))
 
 
-def test_nothing_is_shown_elsewhere(capsys: pytest.CaptureFixture[str]) -> None:
-    learned()
-    assert capsys.readouterr() == ("", "")
+def test_an_interrupt_ends_it_at_once():
+    heard = []
 
-
-def test_an_interrupt_ends_it_at_once() -> None:
-    heard: list[Work] = []
-
-    def interrupt(work: Work) -> None:
+    def interrupt(work):
         heard.append(work)
         if len(heard) == 5:
             raise KeyboardInterrupt
@@ -118,7 +55,7 @@ def test_an_interrupt_ends_it_at_once() -> None:
     assert len(heard) == 5  # nobody watches any more
 
 
-def test_who_asks_for_messages_hears_how_far_long_work_is(monkeypatch, caplog) -> None:
+def test_who_asks_for_messages_hears_how_far_long_work_is(monkeypatch, caplog):
     quiet = learned()
     monkeypatch.setattr(progress, "_EVERY", 0.0)
     caplog.set_level(logging.INFO, "trackably")
@@ -132,7 +69,7 @@ def test_who_asks_for_messages_hears_how_far_long_work_is(monkeypatch, caplog) -
     assert np.array_equal(quiet.state(np.arange(50)), heard.state(np.arange(50)))
 
 
-def test_the_command_line_says_how_far_a_long_check_is(tmp_path) -> None:
+def test_the_command_line_says_how_far_a_long_check_is(tmp_path):
     learned().save_certificate(tmp_path / "proof.json")
     soon = "from trackably import progress; progress._EVERY = 0"
     run = "import runpy, sys; runpy.run_module('trackably', run_name='__main__')"

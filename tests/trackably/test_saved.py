@@ -1,34 +1,29 @@
 """Saving and loading go wrong in one sentence that names the file."""
 
 import json
-import time
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import pytest
 
 from tests.trackably.plants import AXIS, SAMPLES
-from trackably import NotTrackableError, SquaredExponential, TrackableReference, Unchecked, checker, learn_reference
-from trackably.checker import Undecided
+from trackably import NotTrackableError, SquaredExponential, TrackableReference, Unchecked, learn_reference
 from trackably.codec import CodecError
 
 
 @pytest.fixture(scope="module")
-def reference() -> TrackableReference:
+def reference():
     return learn_reference(SAMPLES, AXIS, SquaredExponential(0.1, 0.5), (0.0, 1.0), noise_std=0.02, starts=1)
 
 
 @pytest.fixture(scope="module")
-def content(reference: TrackableReference, tmp_path_factory: pytest.TempPathFactory) -> bytes:
+def content(reference, tmp_path_factory):
     path = tmp_path_factory.mktemp("saved") / "r.json"
     reference.save(path)
     return path.read_bytes()
 
 
-def changed(*keys: str, to: object) -> Callable[[bytes], bytes]:
-    def change(content: bytes) -> bytes:
-        data: Any = json.loads(content)
+def changed(*keys, to):
+    def change(content):
+        data = json.loads(content)
         node = data
         for key in keys[:-1]:
             node = node[key]
@@ -41,7 +36,7 @@ def changed(*keys: str, to: object) -> Callable[[bytes], bytes]:
     return change
 
 
-BROKEN: dict[str, tuple[Callable[[bytes], bytes], str]] = {
+BROKEN = {
     "empty": (lambda _: b"", r"expected JSON, got"),
     "cut off": (lambda content: content[:500], r"expected JSON, got"),
     "no samples": (changed("fit", "samples", to=KeyError), r"lacks samples @ \$\.fit$"),
@@ -61,14 +56,14 @@ BROKEN: dict[str, tuple[Callable[[bytes], bytes], str]] = {
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_what_is_broken_is_named_with_its_file(name: str, content: bytes, tmp_path: Path) -> None:
+def test_what_is_broken_is_named_with_its_file(name, content, tmp_path):
     damage, sentence = BROKEN[name]
     (tmp_path / "r.json").write_bytes(damage(content))
     with pytest.raises(CodecError, match=rf"^{tmp_path}/r\.json: is no saved reference, or damaged: .*{sentence}"):
         TrackableReference.load(tmp_path / "r.json")
 
 
-def test_what_is_not_checked_in_time_is_unchecked_until_it_is(content: bytes, tmp_path: Path) -> None:
+def test_what_is_not_checked_in_time_is_unchecked_until_it_is(content, tmp_path):
     """Nothing of a reference can be had before: neither its states, nor a certificate."""
     (tmp_path / "r.json").write_bytes(content)
     found = TrackableReference.load(tmp_path / "r.json", seconds=0.0)
@@ -84,15 +79,3 @@ def test_what_is_not_checked_in_time_is_unchecked_until_it_is(content: bytes, tm
     assert isinstance(found, Unchecked)
     with pytest.raises(NotTrackableError, match="certainly breaks"):
         found.check()
-
-
-def test_the_last_check_ends_in_time_too(content: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def slow(data: object, seconds: float | None = None) -> Undecided:
-        time.sleep(1.1 * (seconds or 0.0))
-        return Undecided("not decided in time")
-
-    (tmp_path / "r.json").write_bytes(content)
-    monkeypatch.setattr(checker, "check", slow)
-    assert isinstance(TrackableReference.load(tmp_path / "r.json", seconds=2.0), Unchecked)
-    with pytest.raises(NotTrackableError, match="the checker does not accept it"):
-        TrackableReference.load(tmp_path / "r.json")

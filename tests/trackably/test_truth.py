@@ -1,7 +1,6 @@
 """Bounds of the true signal hold for every signal of the class, are nearly the best there are, and are checked."""
 
 import copy
-import re
 from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
@@ -22,14 +21,13 @@ from trackably import (
     Zonotope,
     learn_reference,
 )
-from trackably.certificates.certificate import _truth
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.outcome import TooFar
 from trackably.checker import Contradicted, Failed, NotACertificate, Proved, check
 from trackably.checker.boxes import Box
 from trackably.checker.certificate import Measured, SignalClass, TrueSignal
 from trackably.checker.truth import extreme, places, side
-from trackably.truth import Signals, _derive, no_signal, sides_at
+from trackably.truth import _derive, no_signal, sides_at
 
 T, NOISE, LIMIT = 0.02, 0.002, 0.5
 SYSTEM = LinearSystem.discretised(
@@ -41,7 +39,7 @@ PLANT = ConstrainedSystem(SYSTEM, Polytope.box([-0.2, -0.5], [0.2, 0.5]), Polyto
 class BangBang:
     """A signal whose second derivative is ± M, with random switches."""
 
-    def __init__(self, seed: int, M: float = LIMIT) -> None:
+    def __init__(self, seed, M=LIMIT):
         draw = np.random.default_rng(seed)
         self.knots = np.cumsum(np.concatenate([[0.0], draw.exponential(0.2, 60)]))
         self.signs = M * draw.choice([-1.0, 1.0], 60)
@@ -50,20 +48,20 @@ class BangBang:
         moved = np.cumsum(self.slopes[:-1] * steps + self.signs * steps**2 / 2)
         self.values = 0.05 * draw.normal() + np.concatenate([[0.0], moved])
 
-    def __call__(self, t: np.ndarray) -> np.ndarray:
+    def __call__(self, t):
         k, h = self._place(t)
         return self.values[k] + self.slopes[k] * h + self.signs[k] * h**2 / 2
 
-    def rate(self, t: np.ndarray) -> np.ndarray:
+    def rate(self, t):
         k, h = self._place(t)
         return self.slopes[k] + self.signs[k] * h
 
-    def _place(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _place(self, t):
         k = np.clip(np.searchsorted(self.knots, t, side="right") - 1, 0, 59)
         return k, t - self.knots[k]
 
 
-def measured(of: BangBang, draw: np.random.Generator, count: int = 12) -> SignalClass:
+def measured(of, draw, count=12):
     """Return the class of a signal whose measurements are off by all of their noise."""
     t, s = (np.unique(draw.uniform(0.0, 4.0, n)) for n in (count, 4))
     values = of(t) + NOISE * draw.choice([-1.0, 1.0], len(t))
@@ -75,15 +73,8 @@ def measured(of: BangBang, draw: np.random.Generator, count: int = 12) -> Signal
     )
 
 
-def test_the_sentence_is_about_no_time_outside_of_the_cells() -> None:
-    first, last = 1000 / 7, 1000 / 7 + 2 / 3
-    claim = TrueSignal("x", measured(BangBang(0), np.random.default_rng(0)), (first, last), (), 0, (), (), (0.1,))
-    said, until = (float(of) for of in re.findall(r"\d+\.\d+ (?=s)", _truth(claim)))
-    assert first <= said < until <= last
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_every_side_bounds_every_signal_that_explains_the_samples(seed: int) -> None:
+@pytest.mark.parametrize("seed", range(5))
+def test_every_side_bounds_every_signal_that_explains_the_samples(seed):
     draw, f = np.random.default_rng(seed), BangBang(seed, 0.9 * LIMIT)
     of = measured(f, draw)
     n, x = len(of.samples.times), np.linspace(-1.0, 1.0, 21)
@@ -97,7 +88,6 @@ def test_every_side_bounds_every_signal_that_explains_the_samples(seed: int) -> 
             pair = int(draw.integers(n)), int(draw.integers(n + 8))
             for sign in (1, -1):
                 found = side(of, pair, sign, Box(a, b, 1.0), every)
-                assert found is not None
                 there = float(found[0]) + float(found[1]) * x + float(found[2]) * x**2
                 assert np.all(sign * (there - f((a + b) / 2 + (b - a) / 2 * x)) >= -1e-12)
                 kinds.add(
@@ -106,27 +96,11 @@ def test_every_side_bounds_every_signal_that_explains_the_samples(seed: int) -> 
     assert kinds == {"slope", "rate", "line", "more"}
     for known in claim.derived:
         low, high = (extreme(of, known, sign) for sign in (-1, 1))
-        assert low is not None
-        assert high is not None
         assert low - Fraction(1, 10**12) <= Fraction(float(f(np.array(known.time)))) <= high + Fraction(1, 10**12)
 
 
-def test_sides_of_all_pairs_leave_hardly_more_than_what_signals_reach() -> None:
-    t, f = np.arange(0.0, 2.0, 0.025), BangBang(1, 0.1)
-    values = f(t) + 0.002 * np.random.default_rng(1).uniform(-1.0, 1.0, len(t))
-    of = SignalClass(Measured(tuple(t), tuple(values), 0.002), None, None, 0.1)
-    widths = []
-    for at in np.linspace(0.2, 1.8, 9).tolist():
-        (upper,), (lower,) = sides_at(of, np.array([at]))
-        found = Signals.of(of, (at,), cells=8).ends_at(at)
-        assert found is not None
-        assert lower - 1e-9 <= found[0] < found[1] <= upper + 1e-9
-        widths.append([upper - lower, found[1] - found[0]])
-    assert np.divide(*np.max(widths, axis=0)) < 1.4
-
-
 @pytest.fixture(scope="module")
-def learned() -> TrackableReference:
+def learned():
     draw = np.random.default_rng(0)
     t = np.arange(0.0, 3.0, 0.1)
     values = 0.1 * np.sin(1.5 * t) + draw.uniform(-NOISE, NOISE, len(t))
@@ -136,7 +110,7 @@ def learned() -> TrackableReference:
     )
 
 
-def test_the_error_is_proved_stated_and_nearly_the_largest(learned: TrackableReference) -> None:
+def test_the_error_is_proved_stated_and_nearly_the_largest(learned):
     (truth,) = learned.certificate.truth
     verdict = check(encode_certificate(learned.certificate))
     assert isinstance(verdict, Proved)
@@ -156,32 +130,29 @@ COARSE = {"noise_std": 0.01, "truth": Truth(0.001, second_derivative=0.4), "prog
 
 
 @pytest.fixture(scope="module")
-def far() -> TrackableReference:
+def far():
     """With noise that is thought larger than it is, the reference is further from the signal than it could be."""
     return learn_reference(near_samples(), PLANT, SquaredExponential(), (0.0, 1.4), **COARSE)
 
 
-def near_samples() -> Samples:
+def near_samples():
     t = np.arange(0.0, 1.5, 0.1)
     return Samples(t, 0.08 * np.sin(1.8 * t) + np.random.default_rng(0).uniform(-0.001, 0.001, t.size))
 
 
-@pytest.mark.parametrize(
-    ("share", "more"),
-    [(0.7, {}), (0.9, {"disturbance": Zonotope.box([0.0, -5e-5], [0.0, 5e-5])})],
-)
-def test_a_tolerance_below_the_error_of_what_is_learned_is_kept(far: TrackableReference, share: float, more) -> None:
-    wanted = share * far.accuracy().error
-    found = learn_reference(near_samples(), PLANT, SquaredExponential(), (0.0, 1.4), **COARSE, **more, tolerance=wanted)
+def test_a_tolerance_below_the_error_of_what_is_learned_is_kept(far):
+    wanted, pushed = 0.9 * far.accuracy().error, Zonotope.box([0.0, -5e-5], [0.0, 5e-5])
+    found = learn_reference(
+        near_samples(), PLANT, SquaredExponential(), (0.0, 1.4), **COARSE, disturbance=pushed, tolerance=wanted
+    )
     (truth,) = found.certificate.truth
-    assert truth.error <= wanted < far.accuracy().error
-    assert truth.plant is None or truth.error < truth.plant <= wanted
+    assert truth.error < truth.plant <= wanted < far.accuracy().error
     verdict = check(encode_certificate(found.certificate))
     assert isinstance(verdict, Proved)
     assert f"|x_r(t) - f(t)| ≤ {truth.error!r}" in verdict.statement
 
 
-def test_a_tolerance_that_no_reference_reaches_is_refused_with_the_least(far: TrackableReference) -> None:
+def test_a_tolerance_that_no_reference_reaches_is_refused_with_the_least(far):
     least = far.accuracy().least
     with pytest.raises(NotTrackableError, match="from a tolerance of") as raised:
         learn_reference(
@@ -195,55 +166,54 @@ def test_a_tolerance_that_no_reference_reaches_is_refused_with_the_least(far: Tr
     ("tolerance", "claim", "more"),
     [
         (0.0, (0.0, 1.4), {}),
-        (np.nan, (0.0, 1.4), {}),
         ({"velocity": 0.1}, (0.0, 1.4), {}),
         (0.1, (0.0, 1.4), {"truth": None}),
         (0.1, "all_phases", {}),
     ],
 )
-def test_a_tolerance_that_means_nothing_is_refused(tolerance, claim, more) -> None:
+def test_a_tolerance_that_means_nothing_is_refused(tolerance, claim, more):
     with pytest.raises(ValueError, match="tolerance"):
         learn_reference(near_samples(), PLANT, SquaredExponential(), claim, **{**COARSE, **more}, tolerance=tolerance)
 
 
-def test_what_is_saved_says_the_same_when_it_is_loaded(learned: TrackableReference, tmp_path) -> None:
+def test_what_is_saved_says_the_same_when_it_is_loaded(learned, tmp_path):
     learned.save(tmp_path / "reference.json")
     assert TrackableReference.load(tmp_path / "reference.json").certificate.truth == learned.certificate.truth
 
 
-def shrink(truth: dict, k: int) -> None:
-    truth["errors"][k] *= 0.5
+def shrink(truth):
+    truth["errors"][int(np.argmax(truth["errors"]))] *= 0.5
 
 
-CHANGES = [
-    ("errors", lambda truth: shrink(truth, int(np.argmax(truth["errors"])))),
-    ("noise", lambda truth: truth["of"]["samples"].update(noise=0.004)),
-    ("bound", lambda truth: truth["of"].update(second_derivative=1.0)),
-    ("side", lambda truth: truth["upper"].__setitem__(3, [0, 0])),
-    ("pair", lambda truth: truth["upper"].__setitem__(3, [0, 1000])),
-    ("sample", lambda truth: truth["of"]["samples"]["values"].__setitem__(7, 0.5)),
-    ("state", lambda truth: truth.update(state="velocity")),
-    ("nobody", lambda truth: truth.update(state="nobody")),
-    ("plant", lambda truth: truth.update(plant=1.0)),
-    ("cells", lambda truth: truth["ends"].reverse()),
-    ("count", lambda truth: truth["errors"].pop()),
-    ("times", lambda truth: truth["of"]["samples"]["times"].reverse()),
-    ("multiplier", lambda truth: truth["derived"][0]["upper"][0].__setitem__(1, "1/3")),
-    ("measurement", lambda truth: truth["derived"][0]["lower"][0].__setitem__(0, 10**6)),
-    ("time", lambda truth: truth["derived"][0].update(time=truth["derived"][0]["time"] + 1e-9)),
-    ("underivable", lambda truth: truth.update(derived=truth["derived"][1:])),
-    ("unknown", lambda truth: truth.update(more=1.0)),
-]
+CHANGES = {
+    "errors": shrink,
+    "noise": lambda truth: truth["of"]["samples"].update(noise=0.004),
+    "bound": lambda truth: truth["of"].update(second_derivative=1.0),
+    "side": lambda truth: truth["upper"].__setitem__(3, [0, 0]),
+    "pair": lambda truth: truth["upper"].__setitem__(3, [0, 1000]),
+    "sample": lambda truth: truth["of"]["samples"]["values"].__setitem__(7, 0.5),
+    "state": lambda truth: truth.update(state="velocity"),
+    "nobody": lambda truth: truth.update(state="nobody"),
+    "plant": lambda truth: truth.update(plant=1.0),
+    "cells": lambda truth: truth["ends"].reverse(),
+    "count": lambda truth: truth["errors"].pop(),
+    "times": lambda truth: truth["of"]["samples"]["times"].reverse(),
+    "multiplier": lambda truth: truth["derived"][0]["upper"][0].__setitem__(1, "1/3"),
+    "measurement": lambda truth: truth["derived"][0]["lower"][0].__setitem__(0, 10**6),
+    "time": lambda truth: truth["derived"][0].update(time=truth["derived"][0]["time"] + 1e-9),
+    "underivable": lambda truth: truth.update(derived=truth["derived"][1:]),
+    "unknown": lambda truth: truth.update(more=1.0),
+}
 
 
-@pytest.mark.parametrize("change", [change for _, change in CHANGES], ids=[name for name, _ in CHANGES])
-def test_a_changed_truth_is_refused(learned: TrackableReference, change) -> None:
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_changed_truth_is_refused(learned, name):
     content = copy.deepcopy(encode_certificate(learned.certificate))
-    change(content["truth"][0])
+    CHANGES[name](content["truth"][0])
     assert isinstance(check(content), Failed | NotACertificate)
 
 
-def test_cells_that_only_exact_arithmetic_encloses_are_checked(learned: TrackableReference) -> None:
+def test_cells_that_only_exact_arithmetic_encloses_are_checked(learned):
     content = encode_certificate(learned.certificate)
     (truth,) = copy.deepcopy(content["truth"])
     for name in ("ends", "radii", "upper", "lower", "errors"):
@@ -252,7 +222,7 @@ def test_cells_that_only_exact_arithmetic_encloses_are_checked(learned: Trackabl
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_samples_of_a_signal_are_never_contradicted_and_planted_faults_always(seed: int) -> None:
+def test_samples_of_a_signal_are_never_contradicted_and_planted_faults_always(seed):
     draw, f = np.random.default_rng(seed), BangBang(seed)
     of = measured(f, draw)
     of = [of, replace(of, rates=None), replace(of, slope=None), replace(of, second_derivative=None, rates=None)][
@@ -269,33 +239,13 @@ def test_samples_of_a_signal_are_never_contradicted_and_planted_faults_always(se
     assert isinstance(check(content), Failed)
 
 
-def test_four_samples_contradict_an_acceleration_of_which_any_three_are_possible() -> None:
-    of = SignalClass(Measured((0.0, 1.0, 2.0, 3.0), (0.0, 0.0, 1.0, 1.0), 0.0), None, None, 1.0)
-    found = no_signal("position", of)
-    assert found is not None
-    assert len(found.among) == 4
-    assert found.growth == pytest.approx(1 / 3, rel=1e-2)
-    assert no_signal("position", replace(of, second_derivative=1.34)) is None
-
-
-def test_learning_refuses_samples_that_no_signal_explains() -> None:
+def test_learning_refuses_samples_that_no_signal_explains():
     t = np.arange(0.0, 2.0, 0.25)
     with pytest.raises(NotTrackableError, match="no true signal explains") as raised:
         learn_reference(
             Samples(t, 0.1 * np.sin(3 * t)), PLANT, SquaredExponential(), (0.0, 1.5), truth=Truth(1e-3, slope=0.05)
         )
     assert isinstance(raised.value.outcome, NoSignal)
-
-
-def test_a_truth_of_an_unknown_state_is_refused_with_those_there_are() -> None:
-    with pytest.raises(ValueError, match=r"^truth: expected names of states, position, velocity, got place$"):
-        learn_reference(
-            Samples([0.0, 0.5, 1.0], [0.0, 0.1, 0.0]),
-            PLANT,
-            SquaredExponential(),
-            (0.0, 1.0),
-            truth={"place": Truth(1e-3, slope=1.0)},
-        )
 
 
 @pytest.mark.parametrize(
@@ -308,6 +258,6 @@ def test_a_truth_of_an_unknown_state_is_refused_with_those_there_are() -> None:
         {"noise": 0.1, "slope": 1.0, "rate": "velocity", "rate_noise": 0.1},
     ],
 )
-def test_a_truth_without_bounds_is_refused(wrong: dict) -> None:
+def test_a_truth_without_bounds_is_refused(wrong):
     with pytest.raises(ValueError, match="truth"):
         Truth(**wrong)

@@ -12,7 +12,6 @@ from tests.trackably.plants import AXIS, CART, SAMPLES
 from trackably import (
     ConstrainedSystem,
     Failed,
-    LinearSystem,
     NonlinearSystem,
     NotTrackableError,
     Polytope,
@@ -22,14 +21,11 @@ from trackably import (
     TrackableReference,
     check,
     learn_reference,
-    learn_stream,
     mobile_robot,
 )
 from trackably import learn as learning
 from trackably.certificates.outcome import Counterexample
-from trackably.certificates.waypoint import Waypoint, coordinates
 from trackably.learning.joint.search import learn_jointly
-from trackably.learning.problem import UnmetBounds
 
 KNOWN = SquaredExponential(0.5, 0.6)
 AT = {1.0: {"force": -1.0}, 0.0: {"position": -0.98, "velocity": 0.0}}
@@ -42,12 +38,12 @@ FREE = ConstrainedSystem(AXIS.system, Polytope.box([-np.inf, -1.0], [np.inf, 1.0
 SLOPING = ConstrainedSystem(CART.system, Polytope([[1.0, 1.0], [1.0, -1.0]], [-1.0, -1.0], [1.0, 1.0]), CART.input_set)
 
 
-def learned(at, plant=AXIS, kernel=KNOWN, **options) -> TrackableReference:
+def learned(at, plant=AXIS, kernel=KNOWN, **options):
     return learn_reference({"position": SAMPLES}, plant, kernel, "all_times", noise_std=0.02, at=at, **options)
 
 
 @pytest.fixture(scope="module")
-def axis() -> TrackableReference:
+def axis():
     return learned(AT)
 
 
@@ -84,32 +80,6 @@ def test_what_is_saved_is_proved_again_at_each_time(axis, tmp_path):
         TrackableReference.load(tmp_path / "axis.json")
 
 
-def test_given_values_have_prices_like_bounds(axis):
-    names = {(bound.name, bound.time) for bound in axis.active_bounds if bound.side == "equal"}
-    assert names == {("position", 0.0), ("velocity", 0.0), ("force", 1.0)}
-    assert "the given value of position costs" in axis.explanation
-    assert "the bounds and given values cost" in axis.explanation
-
-
-def test_states_of_a_system_with_redundant_inputs_are_met():
-    times = np.linspace(0, 8, 25)
-    values = 2 * np.exp(-((times - 4) ** 2) / 4)
-    kernel = SquaredExponential(1.0, 2.0)
-    found = learn_reference(
-        Samples(times, values), REDUNDANT, kernel, "all_times", noise_std=0.05, at={0.0: {"x1": 0.0}}
-    )
-    assert abs(found.state(0)[0]) <= 6e-4
-    with pytest.raises(ValueError, match="at: u1 is one of several inputs that act alike; only their effect is"):
-        learn_reference(Samples(times, values), REDUNDANT, kernel, "all_times", at={0.0: {"u1": 0.0}})
-
-
-def test_what_contradicts_the_bounds_between_steps_is_no_reference():
-    """No whole number of steps links these times: it is the kernel's length scale that excludes them."""
-    with pytest.raises(NotTrackableError, match=r"position \(given value\) at t = 0.051 s") as raised:
-        learned({0.0: {"position": -0.95}, 0.051: {"position": 0.1}})
-    assert isinstance(raised.value.outcome, UnmetBounds)
-
-
 def test_values_that_are_not_met_are_no_reference(monkeypatch):
     """A planted fault: a learner that forgets them."""
 
@@ -122,7 +92,7 @@ def test_values_that_are_not_met_are_no_reference(monkeypatch):
     assert isinstance(raised.value.outcome, Counterexample)
 
 
-def curve(low: float, high: float) -> Samples:
+def curve(low, high):
     """From one level to another in 3 s, with noise."""
     t = np.arange(0.0, 3.01, 0.15)
     part = np.clip(t / 3.0, 0.0, 1.0)
@@ -130,13 +100,8 @@ def curve(low: float, high: float) -> Samples:
     return Samples(t, low + (high - low) * (10 * part**3 - 15 * part**4 + 6 * part**5) + noise)
 
 
-LEAKY = LinearSystem([[0.9]], [[0.5]], [0.1], states=("level",), inputs=("inflow",), sampling_time=0.1)
 RESTING = {
     "an axis": (AXIS, {"position": SAMPLES}),
-    "a leaky tank": (
-        ConstrainedSystem(LEAKY, Polytope.box([0.0], [3.0]), Polytope.box([-1.0], [1.0])),
-        {"level": curve(1.2, 1.9)},
-    ),
     "a tank": (TANK, {"level": curve(0.6, 1.5)}),
     "two outputs": (CART, {"a": curve(-0.3, 0.2), "b": curve(0.1, -0.4)}),
 }
@@ -145,8 +110,8 @@ RESTING = {
 @pytest.mark.parametrize("name", RESTING)
 def test_at_rest_the_system_stays_where_it_is_with_the_input_that_holds_it(name, tmp_path):
     plant, samples = RESTING[name]
-    at, start = {0.0: "rest", 3.0: "rest"}, 0.0
-    found = learn_reference(samples, plant, SquaredExponential(1.0, 1.0), (start, 3.0), noise_std=0.02, at=at)
+    at = {0.0: "rest", 3.0: "rest"}
+    found = learn_reference(samples, plant, SquaredExponential(1.0, 1.0), (0.0, 3.0), noise_std=0.02, at=at)
     assert [pinned.time for pinned in found.fit.pinned] == list(at)
     for pinned in found.fit.pinned:
         k = round(pinned.time / plant.sampling_time)
@@ -161,51 +126,33 @@ def test_at_rest_the_system_stays_where_it_is_with_the_input_that_holds_it(name,
     assert TrackableReference.load(tmp_path / "reference.json").explanation == found.explanation
 
 
-def test_a_stream_comes_to_rest_in_the_window_of_that_time():
-    found = learn_stream(SAMPLES, AXIS, KNOWN, "all_times", window=1.0, noise_std=0.02, at={1.5: "rest"})
-    (pinned,) = found.stream.pinned
-    assert (pinned.values["velocity"], pinned.values["force"]) == (0.0, 0.0)
-    assert found.state(31) == pytest.approx(found.state(30), abs=2e-4)
-
-
-@pytest.mark.parametrize("name", RESTING)
-def test_a_rate_is_the_change_in_a_step(name):
-    plant, _ = RESTING[name]
-    signals, t = [np.sin, np.cos][: plant.signal_count], np.linspace(0.0, 3.0, 7)
-    for of in coordinates(plant).values():
-        change = of(signals, t + plant.sampling_time) - of(signals, t)
-        np.testing.assert_allclose(of.rate(signals, t), change / plant.sampling_time, rtol=0, atol=1e-9)
-        assert (of.rate.functional is None) == (of.functional is None)
-
-
 ROBOT = ConstrainedSystem(
     mobile_robot(0.1), Polytope.box([-3, -3, -np.inf], [3, 3, np.inf]), Polytope.box([0.1, -2], [1.5, 2])
 )
 
 
-@pytest.mark.parametrize(
-    ("plant", "samples", "sentence"),
-    [
-        (ROBOT, {"x": SAMPLES, "y": SAMPLES}, "at: rest at 1 s cannot be asked for, as the heading is not defined whi"),
-        (REDUNDANT, SAMPLES, "at: rest at 1 s cannot be asked for, as several inputs act alike"),
-        (FREE, SAMPLES, "at_tolerance: is needed for position, which has no bounds"),
-    ],
-)
-def test_where_rest_is_not_known_it_is_refused(plant, samples, sentence):
-    with pytest.raises(ValueError, match=sentence):
-        learn_reference(samples, plant, KNOWN, (0.0, 2.0), noise_std=0.02, at={1.0: "rest"})
-
-
+REST = {"claim": (0.0, 2.0), "at": {1.0: "rest"}}
 REFUSALS = {
+    "rest of a robot": (
+        {**REST, "plant": ROBOT, "samples": {"x": SAMPLES, "y": SAMPLES}},
+        "at: rest at 1 s cannot be asked for, as the heading is not defined whi",
+    ),
+    "rest of redundant inputs": (
+        {**REST, "plant": REDUNDANT},
+        "at 1 s cannot be asked for, as several inputs act alike",
+    ),
+    "rest without bounds": ({**REST, "plant": FREE}, "at_tolerance: is needed for position, which has no bounds"),
+    "one of several inputs": (
+        {"plant": REDUNDANT, "at": {0.0: {"u1": 0.0}}},
+        "at: u1 is one of several inputs that act alike; only their effect is",
+    ),
     "alone": ({"method": "hyperparameters"}, 'at: values at given times need method="joint"'),
     "unknown": ({"at": {0.0: {"speed": 1.0}}}, "at: speed is neither a state nor an input (position, velocity, force)"),
-    "nothing": ({"at": {0.0: {}}}, "at: nothing is given at 0 s"),
     "too early": (
         {"at": {-0.1: {"position": 0.0}}},
         "at: -0.1 s is outside of the times that are claimed, from 0 s to",
     ),
     "outside": ({"at": {0.0: {"velocity": 1.5}}}, "at: velocity must be inside [-1, 1] at 0 s, got 1.5"),
-    "no tolerance": ({"at_tolerance": 0.0}, "at_tolerance of position must be positive, got 0"),
     "together outside": (
         {"plant": SLOPING, "samples": {"a": SAMPLES, "b": SAMPLES}, "at": {0.0: {"a": 0.9, "b": 0.9}}},
         "at: a = 0.9 ± 0.0002, b = 0.9 ± 0.0002 at 0 s lies outside of {x : -1 ≤ 1 x1 + 1 x2 ≤ 1",
@@ -219,9 +166,3 @@ def test_refusals_say_what_is_wrong(name):
     given = {"samples": SAMPLES, "plant": AXIS, "kernel": KNOWN, "claim": "all_times", "at": {0.0: {"position": 0.0}}}
     with pytest.raises(ValueError, match=re.escape(sentence)):
         learn_reference(**given | changed, noise_std=0.02)
-
-
-def test_a_window_that_is_proved_holds_the_neighbours_of_its_time(axis):
-    for time in (0.0, 1.0, 12345.678):
-        outcome = Waypoint(time, {"velocity": 0.0}, {"velocity": 9.0}).prove(axis.reference)
-        assert outcome.claim.start < np.nextafter(time, -np.inf) < np.nextafter(time, np.inf) < outcome.claim.end

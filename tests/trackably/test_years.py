@@ -2,80 +2,47 @@
 
 from fractions import Fraction
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import example, given
-from hypothesis import strategies as st
 
 from tests.trackably.exports.c_programs import CC, compiled, run
 from tests.trackably.exports.references import KERNEL, SWING, on_window, periodic
 from tests.trackably.plants import AXIS, SAMPLES
 from trackably import (
     Periodic,
-    RationalQuadratic,
     Samples,
-    TrackableReference,
     learn_reference,
 )
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import LATEST, Draft
 from trackably.certificates.form import encode_certificate
-from trackably.certificates.prove import prove
 from trackably.checker import Proved, check
 from trackably.checker.certificate import AllPhases, Cover
 from trackably.checker.intervals import exactly
 from trackably.exports.c99 import header
 from trackably.gp.signal import KernelSum
-from trackably.systems.pieces import PolynomialPieces, moved_back, two_product
+from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
 
-UNIT = Fraction(1, 2**53)
-STEPS = st.integers(-(10**10), 10**10)
-PERIODS = st.floats(1e-3, 1e5)
 RNG = np.random.default_rng(33)
-LATE = np.unique(np.concatenate([np.round(10.0 ** RNG.uniform(3, 10, 40)), [41_900.0, 10.0**10]]))
+LATE = np.unique(np.concatenate([np.round(10.0 ** RNG.uniform(3, 10, 14)), [41_900.0, 10.0**10]]))
 
 
 @cache
-def irregular() -> TrackableReference:
+def irregular():
     """A period that is no multiple of the sampling time, and whose binary digits do not end."""
     t = np.arange(0.0, 12.0, 0.3)
     samples = Samples(t, 0.6 * np.sin(2 * np.pi * t / 4.19))
     return learn_reference(samples, SWING, Periodic(1.0, 1.0, period=4.19), "all_phases", noise_std=0.05, starts=1)
 
 
-def in_period(t: Fraction, period: float) -> Fraction:
+def in_period(t, period):
     """t, moved by whole periods to the nearest to 0."""
     return t - round(t / Fraction(period)) * Fraction(period)
 
 
-@given(STEPS, st.floats(1e-4, 10.0), PERIODS)
-@example(1, 0.5, 1.0)
-@example(3, 0.5, 1.0)
-@example(-41_900, 0.1, 4.19)
-def test_steps_are_moved_by_whole_periods_within_one_rounding(k: int, step: float, period: float) -> None:
-    exact = k * Fraction(step)
-    if abs(exact) > 2**40 * Fraction(period):
-        return
-    require_moved(exact, float(moved_back(two_product(np.array(float(k)), np.array(step)), period)), period)
-
-
-@given(st.floats(-1e8, 1e8), PERIODS)
-def test_times_are_moved_by_whole_periods_within_one_rounding(t: float, period: float) -> None:
-    found = float(moved_back([np.array(t)], period))
-    require_moved(Fraction(t), found, period)
-    assert found == t or abs(t) >= period / 2
-
-
-def require_moved(exact: Fraction, found: float, period: float) -> None:
-    rounded = abs(in_period(exact - Fraction(found), period))
-    assert rounded <= Fraction(502, 1000) * UNIT * Fraction(period)
-    assert abs(found) <= 0.501 * period
-
-
-def require_near(proved: TrackableReference, steps: np.ndarray, values: np.ndarray) -> None:
+def require_near(proved, steps, values):
     """Each value is within the certified error of the one in intervals, at the exact time without whole periods."""
     reference = proved.reference
     system, draft = reference.plant.system, Draft.of(reference, 1.0, np.zeros(1))
@@ -92,8 +59,8 @@ FAST = ("-O3", "-march=native", "-ffp-contract=fast")
 
 
 @pytest.mark.parametrize("of", [periodic, irregular])
-def test_values_are_within_the_certified_error_for_years(of: object) -> None:
-    proved: TrackableReference = of()  # type: ignore[operator]
+def test_values_are_within_the_certified_error_for_years(of):
+    proved = of()
     k = np.concatenate([LATE, -LATE])
     require_near(proved, k, np.hstack([proved.state(k), proved.input(k)]))
     t = proved.reference.instants(LATE)
@@ -102,11 +69,9 @@ def test_values_are_within_the_certified_error_for_years(of: object) -> None:
 
 
 @pytest.mark.skipif(CC is None, reason="there is no C compiler")
-@pytest.mark.parametrize(("of", "options"), [(periodic, ()), (periodic, FAST), (irregular, FAST)])
-def test_values_in_c_are_within_the_certified_error_for_years(
-    of: object, options: tuple[str, ...], tmp_path: Path
-) -> None:
-    proved: TrackableReference = of()  # type: ignore[operator]
+@pytest.mark.parametrize(("of", "options"), [(periodic, ()), (irregular, FAST)])
+def test_values_in_c_are_within_the_certified_error_for_years(of, options, tmp_path):
+    proved = of()
     k = np.concatenate([LATE, -LATE])
     refused, values = run(compiled(proved, tmp_path, "reference_step((long long)t, x, u)", options), k)
     assert not refused.any()
@@ -117,7 +82,7 @@ def test_values_in_c_are_within_the_certified_error_for_years(
     np.testing.assert_allclose(at, np.hstack([*proved.eval(times)]), atol=1e-11)
 
 
-def test_steps_that_float64_cannot_count_are_refused() -> None:
+def test_steps_that_float64_cannot_count_are_refused():
     """2⁵³ + 1 is no float64: its phase would be that of another step. Of polynomial pieces as well."""
     slow = Reference((KernelSum(Periodic(1.0, 1.0, 1e6), 0.0, np.array([0.0]), np.array([0.1])),), SWING)
     pieces = Reference((PolynomialPieces([0.0, 1e5, 3e5], [[0.1, 0.0], [0.2, 0.0]], "period"),), SWING)
@@ -127,7 +92,7 @@ def test_steps_that_float64_cannot_count_are_refused() -> None:
         assert certificate.first_unproved(np.array([(2.0**53 + 2) * 0.1])) is not None
 
 
-def test_what_comes_to_rest_has_no_end() -> None:
+def test_what_comes_to_rest_has_no_end():
     """A periodic kernel times one that decays: the phase is lost, but nothing depends on it any more."""
     kernel = Periodic(1.0, 1.0, period=2.0) * KERNEL
     found = learn_reference(SAMPLES, AXIS, kernel, "all_times", noise_std=0.02, starts=1)
@@ -137,18 +102,8 @@ def test_what_comes_to_rest_has_no_end() -> None:
     assert np.all(found.state(np.array([10**6, 10**12])) == found.state(10**9))
 
 
-def test_where_errors_grow_for_ever_the_end_is_said() -> None:
-    """|r κ(r)| of this factor has no bound, so that the error of the phase has none."""
-    kernel = Periodic(1.0, 1.0, 2.0) * RationalQuadratic(1.0, 0.2, 0.3)
-    signal = KernelSum(kernel, 0.0, np.array([0.5]), np.array([0.1]))
-    certificate = prove(Reference((signal,), SWING))
-    assert isinstance(certificate, Certificate)
-    assert certificate.evaluated_until < 1e5
-    assert "(evaluated in float64 up to " in certificate.explanation
-
-
 @pytest.mark.skipif(CC is None, reason="there is no C compiler")
-def test_c_answers_no_time_outside_of_the_window_and_says_which_steps(tmp_path: Path) -> None:
+def test_c_answers_no_time_outside_of_the_window_and_says_which_steps(tmp_path):
     proved = on_window()
     times = np.array([3.0, np.nextafter(3.0, 4.0), 3.0 * (1 + 5e-13)])
     refused, _ = run(compiled(proved, tmp_path), times)

@@ -72,20 +72,6 @@ def test_dynamics_beyond_the_tolerance_are_refuted_where_they_are_worst(plant, t
     assert isinstance(certify_table(Table(states, table.inputs, 4), plant, 1e-2), CertifiedTable)
 
 
-def test_a_bound_that_is_broken_by_a_hair(tmp_path):
-    table = followed(AXIS)
-    states = table.states.copy()
-    states[7, 0] = np.nextafter(0.2, 1)
-    found = certify_table(Table(states, table.inputs[:-1], 4), AXIS, 1.0)
-    assert isinstance(found, RefutedTable)
-    assert (found.step, found.violation) == (11, pytest.approx(2.8e-17, rel=0.1))
-    verdict = check(found.save_counterexample(tmp_path / "no.json"))
-    assert isinstance(verdict, Refuted)
-    assert 'at the step k = 11 (T = 0.05 s) the table breaks -1.1 ≤ "position" ≤ 0.2, by at least' in verdict.statement
-    states[7, 0] = 0.2
-    assert isinstance(certify_table(Table(states, table.inputs[:-1], 4), AXIS, 1.0), CertifiedTable)
-
-
 def test_formulas_that_may_not_be_defined():
     system = NonlinearSystem.of(lambda x, u: [u[0] / x[0]], ["x"], ["u"], 0.1)
     plant = ConstrainedSystem(system, Polytope.box([-1], [1]), Polytope.box([-1], [1]))
@@ -94,7 +80,7 @@ def test_formulas_that_may_not_be_defined():
     assert "divides by may be zero" in found.explanation
 
 
-def moved(table: Table, by: float) -> Table:
+def moved(table, by):
     states = table.states.copy()
     states[11, 0] += by
     return replace(table, states=states)
@@ -127,12 +113,11 @@ def test_a_flat_form_is_not_repeated_as_nothing_is_verified_of_it(broken, tmp_pa
 @pytest.mark.parametrize(
     ("part", "value", "reason"),
     [
-        (("table", "states", 7, 0), 0.21, "bound 0 of the states is broken at step 11"),
+        (("table", "states", 7, 0), float(np.nextafter(0.2, 1)), "bound 0 of the states is broken at step 11"),
         (("table", "states", 7, 0), -0.2, "within the tolerance of the state after step 10"),
         (("table", "inputs", 3, 0), 0.3, "after step 7"),
         (("tolerance",), 1e-18, "within the tolerance"),
         (("plant", "system", "A", 0, 1), 0.06, "within the tolerance"),
-        (("table", "inputs", 3), [], "must be a list, not empty"),
         (("table", "inputs"), [[0.0]], "an input for each"),
         (("table", "first_step"), 0.5, "whole number"),
         (("version",), 2, "version 2"),
@@ -148,15 +133,12 @@ def test_what_is_changed_is_refused(part, value, reason, tmp_path):
     ("part", "value", "reason"),
     [
         (("at", "violation"), 1e-2, "nothing is shown to be broken by 0.01 there"),
-        (("at", "step"), 10, "nothing is shown to be broken"),
         (("at", "step"), 99, "the table has no step 99"),
         (("at", "index"), 2, "no index 2 of the dynamics"),
         (("at", "part"), "states", "nothing is shown to be broken"),
-        (("at", "part"), "both", "must be one of states, inputs, dynamics"),
         (("at", "violation"), -1.0, "must be"),
         (("tolerance",), 1.0, "nothing is shown to be broken"),
         (("version",), 2, "refuted table of version 2"),
-        (("format",), "trackably table", "exactly the fields"),
     ],
 )
 @pytest.mark.parametrize("plant", [AXIS, TANK], ids=["axis", "tank"])
@@ -168,19 +150,18 @@ def test_what_is_changed_refutes_nothing(plant, part, value, reason, tmp_path):
     _is_refused(data, part, value, reason)
 
 
-def test_what_is_no_table_is_refused():
-    with pytest.raises(ValueError, match="a row for each step"):
-        Table(np.zeros((5, 2)), np.zeros((3, 1)))
-    with pytest.raises(ValueError, match="finite"):
-        Table(np.full((5, 2), np.nan), np.zeros((5, 1)))
-    with pytest.raises(ValueError, match="expected 2 states and 1 inputs"):
-        certify_table(Table(np.zeros((5, 1)), np.zeros((5, 1))), AXIS, 1.0)
-    with pytest.raises(ValueError, match="positive"):
-        certify_table(followed(AXIS), AXIS, 0.0)
-    with pytest.raises(TypeError, match="a Table"):
-        certify_table(np.zeros((5, 2)), AXIS, 1.0)
-    wider = replace(AXIS, state_set=Polytope.box([-9, -9], [9, 9]))
-    assert isinstance(certify_table(followed(AXIS), wider, 1e-12), CertifiedTable)
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: Table(np.zeros((5, 2)), np.zeros((3, 1))), "a row for each step"),
+        (lambda: Table(np.full((5, 2), np.nan), np.zeros((5, 1))), "finite"),
+        (lambda: certify_table(Table(np.zeros((5, 1)), np.zeros((5, 1))), AXIS, 1.0), "expected 2 states and 1 inputs"),
+        (lambda: certify_table(followed(AXIS), AXIS, 0.0), "positive"),
+    ],
+)
+def test_what_is_no_table_is_refused(make, said):
+    with pytest.raises(ValueError, match=said):
+        make()
 
 
 def _is_refused(data, part, value, reason):

@@ -1,7 +1,5 @@
 """Random trajectories of joints, and their extremes in many digits."""
 
-from typing import Any
-
 import mpmath
 import numpy as np
 from scipy.interpolate import make_interp_spline
@@ -11,7 +9,7 @@ from trackably.joints.trajectory import JointTrajectory
 ORDERS = ("position", "velocity", "acceleration", "jerk")
 
 
-def random_spline(rng: np.random.Generator, joints: int = 1, points: int = 8, degree: int = 5) -> JointTrajectory:
+def random_spline(rng, joints=1, points=8, degree=5):
     """Return a spline through random points, at rest at both ends."""
     t = np.concatenate([[0.0], np.cumsum(rng.uniform(0.05, 0.3, points - 1))])
     q = np.cumsum(rng.normal(size=(points, joints)) * 0.1, axis=0)
@@ -19,7 +17,7 @@ def random_spline(rng: np.random.Generator, joints: int = 1, points: int = 8, de
     return JointTrajectory.of(make_interp_spline(t, q, k=degree, bc_type=(flat, flat)))
 
 
-def random_content(rng: np.random.Generator, order: int, joints: int = 1) -> dict[str, Any]:
+def random_content(rng, order, joints=1):
     """Return what the checker reads of a random spline, with limits up to an order that are far away."""
     found = random_spline(rng, joints)
     return {
@@ -35,21 +33,21 @@ def random_content(rng: np.random.Generator, order: int, joints: int = 1) -> dic
     }
 
 
-def with_limit(content: dict[str, Any], order: int, upper: float) -> dict[str, Any]:
+def with_limit(content, order, upper):
     """Return content with another upper limit of the first joint's derivative."""
     first, *others = content["joints"]
     limits = [*first["limits"][:order], [-1e9, upper], *first["limits"][order + 1 :]]
     return {**content, "joints": [{**first, "limits": limits}, *others]}
 
 
-def mirrored(content: dict[str, Any]) -> dict[str, Any]:
+def mirrored(content):
     """Return the motions to the other side, with their limits there."""
     joints = [{**of, "limits": [[-high, -low] for low, high in of["limits"]]} for of in content["joints"]]
     rows = (-np.array(content["trajectory"]["coefficients"])).tolist()
     return {**content, "joints": joints, "trajectory": {**content["trajectory"], "coefficients": rows}}
 
 
-def extreme(content: dict[str, Any], joint: int, order: int) -> Any:
+def extreme(content, joint, order):
     """Return the largest value of a derivative on all pieces, by the roots of the next one in 50 digits."""
     ends, rows = content["trajectory"]["breakpoints"], content["trajectory"]["coefficients"][joint]
     with mpmath.workdps(50):
@@ -70,5 +68,5 @@ def extreme(content: dict[str, Any], joint: int, order: int) -> Any:
         return max(found)
 
 
-def _slope(p: list[Any]) -> list[Any]:
+def _slope(p):
     return [c * k for k, c in enumerate(p)][1:] or [mpmath.mpf(0)]

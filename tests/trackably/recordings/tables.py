@@ -1,23 +1,18 @@
 """Tables of rows as readers hand them over, and the recordings made of them."""
 
-from collections.abc import Sequence
 from decimal import Decimal
 
 import numpy as np
 
 from trackably.recordings import (
-    Finding,
-    Recording,
-    Repair,
     Rows,
 )
-from trackably.recordings.clocks import Origin
 from trackably.recordings.rows import recording_from_rows
 
 NAN = float("nan")
 
 
-def rows(stamps: Sequence[str | None], noise: Sequence[float] | None = None, **values: Sequence[float]) -> Rows:
+def rows(stamps, noise=None, **values):
     """A table; its rows stand on lines 2, 3, …"""
     return Rows(
         "a.csv",
@@ -28,16 +23,16 @@ def rows(stamps: Sequence[str | None], noise: Sequence[float] | None = None, **v
     )
 
 
-def record(table: Rows, *repairs: Repair, absolute: bool = False, origin: Origin = None) -> Recording:
+def record(table, *repairs, absolute=False, origin=None):
     return recording_from_rows([table], absolute, repairs, origin)
 
 
-def content(recording: Recording) -> dict[str, list[tuple[float, float]]]:
+def content(recording):
     """Each signal as (time, value)."""
     return {name: list(zip(s.times.tolist(), s.values.tolist(), strict=True)) for name, s in recording.signals.items()}
 
 
-def findings(recording: Recording) -> tuple[Finding, ...]:
+def findings(recording):
     (cleaning,) = recording.cleanings
     return cleaning.findings
 

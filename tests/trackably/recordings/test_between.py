@@ -1,7 +1,5 @@
 """Rows outside of the times that are asked for are not judged: what is inside reads as if there were no others."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -22,7 +20,7 @@ WRONG = {
 
 @pytest.mark.parametrize("wrong", WRONG.values(), ids=WRONG)
 @pytest.mark.parametrize("is_first", [False, True])
-def test_a_wrong_row_outside_does_no_harm(wrong: str, is_first: bool, tmp_path: Path) -> None:
+def test_a_wrong_row_outside_does_no_harm(wrong, is_first, tmp_path):
     path = tmp_path / "a.csv"
     path.write_text(f"t,x,s\n{wrong}{INSIDE}" if is_first else f"t,x,s\n{INSIDE}{wrong}", encoding="utf-8")
     signals = {"x": Column("x", noise_std="s")}
@@ -34,9 +32,7 @@ def test_a_wrong_row_outside_does_no_harm(wrong: str, is_first: bool, tmp_path: 
 
 
 @given(st.lists(st.integers(0, 300), min_size=3, max_size=40, unique=True).map(sorted), st.data())
-def test_it_is_a_selection_of_a_recording_that_is_right(
-    tmp_path_factory: pytest.TempPathFactory, stamps: list[int], data: st.DataObject
-) -> None:
+def test_it_is_a_selection_of_a_recording_that_is_right(tmp_path_factory, stamps, data):
     """Counted from the first sample too, which may be outside, and have no value."""
     start = data.draw(st.sampled_from(stamps[:-1])) - stamps[0]
     end = data.draw(st.sampled_from([s for s in stamps if s - stamps[0] > start])) - stamps[0]
@@ -47,12 +43,3 @@ def test_it_is_a_selection_of_a_recording_that_is_right(
     assert part.origin == whole.origin == stamps[0] * 10**9
     np.testing.assert_array_equal(part["x"].times, whole["x"].times)
     np.testing.assert_array_equal(part["x"].values, whole["x"].values)
-
-
-def test_a_window_without_samples_is_refused_with_the_times_that_there_are(tmp_path):
-    path = tmp_path / "a.csv"
-    path.write_text("t,x\n5,1\n6,\n7,2\n8,\n")
-    with pytest.raises(
-        InputError, match=r"a.csv: between: there is no sample from 10 s to 12 s; they are from 5 s to 7 s$"
-    ):
-        read_csv(path, "t", "s", {"x": "x"}, between=(10.0, 12.0))

@@ -4,8 +4,7 @@ from decimal import Decimal
 
 import pytest
 
-from trackably.errors import InputError
-from trackably.recordings.clocks import CLOCKS, Ticks, frames
+from trackably.recordings.clocks import CLOCKS, frames
 
 TICKS = {
     "s": ("12.7", "12.7"),
@@ -23,24 +22,13 @@ TICKS = {
 
 
 @pytest.mark.parametrize("name", TICKS)
-def test_ticks(name: str) -> None:
+def test_ticks(name):
     clock = CLOCKS[name]
-    assert isinstance(clock, Ticks)
     written, seconds = TICKS[name]
     assert clock.seconds(Decimal(written)) == Decimal(seconds)
     assert clock.absolute == name.startswith("epoch")
 
 
-def test_the_table_has_every_clock() -> None:
-    assert set(CLOCKS) == {*TICKS, "ISO 8601"}
-
-
-def test_frames() -> None:
+def test_frames():
     assert float(frames(60).seconds(Decimal(768))) == 12.8
     assert float(frames(29.97).seconds(Decimal(2997))) == 100.0
-
-
-@pytest.mark.parametrize("rate", [0, -60, float("inf"), float("nan")])
-def test_no_frames(rate: float) -> None:
-    with pytest.raises(InputError, match=f"clock: expected a positive finite number of frames per second, got {rate}"):
-        frames(rate)

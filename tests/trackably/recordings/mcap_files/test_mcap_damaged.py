@@ -1,7 +1,5 @@
 """Damaged files, and encodings that are not supported, are refused in one sentence: every other outcome is a defect."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from mcap.writer import CompressionType
@@ -12,28 +10,26 @@ from trackably.recordings import Field, Stamp, read_mcap
 
 
 @pytest.fixture
-def path(tmp_path: Path) -> Path:
+def path(tmp_path):
     return tmp_path / "some.mcap"
 
 
 @pytest.mark.parametrize("data", [b"", b"\xff\xfe\0", b"\x89MCAP0\r\n"])
-def test_no_mcap(path: Path, data: bytes) -> None:
+def test_no_mcap(path, data):
     path.write_bytes(data)
     assert refusal(path).startswith(": no MCAP file, or damaged: ")
 
 
-UNDECODABLE: dict[str, tuple[bytes, tuple[str, str | None], bytes]] = {
+UNDECODABLE = {
     "no JSON": (b"{x: 1}", ("json", None), b""),
     "deep JSON": (b"[" * 100000, ("json", None), b""),
     "large exponent": (b'{"x": 1e99999999999999999999}', ("json", None), b""),
-    "cut CDR": (b"\0\1\0\0\0", ("cdr", "ros2msg"), b"float64 x"),
     "endless array": (b"\0\1\0\0\xff\xff\xff\xff", ("cdr", "ros2msg"), b"float64[] x"),
-    "wide text": (b"\0\1\0\0\0\0\0\0", ("cdr", "ros2msg"), b"wstring x"),
 }
 
 
 @pytest.mark.parametrize("name", UNDECODABLE)
-def test_undecodable(path: Path, name: str) -> None:
+def test_undecodable(path, name):
     data, encodings, schema = UNDECODABLE[name]
     write_plain(path, [data], encodings=encodings, schema=schema)
     said = refusal(path)
@@ -41,11 +37,8 @@ def test_undecodable(path: Path, name: str) -> None:
     assert "mcap recover" not in said
 
 
-@pytest.mark.parametrize(
-    ("name", "compression"),
-    [("json", CompressionType.NONE), ("protobuf", CompressionType.LZ4), ("ros2", CompressionType.ZSTD)],
-)
-def test_truncated_anywhere(path: Path, name: str, compression: CompressionType) -> None:
+@pytest.mark.parametrize(("name", "compression"), [("json", CompressionType.NONE), ("ros2", CompressionType.ZSTD)])
+def test_truncated_anywhere(path, name, compression):
     WRITERS[name](path, STATES, compression)
     data = path.read_bytes()
     for end in [*range(0, len(data), 61), len(data) - 1]:
@@ -56,12 +49,11 @@ def test_truncated_anywhere(path: Path, name: str, compression: CompressionType)
 
 @pytest.mark.parametrize("name", WRITERS)
 @pytest.mark.parametrize("crcs", [True, False])
-def test_flipped_bits(path: Path, name: str, crcs: bool) -> None:
+def test_flipped_bits(path, name, crcs):
     """Without checksums a flipped bit may go unseen: then it is in a value, or in what is not read."""
     WRITERS[name](path, STATES, CompressionType.NONE)
     data = path.read_bytes() if crcs else _without_checksums(path.read_bytes())
-    rng = np.random.default_rng(3)
-    outcomes = {"read": 0, "refused": 0}
+    rng, refused = np.random.default_rng(3), []
     for at in rng.integers(8, len(data), 40).tolist():
         damaged = bytearray(data)
         damaged[at] ^= 1 << int(rng.integers(8))
@@ -69,14 +61,12 @@ def test_flipped_bits(path: Path, name: str, crcs: bool) -> None:
         try:
             read_mcap(path, {"x": Field(TOPIC, "position.x", time=Stamp("stamp"))})
         except InputError as error:
-            outcomes["refused"] += str(error).startswith(str(path))
-        else:
-            outcomes["read"] += 1
-    assert sum(outcomes.values()) == 40
-    assert min(outcomes.values()) > 3
+            refused.append(str(error))
+    assert 3 < len(refused) < 37
+    assert all(said.startswith(str(path)) for said in refused)
 
 
-def _without_checksums(data: bytes) -> bytes:
+def _without_checksums(data):
     """Chunks say 0, which means that there is none."""
     out, at = bytearray(data), 8
     while at < len(data) - 8:

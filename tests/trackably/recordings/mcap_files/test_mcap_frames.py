@@ -1,7 +1,6 @@
 """Lists in messages: an entry is taken by its name; a number that means another frame later is refused."""
 
 import json
-from pathlib import Path
 
 import pytest
 
@@ -12,7 +11,7 @@ from trackably.recordings import Field, read_mcap
 X = "transform.translation.x"
 
 
-def write_tf(path: Path, *messages: tuple[str, ...]) -> None:
+def write_tf(path, *messages):
     """Write transforms of these child frames, message by message; x is the number of the message."""
     write_plain(path, [
         json.dumps({"transforms": [
@@ -22,18 +21,14 @@ def write_tf(path: Path, *messages: tuple[str, ...]) -> None:
     ])  # fmt: skip
 
 
-def read(path: Path, field: str) -> list[float]:
+def read(path, field):
     return read_mcap(path, {"x": Field(TOPIC, field)})["x"].values.tolist()
 
 
-def test_frames_are_not_mixed(tmp_path: Path) -> None:
+def test_frames_are_not_mixed(tmp_path):
     path = tmp_path / "tf.mcap"
     write_tf(path, ("base",), ("arm",), ("base",), ("arm", "base"))
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(InputError, match=r"message 2, .* is of arm here, and was of base before; name the one"):
         read(path, f"transforms[0].{X}")
-    assert str(caught.value) == (
-        f"{path}, {TOPIC}, message 2, field 'transforms[0].{X}': is of arm here, and was of base before; name the one "
-        f"that is meant: transforms[child_frame_id=arm].{X}"
-    )
     assert read(path, f"transforms[child_frame_id=base].{X}") == [0.04, 2.04, 3.04]
     assert read(path, f"transforms[child_frame_id=arm].{X}") == [1.03, 3.03]

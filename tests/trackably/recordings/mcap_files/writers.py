@@ -58,7 +58,6 @@ def write_json(path: Path, states: Sequence[State], compression: CompressionType
             **({} if s.effort is None else {"effort": s.effort}),
             "std": s.std,
             "name": "axis",
-            "on": True,
         }
         for s in states
     ]
@@ -106,7 +105,6 @@ message_type {
   field { name: "std" number: 5 type: TYPE_DOUBLE label: LABEL_OPTIONAL }
   field { name: "gains" number: 6 type: TYPE_MESSAGE type_name: ".robot.State.GainsEntry" label: LABEL_REPEATED }
   field { name: "name" number: 7 type: TYPE_STRING label: LABEL_OPTIONAL }
-  field { name: "on" number: 8 type: TYPE_BOOL label: LABEL_OPTIONAL }
   field { name: "parent" number: 9 type: TYPE_MESSAGE type_name: ".robot.State" label: LABEL_OPTIONAL }
   nested_type {
     name: "GainsEntry" options { map_entry: true }
@@ -132,7 +130,7 @@ ProtobufState = _message_class()
 
 def protobuf_state(s: State) -> Any:
     """One message; y is never set, and zero: Protobuf does not tell these apart here."""
-    message = ProtobufState(std=s.std, name="axis", on=True, gains={"p": 2 * s.x})
+    message = ProtobufState(std=s.std, name="axis", gains={"p": 2 * s.x})
     message.stamp.seconds, message.stamp.nanos = divmod(s.stamp, 10**9)
     message.position.x = s.x
     for angle in s.angles:
@@ -155,10 +153,7 @@ Vector position
 Joint[] joints
 float64 effort
 float64 std
-float64[4] covariance
-uint8[] raw
 string name
-bool on
 ================================================================================
 MSG: robot/Vector
 float64 x
@@ -180,10 +175,7 @@ def write_ros2(path: Path, states: Sequence[State], compression: CompressionType
                 "joints": [{"angle": angle} for angle in s.angles],
                 "effort": float("nan") if s.effort is None else s.effort,
                 "std": s.std,
-                "covariance": [s.std**2, 0.0, 0.0, 1.0],
-                "raw": b"\x07",
                 "name": "axis",
-                "on": True,
             }
             writer.write_message(TOPIC, schema, message, s.log_time, s.publish_time)
 
