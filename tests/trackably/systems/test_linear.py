@@ -10,13 +10,6 @@ from trackably.systems.linear import LinearSystem
 A2, B2 = np.array([[0.0, 1.0], [-2.0, -3.0]]), np.array([[0.0], [1.0]])
 
 
-def test_what_is_left_out():
-    system, scalar = LinearSystem(np.eye(3), np.ones((3, 2)), 0.1), LinearSystem.scalar(0.5, 1.0, sampling_time=0.1)
-    assert (system.states, system.inputs) == (("x1", "x2", "x3"), ("u1", "u2"))
-    np.testing.assert_array_equal(system.c, np.zeros(3))
-    assert (scalar.states, scalar.inputs) == (("state",), ("input",))
-
-
 def test_a_number_in_the_third_place_is_the_sampling_time_and_a_list_is_c():
     by_name, by_place = LinearSystem(A2, B2, sampling_time=0.1), LinearSystem(A2, B2, 0.1)
     assert by_place.sampling_time == by_name.sampling_time == 0.1
@@ -26,17 +19,6 @@ def test_a_number_in_the_third_place_is_the_sampling_time_and_a_list_is_c():
         LinearSystem(A2, B2, [1.0, 2.0])
     with pytest.raises(ValueError, match="system: c must have shape"):
         LinearSystem(A2, B2, 0.1, sampling_time=0.2)
-
-
-@pytest.mark.parametrize("shape", [(), (5,), (2, 3)])
-def test_successors_against_a_loop(shape):
-    rng = np.random.default_rng(0)
-    system = LinearSystem(rng.normal(size=(3, 3)), rng.normal(size=(3, 2)), rng.normal(size=3), sampling_time=0.1)
-    x, u = rng.normal(size=(*shape, 3)), rng.normal(size=(*shape, 2))
-    found = system.successor(x, u)
-    assert found.shape == (*shape, 3)
-    for where in np.ndindex(shape):
-        np.testing.assert_allclose(found[where], system.A @ x[where] + system.B @ u[where] + system.c, atol=1e-14)
 
 
 CONTINUOUS = {
