@@ -62,6 +62,13 @@ PUSH, NOISE = Zonotope.box([0.0, -0.02], [0.0, 0.02]), Zonotope.box([-0.004, -0.
 NOISY = of_measured_state(PUSH, NOISE, CART.system.A)
 
 
+def test_the_disturbance_of_the_measured_state_is_what_noise_and_pushes_do_to_it():
+    """h of W ⊕ (−A V) ⊕ V by its three parts."""
+    rows = np.random.default_rng(0).normal(size=(20, 2))
+    expected = PUSH.support(rows) + NOISE.support(-rows @ CART.system.A) + NOISE.support(rows)
+    assert NOISY.support(rows) == pytest.approx(expected)
+
+
 def test_bounds_of_states_are_drawn_in_by_the_noise_beside_the_errors():
     tightened = tightening(CART, PUSH, noise=NOISE)
     of_errors = tightening(CART, NOISY, tightened.invariant.feedback)
