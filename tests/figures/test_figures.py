@@ -38,12 +38,6 @@ def labelled(*labels: tuple[float, float, str], line: tuple[float, float] = (0.1
     return figure
 
 
-def test_texts_apart_from_each_other_pass() -> None:
-    drawn = svg(labelled((0.2, 0.5, r"$\bar{k}$ = 7"), (0.6, 0.5, "held out"), (0.2, 0.8, "two\nlines")))
-    assert collisions(drawn, _GAP) == []
-    assert {"held out", "time $t$ [s]"} <= {text.content for text in texts(drawn)}
-
-
 @pytest.mark.parametrize(
     ("labels", "line", "said"),
     [

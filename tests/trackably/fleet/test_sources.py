@@ -2,14 +2,11 @@
 
 from pathlib import Path
 
-import pyarrow as pa
 import pytest
-from pyarrow import parquet
 
 from trackably import (
     Recording,
     parts_of_csv,
-    parts_of_parquet,
     read_csv,
     recordings_in,
 )
@@ -65,21 +62,3 @@ def test_a_wrong_cell_spoils_its_own_part_and_names_the_line(tmp_path):
     assert numbers(left.read()) == ([0, 0.1], [1.5, 2.5])
     with pytest.raises(InputError, match="line 5, column 'x'"):
         right.read()
-
-
-def written(path: Path, **columns: object) -> Path:
-    parquet.write_table(pa.table(columns), path)
-    return path
-
-
-def test_parquet_says_what_the_same_table_says_as_csv(tmp_path):
-    (tmp_path / "all.csv").write_text(TABLE)
-    file = written(
-        tmp_path / "all.parquet",
-        who=["left", "right", "left", "right"],
-        t=[0.0, 0.0, 0.1, 0.25],
-        x=[1.5, -1.0, 2.5, -2.0],
-    )
-    csv = parts_of_csv(tmp_path / "all.csv", "who", "t", "s", {"position": "x"})
-    table = parts_of_parquet(file, "who", "t", "s", {"position": "x"})
-    assert [(s.name, numbers(s.read())) for s in table] == [(s.name, numbers(s.read())) for s in csv]

@@ -1,7 +1,5 @@
 """Nonlinear systems: solved for the input, followed exactly, and refused where that cannot be."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from mpmath import mp
@@ -18,7 +16,6 @@ from trackably.learning.index_set import RealTimes
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.intervals import Interval
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
@@ -111,16 +108,3 @@ def test_f_that_cannot_be_solved_is_refused(name):
     f, reason = REFUSED[name]
     with pytest.raises(ValueError, match=reason):
         NonlinearSystem.of(f, ("a",), ("p",), T_S)
-
-
-def test_four_inputs_may_lead_four_states_where_few_are_coupled():
-    system = NonlinearSystem.of(
-        lambda x, u: [x[0] + u[0], x[1] + u[1] * x[0] + u[0], x[2] + u[2] + u[3], x[3] + x[0] * u[2] - u[3]],
-        tuple("abcd"), tuple("pqrs"), T_S,
-    )  # fmt: skip
-    plant = ConstrainedSystem(system, Polytope.box([0.1] * 4, [9.0] * 4), Polytope.box([-9.0] * 4, [9.0] * 4))
-    signals = tuple(replace(moving(INSTANCES["tank"], seed).signals[0], mean=2.0) for seed in range(4))
-    reference, k = Reference(signals, plant), np.arange(20.0)
-    x, u = reference.state(k), reference.input(k)
-    np.testing.assert_allclose(system.successor(x[:-1], u[:-1]), x[1:], atol=1e-12)
-    assert Interval(0.1, 9.0).margin(x).min() > 0
