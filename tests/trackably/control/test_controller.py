@@ -16,17 +16,6 @@ AT_REST = instances.at_rest(PLANT, 1.2)  # on its bound
 CONTROLLER = Controller(PLANT, 20, np.diag([10.0, 1.0]), 0.1 * np.eye(1))
 
 
-@pytest.mark.parametrize("state", [(1.2, 0.3), (1.0, 1.2), (0.9, -1.0), (0.5, 0.0), (1.19, 0.0), (0.2, 1.9)], ids=str)
-def test_the_optimum_is_that_of_the_naive_program(state):
-    result = CONTROLLER.step(0, np.array(state), AT_REST)
-    cost, applied = naive.optimum(CONTROLLER, 0, np.array(state), AT_REST)
-    if isinstance(result, Infeasible):
-        assert cost == np.inf
-    else:
-        assert result.cost == pytest.approx(cost, rel=1e-6, abs=1e-7)
-        np.testing.assert_allclose(result.input, applied, atol=1e-3)  # the accuracy of the naive program
-
-
 @pytest.mark.parametrize("seed", range(0, 50, 6))
 def test_the_optimum_of_random_systems_is_that_of_the_naive_program(seed):
     case = instances.instance(seed)

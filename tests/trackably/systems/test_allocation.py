@@ -1,4 +1,4 @@
-"""Control allocation: attainable effects against linear programs, smallest inputs against quadratic programs."""
+"""Control allocation: attainable effects against convex programs, smallest inputs against quadratic programs."""
 
 import cvxpy as cp
 import numpy as np

@@ -1,4 +1,4 @@
-"""Nonlinear systems: solved for the input, followed exactly, and refused where that cannot be."""
+"""Nonlinear systems: solved for the input in many digits, and refused where that cannot be."""
 
 import numpy as np
 import pytest

@@ -4,32 +4,17 @@ import numpy as np
 import pytest
 
 from pipeline.published.scalar import (
-    coefficients,
     equilibrium_input,
     state_and_input,
 )
 from tests.trackably.gp.instances import over
 from tests.trackably.systems.instances import (
     PLANTS,
-    SIGNAL,
     controllable,
     random_signal,
     unbounded,
 )
 from trackably.systems.reference import Reference
-
-TIMES = np.linspace(-0.2, 2.0, 45)
-
-
-@over(PLANTS, "plant")
-def test_quantities_against_their_formulas(plant):
-    (a, b, c), (state, entry) = coefficients(plant), state_and_input(plant)
-    now, then = SIGNAL(TIMES), SIGNAL(TIMES + plant.sampling_time)
-    np.testing.assert_array_equal(state((SIGNAL,), TIMES), now)
-    np.testing.assert_allclose(entry((SIGNAL,), TIMES), (then - a * now - c) / b, atol=1e-13)
-    assert (state.name, entry.name) == ("state", "input")
-    for quantity, bounds in zip((state, entry), (plant.state_set, plant.input_set), strict=True):
-        assert [interval for _, interval in bounds.intervals] == [quantity.bounds]
 
 
 @over(PLANTS, "plant")

@@ -33,15 +33,6 @@ def test_points_of_the_set_are_inside_and_others_are_not(name):
         assert not errors.contains(middle + 1.01 * (e.value - middle))
 
 
-@pytest.mark.parametrize("name", LOOPS)
-def test_vertices_are_inside_and_what_is_hardly_beyond_them_is_not(name):
-    errors = LOOPS[name].controller.errors
-    for direction in np.random.default_rng(4).normal(size=(8, errors.dimension)) / errors.extents:
-        vertex = farthest(errors, direction)
-        assert errors.contains(vertex)
-        assert not errors.contains(vertex + 1e-9 * (vertex - errors.centre))
-
-
 @pytest.mark.parametrize("unit", [1.0, 1e-5, 1e-10])
 def test_each_coordinate_has_its_own_rounding(unit):
     """One of two carts moves in another unit: what rounding may miss of the other one does not count there."""

@@ -1,4 +1,4 @@
-"""Tightened sets against brute force; what is left, what is short, and what would do."""
+"""Tightened sets: what is left, what is short, what would do, and what noise of the measured state adds."""
 
 import re
 from fractions import Fraction

@@ -125,5 +125,3 @@ def test_units_of_the_inputs_do_not_matter(scale):
         for j in range(order):
             ours, theirs = (look(f.states, c, j).astype(float) for f in (flat, scaled))
             np.testing.assert_allclose(theirs, ours, rtol=1e-9, atol=1e-9)
-    apart = LinearSystem(np.eye(2), np.diag([scale, 1.0]), sampling_time=T_S)
-    assert apart.flatness().orders == (1, 1)

@@ -1,4 +1,4 @@
-"""A robot with a flat form: it is proved to follow its reference, and it does; where it has no heading nothing is."""
+"""A robot with a flat form: it is proved to follow its reference; where it has no heading nothing is."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Expressions: one function in floats, balls, intervals and many digits; its derivative; its text and lists."""
+"""Expressions: one function in floats, balls, intervals and many digits; its derivative."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Boxes and polytopes: what is refused, what half-spaces become, margins against a loop."""
+"""Polytopes: interiors in all sizes and units, half-spaces, margins against a loop."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Polynomial pieces in twice the precision are those of rational numbers, at breakpoints and where terms cancel."""
+"""Values of polynomial pieces are those of rational numbers, at breakpoints and where terms cancel."""
 
 from fractions import Fraction
 
