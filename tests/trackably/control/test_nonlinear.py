@@ -58,7 +58,7 @@ def test_the_optimum_is_that_of_a_general_method(case):
     result = controller.step(2, state, reference)
     assert isinstance(result, Plan)
     assert result.cost == pytest.approx(
-        naive.cost_by_single_shooting(controller, state, reference.window(2, controller.horizon)), rel=1e-5
+        naive.cost_of_a_minimum(controller, state, reference.window(2, controller.horizon)), rel=1e-5
     )
     applied = apply_inputs(controller.plant.system, state, result.inputs)
     np.testing.assert_allclose(applied.states, result.states, atol=1e-9)

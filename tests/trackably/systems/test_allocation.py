@@ -52,9 +52,7 @@ def test_slopes_are_those_of_the_smallest_input(case):
 @over(
     {
         "none is admissible: the wide side gives more": ([1.0, 1.0], [-1.0, -0.2], [1.0, 0.2], 1.4, [1.2, 0.2]),
-        "none on the other side": ([1.0, 1.0], [-1.0, -0.2], [1.0, 0.2], -1.8, [-1.6, -0.2]),
         "a bound never reached": ([1.0, 1.0], [-1.0, 0.0], [1.0, 1e13], -0.8, [-0.8, 0.0]),
-        "narrow beside wide": ([1.0, 1.0, 1.0], [-1e-3, -1e-3, -1e3], [1e-3, 1e-3, 1e3], 27.19, [1e-3, 1e-3, 27.188]),
         "narrow and far": ([1.0] * 3, [300.0, 300.0, 0.0], [300.01, 300.01, 1e3], 700.3, [300.0, 300.0, 100.3]),
     },
     "case",
@@ -65,18 +63,6 @@ def test_the_smallest_input_in_sets_of_all_widths(case):
     system = LinearSystem(np.array([[0.5]]), np.array([row]), sampling_time=0.1)
     found = Allocation.of(system, Polytope.box(lower, upper)).smallest(np.full(len(row), push / len(row)))
     np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-12)
-
-
-@over({"parallel": (1e-9, 1.0), "nearly": (1e-12, 1.0), "tiny": (1.0, 1e-9)}, "case")
-def test_inputs_push_alike_whatever_columns_of_b_come_first(case):
-    """The first two columns are hardly independent, or the second is small; together they are fine."""
-    apart, size = case
-    B = np.array([[1.0, size, 0.3, 0.7], [1.0, size * (1 + apart), 0.7, 0.1]])
-    wanted = Polytope.box(-np.array([1, 0.5, 0.2, 0.3]), np.array([1, 0.5, 0.2, 0.3]))
-    u = np.random.default_rng(0).uniform(-0.6, 0.6, (50, 2)) @ np.linalg.pinv(B).T
-    chosen = Allocation.of(LinearSystem(np.eye(2) / 2, B, sampling_time=0.1), wanted).smallest(u)
-    np.testing.assert_allclose(chosen @ B.T, u @ B.T, atol=1e-14)
-    assert np.sum(wanted.margin(u) < 0) > 5
 
 
 @over(CASES, "case")

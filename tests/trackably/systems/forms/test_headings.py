@@ -35,13 +35,6 @@ def differences(z):
     return states, [speed, (np.arctan2(later[1], later[0]) - np.arctan2(now[1], now[0])) / T_S]
 
 
-def by_cosine(z):
-    """The speed is the length of a step along the heading."""
-    states, (_, turn) = along(z)
-    now = z[1] - z[0]
-    return states, [(now[0] * np.cos(states[2]) + now[1] * np.sin(states[2])) / T_S, turn]
-
-
 @pytest.mark.parametrize("half", [2.3, 3.05])
 @pytest.mark.parametrize("middle", [-12.0, -3.0, 0.0, 4.5, 12.0])
 def test_a_heading_within_bounds_is_the_same_direction_and_does_not_jump_inside_of_them(middle: float, half: float):
@@ -51,9 +44,8 @@ def test_a_heading_within_bounds_is_the_same_direction_and_does_not_jump_inside_
     np.testing.assert_allclose(evaluate_floats(form.states[0], at), true, atol=1e-12)
 
 
-@pytest.mark.parametrize("flat", [differences, by_cosine])
-def test_an_eight_is_proved_however_its_turns_are_written(flat):
-    plant = ConstrainedSystem(robot(flat), eight().plant.state_set, INPUT_SET)
+def test_an_eight_is_proved_whose_turns_are_written_as_differences_of_headings():
+    plant = ConstrainedSystem(robot(differences), eight().plant.state_set, INPUT_SET)
     reference, same = Reference(eight().signals, plant), eight()
     steps = np.arange(240)
     np.testing.assert_allclose(reference.input(steps), same.input(steps), atol=1e-9)

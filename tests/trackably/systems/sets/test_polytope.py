@@ -48,13 +48,11 @@ def test_margins_against_a_loop(polytope, seed, shape):
     found = polytope.margin(points)
     assert found.shape == shape
     H, h = polytope.inequalities
-    for where in np.ndindex(shape):
-        distances = []
-        for row, low, high in zip(polytope.rows, polytope.lower, polytope.upper, strict=True):
-            value = sum(r * x for r, x in zip(row.tolist(), points[where].tolist(), strict=True))
-            distances += [value - low, high - value]
-        assert found[where] == pytest.approx(min(distances), abs=1e-12)
-        assert min(h - H @ points[where]) == pytest.approx(min(distances), abs=1e-12)
+    for point, margin in zip(points.reshape(-1, polytope.dimension), found.reshape(-1), strict=True):
+        values = [sum(r * x for r, x in zip(row, point, strict=True)) for row in polytope.rows]
+        sides = zip(values, polytope.lower, polytope.upper, strict=True)
+        assert margin == pytest.approx(min(min(v - low, high - v) for v, low, high in sides), abs=1e-12)
+        assert margin == pytest.approx(min(h - H @ point), abs=1e-12)
 
 
 @given(polytopes())

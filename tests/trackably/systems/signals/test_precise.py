@@ -7,9 +7,7 @@ import pytest
 
 from tests.splines.draws import drawn
 from tests.splines.naive import quantity_at, value_of
-from tests.trackably.plants import AXIS
 from trackably.systems.pieces import PolynomialPieces
-from trackably.systems.reference import Reference
 
 UNIT = Fraction(1, 2**53)
 
@@ -30,18 +28,6 @@ def test_pieces_begin_exactly_at_their_breakpoints(beyond, turns):
     times = near(np.array(whole))
     for t, value in zip(times.tolist(), signal.summed(times).tolist(), strict=True):
         assert value == pytest.approx(float(value_of(signal, Fraction(t))), rel=1e-15, abs=1e-29)
-
-
-def test_steps_of_a_reference_are_exact_multiples_of_the_sampling_time():
-    k = np.arange(400)
-    late = k[
-        [Fraction(float(t)) > n * Fraction(AXIS.sampling_time) for t, n in zip(k * AXIS.sampling_time, k, strict=True)]
-    ]
-    jump = float(late[0] * AXIS.sampling_time)
-    reference = Reference((PolynomialPieces([0.0, jump, 40.0], [[0.0], [1.0]]),), AXIS)
-    assert reference.state_at(np.asarray(jump))[0] == pytest.approx(1.0, abs=0.6)
-    exactly = quantity_at(AXIS.flatness.states[0], reference.pieces, int(late[0]) * Fraction(AXIS.sampling_time))
-    assert reference.state(int(late[0]))[0] == pytest.approx(float(exactly), rel=1e-15)
 
 
 @pytest.mark.parametrize("number", range(28))
