@@ -3,10 +3,12 @@
 from pathlib import Path
 
 import pytest
+from pyarrow import csv, parquet
 
 from trackably import (
     Recording,
     parts_of_csv,
+    parts_of_parquet,
     read_csv,
     recordings_in,
 )
@@ -48,9 +50,12 @@ def test_a_folder_or_a_pattern_names_its_files(folder):
     assert numbers(recordings_in(folder / "*.csv", read)[0].read()) == ([0, 1], [1, 2])
 
 
-def test_parts_of_a_table_are_what_separate_files_would_be(tmp_path):
-    (tmp_path / "all.csv").write_text(TABLE)
-    left, right = parts_of_csv(tmp_path / "all.csv", "who", "t", "s", {"position": "x"})
+@pytest.mark.parametrize("parts_of", [parts_of_csv, parts_of_parquet])
+def test_parts_of_a_table_are_what_separate_files_would_be(tmp_path, parts_of):
+    (tmp_path / "table").write_text(TABLE)
+    if parts_of is parts_of_parquet:
+        parquet.write_table(csv.read_csv(tmp_path / "table"), tmp_path / "table")
+    left, right = parts_of(tmp_path / "table", "who", "t", "s", {"position": "x"})
     assert (left.name, right.name) == ("left", "right")
     assert numbers(left.read()) == ([0, 0.1], [1.5, 2.5])
     assert numbers(right.read()) == ([0, 0.25], [-1, -2])
