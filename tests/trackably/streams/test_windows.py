@@ -79,6 +79,14 @@ def test_given_values_are_those_of_all_samples_at_once():
     np.testing.assert_allclose(position(windows, at), position(whole, at), atol=2e-4)
 
 
+def test_with_bounds_it_stays_near_what_all_samples_give_at_once():
+    of, at = stream(KERNELS["smooth"], TIGHT, 5.0), np.linspace(0, 29, 600)
+    (whole,), (windows,) = (learned(KERNELS["smooth"], TIGHT, length)[0].signals for length in (100.0, 5.0))
+    bent = np.max(np.abs(whole(at) - Posterior(of.prior.parts[0], of.samples[0]).mean(at)))
+    assert bent > 0.05
+    assert np.max(np.abs(windows(at) - whole(at))) < 0.5 * bent
+
+
 @pytest.mark.parametrize("claim", [(-2.0, 40.0), "all_times"])
 def test_bounds_are_kept_and_touched_across_all_windows(claim):
     reference, _ = learned(KERNELS["smooth"], TIGHT, 5.0, claim=claim)
