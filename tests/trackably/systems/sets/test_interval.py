@@ -2,12 +2,22 @@
 
 import re
 
+import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
 from trackably.certificates.claim import times_of
 from trackably.checker.certificate import Window
 from trackably.systems.intervals import Interval, rounded_text
+
+
+def test_margin_of_another_interval_is_its_smallest():
+    whole = Interval(-2.0, 3.0)
+    for part in (Interval(-1.0, 2.5), Interval(-2.0, 0.0), Interval(0.0, 3.5), Interval(-4.0, 4.0)):
+        margins = whole.margin(np.linspace(part.lower, part.upper, 101))
+        assert whole.margin_of(part) == np.min(margins)
+        assert whole.contains(part) == bool(np.all(margins >= 0))
+
 
 FINITE = st.floats(-1e300, 1e300)
 
