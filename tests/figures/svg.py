@@ -26,10 +26,9 @@ class Drawing:
         self._letters = {path.get("id"): path for path in self._root.iter(f"{_SVG}path")}
         _, _, self.width, self.height = map(float, self._root.attrib["viewBox"].split())
 
-    def groups(self, kind: str, inside: Element | None = None) -> list[Element]:
-        """Return the groups of a kind (text, axes, line2d, patch); with `inside`, only those directly in a group."""
-        among = self._root.iter(f"{_SVG}g") if inside is None else inside
-        return [group for group in among if re.fullmatch(rf"{kind}_\d+", group.get("id", ""))]
+    def groups(self, kind: str) -> list[Element]:
+        """Return the groups of a kind (text, axes, line2d, patch)."""
+        return [group for group in self._root.iter(f"{_SVG}g") if re.fullmatch(rf"{kind}_\d+", group.get("id", ""))]
 
     def paths(self, group: Element) -> list[Matrix]:
         """Return the vertices of each path below a group, letters included, (n, 2) each."""

@@ -17,9 +17,7 @@ from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, Piec
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
-from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
-from trackably.gp.stencil import Stencil
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
@@ -81,15 +79,3 @@ def test_priors_return(kernel: Kernel, noise_std: float, mean: float, data: st.D
     assert set(again.learned) == learned
     intervals = [[v.interval for v in p.hyperparameters.values() if isinstance(v, Learned)] for p in (prior, again)]
     assert intervals[0] == intervals[1]
-
-
-@given(st.builds(Stencil, st.lists(any_float).filter(any).map(tuple), any_float, any_float))
-def test_stencils_return(stencil: Stencil) -> None:
-    assert loads(Stencil, dumps(stencil)) == stencil
-
-
-def test_samples_return() -> None:
-    samples = Samples(np.array([0.1, 0.1 + 0.2]), np.array([-0.0, 1e-300]))
-    again = loads(Samples, dumps(samples))
-    assert again.times.tobytes() == samples.times.tobytes()
-    assert again.values.tobytes() == samples.values.tobytes()

@@ -11,13 +11,11 @@ import pytest
 from tests.trackably.codec.instances import GENERAL, PLANT, REFERENCE, SIGNAL, edited
 from trackably.arrays import Array
 from trackably.codec import CodecError, decode, encode, loads
-from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.elementary import Elementary
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
-from trackably.gp.stencil import Stencil
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
@@ -26,7 +24,6 @@ from trackably.systems.reference import Reference
 SE = SquaredExponential(1.0, 2.0)
 PRIOR = Prior(SE.as_learned(), 0.1)
 SAMPLES = Samples(np.array([0.0, 1.0]), np.array([2.0, 3.0]))
-STENCIL = Stencil((1.0, -2.0), 0.5)
 
 
 @pytest.mark.parametrize(
@@ -35,59 +32,23 @@ STENCIL = Stencil((1.0, -2.0), 0.5)
         (Interval, [0.0, 1.0], "Interval: Interval must be an object, got [0.0, 1.0] @ $"),
         (Interval, {"lower": 0.0}, "Interval lacks upper @ $"),
         (Interval, {"lower": 0.0, "upper": 1.0, "middle": 0.5}, "Interval has no middle @ $"),
-        (Interval, {"lower": "0", "upper": 1.0}, "must be a number, got '0' @ $.lower"),
         (Interval, {"lower": False, "upper": 1.0}, "must be a number, got False @ $.lower"),
         (Interval, {"lower": 0.0, "upper": math.nan}, "must be finite, and exact in float64, got nan @ $.upper"),
-        (Interval, {"lower": -math.inf, "upper": 0.0}, "got -inf @ $.lower"),
         (Interval, {"lower": 0.0, "upper": 2**53 + 1}, "exact in float64, got 9007199254740993 @ $.upper"),
         (Interval, {"lower": 2.0, "upper": 1.0}, "an interval needs finite bounds"),
-        (
-            Prior,
-            edited(PRIOR, "noise_std", to={"learned": 0.1}),
-            "LearnedHyperparameter lacks interval @ $.noise_std",
-        ),
-        (
-            Prior,
-            edited(PRIOR, "noise_std", to={"learned": "1", "interval": None}),
-            "must be a number, got '1' @ $.noise",
-        ),
-        (
-            Prior,
-            edited(PRIOR, "noise_std", to={"learned": 1, "interval": [1]}),
-            "must have 2 entries, got [1] @ $.noise_std.interval",
-        ),
-        (Prior, edited(PRIOR, "noise_std", to={"learned": -1, "interval": None}), "noise_std must be a positive"),
+        (Prior, edited(PRIOR, "noise_std", to={"learned": 0.1}), "LearnedHyperparameter lacks interval @ $.noise_std"),
+        (Prior, edited(PRIOR, "noise_std", to={"learned": 1, "interval": [1]}), "must have 2 entries, got [1] @ $.noi"),
         (Prior, edited(PRIOR, "kernel", "type", to="Cosine"), "one of squared_exponential, matern32"),
         (Prior, edited(PRIOR, "kernel", "type", to=KeyError), "an object with a type"),
-        (Prior, edited(PRIOR, "kernel", "period", to=1.0), "SquaredExponential has no period @ $.kernel"),
         (Prior, edited(PRIOR, "kernel", "lengthscale", to=-1.0), "lengthscale must be a positive"),
         (Periodic, encode(SE), "must be one of periodic, got 'squared_exponential' @ $"),
         (Reference, edited(REFERENCE, "signals", 0, "kernel", "left", "right", "period", to="1"), "left.right.period"),
-        (
-            Reference,
-            edited(REFERENCE, "signals", 0, "weights", 1, to="1"),
-            "must be a number, got '1' @ $.signals[0].weights[1]",
-        ),
-        (
-            Reference,
-            edited(REFERENCE, "signals", 0, "weights", 0, to=[1.0]),
-            "must be lists of one length, got [[1.0], ",
-        ),
-        (LinearSystem, edited(PLANT.system, "A", 0, to=1.0), "A must be a square matrix, got shape (1,)"),
-        (
-            LinearSystem,
-            edited(GENERAL.plant.system, "A", 1, to=[1.0, 2.0]),
-            "must be lists of one length, got [[1.0, 0.1",
-        ),
-        (LinearSystem, edited(GENERAL.plant.system, "A", 1, 2, to="0"), "must be a number, got '0' @ $.A[1][2]"),
+        (Reference, edited(REFERENCE, "signals", 0, "weights", 1, to="1"), "got '1' @ $.signals[0].weights[1]"),
+        (Reference, edited(REFERENCE, "signals", to=[]), "the system needs 1 signals, got 0"),
+        (LinearSystem, edited(GENERAL.plant.system, "A", 1, to=[1.0, 2.0]), "must be lists of one length, got [[1.0, "),
         (LinearSystem, edited(GENERAL.plant.system, "states", 1, to=2), "must be of type str, got 2 @ $.states"),
         (Polytope, edited(PLANT.state_set, "upper", 0, to=-1.0), "must have an interior"),
-        (Reference, edited(REFERENCE, "signals", to=[]), "the system needs 1 signals, got 0"),
-        (Reference, edited(REFERENCE, "signals", 0, "weights", 0, to=True), "got True @ $.signals[0].weights[0]"),
-        (Reference, edited(REFERENCE, "signals", 0, "weights", to=1.0), "must be a list of numbers, got 1.0"),
         (Samples, edited(SAMPLES, "times", 1, to=0.0), "samples: times must increase strictly"),
-        (LinearSystem, edited(PLANT.system, "states", to=""), "@ $.states"),
-        (JointPrior, edited(JointPrior((PRIOR,)), "names", 0, to=1), "must be of type str, got 1 @ $.names"),
     ],
 )
 def test_what_does_not_fit_is_refused_with_its_place(wanted: type, data: Any, complaint: str) -> None:
@@ -121,12 +82,8 @@ class Unknown(Elementary):
     [
         (lambda: replace(SIGNAL, mean=math.nan), r"nan @ \$.mean"),
         (lambda: replace(SIGNAL, weights=np.array([1.0, np.inf])), r"must be finite.* @ \$.weights\[1\]"),
-        (lambda: replace(SIGNAL, weights=np.array(1.0)), "list of numbers"),
-        (lambda: replace(STENCIL, offset=True), r"got True @ \$.offset"),
-        (lambda: JointPrior((PRIOR,), (3,)), r"got 3 @ \$.names"),
         (Unknown, "kernel: expected one of squared_exponential"),
         (lambda: Interval, "only a dataclass"),
-        (lambda: [1.0], "only a dataclass"),
         (lambda: Strange(len), "Strange"),
     ],
 )

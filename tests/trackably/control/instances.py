@@ -1,4 +1,4 @@
-"""The paper's examples as learning problems, and thirty random systems with trackable references."""
+"""The paper's examples as learning problems, and random systems with trackable references."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
-SEEDS = range(30)
+SEEDS = range(15)
 STEPS = 200
 _PAPER = ROOT / "data" / "paper"
 

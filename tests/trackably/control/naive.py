@@ -5,7 +5,6 @@ import numpy as np
 from scipy.optimize import minimize
 
 from trackably.control.controller import Controller
-from trackably.control.search import apply_inputs
 
 
 def _program(controller: Controller, k: int, state, reference, wider: float = 0.0):
@@ -50,28 +49,39 @@ def closest_plan_cost(controller: Controller, k: int, state, reference, miss: fl
     return _solved(cost, [*kept, cp.norm(missed) <= miss])
 
 
-def cost_by_single_shooting(controller, state, window) -> float:
-    """Return the optimal cost of a nonlinear system, found by single shooting with SLSQP."""
-    system, plant, shape = controller.plant.system, controller.plant, window.inputs.shape
+def cost_of_a_minimum(controller: Controller, state, window, start=None) -> float:
+    """Return the cost of the minimum that SLSQP finds from a window, in states and inputs of boxes."""
+    system, X, U, N = (
+        controller.plant.system,
+        controller.plant.state_set,
+        controller.plant.input_set,
+        len(window.inputs),
+    )
+    start = window if start is None else start
 
-    def states(v):
-        return apply_inputs(system, state, v.reshape(shape)).states
+    def split(z):
+        inner, inputs = np.split(z, [(N - 1) * len(state)])
+        return np.vstack([state, inner.reshape(N - 1, -1), window.states[-1]]), inputs.reshape(N, -1)
 
-    def cost(v):
-        e, d = states(v)[:-1] - window.states[:-1], v.reshape(shape) - window.inputs
+    def cost(z):
+        x, u = split(z)
+        e, d = x[:-1] - window.states[:-1], u - window.inputs
         return np.einsum("ia,ab,ib->", e, controller.Q, e) + np.einsum("ia,ab,ib->", d, controller.R, d)
 
-    X, lower, upper = plant.state_set, plant.input_set.lower, plant.input_set.upper
+    def missed(z):
+        x, u = split(z)
+        return (system.successor(x[:-1], u) - x[1:]).ravel()
+
+    lower, upper = (
+        np.concatenate([np.tile(x, N - 1), np.tile(u, N)]) for x, u in ((X.lower, U.lower), (X.upper, U.upper))
+    )
     found = minimize(
         cost,
-        window.inputs.ravel(),
+        np.concatenate([start.states[1:-1].ravel(), start.inputs.ravel()]),
         method="SLSQP",
-        bounds=list(zip(np.tile(lower, shape[0]), np.tile(upper, shape[0]), strict=True)),
-        constraints=[
-            {"type": "eq", "fun": lambda v: states(v)[-1] - window.states[-1]},
-            {"type": "ineq", "fun": lambda v: (states(v)[1:] @ X.rows.T - X.lower).ravel()},
-            {"type": "ineq", "fun": lambda v: (X.upper - states(v)[1:] @ X.rows.T).ravel()},
-        ],
+        bounds=list(zip(lower, upper, strict=True)),
+        constraints=[{"type": "eq", "fun": missed}],
         options={"ftol": 1e-14, "maxiter": 500},
     )
+    assert np.max(np.abs(missed(found.x))) < 1e-9
     return float(found.fun)

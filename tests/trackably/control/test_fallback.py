@@ -34,14 +34,6 @@ def test_among_the_plans_with_the_closest_end_the_cheapest_is_taken(state):
     assert np.array_equal(applied.fallback, closest.input)
 
 
-def test_without_a_plan_in_the_sets_the_cheapest_in_the_widened_ones_is_taken():
-    """From 1.2 at speed 1.0 the position leaves its set, whatever is applied: to brake as hard as possible is best."""
-    result = CONTROLLER.step(0, np.array([1.2, 1.0]), instances.at_rest(PLANT, 1.2))
-    assert isinstance(result, Infeasible)
-    assert result.terminal_error is None
-    np.testing.assert_allclose(result.fallback, [-4.0], atol=1e-6)
-
-
 def test_a_reference_that_leaves_for_good_is_followed_along_the_bound():
     plant = instances.example1().plant
     x = np.linspace(-0.1, 0.3, 63)[:, None]

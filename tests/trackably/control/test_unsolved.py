@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from tests.trackably.control.test_nonlinear import CASES, TANK
+from tests.trackably.control.test_nonlinear import CASES
 from trackably.control.controller import Controller
-from trackably.control.programs import StepPrograms
 from trackably.control.references import TabulatedReference
-from trackably.control.simulation import apply_fallback, shifted_inputs, simulate
-from trackably.control.stepping import Plan, Status, Unsolved
+from trackably.control.simulation import apply_fallback, simulate
+from trackably.control.stepping import Unsolved
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
@@ -40,16 +39,6 @@ def test_a_formula_that_is_not_defined():
     found = controller.step(0, np.array([-0.5]), reference, np.full((12, 1), 0.03))
     unsolved(found, "a plan leads where the system is not defined")
     assert np.array_equal(found.fallback, [0.03])
-
-
-def test_a_guess_that_is_a_plan_outlasts_a_broken_solver(monkeypatch):
-    controller, reference, state = CASES["tank"]
-    first = controller.step(0, state, reference)
-    here = TANK.system.successor(state, first.input)
-    monkeypatch.setattr(StepPrograms, "solve", lambda *_: None)
-    kept = controller.step(1, here, reference, shifted_inputs(first, reference))
-    assert isinstance(kept, Plan)
-    assert kept.status is Status.KEPT
 
 
 def test_a_loop_ends_where_the_system_is_not_defined():

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from tests.splines.naive import quantity_at
 from tests.trackably.exports.c_programs import CC, STRICT, compiled, run
 from tests.trackably.exports.references import EVERY, on_window, periodic
 from tests.trackably.plants import AXIS
@@ -16,11 +17,9 @@ from tests.trackably.systems.redundant_instances import random_case
 from trackably import (
     ConstrainedSystem,
     Kernel,
-    Matern32,
     Matern52,
     Periodic,
     PiecewisePolynomial2,
-    PiecewisePolynomial3,
     Polytope,
     RationalQuadratic,
     SquaredExponential,
@@ -38,19 +37,16 @@ from trackably.exports.proved import Proved
 from trackably.gp.signal import KernelSum
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
-from trackably.systems.trajectories import Functional
 
 pytestmark = pytest.mark.skipif(CC is None, reason="there is no C compiler")
 
 RNG = np.random.default_rng(5)
 KERNELS: dict[str, Kernel] = {
     "squared exponential": SquaredExponential(0.7, 0.31),
-    "Matérn 3/2": Matern32(0.7, 0.31),
     "Matérn 5/2": Matern52(1.3, 0.31),
     "rational quadratic": RationalQuadratic(0.7, 0.31, 1.3),
     "periodic": Periodic(0.7, 0.9, 1.7),
     "piecewise polynomial 2": PiecewisePolynomial2(0.7, 0.9),
-    "piecewise polynomial 3": PiecewisePolynomial3(0.7, 0.9),
     "product of a sum": (Periodic(1.1, 0.9, 1.7) + Matern52(0.3, 0.2)) * SquaredExponential(1.2, 1.4),
 }
 
@@ -90,7 +86,7 @@ def require_within_certified_errors(proved: Proved, times: Array, values: Array,
             assert abs(draft.value(name, Fraction(t)) - exactly(value)) <= exactly(error), (name, t)
 
 
-TIMES = np.concatenate([RNG.uniform(-2, 6, 30), np.arange(0.0, 3.0, 0.5), [0.0, 4.0]])
+TIMES = np.concatenate([RNG.uniform(-2, 6, 12), np.arange(0.0, 3.0, 0.5), [0.0, 4.0]])
 
 
 @pytest.mark.parametrize("name", KERNELS)
@@ -99,17 +95,6 @@ def test_values_of_each_kernel_are_within_the_certified_error(name: str, tmp_pat
     refused, values = run(compiled(proved, tmp_path), TIMES)
     assert not refused.any()
     require_within_certified_errors(proved, TIMES, values)
-
-
-def exact_piece(pieces: PolynomialPieces, t: Fraction) -> Fraction:
-    """The value at a rational time, in rational arithmetic."""
-    ends = [Fraction(end) for end in pieces.breakpoints.tolist()]
-    if pieces.beyond == "rest":
-        t = min(max(t, ends[0]), ends[-1])
-    if pieces.beyond == "period":
-        t = ends[0] + (t - ends[0]) % (ends[-1] - ends[0])
-    i = min(max(sum(end <= t for end in ends) - 1, 0), len(ends) - 2)
-    return sum((Fraction(c) * (t - ends[i]) ** j for j, c in enumerate(pieces.coefficients[i].tolist())), Fraction(0))
 
 
 def random_pieces(kind: str, beyond: str) -> PolynomialPieces:
@@ -142,22 +127,18 @@ def test_values_of_polynomial_pieces_are_within_the_certified_error(kind: str, b
 
 def require_nearest(proved: Proved, times: list[Fraction], values: Array) -> None:
     """Values are those of rational arithmetic, rounded once, and within the bound of the certificate."""
-    (pieces,), plant = proved.reference.pieces, proved.reference.plant
-    step = Fraction(plant.sampling_time)
-    for i, coordinate in enumerate((*plant.flatness.states, *plant.flatness.inputs)):
-        assert isinstance(coordinate, Functional)
+    flatness = proved.reference.plant.flatness
+    for i, coordinate in enumerate((*flatness.states, *flatness.inputs)):
         error = Fraction(proved.certificate.evaluation_error[("position", "velocity", "force")[i]])
         for t, value in zip(times, values[:, i].tolist(), strict=True):
-            exact = sum(w * exact_piece(pieces, t + j * step) for j, w in enumerate(coordinate.weights[0]))
-            assert abs(exact + coordinate.offset - Fraction(value)) <= min(
-                error, abs(exact) / 2**52 + Fraction(1, 10**25)
-            )
+            exact = quantity_at(coordinate, proved.reference.pieces, t)  # type: ignore[arg-type]
+            assert abs(exact - Fraction(value)) <= min(error, abs(exact) / 2**52 + Fraction(1, 10**25))
 
 
-@pytest.mark.parametrize("name", EVERY)
+@pytest.mark.parametrize("name", ["all_times", "nonlinear"])
 def test_values_of_proved_references_are_within_the_certified_error(name: str, tmp_path: Path) -> None:
     proved = EVERY[name]()
-    times = np.concatenate([RNG.uniform(0, 3, 40), proved.reference.instants(np.arange(14))])
+    times = np.concatenate([RNG.uniform(0, 3, 15), proved.reference.instants(np.arange(14))])
     refused, values = run(compiled(proved, tmp_path), times)
     assert not refused.any()
     require_within_certified_errors(proved, times, values)
@@ -182,7 +163,7 @@ def test_arithmetic_that_is_not_certified_does_not_compile(tmp_path: Path) -> No
     assert "certified for IEEE double precision without fast-math" in done.stderr
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_of_inputs_that_act_alike_the_smallest_is_given(seed: int, tmp_path: Path) -> None:
     system, input_set = random_case(seed)
     n = len(system.states)

@@ -5,7 +5,7 @@ import control.flatsys
 import numpy as np
 import pytest
 
-from tests.trackably.exports.references import all_times, nonlinear, on_window, periodic
+from tests.trackably.exports.references import all_times, on_window, periodic
 
 
 @pytest.mark.parametrize("of", [all_times, on_window, periodic], ids=lambda of: of.__name__)
@@ -15,14 +15,5 @@ def test_control_simulates_the_same_states(of) -> None:  # type: ignore[no-untyp
     theirs = control.ss(system.A, system.B, np.eye(len(system.A)), 0, system.sampling_time)
     mine = reference.to_control().response()
     assert mine.time.size > 15
-    simulated = control.input_output_response(theirs, mine.time, mine.inputs, mine.states[:, 0])
-    np.testing.assert_allclose(simulated.states, mine.states, atol=1e-9)
-
-
-def test_control_simulates_a_nonlinear_system() -> None:
-    mine = nonlinear().to_control().response()
-    theirs = control.nlsys(
-        lambda t, x, u, params: x - 0.1 * x**2 + 0.5 * u, inputs=mine.input_labels, states=mine.state_labels, dt=0.2
-    )
     simulated = control.input_output_response(theirs, mine.time, mine.inputs, mine.states[:, 0])
     np.testing.assert_allclose(simulated.states, mine.states, atol=1e-9)

@@ -35,16 +35,6 @@ def test_values_have_the_shape_of_the_times(name: str) -> None:
         np.testing.assert_array_equal(states, reference(times))
 
 
-@every
-def test_an_input_leads_to_the_state_one_sampling_time_later(name: str) -> None:
-    """At any times, on the grid of steps and off it; evaluated by the plant's own formulas."""
-    reference = EVERY[name]()
-    system, t = reference.reference.plant.system, np.linspace(0.0, 2.5, 41)
-    states, inputs = reference.eval(t)
-    after = np.array([system.successor(x, u) for x, u in zip(states, inputs, strict=True)])
-    np.testing.assert_allclose(after, reference(t + system.sampling_time), atol=1e-9)
-
-
 @pytest.mark.parametrize("t", [-0.01, 3.001, np.nan, [0.0, 7.0]])
 def test_times_that_are_not_proved_are_refused(t: object) -> None:
     for use in (on_window(), on_window().eval):
@@ -57,20 +47,15 @@ def test_times_that_are_not_proved_are_refused(t: object) -> None:
 
 
 @every
-def test_a_notebook_shows_bounds_and_margins(name: str) -> None:
+def test_a_notebook_shows_the_least_margin_of_each_bound(name: str) -> None:
     reference = EVERY[name]()
-    shown = reference._repr_html_()
-    cells = ["".join(cell.itertext()) for cell in ElementTree.fromstring(shown).iter("td")]
+    cells = ["".join(cell.itertext()) for cell in ElementTree.fromstring(reference._repr_html_()).iter("td")]
     for quantity, found in zip(reference.reference.quantities, margins_found(reference), strict=True):
-        first = cells.index(quantity.name)
-        assert cells[first + 1] == str(quantity.bounds)
-        least = float(cells[first + 4])
+        least = float(cells[cells.index(quantity.name) + 4])
         times = np.linspace(found.times[0], found.times[-1], 10_001)
         finer = float(np.min(quantity.margin(reference.reference.signals, times)))
         assert least == pytest.approx(finer, rel=0.05, abs=1e-3 * quantity.bounds.width)
         assert least >= 0
-    assert shown.count("<polyline") == len(reference.reference.quantities)
-    assert reference.certificate.explanation in "".join(ElementTree.fromstring(shown).itertext())
 
 
 def test_texts_are_escaped() -> None:

@@ -4,10 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import pytest
 from scipy.interpolate import CubicSpline
 
-from tests.trackably.exports.c_programs import CC, compiled, run
 from tests.trackably.plants import AXIS
 from trackably import certify
 from trackably.given.certify import CertifiedReference
@@ -32,13 +30,3 @@ def test_a_given_spline_goes_where_learned_references_go(tmp_path: Path) -> None
     assert reference._repr_html_().count("<polyline") == 3
     assert reference.to_ros2(tmp_path / "r.mcap", {"a": {"positions": "position"}}).stat().st_size > 1000
     np.testing.assert_allclose(reference([0.5, 2.0])[:, 0], SPLINE([0.5, 2.0]), atol=1e-3)
-
-
-@pytest.mark.skipif(CC is None, reason="there is no C compiler")
-def test_a_given_spline_in_c_ends_where_its_proof_ends(tmp_path: Path) -> None:
-    reference = proved(None)
-    refused, values = run(compiled(reference, tmp_path), np.array([-0.01, 0.0, 1.7, 3.5, 3.51]))
-    assert refused.tolist() == [True, False, False, False, True]
-    np.testing.assert_allclose(values[1:4, :2], reference([0.0, 1.7, 3.5]), atol=1e-11)
-    with pytest.raises(ValueError, match="outside of what is proved"):
-        reference.to_csv(tmp_path / "r.csv", 0, 72)

@@ -13,9 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pyarrow import parquet
 
-from tests.trackably.fleet.recordings import KERNEL, PLANT, motion, motions
+from tests.trackably.fleet.recordings import motion, motions
 from tests.trackably.fleet.test_learn_many import learned
-from trackably import Fleet, Samples, Source, TrackableReference, learn_many
+from trackably import Fleet, Samples, Source, TrackableReference
 from trackably.errors import InputError
 from trackably.files import from_json, to_json
 from trackably.fleet.folder import FleetFolder
@@ -118,21 +118,17 @@ def two(tmp_path_factory) -> Fleet:
     return learned(motions(2), tmp_path_factory.mktemp("two"))
 
 
-@pytest.mark.parametrize("harm", ["another's", "another claim", "another row", "damaged", "missing"])
+@pytest.mark.parametrize("harm", ["another's", "another row", "missing"])
 def test_what_is_loaded_is_what_the_row_says(two, tmp_path, harm):
     shutil.copytree(two.folder, tmp_path, dirs_exist_ok=True)
     fleet, path = Fleet(tmp_path, two.rows), tmp_path / "run 0" / "reference.json"
     assert isinstance(fleet.reference("run 0"), TrackableReference)
     if harm == "another's":
         shutil.copyfile(tmp_path / "run 1" / "reference.json", path)
-    elif harm == "another claim":
-        learn_many(motions(1), PLANT, KERNEL, (0.0, 0.5), folder=tmp_path, noise_std=0.01)
     elif harm == "another row":
         row: Any = from_json((tmp_path / "run 0" / "row.json").read_bytes())
         (tmp_path / "run 0" / "row.json").write_bytes(to_json({**row, "fingerprint": two.rows[1].fingerprint}))
         fleet = learned(motions(2), tmp_path)
-    elif harm == "damaged":
-        path.write_bytes(path.read_bytes()[:-9])
     else:
         path.unlink()
     with pytest.raises(InputError, match=r"reference\.json: (was changed since the row|there is no such file)"):

@@ -63,7 +63,7 @@ def test_a_run_that_was_killed_goes_on_and_does_no_work_twice(tmp_path):
 from pathlib import Path
 from tests.trackably.fleet.recordings import motions
 from tests.trackably.fleet.test_learn_many import learned
-learned(motions(8), Path({str(tmp_path / "stopped")!r}))
+learned(motions(6), Path({str(tmp_path / "stopped")!r}))
 """
     run = subprocess.Popen([sys.executable, "-c", script])
     while run.poll() is None and len(written(tmp_path / "stopped")) < 2:
@@ -71,33 +71,33 @@ learned(motions(8), Path({str(tmp_path / "stopped")!r}))
     run.send_signal(signal.SIGKILL)
     run.wait()
     before = written(tmp_path / "stopped")
-    assert 2 <= len(before) < 8
-    learned(motions(8), tmp_path / "stopped")
+    assert 2 <= len(before) < 6
+    learned(motions(6), tmp_path / "stopped")
     after = written(tmp_path / "stopped")
     assert {name: after[name] for name in before} == before
-    learned(motions(8), tmp_path / "whole")
+    learned(motions(6), tmp_path / "whole")
     assert {k: v for k, v in contents(tmp_path / "stopped").items() if not k.endswith(".tmp")} == contents(
         tmp_path / "whole"
     )
 
 
-@pytest.mark.parametrize("changed", ["samples", "option", "kernel"])
+@pytest.mark.parametrize("changed", ["samples", "option"])
 def test_what_an_answer_depends_on_makes_it_asked_again(tmp_path, changed):
     learned(motions(2), tmp_path)
     before = written(tmp_path)
     recordings, options = motions(2), {}
     if changed == "samples":
         recordings["run 1"] = motion(7)
-    elif changed == "option":
+    else:
         options["noise_std"] = 0.02
-    kernel = type(KERNEL)(lengthscale=(0.1, 2.0)) if changed == "kernel" else KERNEL
-    learn_many(recordings, PLANT, kernel, "all_times", folder=tmp_path, **{"noise_std": 0.01, **options})
+    learned(recordings, tmp_path, **options)
     again = {name for name, when in written(tmp_path).items() if when != before[name]}
     assert again == ({"run 1"} if changed == "samples" else {"run 0", "run 1"})
 
 
-@pytest.mark.parametrize("file", ["reference.json", "certificate.json", "row.json"])
-@pytest.mark.parametrize("harm", ["changed", "missing"])
+@pytest.mark.parametrize(
+    ("file", "harm"), [("reference.json", "changed"), ("certificate.json", "missing"), ("row.json", "changed")]
+)
 def test_files_that_were_harmed_are_made_again(tmp_path, file, harm):
     learned(motions(2), tmp_path)
     whole = contents(tmp_path)
@@ -131,8 +131,6 @@ def test_failures_are_rows_with_their_sentence_and_the_others_go_on(tmp_path):
     assert fleet.rows[0].sentence == "a.csv: there is no such file"
     assert "speed" in fleet.rows[1].sentence
     assert str(fleet).startswith("1 of 4 references are proved")
-    assert repr(fleet) == f"Fleet({fleet})"
-    assert fleet.columns()["outcome"] == ["unusable", "unusable", "infeasible", "proved"]
     with pytest.raises(InputError, match="outside is infeasible"):
         fleet.reference("outside")
     before = written(tmp_path)

@@ -2,9 +2,8 @@
 
 from pathlib import Path
 
-import pyarrow as pa
 import pytest
-from pyarrow import parquet
+from pyarrow import csv, parquet
 
 from trackably import (
     Recording,
@@ -51,9 +50,12 @@ def test_a_folder_or_a_pattern_names_its_files(folder):
     assert numbers(recordings_in(folder / "*.csv", read)[0].read()) == ([0, 1], [1, 2])
 
 
-def test_parts_of_a_table_are_what_separate_files_would_be(tmp_path):
-    (tmp_path / "all.csv").write_text(TABLE)
-    left, right = parts_of_csv(tmp_path / "all.csv", "who", "t", "s", {"position": "x"})
+@pytest.mark.parametrize("parts_of", [parts_of_csv, parts_of_parquet])
+def test_parts_of_a_table_are_what_separate_files_would_be(tmp_path, parts_of):
+    (tmp_path / "table").write_text(TABLE)
+    if parts_of is parts_of_parquet:
+        parquet.write_table(csv.read_csv(tmp_path / "table"), tmp_path / "table")
+    left, right = parts_of(tmp_path / "table", "who", "t", "s", {"position": "x"})
     assert (left.name, right.name) == ("left", "right")
     assert numbers(left.read()) == ([0, 0.1], [1.5, 2.5])
     assert numbers(right.read()) == ([0, 0.25], [-1, -2])
@@ -65,21 +67,3 @@ def test_a_wrong_cell_spoils_its_own_part_and_names_the_line(tmp_path):
     assert numbers(left.read()) == ([0, 0.1], [1.5, 2.5])
     with pytest.raises(InputError, match="line 5, column 'x'"):
         right.read()
-
-
-def written(path: Path, **columns: object) -> Path:
-    parquet.write_table(pa.table(columns), path)
-    return path
-
-
-def test_parquet_says_what_the_same_table_says_as_csv(tmp_path):
-    (tmp_path / "all.csv").write_text(TABLE)
-    file = written(
-        tmp_path / "all.parquet",
-        who=["left", "right", "left", "right"],
-        t=[0.0, 0.0, 0.1, 0.25],
-        x=[1.5, -1.0, 2.5, -2.0],
-    )
-    csv = parts_of_csv(tmp_path / "all.csv", "who", "t", "s", {"position": "x"})
-    table = parts_of_parquet(file, "who", "t", "s", {"position": "x"})
-    assert [(s.name, numbers(s.read())) for s in table] == [(s.name, numbers(s.read())) for s in csv]

@@ -10,8 +10,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import pytest
-
 from tests.project import ROOT
 
 RUN = """
@@ -26,17 +24,17 @@ def without_end():
 
 if __name__ == "__main__":
     sources = [Source("first", lambda: motion(0)), Source("second", without_end), Source("third", without_end)]
-    learned(sources, Path(sys.argv[1]), workers=int(sys.argv[2]))
+    learned(sources, Path(sys.argv[1]), workers=2)
 """
 SECONDS = 60.0
 """That ending may take on a busy machine; without an end, it takes minutes or an hour."""
 
 
 @contextmanager
-def running(folder: Path, workers: int) -> Iterator[subprocess.Popen[str]]:
+def running(folder: Path) -> Iterator[subprocess.Popen[str]]:
     """A run, and all its processes in a group, that has answered the first recording and waits for others."""
     (folder / "run.py").write_text(RUN)
-    command = [sys.executable, str(folder / "run.py"), str(folder / "fleet"), str(workers)]
+    command = [sys.executable, str(folder / "run.py"), str(folder / "fleet")]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
     path = {**os.environ, "PYTHONPATH": str(ROOT)}
     with subprocess.Popen(command, cwd=ROOT, env=path, text=True, start_new_session=True, **pipes) as run:
@@ -58,14 +56,13 @@ def with_group(run: subprocess.Popen[str], sent: signal.Signals) -> None:
 
 def test_workers_end_where_their_parent_is_killed(tmp_path):
     """Every process of the run holds its output open: the end of it is read when the last one has ended."""
-    with running(tmp_path, workers=2) as run:
+    with running(tmp_path) as run:
         run.kill()
         run.communicate(timeout=SECONDS)
 
 
-@pytest.mark.parametrize("workers", [1, 2])
-def test_an_interrupt_ends_all_processes_and_says_what_is_kept(tmp_path, workers):
-    with running(tmp_path, workers) as run:
+def test_an_interrupt_ends_all_processes_and_says_what_is_kept(tmp_path):
+    with running(tmp_path) as run:
         with_group(run, signal.SIGINT)
         said = _without_tidying(run.communicate(timeout=SECONDS)[0])
     kept = (

@@ -81,23 +81,6 @@ def test_no_possible_signal_is_further_away_than_the_certificate_says():
         reference.accuracy("velocity")
 
 
-@pytest.mark.parametrize("name", ["pushed", "measured with noise"])
-def test_the_disturbed_system_keeps_the_given_bounds(name):
-    """The corners of W and V, drawn at random and held for some steps, drive errors far out."""
-    reference, draw, steps = learned(name), np.random.default_rng(0), 380
-    K = reference.tightening.invariant.feedback
-    pushed, noise = np.array([1e-3, 5e-3]), np.array([1e-3, 2e-3]) * ("measured" in name)
-    x = reference.state(0)
-    for k in range(steps):
-        if k % 7 == 0:
-            w, v = pushed * draw.choice([-1.0, 1.0], 2), noise * draw.choice([-1.0, 1.0], 2)
-        u = reference.input(k) + K @ (x + v - reference.state(k))
-        assert np.all((AXIS.state_set.lower <= x) & (x <= AXIS.state_set.upper))
-        assert np.all((AXIS.input_set.lower <= u) & (u <= AXIS.input_set.upper))
-        x = AXIS.system.A @ x + AXIS.system.B @ u + w
-    assert np.linalg.norm(x - reference.state(steps)) > 1e-3
-
-
 def test_given_values_are_met_and_proved(tmp_path):
     """At the start, where windows meet, and within one; each is a little beside the samples."""
     x, v, later = MOVED[0] + 0.03, 0.8, MOVED[48] - 0.03
@@ -127,13 +110,13 @@ def test_a_nonlinear_plant_is_followed_by_its_inputs():
     plant = ConstrainedSystem(
         tank(sampling_time=5.0, area=1.0, outflow=0.05), Polytope.box([0.7], [1.15]), Polytope.box([0.03], [0.065])
     )
-    t = np.arange(0.0, 400.0, 4.0)
+    t = np.arange(0.0, 240.0, 4.0)
     level = 0.9 + 0.26 * np.sin(2 * np.pi * t / 140) + 0.01 * np.random.default_rng(3).standard_normal(t.size)
     found = learn_stream(
-        Samples(t, level), plant, Matern52(0.2, 30.0), (0.0, 396.0), window=100.0, noise_std=0.03, mean=0.9
+        Samples(t, level), plant, Matern52(0.2, 30.0), (0.0, 236.0), window=80.0, noise_std=0.03, mean=0.9
     )
     assert isinstance(check(encode_certificate(found.certificate)), Proved)
-    steps = np.arange(79)
+    steps = np.arange(47)
     x, u = found.state(steps), found.input(steps)
     follow = x[0]
     for k in steps[:-1]:

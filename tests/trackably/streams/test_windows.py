@@ -12,15 +12,12 @@ from tests.trackably.plants import AXIS, CART
 from trackably import ConstrainedSystem, Matern52, Polytope, Samples, SquaredExponential
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import as_claim
-from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.waypoint import Waypoint
 from trackably.checker.certificate import AllTimes, Window
 from trackably.gp.joint import JointPrior
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
-from trackably.learning.joint.search import learn_function
-from trackably.learning.problem import NoFunction, NoSolution
-from trackably.streams.windows import Stream, learn_proved, part_of
+from trackably.streams.windows import Stream, learn_proved
 from trackably.systems.sampling import sampled_signals
 
 TIMES = np.cumsum(np.random.default_rng(7).uniform(0.05, 0.25, 200))
@@ -44,7 +41,7 @@ def learned(*given, **more):
 
 
 @each_kernel
-@pytest.mark.parametrize("length", [3.0, 7.0, 100.0])
+@pytest.mark.parametrize("length", [3.0, 100.0])
 def test_without_bounds_it_is_the_posterior_mean(kernel, length):
     of = stream(kernel, FREE, length)
     reference, certificate = learned(kernel, FREE, length)
@@ -53,10 +50,9 @@ def test_without_bounds_it_is_the_posterior_mean(kernel, length):
     np.testing.assert_allclose(reference.signals[0](at), mean, atol=2e-4)
 
 
-@each_kernel
-@pytest.mark.parametrize("seen", [TIMES < 8, (TIMES < 5) | (TIMES > 24)], ids=["at first", "at both ends"])
-def test_one_flat_output_is_learned_where_another_has_no_samples(kernel, seen):
+def test_one_flat_output_is_learned_where_another_has_no_samples():
     """For longer than the kernel's memory: each is the posterior mean of its own samples."""
+    kernel, seen = KERNELS["rough"], (TIMES < 5) | (TIMES > 24)
     free = ConstrainedSystem(CART.system, *(Polytope.box([-99, -99], [99, 99]),) * 2)
     _, samples = sampled_signals(free, {"a": SAMPLES, "b": Samples(TIMES[seen], VALUES[seen])})
     prior = JointPrior((Prior(kernel, 0.05, -0.4),) * 2, ("a", "b"))
@@ -67,16 +63,15 @@ def test_one_flat_output_is_learned_where_another_has_no_samples(kernel, seen):
         np.testing.assert_allclose(signal(at), mean, atol=2e-4)
 
 
-@each_kernel
-@pytest.mark.parametrize("length", [3.0, 7.0])
-def test_given_values_are_those_of_all_samples_at_once(kernel, length):
+def test_given_values_are_those_of_all_samples_at_once():
     """Before the first sample, within a window, where two of them meet, and long after the last sample."""
     tolerances = {"position": 1e-6}
     pinned = tuple(
         Waypoint(t, {"position": x}, tolerances) for t, x in [(0.0, -1.0), (7.05, 0.3), (10.0, -0.9), (70.0, 0.2)]
     )
     windows, whole = (
-        learn_proved(replace(stream(kernel, FREE, of, (0.0, 71.0)), pinned=pinned))[0].signals for of in (length, 100.0)
+        learn_proved(replace(stream(KERNELS["rough"], FREE, of, (0.0, 71.0)), pinned=pinned))[0].signals
+        for of in (3.0, 100.0)
     )
     position = FREE.flatness.states[0]
     assert position(windows, np.array([at.time for at in pinned])) == pytest.approx([-1.0, 0.3, -0.9, 0.2], abs=1e-6)
@@ -92,23 +87,7 @@ def test_with_bounds_it_stays_near_what_all_samples_give_at_once():
     assert np.max(np.abs(windows(at) - whole(at))) < 0.5 * bent
 
 
-def test_a_window_is_divided_where_its_program_has_too_many_places(monkeypatch):
-    """The sum is the same, as without bounds it does not depend on windows."""
-    solved = []
-
-    def only_short(problem):
-        solved.append(float(problem.samples[0].times[-1]))
-        return NoFunction(()) if solved[-1] > 16 and len(solved) < 3 else learn_function(problem)
-
-    (whole,) = learned(KERNELS["smooth"], FREE, 12.0)[0].signals
-    monkeypatch.setattr("trackably.streams.windows.learn_function", only_short)
-    (divided,) = learned(KERNELS["smooth"], FREE, 12.0)[0].signals
-    assert len(solved) == 5
-    assert sorted(solved[2:]) == solved[2:]
-    np.testing.assert_allclose(divided(at := np.linspace(0, 29, 100)), whole(at), atol=1e-3)
-
-
-@pytest.mark.parametrize("claim", [(0.0, 29.0), (-2.0, 40.0), "all_times"])
+@pytest.mark.parametrize("claim", [(-2.0, 40.0), "all_times"])
 def test_bounds_are_kept_and_touched_across_all_windows(claim):
     reference, _ = learned(KERNELS["smooth"], TIGHT, 5.0, claim=claim)
     states = reference.state_at(np.linspace(0, 29, 20001))
@@ -125,17 +104,3 @@ def test_each_window_can_be_followed_by_rest():
     prior = JointPrior((Prior(KERNELS["smooth"], 0.05, -0.4),), ("position",))
     found = learn_proved(Stream(seen, prior, TIGHT, 1.0, AllTimes()))
     assert isinstance(found, tuple)
-
-
-def test_a_gap_longer_than_a_window_is_passed_at_rest():
-    there = (TIMES < 6) | (TIMES > 25)
-    _, seen = sampled_signals(TIGHT, {"position": Samples(TIMES[there], VALUES[there])})
-    reference, _ = learn_proved(replace(stream(KERNELS["smooth"], TIGHT, 4.0), samples=seen))
-    assert reference.signals[0](np.array(15.0)) == pytest.approx(-0.4, abs=1e-6)
-
-
-def test_what_cannot_be_kept_is_said():
-    """The prior mean lies outside of the bounds, where no reference can come to rest."""
-    of = stream(KERNELS["smooth"], TIGHT, 5.0, claim="all_times", mean=0.5)
-    found = learn_proved(replace(of, samples=(part_of(of.samples[0], 0.0, 3.0),)))
-    assert isinstance(found, NoSolution | Counterexample | Unproved)

@@ -1,6 +1,4 @@
-"""Nonlinear systems: solved for the input, followed exactly, and refused where that cannot be."""
-
-from dataclasses import replace
+"""Nonlinear systems: solved for the input in many digits, and refused where that cannot be."""
 
 import numpy as np
 import pytest
@@ -18,21 +16,9 @@ from trackably.learning.index_set import RealTimes
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.intervals import Interval
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.trajectories import Trajectory
-
-
-@pytest.mark.parametrize("name", INSTANCES)
-def test_the_system_follows_the_reference(name):
-    reference, k = moving(INSTANCES[name]), np.arange(40.0)
-    x, u = reference.state(k), reference.input(k)
-    np.testing.assert_allclose(reference.plant.system.successor(x[:-1], u[:-1]), x[1:], rtol=0, atol=1e-12)
-    window = reference.window(3, 5)
-    np.testing.assert_array_equal(window.states, x[3:9])
-    np.testing.assert_array_equal(window.inputs, u[3:8])
 
 
 @pytest.mark.parametrize("sizes", [(3, 1), (1, 3), (2, 1)])
@@ -54,36 +40,13 @@ def test_states_and_inputs_are_those_of_many_digits(name):
             assert [float(v) for v in true.values()] == pytest.approx(seen, abs=1e-11)
 
 
-@pytest.mark.parametrize("name", INSTANCES)
-def test_taken_apart_and_put_together(name):
-    system, rng = INSTANCES[name].system, np.random.default_rng(0)
-    n = len(system.states)
-    x, u = rng.uniform(0.3, 1.2, (5, 4, n)), rng.uniform(-1, 1, (5, 4, n))
-    drift, gain = system.affine(x)
-    assert (drift.shape, gain.shape) == ((5, 4, n), (5, 4, n, n))
-    np.testing.assert_allclose(drift + (gain @ u[..., None])[..., 0], system.successor(x, u), atol=1e-13)
-
-
 def both(state_set: Polytope, input_set: Polytope) -> tuple[ConstrainedSystem, ConstrainedSystem]:
     return tuple(ConstrainedSystem(s, state_set, input_set) for s in (LINEAR, as_formulas(LINEAR)))
 
 
-def test_a_linear_system_written_as_a_nonlinear_one_has_the_same_quantities():
-    rows = np.array([[1.0, 0.0], [1.0, -0.5]])
-    sets = Polytope(rows, [-2.0, -1.0], [2.0, 3.0]), Polytope(np.array([[2.0, 0.0], [1.0, 1.0]]), [-3.0, -3], [3.0, 3])
-    plain, written = both(*sets)
-    signals, t = moving(INSTANCES["vehicle"]).signals, np.linspace(0, 3, 50)
-    assert [q.name for q in plain.quantities] == [q.name for q in written.quantities]
-    for p, w in zip(plain.quantities, written.quantities, strict=True):
-        np.testing.assert_allclose(p(signals, t), w(signals, t), atol=1e-12)
-        np.testing.assert_allclose(p.margin(signals, t), w.margin(signals, t), atol=1e-12)
-        assert p.at_rest([0.3, -0.2]) == pytest.approx(w.at_rest([0.3, -0.2]), abs=1e-13)
-
-
-@pytest.mark.parametrize("name", ["tank", "reactor", "vehicle", "linear"])
+@pytest.mark.parametrize("name", ["tank", "reactor", "vehicle"])
 def test_gradients_of_constraints_are_those_of_differences(name):
-    plant = INSTANCES[name].plant if name != "linear" else both(Polytope.box([-2.0] * 2, [2.0] * 2),
-                                                                 Polytope.box([-9.0] * 2, [9.0] * 2))[1]  # fmt: skip
+    plant = INSTANCES[name].plant
     n, times = plant.signal_count, np.linspace(0, 2, 8)
     rng = np.random.default_rng(2)
     samples = tuple(Samples(times, 0.7 + 0.1 * rng.standard_normal(8)) for _ in range(n))
@@ -111,22 +74,6 @@ def test_where_a_formula_is_not_defined_the_margin_is_infinitely_negative():
     assert np.isnan(quantity.at_rest([-1.0]))
 
 
-def bumped(signal, at: float, by: float):
-    return lambda t: signal(t) + by * (np.abs(t - at) < 1e-6)
-
-
-def test_small_changes_of_signals_move_an_input_by_its_weights():
-    reference, t, h = moving(INSTANCES["reactor"]), np.array([0.4]), 1e-6
-    for q in reference.plant.flatness.inputs:
-        assert isinstance(q, Trajectory)
-        for c, w in q.weights_at(reference.signals, t):
-            for j, weight in enumerate(w):
-                moved = list(reference.signals)
-                moved[c] = bumped(moved[c], 0.4 + j * T_S, h)
-                slope = (q(moved, t) - q(reference.signals, t))[0] / h
-                assert slope == pytest.approx(weight, rel=1e-4, abs=1e-6)
-
-
 @pytest.mark.parametrize("name", INSTANCES)
 def test_references_return_from_json(name):
     reference = moving(INSTANCES[name])
@@ -140,14 +87,11 @@ def test_references_return_from_json(name):
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        ({"f": [["+", "level"]]}, "a formula must be a formula"),
         ({"f": [["+", "level", True]]}, "a formula must be"),
         ({"f": [["sqrt", "inflow"]]}, r"must be affine in its inputs, .* but holds sqrt\(inflow\)"),
         ({"f": ["nobody"]}, "the formula of level uses nobody, which is no state or input"),
         ({"f": []}, "f must have a formula for each of 1 states, got 0"),
         ({"A": [[1.0]]}, "NonlinearSystem has no A"),
-        ({"states": "level"}, "must be a list, got .level."),
-        ({"states": [1.0]}, "must be of type str"),
     ],
 )
 def test_json_that_is_no_system_is_refused(change, reason):
@@ -159,15 +103,9 @@ def test_json_that_is_no_system_is_refused(change, reason):
 
 AFFINE = r"must be affine in its inputs, x⁺ = f0\(x\) \+ G\(x\) u, so that it can be solved for them, but holds "
 REFUSED = {
-    "a square": (lambda x, u: [x[0] + u[0] ** 2], rf"{AFFINE}p\^2"),
     "a product": (lambda x, u: [u[0] * x[0] * u[0]], rf"{AFFINE}p \* a \* p"),
-    "a denominator": (lambda x, u: [x[0] / u[0]], rf"{AFFINE}a / p"),
     "a function": (lambda x, u: [x[0] + np.sin(u[0] + x[0])], rf"{AFFINE}sin\(p \+ a\)"),
     "no input": (lambda x, u: [x[0]], "must be solvable for its inputs, .* f cannot be solved"),
-    "an input without effect": (
-        lambda x, u: [x[0] + 0 * u[0]],
-        "must be solvable for its inputs, .* f cannot be solved",
-    ),
     "an effect that cancels": (lambda x, u: [x[0] + u[0] - u[0]], "but that would divide by 1 - 1"),
     "a long formula": (lambda x, u: [sum(x[0] ** i for i in range(2, 300)) + u[0]], "is too long: .* 1000 and 100 are"),
 }
@@ -178,16 +116,3 @@ def test_f_that_cannot_be_solved_is_refused(name):
     f, reason = REFUSED[name]
     with pytest.raises(ValueError, match=reason):
         NonlinearSystem.of(f, ("a",), ("p",), T_S)
-
-
-def test_four_inputs_may_lead_four_states_where_few_are_coupled():
-    system = NonlinearSystem.of(
-        lambda x, u: [x[0] + u[0], x[1] + u[1] * x[0] + u[0], x[2] + u[2] + u[3], x[3] + x[0] * u[2] - u[3]],
-        tuple("abcd"), tuple("pqrs"), T_S,
-    )  # fmt: skip
-    plant = ConstrainedSystem(system, Polytope.box([0.1] * 4, [9.0] * 4), Polytope.box([-9.0] * 4, [9.0] * 4))
-    signals = tuple(replace(moving(INSTANCES["tank"], seed).signals[0], mean=2.0) for seed in range(4))
-    reference, k = Reference(signals, plant), np.arange(20.0)
-    x, u = reference.state(k), reference.input(k)
-    np.testing.assert_allclose(system.successor(x[:-1], u[:-1]), x[1:], atol=1e-12)
-    assert Interval(0.1, 9.0).margin(x).min() > 0

@@ -19,7 +19,9 @@ NEITHER = (
 )
 NO_LEVEL = "says how its flat output moves, but not where it is"
 AXIS = unbounded(
-    LinearSystem.discretised(np.eye(3, k=1), np.eye(3)[:, 2:], T_S, states=("position", "velocity", "acceleration"))
+    LinearSystem.discretised(
+        np.eye(3, k=1), np.eye(3)[:, 2:], T_S, [0.0, 0.3, -0.5], states=("position", "velocity", "acceleration")
+    )
 )
 PLANE = unbounded(
     LinearSystem(
@@ -90,25 +92,14 @@ def test_samples_that_do_not_show_the_flat_outputs_are_refused(plant, names, mes
         stencils_by_name(plant, names)
 
 
-def test_a_difference_shows_no_level_whatever_rounding_leaves_of_it():
+@pytest.mark.parametrize("sampling_time", [0.1, 0.07, 0.03, 0.013, 0.007, 0.0031])
+@pytest.mark.parametrize("name", ["x2", "x3"])
+def test_a_difference_shows_no_level_whatever_rounding_leaves_of_it(sampling_time, name):
     """Sums of float64 weights are not zero where the exact ones are."""
-    rounded = []
-    for sampling_time in (0.1, 0.07, 0.03, 0.013, 0.007, 0.0031):
-        system = LinearSystem.discretised(
-            np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -2.3, -0.7]]), np.eye(3)[:, 2:], sampling_time
-        )
-        plant = unbounded(system)
-        rounded += [sum(x.stencil[1].weights) for x in plant.flatness.states[1:]]
-        for name in ("x2", "x3"):
-            with pytest.raises(ValueError, match=NO_LEVEL):
-                stencils_by_name(plant, [name])
-    assert sum(bool(left) for left in rounded) >= 3
-    nearly = unbounded(
-        LinearSystem(np.array([[1.0, T_S], [1e-17, 1.0]]), np.array([[T_S**2 / 2], [T_S]]), sampling_time=T_S)
-    )
-    assert sum(nearly.flatness.states[1].weights[0]) != 0
+    A = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -2.3, -0.7]])
+    plant = unbounded(LinearSystem.discretised(A, np.eye(3)[:, 2:], sampling_time))
     with pytest.raises(ValueError, match=NO_LEVEL):
-        stencils_by_name(nearly, ["x2"])
+        stencils_by_name(plant, [name])
 
 
 def test_flat_outputs_that_no_state_shows_are_told_in_states():

@@ -30,9 +30,14 @@ def in_error_set(Z, e: cp.Expression) -> list[cp.Constraint]:
 
 def optimum(controller: TubeController, k: int, state: np.ndarray, reference) -> float:
     """The optimal cost, infinite where there is no plan."""
-    window, N = reference.window(k, controller.horizon), controller.horizon
-    z, v, constraints = _without_end(controller, state)
-    constraints.append(z[N] == window.states[N])
+    system, plant, N = controller.plant.system, controller.tightening.plant, controller.horizon
+    window = reference.window(k, N)
+    z, v = cp.Variable((N + 1, len(controller.Q))), cp.Variable((N, len(controller.R)))
+    constraints = [*in_error_set(controller.invariant, state - z[0]), z[N] == window.states[N]]
+    for i in range(N):
+        constraints += [z[i + 1] == system.A @ z[i] + system.B @ v[i] + system.c]
+        for of, bounded in ((z[i], plant.state_set), (v[i], plant.input_set)):
+            constraints += [bounded.rows @ of <= bounded.upper, bounded.rows @ of >= bounded.lower]
     cost = sum(
         cp.quad_form(z[i] - window.states[i], controller.Q) + cp.quad_form(v[i] - window.inputs[i], controller.R)
         for i in range(N)
@@ -40,26 +45,3 @@ def optimum(controller: TubeController, k: int, state: np.ndarray, reference) ->
     program = cp.Problem(cp.Minimize(cost), constraints)
     program.solve(solver=cp.CLARABEL)
     return float(program.value) if program.status == cp.OPTIMAL else np.inf
-
-
-def least_terminal_error(controller: TubeController, k: int, state: np.ndarray, reference, scales) -> float:
-    """The least distance of z(N) from the reference, in scales; infinite where no plan keeps the bounds."""
-    N = controller.horizon
-    z, _, constraints = _without_end(controller, state)
-    missed = cp.norm((z[N] - reference.window(k, N).states[N]) / scales)
-    last = controller.tightening.plant.state_set
-    constraints += [last.rows @ z[N] <= last.upper, last.rows @ z[N] >= last.lower]
-    program = cp.Problem(cp.Minimize(missed), constraints)
-    program.solve(solver=cp.CLARABEL)
-    return float(program.value) if program.status == cp.OPTIMAL else np.inf
-
-
-def _without_end(controller: TubeController, state: np.ndarray):
-    system, plant, N = controller.plant.system, controller.tightening.plant, controller.horizon
-    z, v = cp.Variable((N + 1, len(controller.Q))), cp.Variable((N, len(controller.R)))
-    constraints = in_error_set(controller.invariant, state - z[0])
-    for i in range(N):
-        constraints += [z[i + 1] == system.A @ z[i] + system.B @ v[i] + system.c]
-        for of, bounded in ((z[i], plant.state_set), (v[i], plant.input_set)):
-            constraints += [bounded.rows @ of <= bounded.upper, bounded.rows @ of >= bounded.lower]
-    return z, v, constraints

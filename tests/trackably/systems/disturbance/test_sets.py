@@ -23,15 +23,6 @@ def test_the_support_function_is_the_optimum_of_a_linear_program(name):
         assert bounded.farthest(row) @ row == pytest.approx(value, rel=1e-12)
 
 
-@pytest.mark.parametrize("name", ALL)
-def test_the_exact_support_is_that_of_the_definition(name):
-    bounded = ALL[name].disturbance
-    whole = np.random.default_rng(2).integers(-9, 9, bounded.dimension).tolist()
-    found = Fraction(bounded.whole_support(whole), bounded.denominator)
-    assert found == exact_support(bounded, [Fraction(r) for r in whole])
-    assert exact_support(bounded.scaled(Fraction(1, 3)), [Fraction(r) for r in whole]) == found / 3
-
-
 @pytest.mark.parametrize("seed", range(4))
 def test_halfspaces_have_the_support_of_their_linear_program(seed):
     rng = np.random.default_rng(seed)

@@ -1,9 +1,9 @@
-"""A robot with a flat form: it is proved to follow its reference, and it does; where it has no heading nothing is."""
+"""A robot with a flat form: it is proved to follow its reference; where it has no heading nothing is."""
 
 import numpy as np
 import pytest
 
-from tests.trackably.systems.forms.instances import PERIOD, T_S, along, certificate, drives, eight, robot
+from tests.trackably.systems.forms.instances import T_S, along, certificate, eight, robot
 from trackably.certificates.outcome import Unproved
 from trackably.certificates.prove import prove
 from trackably.checker import Proved, check
@@ -14,17 +14,6 @@ def test_a_proof_is_found_and_checked():
     assert isinstance(verdict, Proved)
     assert '"heading" up to whole turns' in verdict.statement
     assert '0.1 ≤ "speed" ≤ 1.5' in verdict.statement
-
-
-def test_the_robot_follows_the_reference_with_its_inputs():
-    reference, steps = eight(), np.arange(3 * round(PERIOD / T_S) + 1.0)
-    states, inputs = reference.state(steps), reference.input(steps)
-    x = states[0]
-    for k in range(len(steps) - 1):
-        x = np.array(drives(x, inputs[k]))
-        off = x - states[k + 1]
-        off[2] -= 2 * np.pi * np.rint(off[2] / (2 * np.pi))
-        assert np.max(np.abs(off)) < 1e-11
 
 
 def test_the_heading_that_windows_show_does_not_jump():

@@ -1,4 +1,4 @@
-"""Expressions: one function in floats, balls, intervals and many digits; its derivative; its text and lists."""
+"""Expressions: one function in floats, balls, intervals and many digits; its derivative."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from mpmath import mp
 
 from tests.trackably.systems.formulas.random_expressions import expressions, in_balls, many_digits, points
 from trackably.checker.form import a_formula
-from trackably.checker.formulas import FUNCTIONS, parts
+from trackably.checker.formulas import parts
 from trackably.checker.intervals import iv
 from trackably.checker.models import enclose
 from trackably.systems.formulas import derivative, evaluate_floats, text, to_lists
@@ -64,26 +64,3 @@ def test_derivatives_are_those_of_central_differences():
 
     law()
     assert len(examined) > 120
-
-
-def test_the_text_of_a_formula_is_the_formula():
-    examined = []
-
-    @settings(max_examples=60, deadline=None)
-    @given(expressions, points)
-    def law(expression, point):
-        values = dict(zip("xy", point, strict=True))
-        if in_balls(expression, values) is None:
-            return
-        examined.append(expression)
-        written = text(expression).replace("^", "**")
-        with np.errstate(all="ignore"):
-            found = eval(
-                written,
-                {name: getattr(np, name) for name in (*FUNCTIONS, "atan2")},
-                {n: np.float64(v) for n, v in values.items()},
-            )
-        assert float(found) == pytest.approx(float(evaluate_floats(expression, values)), rel=1e-9)
-
-    law()
-    assert len(examined) > 45

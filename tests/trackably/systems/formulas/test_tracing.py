@@ -22,9 +22,7 @@ WRITTEN = {
     "arrays": (lambda x, u: np.log(x) / u, ["log(a) / p", "log(b) / q"]),
     "powers": (lambda x, u: [x[0] ** 2, 2 ** x[1]], ["a^2", "exp(b * log(2))"]),
     "signs": (lambda x, u: [-x[0], +x[1] - np.square(u[0])], ["(-1) * a", "b - p^2"]),
-    "sums of lists": (lambda x, u: [sum(x), sum(u) * 1], ["a + b", "p + q"]),
     "hyperbolic": (lambda x, u: [np.tanh(x[0]), np.tan(x[1])], ["1 - 2 / (exp(2 * a) + 1)", "sin(b) / cos(b)"]),
-    "a number": (lambda x, u: [1, np.array(2.5)], ["1", "2.5"]),
 }
 
 
@@ -41,31 +39,19 @@ ORDINARY = (
 )
 REFUSED = {
     "a comparison": (lambda x, u: [x[0] if x[0] > 1 else u[0]], f"{ONE_FORMULA}compares a value"),
-    "an equality": (lambda x, u: [x[0] if x[0] == 1 else u[0]], f"{ONE_FORMULA}compares a value"),
     "a truth value": (lambda x, u: [x[0] if x[0] else u[0]], f"{ONE_FORMULA}branches on a value"),
-    "where": (lambda x, u: [np.where(x[0] > 0, x[0], u[0])], f"{ONE_FORMULA}compares a value"),
     "a look-up": (lambda x, u: [{1.0: u[0]}[x[0]]], f"{ONE_FORMULA}looks a value up"),
-    "a remainder": (lambda x, u: [x[0] % 2 + u[0]], f"{ONE_FORMULA}takes a remainder"),
     "rounding": (lambda x, u: [round(x[0]) + u[0]], f"{ONE_FORMULA}rounds a value"),
     "math.sqrt": (lambda x, u: [math.sqrt(x[0]) + u[0]], f"{ONE_FORMULA}makes a plain number of a value, as float"),
-    "math.sin": (lambda x, u: [math.sin(x[0]) + u[0]], r"\(np.sin is for math.sin, and so on\)"),
     "solve": (
         lambda x, u: np.linalg.solve([[1 + x[0] ** 2]], u),
         r"np.linalg takes plain numbers only: write the inverse out, which of \[\[a, b\], \[c, d\]\] is np.array",
     ),
-    "inv": (
-        lambda x, u: np.linalg.inv([[1 + x[0] ** 2]]) @ u,
-        r"np.linalg takes plain numbers only: write the inverse out, which of \[\[a, b\], \[c, d\]\] is np.array",
-    ),
     "arcsin": (lambda x, u: [np.arcsin(x[0]) + u[0]], f"{ORDINARY}; it uses np.arcsin"),
-    "arcsin of arrays": (lambda x, u: np.arcsin(x) + u, f"{ORDINARY}: .*arcsin"),
-    "maximum": (lambda x, u: [np.maximum(x[0], 0) + u[0]], f"{ORDINARY}; it uses np.maximum"),
     "two exponents": (lambda x, u: [x[0] ** u[0]], "f must have numbers for exponents, or for positive bases"),
     "infinity": (lambda x, u: [x[0] + np.inf], "f must use numbers that are finite, and exact in float64, got inf"),
     "a long number": (lambda x, u: [x[0] + 2**53 + 1 + (2**53 + 1) * u[0]], "exact in float64, got 9007199254740993"),
-    "a text": (lambda x, u: ["level"], "f must return numbers and formulas, got str"),
     "too few": (lambda x, u: [], "f must return a list of 1 successors, got 0 values"),
-    "no list": (lambda x, u: x[0] + u[0], "f must return a list of 1 successors, got Symbol"),
     "nonsense": (lambda x, u: [x[0] + None], f"{ORDINARY}: unsupported operand"),
 }
 
@@ -81,13 +67,13 @@ def clamped(u):
     return max(-1.0, min(1.0, u))
 
 
-def tolerant(of, kind=Exception):
+def tolerant(of):
     """A function that clamps what it can, and goes on where it cannot."""
 
     def f(x, u):
         try:
             v = clamped(u[0])
-        except kind:
+        except Exception:
             v = u[0]
         return of(x, v)
 
@@ -102,22 +88,18 @@ def in_a_thread(call):
 COUNTED, KEPT = count(1), dict[str, object]()
 DISGUISED = {
     "clamped inside try": (tolerant(lambda x, v: [x[0] + v]), "it compares a value"),
-    "all is caught": (tolerant(lambda x, v: [x[0] + v], BaseException), "it compares a value"),
     "another thread": (lambda x, u: in_a_thread(lambda: [x[0] + clamped(u[0])]), "it compares a value"),
     "isinstance": (
         lambda x, u: [x[0] + (clamped(u[0]) if isinstance(x[0], float) else u[0])],
         "it gives a = .*, and its formula a = ",
     ),
     "dtype": (lambda x, u: [x[0] + (u[0] if x.dtype == object else clamped(u[0]))], "and its formula a = "),
-    "a type's name": (lambda x, u: [x[0] + (u[0] if "S" in type(u[0]).__name__ else 0.0)], "and its formula a = "),
-    "hasattr": (lambda x, u: [u[0] + x[0] * (2.0 if hasattr(x[0], "real") else 1.0)], "and its formula a = "),
     "an error": (
         lambda x, u: [x[0] + u[0]] if x.dtype == object else 1 // 0,
         r"it raises ZeroDivisionError \(.*\), and its formula a = ",
     ),
     "NaN": (lambda x, u: [x[0] + (u[0] if x.dtype == object else np.nan)], "it gives a = nan, and its formula"),
     "NaN replaced": (lambda x, u: [np.nan_to_num(np.log(x[0])) + u[0]], "it gives a = .*, and its formula a = nan"),
-    "another shape": (lambda x, u: [u[0]] if x.dtype == object else [1.0, 2.0], r"it gives the shape \(2,\)"),
     "random": (lambda x, u: [x[0] + np.random.default_rng().normal() * u[0]], "must be the same formula in each call"),
     "remembered": (lambda x, u: [x[0] + KEPT.setdefault("u", u[0])], "it raises Refusal"),
     "stateful": (lambda x, u: [x[0] + next(COUNTED) * u[0]], "must be the same formula in each call"),
@@ -131,31 +113,21 @@ def test_what_treats_symbols_in_another_way_is_refused(name):
         NonlinearSystem.of(f, ["a"], ["p"], 0.1)
 
 
-def arm(x, u):
-    """Two links, with the inverse of the mass matrix written out."""
-    q, v, c, s = x[:2], x[2:], np.cos(x[1]), np.sin(x[1])
-    y = u - np.array([-s * (2 * v[0] * v[1] + v[1] ** 2), s * v[0] ** 2])
-    a, b, d = 3 + 2 * c, 1 + c, 1.0
-    return [*(q + 0.1 * v), *(v + 0.1 * np.array([[d, -b], [-b, a]]) @ y / (a * d - b * b))]
-
-
 DENSE = np.random.default_rng(0).normal(size=(8, 8))
 HONEST = {
     "functions": lambda x, u: np.tanh(x) + np.sinh(u) + np.hypot(x, u) + np.arctan2(x, u) + np.tan(x) + abs(u),
     "where it overflows": lambda x, u: (np.exp(x) - np.exp(-x)) / (np.exp(x) + np.exp(-x)) + u**40,
     "where it is not defined": lambda x, u: np.sqrt(x) * np.log(u) + x**0.3 / u**1.5,
     "where it turns millions of times": lambda x, u: np.sin(np.exp(x)) + np.cos(np.exp(np.exp(x))) + u,
-    "powers": lambda x, u: [2 ** x[0] + x[1] ** -3 + x[2] ** 7 + 1 / x[3], *x[1:]],
     "matrices": lambda x, u: DENSE[:4, :4] @ x + DENSE[:4, 4:] @ u + x.mean() + np.sum(u) + np.linalg.norm(x),
     "large terms": lambda x, u: 1e8 + x - 1e8 + 1e5 * np.sin(u),
     "plain lists": lambda x, u: [a + b * (1 - 0.2 * a) for a, b in zip(x.tolist(), list(u), strict=True)],
-    "an arm": arm,
 }
 
 
 @pytest.mark.parametrize("name", HONEST)
 def test_rounding_and_what_is_not_defined_are_no_other_values(name):
-    f, names = HONEST[name], (tuple("abcd"), tuple("pqrs") if name != "an arm" else ("p", "q"))
+    f, names = HONEST[name], (tuple("abcd"), tuple("pqrs"))
     require_same_values(f, trace(f, *names), *names)
 
 
