@@ -150,6 +150,7 @@ decaying_kernels = st.recursive(
         st.builds(SquaredExponential, _positive, _positive),
         st.builds(Matern32, _positive, _positive),
         st.builds(Matern52, _positive, _positive),
+        st.builds(Matern72, _positive, _positive),
         st.builds(RationalQuadratic, _positive, _positive, _positive),
         st.builds(PiecewisePolynomial2, _positive, _positive),
         st.builds(PiecewisePolynomial3, _positive, _positive),

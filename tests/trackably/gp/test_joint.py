@@ -15,7 +15,7 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
-from trackably.gp.signal import CachedSum, EvaluationCache, KernelSum
+from trackably.gp.signal import CachedSum, KernelSum
 from trackably.gp.stencil import Stencil
 
 TIMES = np.array([-0.7, 0.0, 0.2, 0.55, 1.0, 1.42, 2.3, 4.0])
@@ -79,18 +79,6 @@ def test_logarithms_make_a_round_trip(prior):
     assert back.hyperparameters == pytest.approx(prior.hyperparameters, rel=1e-14)
 
 
-@pytest.mark.parametrize("shared", [{"period"}, {"period", "lengthscale"}])
-def test_what_is_shared_moves_together(shared):
-    prior = PRIORS["two_shared"] if len(shared) == 2 else PRIORS["one_period"]
-    for name in shared:
-        step = np.array([0.3 if name == other else 0.0 for other in prior.learned])
-        moved = prior.with_log_hyperparameters(prior.log_hyperparameters + step)
-        for before, after in zip(prior.parts, moved.parts, strict=True):
-            for other, value in after.hyperparameters.items():
-                factor = math.exp(0.3) if other == name else 1.0
-                assert value == pytest.approx(factor * before.hyperparameters[other], rel=1e-14)
-
-
 @over(PRIORS, "prior")
 def test_likelihoods_add_up_and_means_are_their_own(prior):
     joint = JointPosterior(prior, SAMPLES)
@@ -118,31 +106,6 @@ def test_gradients_against_central_differences(prior):
         assert by_theta.shape == (len(prior.learned), 2, len(TIMES))
         slopes = naive.by_log_hyperparameters(lambda p, i=i: JointPosterior(p, SAMPLES).signals[i].jet(TIMES, 1), prior)
         np.testing.assert_allclose(by_theta, slopes.reshape(by_theta.shape), rtol=1e-5, atol=1e-6)
-
-
-@over(PRIORS, "prior")
-def test_information_against_central_differences_of_weights(prior):
-    """(∂A c)ᵀ A⁻¹ ∂A c = ∂cᵀ A ∂c, as ∂c = −A⁻¹ ∂A c."""
-    joint, p = JointPosterior(prior, SAMPLES), len(prior.learned)
-    reference = np.zeros((p, p))
-    for i, samples in enumerate(SAMPLES):
-        moved = naive.by_log_hyperparameters(lambda at, i=i: JointPosterior(at, SAMPLES).parts[i].weights, prior)
-        slopes, inverse = moved.reshape(p, len(samples)), joint.parts[i].solve(np.eye(len(samples)))
-        reference += slopes @ np.linalg.solve(inverse, slopes.T)
-    np.testing.assert_allclose(joint.information, reference, rtol=1e-6, atol=1e-6)
-
-
-@pytest.mark.parametrize("length", [3, 200])
-def test_remembered_signals_have_the_values_of_the_signals(length):
-    """At times that are new, known, or known in part; a row of its own is as good as one of several."""
-    signals = JointPosterior(PRIORS["apart"], SAMPLES).signals
-    t = np.linspace(-1, 3, length)
-    rows = [np.stack([t, t + 0.1]), np.stack([t, t + 0.1]), np.stack([t + 0.1, t + 0.2, t]), t[None]]
-    for remembered, signal in zip(EvaluationCache.of(signals).signals, signals, strict=True):
-        for times in rows:
-            np.testing.assert_allclose(remembered(times), signal(times), rtol=1e-12, atol=1e-12)
-        assert len(remembered.known) == (3 if length > 3 else 0)
-        np.testing.assert_allclose(remembered(t), signal(t), rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("count", [5, 400])

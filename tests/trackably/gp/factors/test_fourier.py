@@ -8,13 +8,11 @@ from scipy.integrate import quad
 
 from tests.trackably.gp.factors.factors import dense, disagreement, factorisations, posterior_at, with_factor
 from tests.trackably.gp.instances import KERNELS, over
-from trackably.gp.factors.fourier import Fourier, Ladder
+from trackably.gp.factors.fourier import Fourier
 from trackably.gp.kernels.base import Kernel, Sum
 from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.stencil import POINT, Stencil
 
 WITH_DENSITY = {name: kernel for name, kernel in KERNELS.items() if kernel.spectral_density}
-EPS = float(np.finfo(float).eps)
 TIMES = np.sort(np.random.default_rng(5).uniform(0, 6, 120))
 
 
@@ -35,26 +33,6 @@ def test_the_density_is_the_transform(kernel: Kernel) -> None:
         for j in range(len(by_theta)):
             own = integral(lambda r, j=j: kernel.value_and_gradient(np.array(r))[1][j].item())
             assert by_theta[j, i] == pytest.approx(own, abs=1e-8 * scale)
-
-
-@over(WITH_DENSITY)
-@pytest.mark.parametrize("stencil", [POINT, Stencil((1.0, -0.6), 0.05), Stencil((2.0, -3.0, 1.0), 0.3)], ids=str)
-@pytest.mark.parametrize("span", [0.7, 6.0, 40.0])
-def test_waves_sum_to_the_covariance_up_to_rounding(kernel: Kernel, stencil: Stencil, span: float) -> None:
-    times = 1e3 + span / 6 * TIMES
-    ladder, density = Ladder(times, np.ones(len(times))), stencil.spectral_density(kernel)
-    assert density is not None
-    rung = ladder.rung(density, np.inf)
-    assert rung is not None
-    waves = ladder.waves(rung)
-    power, gradient = density.at(waves.frequencies)
-    power *= 2 / waves.period
-    power[0] /= 2
-    value, by_theta = stencil.covariance(kernel)(times[:, None] - times)
-    scale = np.sum(np.abs(stencil.weights)) ** 2 * kernel(np.zeros(()))
-    assert np.max(np.abs((waves.scaled * power) @ waves.scaled.T - value)) < 100 * EPS * scale
-    for slope, own in zip(gradient, by_theta, strict=True):
-        assert np.max(np.abs((waves.scaled * (power * slope)) @ waves.scaled.T - own)) < 1000 * EPS * scale
 
 
 @given(
@@ -88,16 +66,3 @@ def test_the_likelihood_does_not_jump_from_one_period_to_the_next(rungs):
         objectives.append(value - (factor - 1) * gradient[1])
     assert periods[0] < periods[1]
     assert objectives[0] == pytest.approx(objectives[1], rel=1e-12)
-
-
-@pytest.mark.parametrize("lengthscale", [1e-300, 1e-3, 1e200, 1e300])
-def test_lengths_beyond_all_periods_are_left_to_others(lengthscale):
-    density = SquaredExponential(1.0, lengthscale).spectral_density
-    assert Ladder(TIMES, np.ones(len(TIMES))).rung(density, 100) is None
-
-
-def test_parts_that_underflow_have_no_share():
-    kernel = Sum(SquaredExponential(1e-200, 1.0), SquaredExponential(1e-200, 9.0))
-    power, gradient = kernel.spectral_density.at(np.linspace(0, 9, 10))
-    assert not np.any(power)
-    assert np.all(np.isfinite(gradient))

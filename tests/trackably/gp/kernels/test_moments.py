@@ -5,7 +5,6 @@ import pytest
 
 from trackably import Kernel, Matern32, Matern52
 from trackably.gp.kernels.base import sum_by_moments
-from trackably.gp.signal import KernelSum
 
 KERNELS = {
     "matern52": Matern52(1.3, 2.0),
@@ -33,11 +32,3 @@ def test_moments_give_the_direct_sum_up_to_its_rounding(name, seed):
     wanted, scale = direct(kernel, centres, weights, t)
     largest = scale.max(axis=(1, 2), keepdims=True)
     assert np.all(np.abs(found - wanted) <= 1e-14 * largest)
-
-
-def test_signals_use_them_where_there_are_many_terms():
-    draw = np.random.default_rng(0)
-    signal = KernelSum(Matern52(1.0, 0.5), 3.0, np.sort(draw.uniform(0, 50, 400)), draw.standard_normal(400))
-    t = draw.uniform(0, 50, (2, 500))
-    np.testing.assert_allclose(signal(t), signal.summed(t), atol=1e-12)
-    assert np.any(signal(t) != signal.summed(t))
