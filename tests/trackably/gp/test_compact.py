@@ -39,11 +39,9 @@ def test_the_function_stays_the_same_with_half_the_kernels_at_most(kernel, seed)
     [
         long_at_bounds(Matern52(1.5, 2.0)),
         KernelSum(SMOOTH[0], 0.0, np.linspace(0, 9, 40), np.ones(40)),
-        KernelSum(SMOOTH[0], 0.0, np.linspace(0, 4000, 400), np.ones(400)),
         KernelSum(SMOOTH[0], 0.0, np.zeros(0), np.zeros(0)),
-        KernelSum(SMOOTH[0], 0.0, np.full(100, 3.0), np.ones(100)),
     ],
-    ids=["with kinks", "few", "far apart", "none", "at one time"],
+    ids=["with kinks", "few", "none"],
 )
 def test_what_no_fewer_kernels_make_is_returned_as_it_is(given):
     assert compact(given) is given

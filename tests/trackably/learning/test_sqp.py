@@ -43,12 +43,6 @@ def parallel(x: Array) -> Evaluation:
     return Evaluation(float((x[0] - 1) ** 2 + x[1] ** 2), 2 * (x - np.array([1.0, 0.0])), slack, jacobian)
 
 
-def in_well(x: Array) -> Evaluation:
-    """Outside of a narrow well the gradient vanishes: whoever is thrown out of it believes to have arrived."""
-    depth = np.exp(-40 * x @ x)
-    return unconstrained(1 - float(depth), 80 * x * depth)
-
-
 def misinformed(x: Array) -> Evaluation:
     """Rosenbrock's valley, with wrong information about its curvature."""
     return replace(unconstrained(*rosenbrock(x)), information=np.diag([1e6, 1e-6]))
@@ -59,7 +53,6 @@ KNOWN = {
     "Rosenbrock's valley": (lambda x: unconstrained(*rosenbrock(x)), [1, 1], 1e-6, FAR),
     "the valley in a disc": (in_disc, [0.7864151509, 0.6176983165], 1e-7, (*FAR[:2], (3.0, -3.0), (0.9, 0.9))),
     "a curved equality": (on_curve, [1, 0], 1e-6, ((0.8, 0.6), (0.0, 2.0), (-0.3, -1.5), (5.0, 1.0))),
-    "a narrow well": (in_well, [0, 0], 1e-6, ((0.2, 0.1), (-0.25, 0.0), (0.1, -0.22))),
     "information the wrong way": (misinformed, [1, 1], 1e-5, FAR[:3]),
 }
 

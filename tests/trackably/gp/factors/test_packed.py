@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.trackably.gp.factors.factors import REPRESENTATIVES
-from tests.trackably.gp.instances import over
+from tests.trackably.gp.instances import REPRESENTATIVE, over
 from trackably.gp.factors.dense import Dense
 from trackably.gp.factors.factorisation import differences
 
@@ -20,7 +19,7 @@ def entries_of(kernel, times):
     return lambda part: kernel.value_and_gradient(apart[part])
 
 
-@over(REPRESENTATIVES)
+@over(REPRESENTATIVE)
 @pytest.mark.parametrize("n", SIZES)
 def test_the_factor_solves_and_has_the_determinant(kernel, n):
     times = irregular(n)
