@@ -52,15 +52,11 @@ def test_names_tell_the_process_unless_they_are_shared():
     last = ("z.signal_std", "z.lengthscale", "z.noise_std")
     assert PRIORS["apart"].learned == apart + last
     assert known(PRIORS["apart"]) == {"y.noise_std"}
-    assert PRIORS["one_period"].learned == (
-        "x.signal_std", "x.lengthscale", "period", "x.noise_std", "y.signal_std", "y.lengthscale", *last
-    )  # fmt: skip
     assert PRIORS["two_shared"].learned == (
         "x.signal_std", "lengthscale", "period", "x.noise_std", "y.signal_std", "z.signal_std", "z.noise_std"
     )  # fmt: skip
     assert PRIORS["one_fixed"].learned == (*apart[:4], *last)
     assert known(PRIORS["one_fixed"]) == {"y.signal_std", "y.lengthscale", "y.period", "y.noise_std"}
-    assert PRIORS["nothing_learned"].learned == ()
 
 
 @over(PRIORS, "prior")

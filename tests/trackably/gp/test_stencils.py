@@ -9,10 +9,7 @@ from trackably.gp.samples import Samples
 from trackably.gp.stencil import POINT, Stencil, Stencils
 
 STENCILS = {
-    "point": POINT,
     "scaled": Stencil((-2.0,), 0.1, 0.3),
-    "later": Stencil((0.0, 1.0), 0.13),
-    "mean": Stencil((0.5, 0.5), 0.05, -0.4),
     "difference": Stencil((-10.0, 10.0), 0.1, 1.0),
     "second_difference": Stencil((4.0, -8.0, 4.0), 0.5),
     "uneven": Stencil((0.3, 0.0, -0.7, 1.1), 0.07, 0.2),
