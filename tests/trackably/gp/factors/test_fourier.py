@@ -1,38 +1,16 @@
-"""Cosines and sines: they sum to the kernel, and lead to the answers of the whole matrix wherever they are offered."""
+"""Cosines and sines lead to the answers of the whole matrix wherever they are offered."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.integrate import quad
 
 from tests.trackably.gp.factors.factors import dense, disagreement, factorisations, posterior_at, with_factor
-from tests.trackably.gp.instances import KERNELS, over
 from trackably.gp.factors.fourier import Fourier
-from trackably.gp.kernels.base import Kernel, Sum
+from trackably.gp.kernels.base import Sum
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 
-WITH_DENSITY = {name: kernel for name, kernel in KERNELS.items() if kernel.spectral_density}
 TIMES = np.sort(np.random.default_rng(5).uniform(0, 6, 120))
-
-
-@over(WITH_DENSITY)
-def test_the_density_is_the_transform(kernel: Kernel) -> None:
-    density = kernel.spectral_density
-    assert density is not None
-    omega = np.linspace(0, 0.4 * density.limit, 7)
-    found, gradient = density.at(omega)
-    by_theta = gradient * found
-    for i, each in enumerate(omega):
-
-        def integral(function, each=each):
-            return 2 * quad(function, 0, density.reach, weight="cos", wvar=each, epsabs=1e-12, limit=200)[0]
-
-        scale = found[0]
-        assert found[i] == pytest.approx(integral(lambda r: kernel(np.array(r)).item()), abs=1e-9 * scale)
-        for j in range(len(by_theta)):
-            own = integral(lambda r, j=j: kernel.value_and_gradient(np.array(r))[1][j].item())
-            assert by_theta[j, i] == pytest.approx(own, abs=1e-8 * scale)
 
 
 @given(
