@@ -11,11 +11,9 @@ from tests.trackably.gp.instances import over
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.periodic import Periodic
-from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
-from trackably.gp.signal import CachedSum, KernelSum
 from trackably.gp.stencil import Stencil
 
 TIMES = np.array([-0.7, 0.0, 0.2, 0.55, 1.0, 1.42, 2.3, 4.0])
@@ -102,16 +100,3 @@ def test_gradients_against_central_differences(prior):
         assert by_theta.shape == (len(prior.learned), 2, len(TIMES))
         slopes = naive.by_log_hyperparameters(lambda p, i=i: JointPosterior(p, SAMPLES).signals[i].jet(TIMES, 1), prior)
         np.testing.assert_allclose(by_theta, slopes.reshape(by_theta.shape), rtol=1e-5, atol=1e-6)
-
-
-@pytest.mark.parametrize("count", [5, 400])
-def test_signals_are_nearly_the_same_by_the_shorter_way(count):
-    """Of few centres, and of so many that the sum is taken another way; for remembered signals too."""
-    rng = np.random.default_rng(7)
-    centres = np.sort(rng.uniform(0, 9, count))
-    for kernel in (Periodic(1.3, 0.4, 2.5), SquaredExponential(0.7, 1.1)):
-        signal = KernelSum(kernel, 0.3, centres, rng.standard_normal(count))
-        for t in (np.linspace(-1, 9, 300), np.linspace(0, 9, 6).reshape(2, 3), np.zeros((2, 0)), np.ones((1, 80))):
-            for one in (signal, CachedSum.of(signal)):
-                np.testing.assert_allclose(one.nearly(t), signal(t), rtol=1e-11, atol=1e-11)
-                assert one.nearly(t).shape == t.shape

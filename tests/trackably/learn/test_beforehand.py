@@ -16,31 +16,11 @@ from trackably.learning.space import SearchSpace
 SHIFTED = Samples(TIMES, SAMPLES.values - 0.4)
 
 
-def nlml(prior: Prior, samples: Samples, mean: float) -> float:
-    return Posterior(Prior(prior.kernel, prior.noise_std, mean), samples).negative_log_marginal_likelihood()[0]
-
-
 def test_changes_alone_say_nothing_of_the_mean() -> None:
     samples = Samples(TIMES, SHIFTED.values, np.ones(16), Stencil((0.0,) * 2 + (1.0,)))
     assert Posterior(Prior(SquaredExponential(1, 1), 0.1), samples).with_likeliest_mean(-9, 9).prior.mean != 0
     none = Samples(TIMES, SHIFTED.values, np.ones(16), Stencil((-1.0, 1.0), 0.1))
     assert Posterior(Prior(SquaredExponential(1, 1), 0.1, 0.5), none).with_likeliest_mean(-9, 9).prior.mean == 0.5
-
-
-def test_means_and_hyperparameters_together() -> None:
-    """The gradient of l at the likeliest mean is that for fixed mean: the search ends where all slopes vanish."""
-    prior = JointPrior.of(Prior(SquaredExponential(), (0.001, 0.5)))
-    space = SearchSpace.around((SHIFTED,), prior)
-    found = best_solution(ConstrainedProblem((SHIFTED,), prior, space, means=((-3.0, 3.0),)))
-    assert isinstance(found, Solution)
-    (part,) = found.posterior.prior.parts
-    _, gradient = found.posterior.negative_log_marginal_likelihood()
-    np.testing.assert_allclose(gradient, 0, atol=1e-3)
-    for mean in (part.mean - 0.01, part.mean + 0.01):
-        assert nlml(part, SHIFTED, mean) > found.objective
-    fixed = best_solution(ConstrainedProblem((SHIFTED,), prior, space))
-    assert isinstance(fixed, Solution)
-    assert found.objective < fixed.objective
 
 
 def learned(samples: Samples = SHIFTED, **options) -> TrackableReference:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy
 
-from tests.trackably.plants import AXIS, CART, MIXED, SAMPLES
+from tests.trackably.plants import AXIS, CART, SAMPLES
 from trackably import (
     ConstrainedSystem,
     DoubtfulInputWarning,
@@ -84,12 +84,10 @@ def far(*levels_of: float) -> list[Samples]:
     return [Samples(T, level + 0.3 * np.sin(T + c) + 0.02 * NOISE[c]) for c, level in enumerate(levels_of)]
 
 
-TIGHT = ConstrainedSystem(MIXED.system, Polytope.box([-2] * 3, [2] * 3), Polytope.box([-0.4] * 2, [0.4] * 2))
 INSTANCES = {
     "below": (AXIS, {"position": far(-40.0)[0]}),
     "held by an input": (CART, dict(zip("ab", far(1.9, -7.0), strict=True))),
     "held by a sum": (walled(), dict(zip("xy", far(1.0, 0.8), strict=True))),
-    "held by inputs together": (TIGHT, dict(zip(("z1", "z2"), far(3.0, 2.0), strict=True))),
     "a formula of two": (
         ConstrainedSystem(
             NonlinearSystem.of(
