@@ -9,12 +9,31 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tests.trackably.condensed.instances import INSTANCES
 from tests.trackably.gp.naive import by_log_hyperparameters
 from trackably import Matern52, Samples, SquaredExponential
 from trackably.condensed import condense, condensed_enough
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
+from trackably.gp.stencil import Stencil
+
+RANDOM = np.random.default_rng(5)
+REGULAR = np.arange(240) / 60
+JITTER = np.cumsum(RANDOM.uniform(0.004, 0.03, 240))
+
+
+def seen(times, **given):
+    return Samples(times, np.sin(2 * times) + 0.1 * np.cos(times) * RANDOM.standard_normal(times.size), **given)
+
+
+INSTANCES = {
+    "regular": seen(REGULAR),
+    "jitter": seen(JITTER),
+    "gap": seen(np.delete(JITTER, slice(60, 170))),
+    "unequal noise": seen(JITTER, relative_noise=RANDOM.uniform(0.5, 3.0, 240)),
+    "far from zero": seen(1e4 + REGULAR),
+    "velocities": seen(REGULAR, stencil=Stencil((-20.0, 20.0), step=0.05)),
+}
+
 
 over = pytest.mark.parametrize("samples", INSTANCES.values(), ids=INSTANCES)
 CENTRES = 40
@@ -53,17 +72,6 @@ def test_a_cubic_in_each_bin_is_kept_exactly(samples):
     whole = np.sum(((samples.values - cubic(samples.times)) / samples.relative_noise) ** 2)
     part = np.sum(((few.values - cubic(few.times)) / few.relative_noise) ** 2)
     assert part + few.scatter.squares == pytest.approx(whole, rel=1e-9)
-
-
-@over
-def test_numbers_weights_and_times(samples):
-    few = condense(samples, CENTRES)
-    assert len(few) <= CENTRES
-    assert len(few) + few.scatter.count == len(samples)
-    assert np.sum(few.relative_noise**-2) == pytest.approx(np.sum(samples.relative_noise**-2), rel=1e-12)
-    assert samples.times[0] <= few.times[0]
-    assert few.times[-1] <= samples.times[-1]
-    assert few.stencil == samples.stencil
 
 
 @over

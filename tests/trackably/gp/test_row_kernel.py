@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from tests.trackably.gp import naive
 from tests.trackably.gp.instances import KERNELS, formula, over, time_scales
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.matern import Matern32, Matern52
-from trackably.gp.prior import Prior
 from trackably.gp.rows import Direct, RowKernel, Taylor, Terms, row_kernel
 
 DIGITS = 50
@@ -71,27 +69,6 @@ def test_covariances_of_short_differences_too(kernel):
     assert_are_those_with_many_digits(kernel, STEPS["short"], 1e-8)
     found = assert_are_those_with_many_digits(kernel, STEPS["shorter"], 1e-10)
     assert isinstance(found, Taylor)
-
-
-@over({f"{name}-long": (kernel, "long") for name, kernel in KERNELS.items()}
-      | {f"{name}-shorter": (kernel, "shorter") for name, kernel in ANALYTIC.items()},
-      "case")  # fmt: skip
-def test_gradients_against_central_differences(case):
-    kernel, step = case
-    rng, terms = np.random.default_rng(3), rows(kernel, STEPS[step])
-    first = row_kernel(kernel, terms, COUNT)
-    size = np.append(np.sqrt(np.diag(first.among())[:-1]), 1.0)
-    multipliers, times, weights = rng.normal(size=COUNT) / size, rng.uniform(0, 2, 5), rng.normal(size=5)
-
-    def of(prior: Prior) -> RowKernel:
-        return type(first)(prior.kernel, *(getattr(first, name) for name in list(first.__dataclass_fields__)[1:]))
-
-    prior = Prior(kernel.as_learned(), 0.1)
-    among = naive.by_log_hyperparameters(lambda at: multipliers @ of(at).among() @ multipliers, prior)
-    across = naive.by_log_hyperparameters(lambda at: multipliers @ of(at).across(times) @ weights, prior)
-    np.testing.assert_allclose(first.among_gradient(multipliers), among, atol=1e-6 * np.max(np.abs(among)))
-    found = first.across_gradient(multipliers, times, weights)
-    np.testing.assert_allclose(found, across, atol=1e-6 * np.max(np.abs(across)))
 
 
 @pytest.mark.parametrize("kernel", [Matern32(1.3, 2.0), Matern52(0.7, 5.0)], ids=str)
