@@ -1,8 +1,6 @@
-"""Ball arithmetic (python-flint): the working precision, and conversion to float64 with directed rounding."""
+"""Ball arithmetic (python-flint): the working precision."""
 
-import math
-
-from flint import arb, ctx
+from flint import ctx
 
 BITS = 160
 """Terms of kernel sums cancel: even with weights of 1e20 more digits remain than a float64 has."""
@@ -20,14 +18,3 @@ class ball_arithmetic:  # noqa: N801 (what is written after `with`: a class take
 
     def __exit__(self, *_: object) -> None:
         ctx.prec, ctx.cap = self._before
-
-
-def float_above(ball: arb) -> float:
-    """Return a float64 that is certainly no smaller than any number of the ball; infinity if the ball is not finite."""
-    value = float(ball.upper()) if ball.is_finite() else math.inf
-    return math.nextafter(value, math.inf)
-
-
-def float_below(ball: arb) -> float:
-    """Return a float64 that is certainly no larger than any number of the ball."""
-    return -float_above(-ball)

@@ -10,48 +10,15 @@ MOST_MULTIPLIED = 64
 
 
 class UndefinedError(ArithmeticError):
-    """A formula may not be defined somewhere; the message says why."""
+    """A formula may not be defined somewhere."""
 
 
 def at_balls(formula: Formula, values: Mapping[str, arb]) -> arb:
     """Enclose the formula for all `values` in the balls. UndefinedError if it may be undefined for some of them."""
     found = evaluate(formula, values, _Balls())
     if not found.is_finite():
-        raise UndefinedError(DIVISION)
+        raise UndefinedError
     return found
-
-
-ANGLE = (
-    "its formula takes the angle of a vector that may be zero, or may cross the direction of ±π; a vehicle has a "
-    "heading only where it moves: a lower bound of its speed above zero keeps it so"
-)
-
-
-DIVISION = "its formula divides by something that may be zero"
-_POSITIVE = {
-    "log": "its formula takes the logarithm of something that may not be positive",
-    "sqrt": "its formula takes the square root of something that may not be positive",
-    "power": "its formula takes a fractional power of something that may not be positive",
-}
-
-
-def require_positive(function: str, argument: arb) -> None:
-    """Raise UndefinedError if the function needs a positive argument and this one may not be positive."""
-    if function in _POSITIVE and not argument > 0:
-        raise UndefinedError(_POSITIVE[function])
-
-
-def angle(y: arb, x: arb) -> arb:
-    """Enclose atan2(y, x). UndefinedError where it may not be defined, or may jump."""
-    if not (x > 0 or y > 0 or y < 0):
-        raise UndefinedError(ANGLE)
-    found: arb = arb.atan2(y, x)
-    return found
-
-
-def is_multiplied(exponent: float) -> bool:
-    """Whether a power is repeated multiplication, which is defined for negative numbers too."""
-    return exponent.is_integer() and abs(exponent) <= MOST_MULTIPLIED
 
 
 def whole_power(x: arb, exponent: int) -> arb:
@@ -61,7 +28,7 @@ def whole_power(x: arb, exponent: int) -> arb:
     """
     if exponent < 0:
         if not (x > 0 or x < 0):
-            raise UndefinedError(DIVISION)
+            raise UndefinedError
         return 1 / whole_power(x, -exponent)
     ends = (x.lower(), x.upper()) if exponent % 2 else (abs(x).lower().max(arb(0)), abs(x).upper())
     low, high = (_multiplied(end, exponent) for end in ends)
@@ -83,15 +50,20 @@ class _Balls:
         return a / b
 
     def power(self, base: arb, exponent: float) -> arb:
-        if is_multiplied(exponent):
+        if exponent.is_integer() and abs(exponent) <= MOST_MULTIPLIED:  # defined for negative numbers too
             return whole_power(base, int(exponent))
-        require_positive("power", base)
+        if not base > 0:
+            raise UndefinedError
         return (base.log() * arb(exponent)).exp()
 
     def function(self, name: str, argument: arb) -> arb:
-        require_positive(name, argument)
+        if name in ("log", "sqrt") and not argument > 0:
+            raise UndefinedError
         found: arb = getattr(argument, name)()
         return found
 
     def angle(self, y: arb, x: arb) -> arb:
-        return angle(y, x)
+        if not (x > 0 or y > 0 or y < 0):  # it may not be defined, or may jump
+            raise UndefinedError
+        found: arb = arb.atan2(y, x)
+        return found

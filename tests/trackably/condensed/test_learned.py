@@ -79,11 +79,3 @@ def test_positions_and_velocities_are_condensed_by_name():
     }
     (cost,) = found.fit.condensed
     assert cost.apart < 0.1
-
-
-def test_many_samples_are_condensed_without_being_asked(monkeypatch):
-    monkeypatch.setattr("trackably.condensed.MANY", 400)
-    (cost,) = learned({"position": DENSE}).fit.condensed
-    assert cost.centres <= 125
-    assert abs(cost.change_of_l) < 1.0
-    assert cost.apart < 0.05

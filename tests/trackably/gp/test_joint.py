@@ -11,11 +11,9 @@ from tests.trackably.gp.instances import over
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.periodic import Periodic
-from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
-from trackably.gp.signal import CachedSum, EvaluationCache, KernelSum
 from trackably.gp.stencil import Stencil
 
 TIMES = np.array([-0.7, 0.0, 0.2, 0.55, 1.0, 1.42, 2.3, 4.0])
@@ -52,15 +50,11 @@ def test_names_tell_the_process_unless_they_are_shared():
     last = ("z.signal_std", "z.lengthscale", "z.noise_std")
     assert PRIORS["apart"].learned == apart + last
     assert known(PRIORS["apart"]) == {"y.noise_std"}
-    assert PRIORS["one_period"].learned == (
-        "x.signal_std", "x.lengthscale", "period", "x.noise_std", "y.signal_std", "y.lengthscale", *last
-    )  # fmt: skip
     assert PRIORS["two_shared"].learned == (
         "x.signal_std", "lengthscale", "period", "x.noise_std", "y.signal_std", "z.signal_std", "z.noise_std"
     )  # fmt: skip
     assert PRIORS["one_fixed"].learned == (*apart[:4], *last)
     assert known(PRIORS["one_fixed"]) == {"y.signal_std", "y.lengthscale", "y.period", "y.noise_std"}
-    assert PRIORS["nothing_learned"].learned == ()
 
 
 @over(PRIORS, "prior")
@@ -77,18 +71,6 @@ def test_logarithms_make_a_round_trip(prior):
         assert moved.hyperparameters[name] == prior.hyperparameters[name]
     back = moved.with_log_hyperparameters(prior.log_hyperparameters)
     assert back.hyperparameters == pytest.approx(prior.hyperparameters, rel=1e-14)
-
-
-@pytest.mark.parametrize("shared", [{"period"}, {"period", "lengthscale"}])
-def test_what_is_shared_moves_together(shared):
-    prior = PRIORS["two_shared"] if len(shared) == 2 else PRIORS["one_period"]
-    for name in shared:
-        step = np.array([0.3 if name == other else 0.0 for other in prior.learned])
-        moved = prior.with_log_hyperparameters(prior.log_hyperparameters + step)
-        for before, after in zip(prior.parts, moved.parts, strict=True):
-            for other, value in after.hyperparameters.items():
-                factor = math.exp(0.3) if other == name else 1.0
-                assert value == pytest.approx(factor * before.hyperparameters[other], rel=1e-14)
 
 
 @over(PRIORS, "prior")
@@ -118,41 +100,3 @@ def test_gradients_against_central_differences(prior):
         assert by_theta.shape == (len(prior.learned), 2, len(TIMES))
         slopes = naive.by_log_hyperparameters(lambda p, i=i: JointPosterior(p, SAMPLES).signals[i].jet(TIMES, 1), prior)
         np.testing.assert_allclose(by_theta, slopes.reshape(by_theta.shape), rtol=1e-5, atol=1e-6)
-
-
-@over(PRIORS, "prior")
-def test_information_against_central_differences_of_weights(prior):
-    """(∂A c)ᵀ A⁻¹ ∂A c = ∂cᵀ A ∂c, as ∂c = −A⁻¹ ∂A c."""
-    joint, p = JointPosterior(prior, SAMPLES), len(prior.learned)
-    reference = np.zeros((p, p))
-    for i, samples in enumerate(SAMPLES):
-        moved = naive.by_log_hyperparameters(lambda at, i=i: JointPosterior(at, SAMPLES).parts[i].weights, prior)
-        slopes, inverse = moved.reshape(p, len(samples)), joint.parts[i].solve(np.eye(len(samples)))
-        reference += slopes @ np.linalg.solve(inverse, slopes.T)
-    np.testing.assert_allclose(joint.information, reference, rtol=1e-6, atol=1e-6)
-
-
-@pytest.mark.parametrize("length", [3, 200])
-def test_remembered_signals_have_the_values_of_the_signals(length):
-    """At times that are new, known, or known in part; a row of its own is as good as one of several."""
-    signals = JointPosterior(PRIORS["apart"], SAMPLES).signals
-    t = np.linspace(-1, 3, length)
-    rows = [np.stack([t, t + 0.1]), np.stack([t, t + 0.1]), np.stack([t + 0.1, t + 0.2, t]), t[None]]
-    for remembered, signal in zip(EvaluationCache.of(signals).signals, signals, strict=True):
-        for times in rows:
-            np.testing.assert_allclose(remembered(times), signal(times), rtol=1e-12, atol=1e-12)
-        assert len(remembered.known) == (3 if length > 3 else 0)
-        np.testing.assert_allclose(remembered(t), signal(t), rtol=1e-12, atol=1e-12)
-
-
-@pytest.mark.parametrize("count", [5, 400])
-def test_signals_are_nearly_the_same_by_the_shorter_way(count):
-    """Of few centres, and of so many that the sum is taken another way; for remembered signals too."""
-    rng = np.random.default_rng(7)
-    centres = np.sort(rng.uniform(0, 9, count))
-    for kernel in (Periodic(1.3, 0.4, 2.5), SquaredExponential(0.7, 1.1)):
-        signal = KernelSum(kernel, 0.3, centres, rng.standard_normal(count))
-        for t in (np.linspace(-1, 9, 300), np.linspace(0, 9, 6).reshape(2, 3), np.zeros((2, 0)), np.ones((1, 80))):
-            for one in (signal, CachedSum.of(signal)):
-                np.testing.assert_allclose(one.nearly(t), signal(t), rtol=1e-11, atol=1e-11)
-                assert one.nearly(t).shape == t.shape

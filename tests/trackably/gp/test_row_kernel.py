@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from tests.trackably.gp import naive
 from tests.trackably.gp.instances import KERNELS, formula, over, time_scales
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.matern import Matern32, Matern52
-from trackably.gp.prior import Prior
 from trackably.gp.rows import Direct, RowKernel, Taylor, Terms, row_kernel
 
 DIGITS = 50
@@ -17,8 +15,6 @@ DIFFERENCES = ((1.0,), (-1.0, 1.0), (1.0, -2.0, 1.0), (0.3, 0.5, -0.4, 0.6))
 STEPS = {"long": 0.3, "short": 1e-2, "shorter": 1e-3}
 COUNT = 9
 # Of a row's standard deviation. It is more where higher derivatives are larger than the correlation time tells.
-STANDS_FOR = 2e-6
-STANDS_LESS_WELL_FOR = {"rq_heavy": 2e-4, "rq_third": 1e-5, "periodic_smooth": 2e-5, "trend_and_season": 5e-4}
 
 
 def rows(kernel: Kernel, step: float) -> Terms:
@@ -73,53 +69,6 @@ def test_covariances_of_short_differences_too(kernel):
     assert_are_those_with_many_digits(kernel, STEPS["short"], 1e-8)
     found = assert_are_those_with_many_digits(kernel, STEPS["shorter"], 1e-10)
     assert isinstance(found, Taylor)
-
-
-@over(KERNELS)
-def test_values_are_summed_as_they_are(kernel):
-    """Where nothing is lost, nothing is expanded."""
-    terms = Terms(np.linspace(0, 2, COUNT), np.ones(COUNT), np.arange(COUNT))
-    found = row_kernel(kernel, terms, COUNT)
-    assert isinstance(found, Direct)
-    np.testing.assert_array_equal(found.among(), kernel(terms.times[:, None] - terms.times))
-
-
-@over({f"{name}-long": (kernel, "long") for name, kernel in KERNELS.items()}
-      | {f"{name}-shorter": (kernel, "shorter") for name, kernel in ANALYTIC.items()},
-      "case")  # fmt: skip
-def test_gradients_against_central_differences(case):
-    kernel, step = case
-    rng, terms = np.random.default_rng(3), rows(kernel, STEPS[step])
-    first = row_kernel(kernel, terms, COUNT)
-    size = np.append(np.sqrt(np.diag(first.among())[:-1]), 1.0)
-    multipliers, times, weights = rng.normal(size=COUNT) / size, rng.uniform(0, 2, 5), rng.normal(size=5)
-
-    def of(prior: Prior) -> RowKernel:
-        return type(first)(prior.kernel, *(getattr(first, name) for name in list(first.__dataclass_fields__)[1:]))
-
-    prior = Prior(kernel.as_learned(), 0.1)
-    among = naive.by_log_hyperparameters(lambda at: multipliers @ of(at).among() @ multipliers, prior)
-    across = naive.by_log_hyperparameters(lambda at: multipliers @ of(at).across(times) @ weights, prior)
-    np.testing.assert_allclose(first.among_gradient(multipliers), among, atol=1e-6 * np.max(np.abs(among)))
-    found = first.across_gradient(multipliers, times, weights)
-    np.testing.assert_allclose(found, across, atol=1e-6 * np.max(np.abs(across)))
-
-
-@pytest.mark.parametrize("name", KERNELS)
-@pytest.mark.parametrize("step", STEPS)
-def test_sums_of_kernels_stand_for_rows(name, step):
-    """κ(·, L_a) as kernels at the centres, up to a small part of √(L_a L_a κ) √κ(0)."""
-    kernel = KERNELS[name]
-    found = row_kernel(kernel, rows(kernel, STEPS[step]), COUNT)
-    size = np.sqrt(np.diag(found.among()))
-    times = np.linspace(-2, 5, 60) * min(time_scales(kernel))
-    for a in range(COUNT - 1):
-        weights = found.centres.spread(np.eye(COUNT)[a])
-        summed = weights @ kernel(found.centres.times[:, None] - times)
-        part = size[a] * np.sqrt(kernel(np.zeros(())))
-        np.testing.assert_allclose(
-            summed, found.across(times)[a], atol=STANDS_LESS_WELL_FOR.get(name, STANDS_FOR) * part
-        )
 
 
 @pytest.mark.parametrize("kernel", [Matern32(1.3, 2.0), Matern52(0.7, 5.0)], ids=str)

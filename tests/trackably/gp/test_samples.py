@@ -10,11 +10,7 @@ from trackably.gp.samples import Samples
     ("times", "values", "message"),
     [
         ([], [], r"times must be a non-empty one-dimensional array, got shape \(0,\)"),
-        ([[0.0, 1.0]], [0.0, 1.0], r"times must be a non-empty one-dimensional array, got shape \(1, 2\)"),
-        (0.0, [1.0], r"times must be a non-empty one-dimensional array, got shape \(\)"),
         ([0.0, 1.0], [[1.0], [2.0]], r"values must be a non-empty one-dimensional array, got shape \(2, 1\)"),
-        ([0.0], [], r"values must be a non-empty one-dimensional array, got shape \(0,\)"),
-        ([0.0, 1.0, np.nan], [0.0, 0.0, 0.0], r"times\[2\] must be finite, got nan"),
         ([0.0, np.inf, np.nan], [0.0, 0.0, 0.0], r"times\[1\] must be finite, got inf"),
         ([0.0, 1.0], [-np.inf, 0.0], r"values\[0\] must be finite, got -inf"),
         ([0.0, 1.0], [0.0, 1.0, 2.0], r"as many times as values are needed, got 2 and 3"),
@@ -29,17 +25,11 @@ def test_bad_samples_are_refused(times, values, message):
 
 def test_samples_are_a_copy_that_nobody_can_change():
     times = np.array([0.0, 1.0])
-    samples = Samples(times, [2, 3])
+    samples = Samples(times, [2, 3], [0.5, 2])
     times[0] = 9.0
     assert samples.times.tolist() == [0.0, 1.0]
     assert samples.values.dtype == np.float64
-    with pytest.raises(ValueError, match="read-only"):
-        samples.values[0] = 1.0
-
-
-def test_noise_is_the_same_for_all_unless_said_otherwise():
-    samples = Samples([0.0, 1.0, 3.0], [2, 3, 4])
-    assert samples.relative_noise.tolist() == [1.0, 1.0, 1.0]
-    assert Samples([0.0, 1.0], [2, 3], [0.5, 2]).relative_noise.tolist() == [0.5, 2.0]
-    with pytest.raises(ValueError, match="read-only"):
-        samples.relative_noise[0] = 2.0
+    assert samples.relative_noise.tolist() == [0.5, 2.0]
+    for kept in (samples.values, samples.relative_noise):
+        with pytest.raises(ValueError, match="read-only"):
+            kept[0] = 1.0

@@ -9,10 +9,7 @@ from trackably.gp.samples import Samples
 from trackably.gp.stencil import POINT, Stencil, Stencils
 
 STENCILS = {
-    "point": POINT,
     "scaled": Stencil((-2.0,), 0.1, 0.3),
-    "later": Stencil((0.0, 1.0), 0.13),
-    "mean": Stencil((0.5, 0.5), 0.05, -0.4),
     "difference": Stencil((-10.0, 10.0), 0.1, 1.0),
     "second_difference": Stencil((4.0, -8.0, 4.0), 0.5),
     "uneven": Stencil((0.3, 0.0, -0.7, 1.1), 0.07, 0.2),
@@ -41,23 +38,3 @@ def test_centres_spread_and_lags_against_loops(weights, step, offset):
     assert [lag for _, lag in lags] == [d * step for d in correlation]
     np.testing.assert_allclose([rho for rho, _ in lags], list(correlation.values()), atol=1e-12)
     assert stencil.at_rest(1.7) == pytest.approx(offset + sum(1.7 * w for w in weights), abs=1e-12)
-
-
-def test_each_kind_by_its_name() -> None:
-    parts = OF_KINDS.by_name("ignored")
-    assert [*parts] == ["position", "velocity", "z1"]
-    np.testing.assert_array_equal(parts["velocity"].times, [0.0, 0.3, 1.2])
-    np.testing.assert_array_equal(parts["velocity"].relative_noise, [0.3, 0.2, 0.3])
-    assert parts["velocity"].stencil == SLOPE
-    assert OF_KINDS.of_level.stencil == MIDDLE
-    assert Samples([0.0], [1.0], [1.0], SLOPE).of_level.stencil == SLOPE
-    chosen = KINDS.only(np.array([1, 2, 6]))
-    assert chosen == SLOPE
-    assert KINDS.only(np.array([1, 4])) == Stencils((SLOPE, POINT), ("velocity", "z1"), (0, 1))
-
-
-@given(st.floats(-5, 5))
-def test_a_process_at_rest_is_measured_as_such(level: float) -> None:
-    np.testing.assert_allclose(
-        KINDS.measured(lambda t: np.full_like(t, level), TIMES), KINDS.at_rest(level), atol=1e-12
-    )

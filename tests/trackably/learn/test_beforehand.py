@@ -2,40 +2,18 @@
 
 import numpy as np
 import pytest
-import scipy
 
 from tests.trackably.plants import AXIS, SAMPLES, TIMES
-from trackably import DoubtfulInputWarning, Matern52, Samples, SquaredExponential, TrackableReference, learn_reference
+from trackably import DoubtfulInputWarning, Samples, SquaredExponential, TrackableReference, learn_reference
 from trackably.gp.joint import JointPrior
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
-from trackably.gp.stencil import Stencil, Stencils
+from trackably.gp.stencil import Stencil
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
 
 SHIFTED = Samples(TIMES, SAMPLES.values - 0.4)
-KINDS = Stencils((Stencil((0.5, 0.5), 0.05, 0.1), Stencil((-20.0, 20.0), 0.05)), ("a", "b"), (0, 1) * 8)
-OF_KINDS = Samples(TIMES, SHIFTED.values, np.ones(16), KINDS)
-
-
-def nlml(prior: Prior, samples: Samples, mean: float) -> float:
-    return Posterior(Prior(prior.kernel, prior.noise_std, mean), samples).negative_log_marginal_likelihood()[0]
-
-
-@pytest.mark.parametrize(
-    "samples", [SHIFTED, OF_KINDS, Samples(TIMES, SHIFTED.values, np.ones(16), Stencil((2.0,), 0, 1))]
-)
-@pytest.mark.parametrize("kernel", [SquaredExponential(0.3, 0.8), Matern52(0.5, 2.0)])
-@pytest.mark.parametrize("ends", [(-5.0, 5.0), (0.3, 0.8), (-9.0, -4.0)])
-def test_the_likeliest_mean_is_that_of_a_search(samples, kernel, ends) -> None:
-    prior = Prior(kernel, 0.05)
-    found = Posterior(prior, samples).with_likeliest_mean(*ends)
-    searched = scipy.optimize.minimize_scalar(lambda m: nlml(prior, samples, m), bounds=ends, options={"xatol": 1e-9})
-    assert found.prior.mean == pytest.approx(searched.x, abs=1e-5)
-    assert found.negative_log_marginal_likelihood()[0] == pytest.approx(
-        nlml(prior, samples, found.prior.mean), rel=1e-12
-    )
 
 
 def test_changes_alone_say_nothing_of_the_mean() -> None:
@@ -43,24 +21,6 @@ def test_changes_alone_say_nothing_of_the_mean() -> None:
     assert Posterior(Prior(SquaredExponential(1, 1), 0.1), samples).with_likeliest_mean(-9, 9).prior.mean != 0
     none = Samples(TIMES, SHIFTED.values, np.ones(16), Stencil((-1.0, 1.0), 0.1))
     assert Posterior(Prior(SquaredExponential(1, 1), 0.1, 0.5), none).with_likeliest_mean(-9, 9).prior.mean == 0.5
-
-
-def test_means_and_hyperparameters_together() -> None:
-    """The gradient of l at the likeliest mean is that for fixed mean: the search ends where all slopes vanish."""
-    prior = JointPrior.of(Prior(SquaredExponential(), (0.001, 0.5)))
-    space = SearchSpace.around((SHIFTED,), prior)
-    found = best_solution(ConstrainedProblem((SHIFTED,), prior, space, means=((-3.0, 3.0),)))
-    assert isinstance(found, Solution)
-    (part,) = found.posterior.prior.parts
-    _, gradient = found.posterior.negative_log_marginal_likelihood()
-    np.testing.assert_allclose(gradient, 0, atol=1e-3)
-    for mean in (part.mean - 0.01, part.mean + 0.01):
-        assert nlml(part, SHIFTED, mean) > found.objective
-    fixed = best_solution(ConstrainedProblem((SHIFTED,), prior, space))
-    assert isinstance(fixed, Solution)
-    assert found.objective < fixed.objective
-    with pytest.raises(ValueError, match="means: are learned without constraints, and need an interval or None"):
-        ConstrainedProblem((SHIFTED,), prior, space, means=((-3.0, 3.0), None))
 
 
 def learned(samples: Samples = SHIFTED, **options) -> TrackableReference:

@@ -35,16 +35,6 @@ pytestmark = pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning
 
 TASKS = {
     "together": partial(learn_reference, SAMPLES, SLOW, SquaredExponential(), (0.0, 3.0), noise_std=0.02, starts=2),
-    "alone": partial(
-        learn_reference,
-        SAMPLES,
-        SLOW,
-        SquaredExponential(),
-        (0.0, 3.0),
-        noise_std=0.02,
-        starts=2,
-        method="hyperparameters",
-    ),
     "periodic": partial(
         learn_reference, SWING, AXIS, Periodic(period=8.0), "all_phases", noise_std=0.02, mean=-0.4, starts=2
     ),

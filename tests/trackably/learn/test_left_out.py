@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy
 
-from tests.trackably.plants import AXIS, CART, MIXED, SAMPLES
+from tests.trackably.plants import AXIS, CART, SAMPLES
 from trackably import (
     ConstrainedSystem,
     DoubtfulInputWarning,
@@ -21,17 +21,15 @@ from trackably import (
     TrackableReference,
     learn_reference,
 )
-from trackably.certificates.claim import Written, as_claim
+from trackably.certificates.claim import as_claim
 from trackably.empirical_bayes import EmpiricalPrior, empirical_prior, levels, split_means
 from trackably.gp.posterior import Posterior
 from trackably.request import Measurements, quantities_at_rest
-from trackably.systems.library import tank
 from trackably.systems.sampling import prior_for
 
 pytestmark = pytest.mark.filterwarnings("ignore::trackably.explanation.IgnoresSamplesWarning")
 NOISE = np.random.default_rng(1).standard_normal((3, 60))
 T = 0.1 * np.arange(60)
-WIDE = ConstrainedSystem(AXIS.system, Polytope.box([-9, -9], [9, 9]), Polytope.box([-90], [90]))
 KNOWN = SquaredExponential(0.4, 0.9)
 
 
@@ -86,18 +84,10 @@ def far(*levels_of: float) -> list[Samples]:
     return [Samples(T, level + 0.3 * np.sin(T + c) + 0.02 * NOISE[c]) for c, level in enumerate(levels_of)]
 
 
-TIGHT = ConstrainedSystem(MIXED.system, Polytope.box([-2] * 3, [2] * 3), Polytope.box([-0.4] * 2, [0.4] * 2))
 INSTANCES = {
-    "inside": (WIDE, {"position": far(0.3)[0]}),
-    "above": (AXIS, {"position": far(1.7)[0]}),
     "below": (AXIS, {"position": far(-40.0)[0]}),
     "held by an input": (CART, dict(zip("ab", far(1.9, -7.0), strict=True))),
     "held by a sum": (walled(), dict(zip("xy", far(1.0, 0.8), strict=True))),
-    "held by inputs together": (TIGHT, dict(zip(("z1", "z2"), far(3.0, 2.0), strict=True))),
-    "a tank, held by its inflow": (
-        ConstrainedSystem(tank(5.0, area=1.0, outflow=0.05), Polytope.box([0.3], [1.5]), Polytope.box([0.02], [0.05])),
-        {"level": Samples(5 * T, far(1.3)[0].values)},
-    ),
     "a formula of two": (
         ConstrainedSystem(
             NonlinearSystem.of(
@@ -111,19 +101,13 @@ INSTANCES = {
 }
 
 
-def beforehand(
-    plant: ConstrainedSystem,
-    given: dict[str, Samples],
-    claim: Written = "all_times",
-    noise_std: float | None = 0.05,
-    hold_noise: bool = False,
-) -> tuple[Measurements, EmpiricalPrior]:
-    measured = Measurements.of(given, plant, noise_std, None)
+def beforehand(plant: ConstrainedSystem, given: dict[str, Samples]) -> tuple[Measurements, EmpiricalPrior]:
+    measured = Measurements.of(given, plant, 0.05, None)
     level, between = split_means(None, measured.names, measured.given)
     prior = prior_for(plant, measured.priors(KNOWN, level))
     ends = levels(between, measured.names, measured.signals)
     found = empirical_prior(
-        measured.signals, prior, ends, 1, False, hold_noise, quantities_at_rest(as_claim(claim), plant)
+        measured.signals, prior, ends, 1, False, False, quantities_at_rest(as_claim("all_times"), plant)
     )
     assert isinstance(found, EmpiricalPrior)
     return measured, found
@@ -160,9 +144,6 @@ def test_periodic_references_swing_about_the_mean_that_they_learn() -> None:
     assert found.hyperparameters["noise_std"] == pytest.approx(0.05, rel=0.5)
 
 
-# The noise.
-
-
 def test_noise_left_out_is_that_without_bounds_however_tight_they_are() -> None:
     free = learn_reference(swing(), integrator(-9, 9, 90), SquaredExponential(), (0.0, 5.9), starts=4)
     assert free.hyperparameters["noise_std"] == pytest.approx(0.1, rel=0.3)
@@ -193,6 +174,3 @@ def test_where_samples_show_no_noise_it_is_learned_with_the_bounds() -> None:
         found = learn_reference(exact, integrator(-9, 9, 1.5), SquaredExponential(), (0.0, 5.9), starts=2)
     assert "noise_std" in found.prior.learned
     assert found.hyperparameters["noise_std"] > 1e-3
-
-
-# Everywhere alike.

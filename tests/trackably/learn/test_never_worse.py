@@ -9,7 +9,6 @@ import pytest
 from tests.trackably.gp.instances import over
 from trackably import ConstrainedSystem, Polytope, Samples, SquaredExponential, learn_reference
 from trackably.systems.library import pendulum, tank
-from trackably.systems.nonlinear import NonlinearSystem
 
 
 class Instance(NamedTuple):
@@ -23,11 +22,6 @@ class Instance(NamedTuple):
     noise_std: float
 
 
-def _chain(x, u):
-    position, speed = x
-    return [position + 0.1 * (speed - 0.2 * position**3), speed + 0.1 * (u[0] - 0.5 * speed**3)]
-
-
 INSTANCES = {
     "tank": Instance(
         ConstrainedSystem(tank(4.0, outflow=0.05), Polytope.box([0.3], [1.0]), Polytope.box([0.0], [0.075])),
@@ -35,18 +29,6 @@ INSTANCES = {
         lambda t: 0.7 + 0.35 * np.sin(t / 18),
         np.arange(0, 121, 8.0),
         0.7,
-        0.03,
-    ),
-    "chain": Instance(
-        ConstrainedSystem(
-            NonlinearSystem.of(_chain, ["position", "speed"], ["force"], 0.1),
-            Polytope.box([-1.0, -0.7], [1.0, 0.7]),
-            Polytope.box([-3.0], [3.0]),
-        ),
-        "position",
-        lambda t: 0.8 * np.sin(1.2 * t + 1),
-        np.arange(0, 4.01, 0.4),
-        0.0,
         0.03,
     ),
     "pendulum": Instance(

@@ -19,13 +19,7 @@ def _infeasible(samples: Samples, system: tuple[float, ...], states: Interval, i
 
 INFEASIBLE = {
     "state": (_infeasible(OPPOSITE, (0.9, 0.5), Interval(1.0, 2.0), Interval(-5.0, 5.0)), "state", 0.0),
-    "state_from_above": (
-        _infeasible(OPPOSITE, (0.9, -0.5), Interval(-50.0, -20.0), Interval(-50.0, 50.0)),
-        "state",
-        0.0,
-    ),
-    "input": (_infeasible(NEAR, (1.0, 1.0, 1.0), Interval(-9.0, 9.0), Interval(-0.4, 0.5)), "input", -1.0),
-    "input_the_other_way": (
+    "input": (
         _infeasible(NEAR, (1.0, -1.0, 1.0), Interval(-9.0, 9.0), Interval(-0.5, 0.4)),
         "input",
         1.0,

@@ -1,10 +1,9 @@
 """Constrained learning by brute force: every constraint at every step, gradients by finite differences."""
 
 import math
-import warnings
+from itertools import product
 
 import numpy as np
-from scipy.optimize import minimize
 
 from pipeline.published.scalar import coefficients, interval_sets
 from tests.trackably.learning.instances import Instance
@@ -47,39 +46,12 @@ def best_on_a_grid(instance: Instance, points: int = 30, zooms: int = 3) -> floa
     low, high = space.log_lower, space.log_upper
     best, at = math.inf, (low + high) / 2
     for _ in range(zooms):
-        for one in np.linspace(low[0], high[0], points):
-            for two in np.linspace(low[1], high[1], points):
-                prior = instance.prior.with_log_hyperparameters(np.array([one, two]))
-                value = objective(prior, instance.samples)
-                if value < best and np.all(margins(instance, prior) >= 0):
-                    best, at = value, np.array([one, two])
+        for log_theta in product(*np.linspace(low, high, points).T):
+            prior = instance.prior.with_log_hyperparameters(np.array(log_theta))
+            value = objective(prior, instance.samples)
+            if value < best and np.all(margins(instance, prior) >= 0):
+                best, at = value, np.array(log_theta)
         around = 2 * (high - low) / points
         low, high = np.maximum(space.log_lower, at - around), np.minimum(space.log_upper, at + around)
         points = 12
-    return best
-
-
-def best_of_many_starts(instance: Instance, starts: int = 8) -> float:
-    """The smallest objective among feasible results of SLSQP, from random starts, without any gradient."""
-    space, prior = instance.problem.space, instance.prior
-    rng = np.random.default_rng(0)
-
-    def at(log_theta):
-        return prior.with_log_hyperparameters(np.clip(log_theta, space.log_lower, space.log_upper))
-
-    best = math.inf
-    for _ in range(starts):
-        with warnings.catch_warnings(), np.errstate(all="ignore"):
-            warnings.simplefilter("ignore")  # what it meets on its way is its own business
-            result = minimize(
-                lambda z: objective(at(z), instance.samples),
-                space.log_lower + rng.uniform(0.2, 0.8, len(space.log_lower)) * (space.log_upper - space.log_lower),
-                method="SLSQP",
-                bounds=list(zip(space.log_lower, space.log_upper, strict=True)),
-                constraints=[{"type": "ineq", "fun": lambda z: margins(instance, at(z))}],
-                options={"ftol": 1e-12, "maxiter": 300},
-            )
-        found = at(result.x)
-        if np.all(margins(instance, found) >= -1e-9):
-            best = min(best, objective(found, instance.samples))
     return best

@@ -13,18 +13,3 @@ def followed(problem: ConstrainedProblem, starts: Iterable[np.ndarray]) -> Solut
     exchange = Exchange(problem)
     exchange.follow(starts)
     return exchange.outcome
-
-
-def together(problem: ConstrainedProblem) -> Solution | NoSolution:
-    """The best that the starts of the search space lead to, all at once."""
-    exchange = Exchange(problem)
-    exchange.together(problem.space.start_points())
-    return exchange.outcome
-
-
-def swept(problem: ConstrainedProblem) -> Solution | NoSolution:
-    """The best that the starts of the search space lead to, all at once, and again with all places found."""
-    exchange = Exchange(problem)
-    exchange.together(problem.space.start_points())
-    exchange.together(problem.space.start_points())
-    return exchange.outcome

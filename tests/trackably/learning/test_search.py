@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.trackably.learning.instances import instance, tight
-from tests.trackably.learning.searches import swept, together
+from tests.trackably.learning.searches import followed
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.prior import Prior
@@ -39,36 +38,11 @@ def problem(*kernels, starts: int = 1) -> ConstrainedProblem:
 def test_the_period_is_found_though_a_single_start_misses_it(signals):
     """Every multiple of the period is a minimum too, and that is where the single start ends."""
     asked = problem(*[Periodic(1.0, 1.0, 1.0)] * signals)
-    found, alone = best_solution(asked), together(asked)
+    found, alone = best_solution(asked), followed(asked, asked.space.start_points())
     assert isinstance(found, Solution)
     assert found.posterior.prior.hyperparameters["period"] == pytest.approx(PERIOD, abs=0.01)
     assert isinstance(alone, Solution)
     assert alone.objective > found.objective + 10
-
-
-def test_without_constraints_worse_minima_are_kept_as_starts_for_other_problems():
-    asked = problem(Periodic(1.0, 1.0, 1.0))
-    found = best_solution(asked)
-    assert isinstance(found, Solution)
-    periods = np.exp([found.posterior.prior.log_hyperparameters[2], *(other[2] for other in found.others)])
-    for multiple in (1, 2, 3):
-        assert np.min(np.abs(periods - multiple * PERIOD)) < 0.02
-    for other in found.others:
-        value, slope = asked.posterior(other).negative_log_marginal_likelihood()
-        assert value > found.objective
-        assert np.max(np.abs(slope)) < 0.1 * (1 + abs(value))
-
-
-@pytest.mark.parametrize("seed", [26, 29, 32, 60])
-@pytest.mark.parametrize("draw", [tight, instance])
-def test_starts_searched_with_places_are_enough(draw, seed):
-    """Searches from all starts without places, and again with those found, lead to nothing better."""
-    asked = draw(seed).problem
-    found, naive = best_solution(asked), swept(asked)
-    assert isinstance(found, Solution)
-    assert isinstance(naive, Solution)
-    assert found.objective <= naive.objective + 1e-6 * (1 + abs(naive.objective))
-    assert found.fits < naive.fits
 
 
 def test_of_many_samples_some_show_the_period():

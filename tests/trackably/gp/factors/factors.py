@@ -2,16 +2,12 @@
 
 import numpy as np
 
-from tests.trackably.gp.instances import KERNELS
 from trackably.gp.factorise import candidates, dense_factorisation
 from trackably.gp.factors.factorisation import Covariance, Factorisation
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.gp.stencil import POINT
-
-REPRESENTATIVES = {name: KERNELS[name] for name in ("se_short", "matern32_short", "rq_heavy", "periodic_pi", "nested")}
-"""Kernels for code that sees a covariance as a function: analytic or not, short, heavy-tailed, periodic, composed."""
 
 
 def posterior_at(kernel, times, noise, relative_noise=None, stencil=POINT):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.signal import KernelSum, in_blocks
+from trackably.gp.signal import KernelSum
 
 CENTRES = 0.3 + 0.04 * np.arange(150)
 WEIGHTS = np.random.default_rng(2).standard_normal(150)
@@ -22,14 +22,3 @@ def test_many_times_of_any_shape(shape, step):
     assert jet.shape == (2, *shape)
     np.testing.assert_allclose(jet.reshape(2, -1)[:, places], signal.jet(t.flat[places], 1), rtol=0, atol=1e-12)
     np.testing.assert_array_equal(signal(t)[..., -1], signal.jet(t, 0)[0, ..., -1])
-
-
-@pytest.mark.parametrize("shape", [(), (0,), (7,), (2, 3), (4, 0, 2)])
-def test_blocks_join_to_the_whole(shape):
-    def function(t):
-        return np.stack([t**2, np.sin(t)])
-
-    t = np.arange(np.prod(shape), dtype=float).reshape(shape)
-    found = in_blocks(function, t, 10, most=20)
-    np.testing.assert_array_equal(found, function(t))
-    assert found.shape == (2, *shape)

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from tests.trackably.gp.factors.factors import REPRESENTATIVES
-from tests.trackably.gp.instances import over
+from tests.trackably.gp.instances import REPRESENTATIVE, over
 from trackably.gp.factors.dense import Dense
-from trackably.gp.factors.factorisation import differences, pack
+from trackably.gp.factors.factorisation import differences
 
 SIZES = [1, 2, 3, 64, 127, 128, 201]  # up to 127 in one part
 
@@ -20,7 +19,7 @@ def entries_of(kernel, times):
     return lambda part: kernel.value_and_gradient(apart[part])
 
 
-@over(REPRESENTATIVES)
+@over(REPRESENTATIVE)
 @pytest.mark.parametrize("n", SIZES)
 def test_the_factor_solves_and_has_the_determinant(kernel, n):
     times = irregular(n)
@@ -34,9 +33,3 @@ def test_the_factor_solves_and_has_the_determinant(kernel, n):
     by_noise = (np.diag(np.linalg.inv(matrix)) - right[:, 0] ** 2) @ variances
     assert dense.likelihood_traces(right[:, 0])[1] == pytest.approx(by_noise, rel=1e-9)
     np.testing.assert_allclose(matrix @ dense.solve(right), right, atol=1e-11)  # the inverse has left the factor alone
-
-
-@pytest.mark.parametrize("n", [1, 2, 7, 8, 200])
-def test_what_is_not_positive_definite_has_no_factor(n):
-    indefinite = pack(np.eye(n) - 2 * np.outer(np.ones(n), np.ones(n)) / n)
-    assert Dense.of(lambda part: (indefinite[part].copy(), np.zeros((1, indefinite[part].size))), np.zeros(n)) is None

@@ -5,9 +5,6 @@ from hypothesis import given
 from mpmath import mp
 
 from tests.trackably.gp.instances import DECAYING, RADIAL, decaying_kernels, formula, over
-from trackably.gp.kernels.base import Product, Sum
-from trackably.gp.kernels.matern import Matern52
-from trackably.gp.kernels.squared_exponential import SquaredExponential
 
 
 def falls_strictly(values) -> bool:
@@ -21,19 +18,15 @@ def later(kernel, zeta):
 
 
 @over(DECAYING)
-def test_kernel_is_positive_and_falls_everywhere(kernel):
+def test_kernel_falls_everywhere_and_its_derivative_beyond_the_decay_distance(kernel):
     r = kernel.decay_distance * np.linspace(0, 12, 400)
     r = r[kernel(r) > 1e-290]
     assert np.all(kernel(r) > 0)
     assert falls_strictly(kernel(r))
     assert np.all(kernel.jet(r[1:], 1)[1] < 0)
-
-
-@over(DECAYING)
-def test_derivative_falls_beyond_the_decay_distance(kernel):
-    r = later(kernel, kernel.decay_distance)
-    assert r.size > 30
-    assert falls_strictly(np.abs(kernel.jet(r, 1)[1]))
+    far = later(kernel, kernel.decay_distance)
+    assert far.size > 30
+    assert falls_strictly(np.abs(kernel.jet(far, 1)[1]))
 
 
 @given(decaying_kernels)
@@ -52,9 +45,3 @@ def test_decay_distance_is_sharp(kernel):
     with mp.workdps(30):
         curvature = float(mp.diff(formula(kernel), mp.mpf(zeta), 2))
     assert abs(curvature) < 1e-13 * kernel.signal_std**2 / kernel.lengthscale**2
-
-
-def test_decay_distance_of_a_pair_is_the_longer_one():
-    short, long = SquaredExponential(1.0, 0.2), Matern52(1.0, 3.0)
-    for pair in (Sum, Product):
-        assert pair(short, long).decay_distance == pair(long, short).decay_distance == long.decay_distance

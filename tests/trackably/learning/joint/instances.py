@@ -158,7 +158,7 @@ CASES: dict[str, Case] = {
     "tight": case((SE,), FIRST, part=0.2),
     "unstable": case((Matern52(0.9, 0.5),), scalar(1.2, -0.3, 0.1)),
     "axis": case((SE,), AXIS, stencils=(POSITION,)),
-    "axis_by_its_velocity": case((RationalQuadratic(0.8, 0.5, 2.0),), AXIS, stencils=(VELOCITY,)),
+    "rough_axis": case((Sum(Matern52(0.7, 0.9), Matern72(0.6, 2.0)),), AXIS, stencils=(VELOCITY,)),
     "axis_with_short_steps": case((SE,), chain(2, 0.005), grid=0.02),
     "drifts": case((SE,), replace(scalar(0.9, -0.5, 0.05), c=np.array([0.3])), mean=0.2),
     "chain_of_three": case((SquaredExponential(0.8, 0.5),), chain(3, 0.2), part=0.8),

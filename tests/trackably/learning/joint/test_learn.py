@@ -7,16 +7,9 @@ import numpy as np
 import pytest
 
 from tests.trackably.learning.instances import instance, tight, wild
-from trackably.checker.certificate import Window
-from trackably.gp.joint import JointPrior
-from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.learning.index_set import RealTimes
 from trackably.learning.joint.search import JointProgram, continued, learn_jointly
-from trackably.learning.joint.sequential import keep_off_short_times
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
-from trackably.learning.space import SearchSpace
-from trackably.systems.intervals import Interval
 
 INSTANCES = {
     **{f"loose_{seed}": instance(seed) for seed in (0, 1)},
@@ -93,39 +86,3 @@ def test_tighter_bounds_cost_more(name):
         steps = np.arange(constraint.index_set.first, constraint.index_set.last + 1)
         margins = constraint.relative_margin(again, steps * INSTANCES[name].plant.sampling_time)
         assert np.min(margins) >= 1e-3 * (1 - 1e-6)
-
-
-def with_less_room(problem: ConstrainedProblem, by: float) -> ConstrainedProblem:
-    """The problem with bounds that are closer by this part of their width."""
-    drawn = [
-        replace(c, quantity=replace(c.quantity, bounds=c.quantity.bounds.shrunk(by * c.quantity.bounds.width)))
-        for c in problem.constraints
-    ]
-    return replace(problem, constraints=tuple(drawn))
-
-
-@pytest.mark.parametrize("name", ["tight_2", "tight_4"])
-def test_hyperparameters_are_kept_where_bounds_hardly_change_and_learned_again_where_they_do(name):
-    first = jointly(name)
-    nearly, tighter = (continued(first, with_less_room(problem_of(name), by)) for by in (1e-5, 0.05))
-    assert nearly.posterior.prior == first.posterior.prior
-    assert nearly.objective <= first.objective + 2 * first.allowed_gap
-    assert tighter.posterior.prior != first.posterior.prior
-
-
-@pytest.mark.parametrize("sought", [None, (0.01, 0.06)])
-@pytest.mark.parametrize("name", ["tight_2", "wild_0"])
-def test_no_length_scale_below_two_steps_is_sought_for_bounds_at_all_times(name, sought):
-    """Unless its interval is given, or bounds hold at steps only: between these, signals may do what no input can."""
-    case = problem_of(name)
-    (part,) = case.prior.parts
-    prior = JointPrior((replace(part, kernel=SquaredExponential(lengthscale=sought)),))
-    step = INSTANCES[name].plant.sampling_time
-    given = Interval(*sought) if sought else case.space.bounds["lengthscale"]
-    at_steps = replace(case, prior=prior, space=SearchSpace({**case.space.bounds, "lengthscale": given}))
-    at_all_times = replace(
-        at_steps, constraints=tuple(replace(c, index_set=RealTimes(Window(0.0, 2.0))) for c in case.constraints)
-    )
-    assert keep_off_short_times(at_steps) == at_steps
-    least = keep_off_short_times(at_all_times).space.bounds["lengthscale"]
-    assert least == (given if sought else Interval(2 * step, given.upper))

@@ -5,7 +5,9 @@ import pytest
 
 from tests.trackably.learning.joint import naive
 from tests.trackably.learning.joint.instances import ALL, Case, solved
+from trackably.learning.joint.constrained_mean import WorkingSet, mean_meeting
 from trackably.learning.joint.exchange import exchange_bounds
+from trackably.learning.joint.places import LOWER, UPPER, demands
 
 # Where a row spans a small part of a correlation time, seven kernels stand for it, up to this part of its bounds.
 STANDS_FOR = {"axis_with_short_steps": 1e-4}
@@ -70,3 +72,18 @@ def test_starts_from_elsewhere_end_at_the_same_function(name):
     places = tuple(np.column_stack([case.times[::11], sides]) for _ in case.problem.constraints)
     again = exchange_bounds(case.problem, case.posterior, places)
     assert again.mean.price == pytest.approx(found.mean.price, rel=1e-7)
+
+
+@cases
+def test_few_of_many_rows_give_the_function_of_all(name):
+    """Both sides of every bound at every fourth step."""
+    case = ALL[name]
+    times = case.times[::4]
+    both = np.column_stack([np.repeat(times, 2), np.tile([LOWER, UPPER], len(times))])
+    demanded = demands(case.problem, (both,) * len(case.problem.constraints), case.posterior.signals)
+    working = WorkingSet(demanded, demanded.is_equation.copy())
+    found, whole = working.mean_for(case.posterior), mean_meeting(case.posterior, demanded)
+    assert found.price == pytest.approx(whole.price, rel=1e-6)
+    assert np.sum(working.chosen) < len(demanded.limits) / 2
+    missed = (demanded.limits - demanded.rows.values(found.signals)) / demanded.widths
+    assert np.max(missed) <= 1e-6

@@ -14,7 +14,6 @@ from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import RealTimes
 from trackably.learning.joint import search
 from trackably.learning.joint.search import JointSearch
-from trackably.learning.joint.sequential import starts_for
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
@@ -43,34 +42,15 @@ def to(side: float):
     return [x, lambda t: y(t) + side * 0.5 * (2.0 - t) * np.exp(-(((t - 2.0) / 0.7) ** 2))]
 
 
-def begun(starts, monkeypatch) -> JointSearch:
-    monkeypatch.setattr(search, "starts_for", lambda *_: starts)
-    found = JointSearch(there_and_back())
-    point = found.begin(NO_THETA)
-    assert point is not None
-    found.best = point
-    return found
-
-
 def test_the_best_of_all_starts_is_taken_and_their_spread_is_the_range_of_what_they_lead_to(monkeypatch):
     left, right = to(1.0), to(-1.0)
-    alone = [begun([start], monkeypatch).best.objective for start in (left, right)]
+
+    def begun(*starts):
+        monkeypatch.setattr(search, "starts_for", lambda *_: starts)
+        found = JointSearch(there_and_back())
+        return found.begin(NO_THETA).objective, found.spread
+
+    alone = [begun(start)[0] for start in (left, right)]
     assert max(alone) - min(alone) > 0.1
     for starts in ([left, right], [right, left]):
-        both = begun(starts, monkeypatch)
-        assert both.best.objective == pytest.approx(min(alone), abs=1e-3)
-        assert both.spread == pytest.approx(max(alone) - min(alone), abs=1e-3)
-
-
-def test_starts_are_the_means_a_slower_motion_and_an_even_pace_along_their_path():
-    posterior = there_and_back().posterior(NO_THETA)
-    means, slower, between, even = starts_for(there_and_back(), posterior)
-    t = np.linspace(0.2, 3.8, 500)
-    paces = []
-    for start in (means, between, even):
-        x, y = (signal(t) for signal in start)
-        pace = np.hypot(np.diff(x), np.diff(y))
-        paces.append(pace.min() / pace.max())
-    assert paces[0] < paces[1] < paces[2]
-    for signal, prior, mean in zip(slower, there_and_back().prior.parts, means, strict=True):
-        np.testing.assert_allclose(signal(t) - prior.mean, (mean(t) - prior.mean) / 2)
+        assert begun(*starts) == pytest.approx((min(alone), max(alone) - min(alone)), abs=1e-3)
