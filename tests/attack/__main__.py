@@ -1,8 +1,8 @@
 """Attack: `python -m tests.attack --tamperings 20000 --references 2000 --seed 0`; exit code 1 if anything false passed.
 
-A tampering is a certificate or counterexample that was changed at random; a random reference has bounds that are kept
-or broken by a hair. What the checker accepts, and what the prover says, is compared with a dense search. An interrupt
-(Ctrl-C) ends the attack with what was counted so far.
+A tampering is a certificate, a counterexample or a table that was changed at random; a problem is next to being proved
+or refuted, and every other time somebody lies about it. What the checker accepts, and what is handed out, is compared
+with a dense search. An interrupt (Ctrl-C) ends the attack with what was counted so far.
 """
 
 import argparse
@@ -11,9 +11,8 @@ import sys
 from tests.attack.bases import bases
 from tests.attack.counts import Counts, table
 from tests.attack.fingerprints import attack_fingerprint, attack_table
-from tests.attack.fleets import attack_fleet
-from tests.attack.opponent import judge_twice
-from tests.attack.references import attack_by_liar, attack_reference
+from tests.attack.joints import Stream
+from tests.attack.liars import CLAIM_NOTHING, KINDS, attack
 from tests.attack.tampering import attack_certificate
 
 _ROUNDS = 100
@@ -24,14 +23,7 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--tamperings", type=int, default=20_000)
     parser.add_argument("--references", type=int, default=2_000)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--opponent", type=int, default=0, metavar="FILES", help="only this: judge files twice")
-    parser.add_argument("--minutes", type=float, default=15.0, help="that judging twice may take")
     given = parser.parse_args(arguments)
-    if given.opponent:
-        found = judge_twice(given.opponent, given.seed, 60 * given.minutes)
-        print(found.table)
-        print(*found.false, sep="\n", file=sys.stderr)
-        return 1 if found.false else 0
     counts: dict[str, Counts] = {}
     try:
         _attack(counts, given.tamperings, given.references, given.seed)
@@ -44,7 +36,7 @@ def main(arguments: list[str]) -> int:
     return 1 if false else 0
 
 
-def _attack(counts: dict[str, Counts], tamperings: int, references: int, seed: int) -> None:
+def _attack(counts: dict[str, Counts], tamperings: int, problems: int, seed: int) -> None:
     """Take a part of both in each round, so that an interrupt leaves some of everything."""
     known = bases()
     for i in range(_ROUNDS):
@@ -53,13 +45,29 @@ def _attack(counts: dict[str, Counts], tamperings: int, references: int, seed: i
             if number % 10 == 0:
                 attack_fingerprint(counts, known, seed, number)
                 attack_table(counts, seed, number)
-        for number in range(i * references // _ROUNDS, (i + 1) * references // _ROUNDS):
-            attack_reference(counts, seed, number)
-            attack_by_liar(counts, seed, number)
-            if number % 20 == 0:
-                attack_fleet(counts, seed, number)
+        for number in range(i * problems // _ROUNDS, (i + 1) * problems // _ROUNDS):
+            _attack_problem(counts, 10**6 * seed + number)
         if sys.stderr.isatty():
             print(f"{i + 1} of {_ROUNDS} rounds", file=sys.stderr)
+
+
+def _attack_problem(counts: dict[str, Counts], number: int) -> None:
+    """Ask about a problem of each kind in its turn, honestly and while somebody lies; let chunks come to a gate."""
+    again, which = divmod(number, len(KINDS) + 1)
+    if which == len(KINDS):
+        family, stream = counts.setdefault("gate", Counts()), Stream(again)
+        for _ in range(10):
+            stream.step()
+        family.tried += 10
+        family.false += stream.false
+        return
+    kind, lies = list(KINDS)[which], again % 2 == 1
+    family = counts.setdefault(f"liars, {kind}" if lies else kind, Counts())
+    family.tried += 1
+    for what, why in attack(kind, again // 2, lies=lies):
+        if what not in CLAIM_NOTHING:
+            family.accepted += 1
+            family.judged(f"{kind}, seed {again // 2}: {what}: {why}", why is None)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,5 @@
 """Random changes of certificates and counterexamples, small and absurd."""
 
-import copy
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -10,21 +9,14 @@ import numpy as np
 from tests.attack.bases import Base
 from tests.attack.counts import Counts
 from tests.attack.huge import HUGE, MOST_MEMORY, MOST_SECONDS, READ, RECORDINGS, answers, measured, write
-from tests.trackably.checker.changes import PLANT, changed, combined_changes, leaves, replacements, without
-from tests.trackably.checker.edges import hostile
-from tests.trackably.systems.test_naming import NAMES, NO_NAMES
-from trackably.checker import Proved, limits
+from tests.trackably.checker.changes import changed, combined_changes, leaves, part_at, replacements, without
 
 
 def attack_certificate(counts: dict[str, Counts], known: list[Base], seed: int, number: int) -> None:
     """Change one of the known files, by the random numbers of this number, and count whether it is accepted."""
     rng = np.random.default_rng((seed, number))
-    if number % 10 == 8:
-        _attack_names(counts, known[0], rng)
-    elif number % 500 == 29:
+    if number % 500 == 29:
         _attack_machine(counts, number // 500)
-    elif number % 50 == 9:
-        _attack_limits(counts, known[0], rng)
     else:
         _attack_base(counts, known[int(rng.integers(len(known)))], rng)
 
@@ -53,9 +45,7 @@ def random_change(data: dict, rng: np.random.Generator) -> tuple[str, dict]:
             every = []  # an earlier change left nothing that could be changed so
         if every:
             return every[int(rng.integers(len(every)))]
-    value: Any = data
-    for key in path:
-        value = value[key]
+    value = part_at(data, path)
     news = [*_numbers(value, rng), *_others(value)]
     new = news[int(rng.integers(len(news)))]
     return f"{path} = {new!r}", changed(data, path, new)
@@ -77,28 +67,6 @@ def _others(value: Any) -> list[Any]:
         return [None, [], 1.0]
 
 
-def _attack_names(counts: dict[str, Counts], base: Base, rng: np.random.Generator) -> None:
-    """Another name for the state, wherever it stands; what is printed has to be a line that can be printed."""
-    family, data = counts.setdefault("hostile names", Counts()), copy.deepcopy(base.data)
-    pool = NAMES if rng.random() < 0.2 else NO_NAMES
-    name = pool[int(rng.integers(len(pool)))]
-    is_name = pool is NAMES
-    if not is_name and name != "(m)" and rng.random() < 0.7:  # any characters before what is none: a letter, by chance
-        name = "".join(chr(int(c)) for c in rng.integers(1, 0xD900, int(rng.integers(1, 4)))) + name
-        is_name = name.replace("-", "_").isidentifier()
-    data["reference"]["plant"]["system"]["states"] = [name]
-    for held in (data["claim"]["covers"], data["evaluation"]["errors"]):
-        held[name] = held.pop("state")
-    family.tried += 1
-    verdict = family.checked(data)
-    said = verdict.statement if isinstance(verdict, Proved) else verdict.reason
-    if isinstance(verdict, Proved):
-        family.accepted += 1
-        family.judged(ascii(name), is_name and said.isprintable() and f'≤ "{name}" ≤' in said)
-    elif not said.isprintable():
-        family.false.append(f"printed: {said!a}")
-
-
 def _attack_machine(counts: dict[str, Counts], number: int) -> None:
     """One of the files that would take hours or gigabytes: none may be accepted, or exceed its time or memory."""
     with TemporaryDirectory() as folder:
@@ -115,22 +83,3 @@ def _attack_machine(counts: dict[str, Counts], number: int) -> None:
             family.longest = max(family.longest, took.seconds)
             if took.code not in codes or not is_said or took.seconds > MOST_SECONDS or took.memory > MOST_MEMORY:
                 family.false.append(f"{name}, {what}: {took}")
-
-
-def _attack_limits(counts: dict[str, Counts], base: Base, rng: np.random.Generator) -> None:
-    """Huge, deep and slow files; none of them is true."""
-    family, n = counts.setdefault("huge files", Counts()), int(10 ** rng.uniform(1, 6))
-    files = [
-        lambda: hostile.tower(n % 80),
-        lambda: hostile.deep(n % 900 + 1),
-        lambda: hostile.long(n % 3000 + 1),
-        lambda: hostile.chain(n % 100 + 2),
-        lambda: hostile.instants(10**6 + n),
-        lambda: changed(base.data, ("claim", "terms"), limits.TERMS + n),
-        lambda: changed(base.data, ("claim", "covers", "state", "ends"), [0.0] * n),
-        lambda: changed(base.data, ("reference", "signals", 0, "weights"), [1.0] * n),
-        lambda: changed(base.data, (*PLANT, "state_set", "rows"), [[1.0]] * n),
-        lambda: changed(base.data, ("trajectories", "states", 0, "offset"), "1" + "0" * n),
-    ]
-    chosen = int(rng.integers(len(files)))
-    family.attacked(f"huge file {chosen} of size {n}", files[chosen](), lambda: False)

@@ -108,11 +108,3 @@ def _refuses_certificates(honest: Any) -> Any:
     return lambda outcome: (
         Unproved("", Interval(0, 0), (0, 0), 0, "") if isinstance(outcome, Certificate) else honest(outcome)
     )
-
-
-def plant(
-    lie: str, seed: int, put: Callable[[Any, str, Any], None], of: dict[str, tuple[Any, str, Lie]] = LIES
-) -> None:
-    """Put a lie in the place of what is honest, as `monkeypatch.setattr` does it."""
-    owner, name, lying = of[lie]
-    put(owner, name, lying(np.random.default_rng(seed), getattr(owner, name)))

@@ -1,86 +1,41 @@
-"""Attack: hundreds of random references whose bounds are kept or broken by a hair, and a search that knows no mercy."""
+"""Random references whose bounds are kept or broken by a hair, and a search that knows no mercy."""
 
 from collections import Counter
 from functools import partial
 
-import numpy as np
 import pytest
 
-from tests.trackably.certificates import naive
-from tests.trackably.certificates.instances import Case, case, compact_kernel, general_case
+from tests.trackably.certificates.instances import case, compact_kernel, general_case
+from tests.trackably.checker.truth import ask, what_is_false
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import evaluation_errors
 from trackably.certificates.outcome import Counterexample
-from trackably.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
-from trackably.checker.certificate import AllPhases, AllTimes, Cover, Steps, Window
-from trackably.systems.reference import Reference
-
-
-def ask(seed: int, chosen: Case) -> Outcome:
-    question = (prove, prove_at_instants, prove, lambda reference: prove_on_window(reference, 0.0, chosen.end))
-    return question[seed % 4](chosen.reference)
-
-
-def smallest_margin(reference: Reference, claim, proof, name: str):
-    """The smallest margin that is found at any time for which the claim is made."""
-    match claim, proof:
-        case AllTimes(), Cover(end=end):
-            # A heavy tail starts late: look closely where something happens, and here and there later.
-            busy = min(end, 10 * max(float(np.max(s.centres)) for s in reference.signals) + end / 10)
-            times = naive.extremes(reference, name, 0.0, busy) + np.geomspace(busy, 1e3 * end, 30).tolist()
-        case AllPhases(), Cover(end=end):
-            times = [t + k * end for t in naive.extremes(reference, name, 0.0, end) for k in (0, -3)]
-        case Window(start=start, end=end), Cover():
-            times = naive.extremes(reference, name, start, end)
-        case _, Steps(last):
-            steps = np.arange(min(last, 2000) + 20)
-            values = naive.extended(reference, name, steps * np.longdouble(reference.plant.sampling_time))
-            times = [naive.instant(reference, int(k)) for k in (np.argmax(values), np.argmin(values))]
-            return min(naive.margin(reference, name, t) for t in times)
-    return naive.smallest(reference, name, times)
-
-
-def assert_nothing_false_is_claimed(cases: dict[int, Case]) -> Counter[type]:
-    said = Counter[type]()
-    for seed, chosen in cases.items():
-        found = ask(seed, chosen)
-        said[type(found)] += 1
-        if isinstance(found, Certificate):
-            assert set(found.evaluation_error) == {q.name for q in chosen.reference.quantities}
-            for name, error in found.evaluation_error.items():
-                assert smallest_margin(chosen.reference, found.claim, found.proof, name) >= error, seed
-        elif isinstance(found, Counterexample):
-            t = found.time if found.step is None else naive.instant(chosen.reference, found.step)
-            assert naive.margin(chosen.reference, found.quantity, t) <= -found.violation < 0, seed
-    return said
-
+from trackably.certificates.prove import prove_on_window
 
 DRAWN = {
     "kernels": (range(1000, 1032), case, 5),
-    "more kernels": (range(1032, 1064), case, 5),
     "compact support": (range(9000, 9015), partial(case, drawn=compact_kernel), 2),
     "general systems": (range(8000, 8010), general_case, 2),
-    "more general systems": (range(8010, 8020), general_case, 2),
 }
 
 
 @pytest.mark.parametrize(("seeds", "draw", "least"), DRAWN.values(), ids=DRAWN)
 def test_nothing_false_is_ever_claimed(seeds, draw, least):
-    said = assert_nothing_false_is_claimed({seed: draw(seed) for seed in seeds})
+    said = Counter[type]()
+    for seed in seeds:
+        found = ask(seed, chosen := draw(seed))
+        assert what_is_false(found, chosen) is None, seed
+        said[type(found)] += 1
     assert min(said[Certificate], said[Counterexample]) >= least
 
 
-@pytest.mark.parametrize("seed", range(5000, 5030))
-def test_a_margin_of_a_millionth_is_enough(seed):
+@pytest.mark.parametrize("seed", range(5000, 5015))
+def test_a_margin_of_a_millionth_is_enough_and_a_millionth_too_much_is_refuted(seed):
     chosen = case(seed, margin=1e-6)
     errors = evaluation_errors(chosen.reference, 1e3 * chosen.end)
     found = prove_on_window(chosen.reference, 0.0, chosen.end)
     if all(errors[q.name] < 1e-7 * q.bounds.width for q in chosen.reference.quantities):
         assert isinstance(found, Certificate), found.explanation
-
-
-@pytest.mark.parametrize("seed", range(6000, 6030))
-def test_a_millionth_too_much_is_refuted(seed):
     chosen = case(seed, margin=-1e-6)
     found = prove_on_window(chosen.reference, 0.0, chosen.end)
     assert isinstance(found, Counterexample), found.explanation
