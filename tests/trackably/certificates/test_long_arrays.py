@@ -43,12 +43,3 @@ def test_a_long_array_has_the_values_of_its_times_up_to_what_is_certified(refere
     for i in (HALF - 1, HALF, HALF + 1, HALF + 17, HALF + CENTRES):
         with mp.workdps(naive.DIGITS):
             assert float(abs(mp.mpf(float(values[i])) - naive.exactly(reference, side, times[i]))) <= error
-
-
-def test_windows_and_steps_are_summed_too(reference) -> None:
-    k = np.arange(-HALF, HALF)
-    window = reference.window(-HALF, 2 * HALF)
-    np.testing.assert_array_equal(window.states[:-1], reference.state(k))
-    np.testing.assert_array_equal(window.inputs, reference.input(k))
-    near = slice(HALF, HALF + CENTRES)
-    np.testing.assert_array_equal(reference.state(k)[near, 0], reference.signals[0].summed(k[near] * STEP))

@@ -25,7 +25,7 @@ def off(reference, name, t: float, exact_time) -> float:
 
 
 compact_case = partial(case, drawn=compact_kernel)
-DRAWN = [(make, s) for make, count in ((case, 24), (general_case, 12), (compact_case, 8)) for s in range(count)]
+DRAWN = [(make, s) for make, count in ((case, 16), (general_case, 8), (compact_case, 6)) for s in range(count)]
 
 
 @pytest.mark.parametrize(("make", "seed"), DRAWN)
