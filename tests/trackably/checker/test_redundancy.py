@@ -5,19 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.trackably.certificates.decoded import decode_certificate
 from tests.trackably.checker.redundant import PLANT, STEPS, as_read, in_the_plane, learned
 from tests.trackably.systems.instances import controllable
 from tests.trackably.systems.redundant_instances import excess
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.form import encode_certificate
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import prove
 from trackably.checker import Proved, check
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
-from trackably.reference import TrackableReference
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
@@ -42,14 +39,6 @@ def test_the_checker_proves_that_inputs_exist():
     assert "u1+u2 in [-1.2, 1.2]" in learned().explanation
 
 
-def test_a_certificate_is_read_as_it_was_written(tmp_path):
-    for certificate in (learned().certificate, in_the_plane()):
-        assert encode_certificate(decode_certificate(as_read(certificate))) == encode_certificate(certificate)
-    learned().save(tmp_path / "reference.json")
-    again = TrackableReference.load(tmp_path / "reference.json")
-    np.testing.assert_array_equal(again.input(STEPS[:100]), learned().input(STEPS[:100]))
-
-
 def test_the_standard_deviation_is_that_of_the_inputs_that_are_left():
     """Where the second input is at its bound, the first does everything; elsewhere both do half."""
     found, k = learned(), STEPS[:80]
@@ -65,17 +54,6 @@ def test_the_standard_deviation_is_that_of_the_inputs_that_are_left():
     )
     single = found.fit.std_of(alone.flatness.inputs, found.reference.instants(k[at_bound].astype(float)))
     np.testing.assert_allclose(std[at_bound, 0], single[:, 0], rtol=1e-9)
-
-
-def test_a_scalar_input_needs_no_set_of_its_own():
-    scalar = replace(
-        PLANT,
-        system=LinearSystem(np.array([[0.5]]), np.array([[1.0]]), sampling_time=0.1),
-        input_set=Polytope.box([-1.2], [1.2]),
-    )
-    found = prove(Reference(learned().reference.signals, scalar))
-    assert isinstance(found, Certificate)
-    assert "attainable" not in encode_certificate(found)
 
 
 def nearly(seed: int) -> tuple[Reference, float]:

@@ -5,12 +5,8 @@ import pytest
 from tests.trackably.checker.edges import hostile
 from tests.trackably.checker.instances import SIGNAL, changed, scalar_certificate
 from tests.trackably.checker.tight import VALID
-from trackably import checker
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Failed, NotACertificate, Proved, Undecided, check, limits
-from trackably.checker.formulas import Name, Number, Operation, names, numbers, parts
-from trackably.checker.intervals import exactly
-from trackably.checker.models import enclose
 
 KERNEL = SIGNAL["kernel"]
 
@@ -67,27 +63,6 @@ def test_formulas_are_short(data: dict, reason: str) -> None:
     assert reason in verdict.reason
 
 
-def test_the_theorem_names_the_limits() -> None:
-    said = checker.__doc__
-    assert f"{limits.BYTES // 10**6} MB" in said
-    for number in (
-        limits.SIGNALS,
-        limits.ROWS,
-        limits.CENTRES,
-        limits.TERMS,
-        limits.DIGITS,
-        limits.TEXTS,
-        limits.WEIGHTS,
-        limits.CELLS,
-        limits.MEMORY // 10**6,
-        limits.BITS,
-        limits.BITS_TOGETHER,
-        limits.PARTS,
-        limits.DEPTH,
-    ):
-        assert f"{number:,}" in said or f" {number} " in said
-
-
 def test_a_formula_that_doubles_with_each_state_is_checked_in_the_size_it_has() -> None:
     """Solved for its inputs, it has 2^40 parts if they are counted as often as they are written."""
     verdict = check(hostile.chain(40))
@@ -95,16 +70,6 @@ def test_a_formula_that_doubles_with_each_state_is_checked_in_the_size_it_has() 
     verdict = check(hostile.chain(3))
     assert isinstance(verdict, Failed)
     assert not verdict.reason.startswith("system")
-
-
-def test_formulas_may_share_parts_and_be_deep() -> None:
-    formula = Operation("+", Name("x"), Number(0.0))
-    for _ in range(5000):
-        formula = Operation("-", Operation("+", formula, formula), formula)
-    assert names(formula) == {"x"}
-    assert numbers(formula) == [0.0]
-    assert len(parts(formula)) == 10_003
-    assert enclose(formula, {"x": exactly(3)}) == exactly(3)
 
 
 def test_a_time_that_is_given_is_kept() -> None:

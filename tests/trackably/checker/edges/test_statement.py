@@ -2,13 +2,14 @@
 
 import json
 import re
-from collections.abc import Callable
 from dataclasses import replace
-from fractions import Fraction
 
 import numpy as np
 import pytest
 
+from tests.attack.bases import Base
+from tests.attack.counts import Counts
+from tests.attack.fingerprints import CHANGES, attack_fingerprint
 from tests.trackably.certificates.nonlinear.instances import proved
 from tests.trackably.certificates.test_prove import reference
 from tests.trackably.checker.changes import part_at
@@ -27,15 +28,9 @@ from trackably.checker import Proved, Refuted, check
 from trackably.checker.boxes import NO_FIRST_PASS
 from trackably.checker.floats import boxes
 from trackably.checker.formulas import Number, Operation, Power, text
-from trackably.checker.intervals import between, exactly
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 
 KINDS = {**VALID, "nonlinear": lambda: proved("tank"), "redundant inputs": in_the_plane}
-LINEAR = {
-    **{kind: lambda make=make: encode_certificate(make()) for kind, make in VALID.items()},
-    "redundant inputs": lambda: encode_certificate(in_the_plane()),
-    **{f"pieces, {beyond}": lambda beyond=beyond: pieces.certificate(beyond) for beyond in ("rest", "period", "end")},
-}
 
 
 def said(data: dict) -> str:
@@ -48,32 +43,6 @@ def sha(statement: str) -> str:
     return re.search(r"SHA-256 ([0-9a-f]{64})\b", statement)[1]
 
 
-def with_weights(data: dict, change: Callable[[Fraction], Fraction]) -> dict:
-    """The file with all weights of its trajectories changed, and bounds that are kept by far."""
-    data = json.loads(json.dumps(data))
-    for part in (*data["trajectories"]["states"], *data["trajectories"]["inputs"]):
-        part["weights"] = [[str(change(Fraction(w))) for w in of_signal] for of_signal in part["weights"]]
-    for side in () if "attainable" in data else ("state_set", "input_set"):
-        bounded = data["reference"]["plant"][side]
-        bounded["lower"], bounded["upper"] = ([end] * len(bounded["rows"]) for end in (-1e3, 1e3))
-    if "evaluation" in data:
-        data["evaluation"]["errors"] = dict.fromkeys(data["evaluation"]["errors"], 1e-6)
-    return data
-
-
-def rewritten(data: dict) -> dict:
-    """The same numbers, written in other ways."""
-    data = json.loads(json.dumps(data))
-    for side, shifts in (("states", 3), ("inputs", 1)):
-        for part in data["trajectories"][side]:
-            offset = Fraction(part["offset"])
-            part["offset"] = f"{7 * offset.numerator}/{7 * offset.denominator}" if offset else "-0"
-            part["weights"] = [
-                [f"{w}/01" if "/" not in w else w for w in ws] + ["0/9"] * shifts for ws in part["weights"]
-            ]
-    return data
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_prover_and_checker_find_the_same_fingerprint_and_start(kind: str) -> None:
     certificate = KINDS[kind]()
@@ -83,7 +52,6 @@ def test_prover_and_checker_find_the_same_fingerprint_and_start(kind: str) -> No
     for name, value in zip(system.states, start, strict=True):
         printed = re.search(rf'"{re.escape(name)}" = (\S+?)(,| at t = 0 s)', statement)[1]
         assert float(printed) == pytest.approx(value, rel=1e-5, abs=1e-9)
-    assert "by sums of products" in statement
 
 
 def test_a_learned_reference_shows_the_same() -> None:
@@ -93,17 +61,6 @@ def test_a_learned_reference_shows_the_same() -> None:
     assert found.identity in repr(found)
     assert found.identity.replace("x1 =", '"x1" =').split(", ", 1)[1].startswith("25 kernels centred from 0 s to 8 s")
     assert f"SHA-256 {found.fingerprint}, 25 kernels" in found.identity
-
-
-def test_digits_that_float64_does_not_determine_are_asked_of_mpmath(monkeypatch: pytest.MonkeyPatch) -> None:
-    data = scalar_certificate()
-    known = said(data)
-    for near in (None, between(-1, 1)):
-        quick = replace(boxes.FIRST_PASS, at_zero=lambda *_, near=near: near)
-        monkeypatch.setattr(boxes, "FIRST_PASS", quick)
-        assert said(data) == known
-    monkeypatch.setattr(boxes, "FIRST_PASS", replace(boxes.FIRST_PASS, at_zero=lambda *_: exactly(0.5)))
-    assert '"state" = 0.5 at t = 0 s' in said(data) != known
 
 
 def test_all_zero_weights_are_seen() -> None:
@@ -135,28 +92,15 @@ def test_whole_numbers_and_floats_and_signs_of_zero_are_one() -> None:
         assert sha(said(changed(data, f"reference.{path}", value))) == fingerprint(found.reference)
 
 
-@pytest.mark.parametrize("kind", LINEAR)
-def test_the_same_fingerprint_means_the_same_states_and_inputs(kind: str) -> None:
+@pytest.mark.parametrize("change", CHANGES)
+def test_the_same_fingerprint_means_the_same_states_and_inputs(change: str) -> None:
     """Once all trajectories divided by ten had the same fingerprint, as weights are not unique."""
-    data = LINEAR[kind]()
-    errors = data["evaluation"]["errors"]
-    errors |= {name: 1.5 * error for name, error in errors.items()}  # for roundings of the zeros that are added
-    known = sha(said(data))
-    assert sha(said(rewritten(data))) == known
-    divided = with_weights(data, lambda w: w / 10)
-    assert sha(said(divided)) != known
-    assert sha(said(with_weights(divided, lambda w: w * 10))) == known
-
-
-@pytest.mark.parametrize("kind", [kind for kind in by_claim() if kind != "nonlinear"])
-def test_a_counterexample_of_other_states_has_another_fingerprint(kind: str) -> None:
-    data = by_claim()[kind]
-    doubled = with_weights(data, lambda w: 2 * w)
-    doubled["reference"] = data["reference"]  # with its bounds
-    verdicts = [check(one) for one in (data, rewritten(data), doubled)]
-    assert all(isinstance(verdict, Refuted) for verdict in verdicts)
-    known, same, other = (sha(verdict.statement) for verdict in verdicts)
-    assert known == same != other
+    files = [*(encode_certificate(make()) for make in (*VALID.values(), in_the_plane)), *by_claim().values()]
+    counts: dict[str, Counts] = {}
+    for number in range(20):
+        attack_fingerprint(counts, [Base("", data, bool) for data in files], 0, number, change)
+    assert counts["fingerprints"].false == []
+    assert counts["fingerprints"].true > 0
 
 
 def test_a_certificate_and_a_counterexample_of_one_reference_have_one_fingerprint() -> None:
@@ -186,12 +130,6 @@ def test_an_answer_says_which_arithmetic_it_trusted(monkeypatch: pytest.MonkeyPa
     for other in (NO_FIRST_PASS, replace(boxes.FIRST_PASS, is_sound=lambda: False)):  # as without subnormal numbers
         monkeypatch.setattr(boxes, "FIRST_PASS", other)
         assert exact in said(scalar_certificate())
-
-
-def test_times_are_printed_as_they_are() -> None:
-    """Once with six digits, which may be later than what is proved."""
-    data = changed(scalar_certificate(), "evaluation.until", 1234567.25)
-    assert "at times up to 1234567.25 s" in said(data)
 
 
 def test_a_negative_base_is_in_parentheses() -> None:

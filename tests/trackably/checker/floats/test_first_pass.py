@@ -2,15 +2,12 @@
 
 import subprocess
 import sys
-from dataclasses import replace
 from fractions import Fraction
-from pathlib import Path
 from platform import machine
 
 import pytest
 
 from tests.project import ROOT
-from tests.trackably.certificates.nonlinear.instances import proved
 from tests.trackably.checker.instances import changed
 from tests.trackably.checker.tight import VALID
 from tests.trackably.exports.c_programs import CC
@@ -19,32 +16,8 @@ from trackably.checker import Failed, Proved, check
 from trackably.checker.boxes import around_instant
 from trackably.checker.floats import boxes
 from trackably.checker.floats.intervals import are_positive
-from trackably.checker.intervals import INFINITE, ZERO
-from trackably.checker.kernels import Decay
 
 KINDS = {kind: lambda make=make: encode_certificate(make()) for kind, make in VALID.items()}
-
-
-def left_by_first_pass(data: dict, monkeypatch) -> tuple[int, int]:
-    """The number of pairs of a box and a quantity, and how many of them are left to mpmath."""
-    counted = []
-
-    def counting(needs, subject, terms, held):
-        for box, rest, models in boxes.boxes_left(needs, subject, terms, held):
-            counted.append((len(held[box]), len(rest)))
-            yield box, rest, models
-
-    monkeypatch.setattr(boxes, "FIRST_PASS", replace(boxes.FIRST_PASS, boxes=counting))
-    assert isinstance(check(data), Proved)
-    return sum(every for every, _ in counted), sum(rest for _, rest in counted)
-
-
-@pytest.mark.parametrize("kind", [*KINDS, "tank", "pendulum"])
-def test_it_decides_most_boxes(kind, monkeypatch):
-    data = KINDS[kind]() if kind in KINDS else encode_certificate(proved(kind))
-    every, rest = left_by_first_pass(data, monkeypatch)
-    assert every > 0
-    assert rest <= every / 20
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -92,17 +65,6 @@ def test_an_instant_is_in_its_box(step):
         assert box.end - box.start < 1e-8 * step + 1e-14 * k * step
 
 
-def test_an_envelope_that_does_not_suffice_is_found_again_and_one_that_is_too_small_makes_another_verdict(monkeypatch):
-    data = encode_certificate(VALID["instants"]())
-    sooner = changed(data, "claim.last_step", 1)
-    assert check(sooner) == check(sooner, exact=True)
-    assert check(sooner).reason.startswith("tail: ")
-    for found, believed in ((None, data), (Decay(INFINITE, INFINITE), data), (Decay(ZERO, ZERO), sooner)):
-        quick = replace(boxes.FIRST_PASS, envelope=lambda *_, found=found: found)
-        monkeypatch.setattr(boxes, "FIRST_PASS", quick)
-        assert isinstance(check(believed), Proved)
-
-
 @pytest.mark.skipif(CC is None or machine() != "x86_64", reason="there is no C compiler, or another processor")
 def test_a_processor_that_takes_subnormal_numbers_for_zero_is_found_out(tmp_path):
     source, library = tmp_path / "flush.c", tmp_path / "flush.so"
@@ -116,26 +78,11 @@ def test_a_processor_that_takes_subnormal_numbers_for_zero_is_found_out(tmp_path
     assert done.stdout.split() == ["True", "False"]
 
 
-FILES = ROOT / "data" / "results" / "example1" / "certificates"
-
-
-def said_alone(path: Path, before: str = "pass") -> list[str]:
-    """The verdict's last sentence, and whether NumPy is loaded, in a process of its own."""
-    script = (
-        f"import json, sys; {before}; from trackably.checker import check; "
-        "said = str(check(json.load(open(sys.argv[1])))); "
-        "print(said.split(' This was checked in ')[1]); print('numpy' in sys.modules)"
-    )
-    done = subprocess.run([sys.executable, "-c", script, path], capture_output=True, text=True, check=True)
-    return done.stdout.splitlines()
-
-
 def test_without_numpy_everything_is_left_to_mpmath():
-    said, _ = said_alone(FILES / "sound.json", "sys.modules['numpy'] = None")
-    assert said.startswith("exact arithmetic")
-
-
-def test_numpy_is_loaded_only_where_it_is_asked():
-    """Loading it takes longer than most checks."""
-    assert said_alone(FILES / "unconstrained.counterexample.json")[1] == "False"
-    assert said_alone(FILES / "joint.json")[1] == "True"
+    script = (
+        "import json, sys; sys.modules['numpy'] = None; from trackably.checker import check; "
+        "print(str(check(json.load(open(sys.argv[1])))).split(' This was checked in ')[1])"
+    )
+    file = ROOT / "data" / "results" / "example1" / "certificates" / "sound.json"
+    done = subprocess.run([sys.executable, "-c", script, file], capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("exact arithmetic")

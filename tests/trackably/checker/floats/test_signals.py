@@ -17,7 +17,6 @@ from trackably.checker.floats.signals import Boxes, ManyCentres
 from trackably.checker.form import a_kernel
 from trackably.checker.intervals import ZERO
 from trackably.checker.kernels import Matern
-from trackably.checker.kernels import Matern52 as CheckedMatern52
 from trackably.checker.kernels import PiecewisePolynomial2 as CheckedCompact
 from trackably.checker.kernels import SquaredExponential as CheckedSquaredExponential
 from trackably.checker.subject import Signal
@@ -182,19 +181,7 @@ FAULTS = {
         SquaredExponential(0.7, 0.22),
         lambda patch: narrower(patch, "largest_on_disc", CheckedSquaredExponential, 1e-6),
     ),
-    "a wrong bound of many centres on discs": (
-        Matern52(1.0, 1.0),
-        lambda patch: narrower(patch, "largest_around", CheckedMatern52, 1e-6),
-    ),
     "moments that do not move": (Matern52(1.0, 1.0), lambda patch: patch.setattr(signals, "_move", lambda m, _: m)),
-    "moments without the last one": (
-        Matern52(1.0, 1.0),
-        lambda patch: patch.setattr(signals.CentresBefore, "moments", _without_the_last),
-    ),
-    "a centre inside a box taken for one before it": (
-        Matern32(1.0, 1.0),
-        lambda patch: patch.setattr(ManyCentres, "_inside", _one_too_late),
-    ),
     "a wrong derivative": (
         SquaredExponential(1.0, 1.0),
         lambda patch: patch.setattr(CheckedSquaredExponential, "taylor", _with_a_wrong_slope),
@@ -204,26 +191,8 @@ FAULTS = {
         PiecewisePolynomial2(1.0, 1.0),
         lambda patch: patch.setattr(CheckedCompact, "jump", lambda *_: ZERO),
     ),
-    "far centres overlooked": (
-        SquaredExponential(1.0, 1.0),
-        lambda patch: patch.setattr(signals.ManyCentres, "reach", (0.5, Floats.exact(0.0))),
-    ),
 }
 _right_taylor = CheckedSquaredExponential.taylor
-
-
-_right_moments = signals.CentresBefore.moments
-_right_inside = ManyCentres._inside
-
-
-def _without_the_last(before, at):
-    *others, last = _right_moments(before, at)
-    return [*others, last * 0.0]
-
-
-def _one_too_late(of, boxes):
-    first, stop = _right_inside(of, boxes)
-    return np.minimum(first + 1, stop - 1), stop
 
 
 def _with_a_wrong_slope(kernel, r, h, n):

@@ -14,7 +14,6 @@ from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.matern import Matern32
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
-from trackably.gp.kernels.squared_exponential import SquaredExponential
 
 DIGITS = 50
 TERMS = 12
@@ -23,8 +22,6 @@ KINKED: dict[str, Kernel] = {
     "two": PiecewisePolynomial2(1.3, 0.7),
     "three": PiecewisePolynomial3(0.8, 0.7),
     "two times periodic": Product(PiecewisePolynomial2(1.3, 0.7), Periodic(1.0, 0.9, 0.45)),
-    "periodic times three": Product(Periodic(1.0, 0.9, 0.45), PiecewisePolynomial3(1.3, 0.7)),
-    "two and squared exponential": Sum(PiecewisePolynomial2(1.3, 0.7), SquaredExponential(0.5, 0.3)),
     "matern times three and two": Sum(
         Product(Matern32(1.0, 0.5), PiecewisePolynomial3(1.0, 0.7)), PiecewisePolynomial2(0.3, 0.25)
     ),

@@ -97,25 +97,10 @@ def no_jump(monkeypatch):
     monkeypatch.setattr(PiecewisePolynomial, "jump", lambda *_: ZERO)
 
 
-def half_a_jump(monkeypatch):
-    right = PiecewisePolynomial.jump
-    monkeypatch.setattr(PiecewisePolynomial, "jump", lambda *arguments: right(*arguments) / 2)
-
-
 def one_branch(monkeypatch):
     """The polynomial is continued for ever, and nobody notices."""
     monkeypatch.setattr(PiecewisePolynomial, "_is_over", lambda *_: False)
     monkeypatch.setattr(PiecewisePolynomial, "jump", lambda *_: ZERO)
-
-
-def zero_too_early(monkeypatch):
-    monkeypatch.setattr(PiecewisePolynomial, "_is_over", lambda self, r: bool(abs(r) > self.length * 0.999))
-
-
-def jump_on_one_side(monkeypatch):
-    right = PiecewisePolynomial.jump
-    only = lambda self, r, h: ZERO if self._is_over(r) else right(self, r, h)  # noqa: E731
-    monkeypatch.setattr(PiecewisePolynomial, "jump", only)
 
 
 def smooth_at_zero(monkeypatch):
@@ -127,7 +112,7 @@ def wrong_power(monkeypatch):
         monkeypatch.setattr(family, "p", family.p[1:])
 
 
-FAULTS = [no_jump, half_a_jump, one_branch, zero_too_early, jump_on_one_side, smooth_at_zero, wrong_power]
+FAULTS = [no_jump, one_branch, smooth_at_zero, wrong_power]
 
 
 @pytest.mark.parametrize("plant", FAULTS, ids=lambda plant: plant.__name__)

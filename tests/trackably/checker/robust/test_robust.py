@@ -7,19 +7,15 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from tests.trackably.certificates.decoded import decode_certificate
 from tests.trackably.certificates.nonlinear.instances import proved as nonlinear
 from tests.trackably.checker.changes import changed, part_at
-from tests.trackably.checker.instances import scalar_certificate
 from tests.trackably.checker.robust.instances import KINDS, NOISE, robust_certificate, robust_data
 from tests.trackably.checker.robust.redundant import two_pushers
 from tests.trackably.systems.disturbance.naive import naive_support
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Failed, NotACertificate, Proved, check
 from trackably.checker import disturbances as step
-from trackably.checker.disturbances import of_measured_state
 from trackably.checker.form import read_certificate
-from trackably.systems.disturbances import of_measured_state as of_library
 
 PUSHED, NOISY = "pushed cart", "noisy cart"
 
@@ -29,15 +25,9 @@ def test_robust_references_are_proved_and_the_answer_says_for_which_disturbances
     verdict = check(robust_data(kind))
     assert isinstance(verdict, Proved), verdict
     assert re.search("for every sequence of w in W (and v in V )?and every start (in|with y in)", verdict.statement)
+    assert "at all later times t₀ + k T among these" in verdict.statement
     K = robust_certificate(kind).robust.invariant.feedback.tolist()
     assert f"K = {K!r}" in verdict.statement
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_of_steps_after_the_end_of_a_window_nothing_is_said(kind):
-    said = robust_certificate(kind).explanation
-    assert "from every start in x_r ⊕ Z at one of these times and for all later steps among them" in said
-    assert "at all later times t₀ + k T among these" in check(robust_data(kind)).statement
 
 
 def test_the_statement_names_set_bounds_and_invariant_set():
@@ -61,16 +51,6 @@ def test_the_support_is_that_of_the_definition(kind):
         assert support == Z.support(row)
         assert errors.fits(row, support)
         assert not errors.fits(row, support * (1 - Fraction(1, 10**30)))
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_certificates_come_back_as_they_were(kind):
-    assert encode_certificate(decode_certificate(robust_data(kind))) == robust_data(kind)
-
-
-def test_certificates_without_disturbance_are_as_before():
-    assert "disturbance" not in scalar_certificate()
-    assert "disturbance" not in check(scalar_certificate()).statement
 
 
 def block(*path):
@@ -99,25 +79,18 @@ REFUSED = {
         lambda v: str(2 * Fraction(v)),
         "leaves less room|not inside of P",
     ),
-    "W, tenfold": (block("set", "generators", 0, 1), lambda v: str(10 * Fraction(v)), "not inside of P"),
     "W, moved": (block("set", "centre", 0), lambda v: "1/1000", "leaves less room"),
-    "W, another generator": (block("set", "generators"), lambda v: [*v, ["1/500", "0"]], "leaves less room"),
     "s": (block("terms"), halved, "does not contract"),
-    "s, one": (block("terms"), lambda v: 1, "does not contract"),
     "alpha, smaller": (block("contraction"), lambda v: 0.9 * v, "does not contract"),
     "alpha, larger": (block("contraction"), lambda v: 0.9, "leaves less room"),
     "alpha, one": (block("contraction"), lambda v: 1.0, "less than 1"),
-    "alpha, negative": (block("contraction"), lambda v: -0.1, "at least 0"),
     "N": (block("head"), halved, "leaves less room"),
-    "N, one": (block("head"), lambda v: 1, "leaves less room"),
     "P, smaller": (block("box", 1), lambda v: 1e-3 * v, "not inside of P|does not contract"),
-    "P, nothing": (block("box"), lambda v: [0.0, 0.0], "not inside of P"),
     "P, negative": (block("box", 0), lambda v: -v, "sizes of at least 0"),
     "X, a hair narrower": (block("state_set", "upper", 0), lambda v: v * (1 - 2.0**-52), "state_set: row 0"),
     "X, below": (block("state_set", "lower", 1), lambda v: v * (1 - 2.0**-52), "state_set: row 1"),
     "U, a hair narrower": (block("input_set", "upper", 0), lambda v: v * (1 - 2.0**-52), "input_set: row 0"),
     "X, other rows": (block("state_set", "rows", 0, 0), up, "the same rows"),
-    "U, other rows": (block("input_set", "rows", 0, 0), lambda v: 2.0, "the same rows"),
     "X, of one state": (block("state_set", "dimension"), lambda v: 1, "dimensions of state and input"),
     "K, of one state": (block("feedback"), lambda v: [[1.0]], "a column for each state"),
     "W, of one state": (block("set", "centre"), lambda v: ["0"], "an entry for each state"),
@@ -166,6 +139,7 @@ def test_more_room_is_proved_as_well():
     wider = changed(data, block("state_set", "upper", 0), 1.5)
     assert isinstance(check(smaller), Proved)
     assert isinstance(check(wider), Proved)
+    assert isinstance(check(changed(robust_data(NOISY), block("noise", "generators", 0, 0), "1/1000")), Proved)
 
 
 @pytest.mark.parametrize(
@@ -228,16 +202,6 @@ def test_a_reference_for_a_noisy_measurement_is_proved_and_the_answer_says_so():
     assert "Z = S ⊕ F S ⊕" in said.statement
 
 
-def test_both_sums_of_sets_are_the_same():
-    """The checker's W ⊕ (−A V) ⊕ V against that of the library, by support functions."""
-    read, robust = read_certificate(robust_data(NOISY)), decode_certificate(robust_data(NOISY)).robust
-    ours = of_measured_state(read.robust.disturbance, read.robust.noise, read.subject.system.A)
-    library = of_library(robust.disturbance, robust.noise, robust.given.system.A)
-    assert ours.centre == library.centre
-    assert sorted(ours.generators) == sorted(library.generators)
-    assert len(ours.generators) == 1 + 2 + 2
-
-
 def test_bounds_that_leave_room_for_errors_but_not_for_the_noise_itself_are_refused():
     """X moved in by a part of h_V: the errors of the measured state still fit, the true state does not."""
     data = robust_data(NOISY)
@@ -245,10 +209,6 @@ def test_bounds_that_leave_room_for_errors_but_not_for_the_noise_itself_are_refu
     by = float(NOISE.support(np.array([-1.0, 0.0])))
     assert by == 0.004
     assert isinstance(check(changed(data, block("state_set", "upper", 0), upper - 0.5 * by)), Failed)
-
-
-def test_less_noise_is_proved_as_well():
-    assert isinstance(check(changed(robust_data(NOISY), block("noise", "generators", 0, 0), "1/1000")), Proved)
 
 
 def test_hulls_have_no_noise():
