@@ -20,7 +20,7 @@ from tests.splines.trials import Counts, try_one
 from tests.trackably.certificates.instances import case, compact_kernel, general_case
 from tests.trackably.certificates.liars import LIES, LIES_ABOUT_PIECES, Lie
 from tests.trackably.checker.truth import ask, what_is_false
-from tests.trackably.feasibility.test_impossible import random_plant, trajectory
+from tests.trackably.feasibility.instances import random_plant, trajectory
 from tests.trackably.joints.trajectories import ORDERS, extreme
 from tests.trackably.plants import AXIS
 from tests.trackably.test_model_error import PLANT, SYSTEM, W, gain
@@ -76,11 +76,6 @@ Found = Iterator[tuple[str, str | None]]
 def _scaled(low: float, high: float) -> Lie:
     """Return the lie that a number, or an array of numbers, is 10^low to 10^high times what it is."""
     return lambda rng, honest: lambda *a, **k: honest(*a, **k) * 10 ** rng.uniform(low, high)
-
-
-def _some(rng: np.random.Generator, honest: Any) -> Any:
-    """Say half of what is there to be said."""
-    return lambda *a, **k: [each for each in honest(*a, **k) if rng.random() < 0.5]
 
 
 # Kernel sums, pieces and tables.
@@ -194,19 +189,6 @@ def _breaks_anywhere(rng: np.random.Generator, honest: Any) -> Any:
     return told
 
 
-def _everything_open(rng: np.random.Generator, honest: Any) -> Any:
-    return lambda subject: (
-        [
-            (j, r, i)
-            for j, of in enumerate(subject.joints)
-            for r, limit in enumerate(of.limits)
-            for i in range(len(subject.breakpoints) - 1)
-            if limit is not None
-        ],
-        [],
-    )
-
-
 def _solves_another(rng: np.random.Generator, honest: Any) -> Any:
     """Solve the problem of wider limits, or return any coefficients."""
 
@@ -220,12 +202,6 @@ def _solves_another(rng: np.random.Generator, honest: Any) -> Any:
 OF_JOINTS: Lies = {
     "violations are larger": (joints, "_outside", _exaggerates),
     "limits are broken anywhere": (joints, "_outside", _breaks_anywhere),
-    "nothing is decided": (joints, "undecided", _everything_open),
-    "extremes are elsewhere": (
-        joints, "extremes", lambda rng, honest: lambda p, width: np.sort(width * rng.random(4)),
-    ),
-    "limits are left at any time": (joints, "_leaves", _scaled(-3, 0)),
-    "exact values are larger": (joints, "_below", _scaled(0, 2)),
     "any factor will do": (joints, "_least_factor", _scaled(-2, 0)),
     "other splines are nearest": (repairing, "_solve", _solves_another),
 }  # fmt: skip
@@ -286,14 +262,6 @@ def _wrong_pairs(rng: np.random.Generator, honest: Any) -> Any:
     return chosen
 
 
-def _wrong_multipliers(rng: np.random.Generator, honest: Any) -> Any:
-    def summed(*a: Any) -> Any:
-        found = honest(*a)
-        return found and [m * Fraction(float(rng.uniform(0.5, 1.5))) for m in found]
-
-    return summed
-
-
 def _contradicts(rng: np.random.Generator, honest: Any) -> Any:
     def contradicting(of: SignalClass, cells: int) -> Any:
         which = sorted(rng.choice(len(of.samples.times), 3, replace=False).tolist())
@@ -306,9 +274,6 @@ OF_TRUTH: Lies = {
     "errors are smaller": (truth, "_bound", _scaled(-2, 0)),
     "errors are a little smaller": (truth, "_bound", _scaled(-1e-4, 0)),
     "other samples bound": (truth, "_choose", _wrong_pairs),
-    "multipliers are others": (truth, "_rationals", _wrong_multipliers),
-    "there are no cells between": (truth, "_edges", lambda rng, honest: lambda of, start, end: [start, end]),
-    "sides are elsewhere": (truth, "_around", lambda rng, honest: lambda times, at: np.arange(min(3, len(times)))),
     "signals contradict each other": (truth, "_contradicting", _contradicts),
 }
 
@@ -347,8 +312,6 @@ def _smaller_set(rng: np.random.Generator, honest: Any) -> Any:
 
 OF_MODELS: Lies = {
     "the model adds nothing": (ModelError, "added_to", lambda rng, honest: lambda self, W, *a: W),
-    "the model adds a part": (ModelError, "generators", _some),
-    "nothing is taken": (Tightening, "_of_row", lambda rng, honest: lambda *a: (Fraction(0), Fraction(0))),
     "less is taken": (
         Tightening,
         "_of_row",

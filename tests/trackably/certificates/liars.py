@@ -10,7 +10,6 @@ from trackably.certificates import cover, prove, sketch
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import Draft
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.certificates.sketch import Sketch
 from trackably.checker.certificate import Boxes
 from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
@@ -72,21 +71,12 @@ def _breaks_any_bound(rng: np.random.Generator, honest: Any) -> Any:
 
 LIES: dict[str, tuple[Any, str, Lie]] = {
     "every box holds": (cover, "_refusals", _refuses_nothing),
-    "any radius will do": (cover, "radii", _after(lambda rng, r: r * 10 ** rng.uniform(-3, 3, r.shape))),
     "a box is lost": (cover, "_join", _after(_loses_a_box)),
     "an end is moved": (cover, "_join", _after(_moves_an_end)),
-    "boxes are as wide as the window": (cover, "_first_edges", _after(lambda rng, e: e[[0, -1]])),
-    "the cover ends too early": (cover, "_join", _after(lambda _, c: Boxes(c.ends[:-1], c.radii[:-1]))),
     "the tail starts at any time": (prove, "_earliest", _after(lambda rng, t: t * rng.uniform(0.05, 1))),
-    "every tail is settled": (Draft, "is_settled", _always(True)),
     "errors are smaller": (prove.Draft, "of", _with_smaller_errors),
     "every kernel repeats": (Reference, "period", lambda rng, honest: property(lambda s: 1.0)),
     "nothing is broken": (prove._ProofProblem, "broken", _always(None)),
-    "the worst is elsewhere": (
-        Sketch,
-        "worst_times",
-        lambda rng, honest: property(lambda s: [float(rng.choice(s.times))]),
-    ),
     "violations are larger": (prove._ProofProblem, "_failure_at", _after(_exaggerates)),
     "bounds are broken anywhere": (prove._ProofProblem, "_failure_at", _breaks_any_bound),
 }

@@ -7,7 +7,6 @@ from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Proved, check
 from trackably.checker.certificate import AllPhases, AllTimes
-from trackably.errors import DoubtfulInputWarning
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.periodic import Periodic
@@ -113,30 +112,3 @@ def test_an_error_of_evaluation_tightens_the_bounds_of_its_own_quantity_only() -
     given = {"noise_std": 0.004, "starts": 1, "progress": False}
     found = learn_reference(samples, plant, SquaredExponential(), "all_times", **given)
     assert found.duality_gap <= found.fit.solution.allowed_gap
-
-
-def test_before_it_is_said_that_there_is_none_the_whole_search_space_is_looked_at():
-    """Both starts end where the velocity is broken; where it is kept, they do not see."""
-    rng = np.random.default_rng(5)
-    times = np.cumsum(rng.uniform(0.03, 0.07, 80))
-    times -= times[0]
-    part = np.clip((times - 0.3) / 2.4, 0, 1)
-    values = 0.5 * (10 * part**3 - 15 * part**4 + 6 * part**5) + 0.003 * rng.standard_normal(80)
-    kept = np.delete(np.arange(80), [12, 33, 34, 50])
-    cart = ConstrainedSystem(
-        LinearSystem.discretised([[0, 1], [0, -0.75]], [[0], [0.5]], 0.04, states=("position", "velocity")),
-        Polytope.box([-0.05, -0.35], [0.55, 0.35]),
-        Polytope.box([-2.0], [2.0]),
-    )
-    with pytest.warns(DoubtfulInputWarning, match="noise_std: that of position is 0.0043 as it is learned with the b"):
-        found = learn_reference(
-            Samples(times[kept], values[kept]),
-            cart,
-            SquaredExponential((0.05, 5.0), (0.2, 3.0)),
-            "all_times",
-            noise_std=(0.002, 0.05),
-            mean=0.5,
-            starts=2,
-            progress=False,
-        )
-    assert found.objective < -357

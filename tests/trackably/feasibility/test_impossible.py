@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.attack.liars import attack
 from tests.trackably.checker.test_contradiction import relaxed
+from tests.trackably.feasibility.instances import random_plant, trajectory
 from tests.trackably.plants import AXIS, KERNEL, SAMPLES
 from trackably import (
     ConstrainedSystem,
@@ -25,12 +27,11 @@ from trackably import (
     checker,
     learn_reference,
 )
-from trackably import feasibility as proposing
 from trackably import learn as learning
 from trackably.certificates.claim import Written, as_claim
 from trackably.certificates.judge import accepted_file
 from trackably.checker.certificate import Window
-from trackably.feasibility import Steps, impossible, least
+from trackably.feasibility import impossible
 from trackably.streams import learn as streams
 from trackably.systems.tightening import tightening
 from trackably.waypoints import Waypoints, waypoints
@@ -44,31 +45,6 @@ SEEDS = range(8)
 def told(at: Waypoints, plant: ConstrainedSystem = WEAK, claim: Written = "all_times", mean: float = 0.0) -> Any:
     claim = as_claim(claim)
     return impossible(plant, claim, waypoints(at, 1e-6, plant, claim), [mean] * plant.signal_count)
-
-
-def random_plant(rng: np.random.Generator) -> ConstrainedSystem:
-    n, m = int(rng.integers(1, 5)), int(rng.integers(1, 3))
-    A = rng.normal(size=(n, n))
-    A *= rng.uniform(0.5, 1.2) / np.abs(np.linalg.eigvals(A)).max()
-    system = LinearSystem(A, rng.normal(size=(n, min(n, m))), rng.normal(size=n) / 20, sampling_time=0.1)
-    x, u = 10.0 ** rng.uniform(-3, 3, n), 10.0 ** rng.uniform(-3, 3, min(n, m))
-    scaled = LinearSystem(A * x[:, None] / x, system.B * x[:, None] / u, system.c * x, sampling_time=0.1)
-    u *= rng.uniform(0.05, 1.0)
-    skew = np.vstack([np.eye(n), np.ones(n)]) / x
-    return ConstrainedSystem(scaled, Polytope(skew, -np.ones(n + 1), np.ones(n + 1)), Polytope.box(-u, u))
-
-
-def trajectory(plant: ConstrainedSystem, rng: np.random.Generator, count: int) -> list[np.ndarray]:
-    """The states of a random admissible trajectory, as many steps as it stays inside."""
-    x = np.zeros(len(plant.system.states))
-    found = [x]
-    for _ in range(count - 1):
-        u = rng.uniform(plant.input_set.lower, plant.input_set.upper) * rng.uniform(0, 0.3)
-        x = plant.linear.successor(x, u)
-        if plant.state_set.margin(x) < 0:
-            break
-        found.append(x)
-    return found
 
 
 def test_how_much_is_missing_is_what_the_largest_force_leaves():
@@ -137,18 +113,6 @@ def test_times_that_steps_do_not_link_exclude_nothing():
     assert told({0.0: {"position": 0.0}, 0.025: {"position": 0.9}}) is None
     assert told({0.0: {"position": 0.0}, 0.05: {"position": 0.9}}) is not None
     assert told({0.3: {"position": 0.0}, 0.35: {"position": 0.9}}) is not None
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_values_on_an_admissible_trajectory_are_never_called_impossible(seed):
-    rng = np.random.default_rng(seed)
-    plant = random_plant(rng)
-    states = trajectory(plant, rng, 30)
-    names = plant.system.states
-    at = {0.1 * k: dict(zip(names, x.tolist(), strict=True)) for k, x in enumerate(states) if rng.random() < 0.4}
-    claim = Window(0.0, 0.1 * max(1, len(states) - 1))
-    pinned = waypoints(at, 1e-9, plant, claim)
-    assert impossible(plant, claim, pinned, [0.0] * plant.signal_count) is None
 
 
 FREE = replace(WEAK, state_set=Polytope.box([-1, -np.inf], [1, np.inf]))
@@ -261,19 +225,9 @@ def test_what_is_told_is_what_the_checker_accepted_and_a_file_of_it(plant, at, c
     assert more.outcome.explanation.startswith("it is not shown that no reference exists")
 
 
+@pytest.mark.parametrize("lies", [False, True])
 @pytest.mark.parametrize("seed", SEEDS)
-def test_no_multipliers_exclude_what_a_trajectory_does(seed, monkeypatch):
-    """What proposes lies: multipliers of any size, for more than is missing."""
-    rng = np.random.default_rng(seed)
-    plant = random_plant(rng)
-    states = trajectory(plant, rng, 12)
-    at = {0.1 * k: dict(zip(plant.system.states, x.tolist(), strict=True)) for k, x in enumerate(states)}
-    claim = Window(0.0, 0.1 * max(1, len(states) - 1))
-
-    def lying(steps: Steps, elastic: np.ndarray) -> Any:
-        found = least(steps, elastic)
-        sizes = [10.0 ** rng.uniform(-9, 3, len(elastic)) * (rng.random(len(elastic)) < 0.5) for _ in range(2)]
-        return found and replace(found, missing=10.0 ** rng.uniform(-5, 1), at_lower=sizes[0], at_upper=sizes[1])
-
-    monkeypatch.setattr(proposing, "least", lying)
-    assert impossible(plant, claim, waypoints(at, 1e-9, plant, claim), [0.0] * plant.signal_count) is None
+def test_what_a_trajectory_does_is_never_called_impossible(seed, lies):
+    """Neither is it where what proposes lies: multipliers of any size, for more than is missing."""
+    for what, why in attack("contradictions", seed, lies=lies):
+        assert why is None, what

@@ -21,19 +21,6 @@ def test_beyond_its_reach_a_kernel_is_small(kernel):
             assert abs(kappa(mp.mpf(distance) * factor)) <= float(decay.size.b) * (1 + 1e-12)
 
 
-def test_most_kernels_that_decay_have_a_reach():
-    found = [reach(checked(k), 300 * time_scale(k), exactly(2) ** -20).distance for k in DECAYING.values()]
-    assert sum(distance < float("inf") for distance in found) >= 0.7 * len(found)
-
-
-@over(DECAYING)
-def test_a_reach_may_be_longer_than_the_centres_last(kernel):
-    """Boxes far from all centres are proved by it: there, the largest size on a wide disc says nothing."""
-    short, part = time_scale(kernel), exactly(2) ** -20
-    if reach(checked(kernel), 300 * short, part).distance < 500 * short:
-        assert reach(checked(kernel), short, part).distance < float("inf")
-
-
 def test_far_kernels_are_enclosed_and_a_reach_that_is_too_short_is_seen(monkeypatch):
     """Far kernels as one bound contain what every single one adds."""
     kernel = checked(DECAYING["matern52"])
