@@ -14,36 +14,27 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from tests.splines.trials import Counts, try_one
 from tests.trackably.certificates.instances import case, compact_kernel, general_case
 from tests.trackably.certificates.liars import LIES, LIES_ABOUT_PIECES, Lie
 from tests.trackably.checker.truth import ask, what_is_false
 from tests.trackably.feasibility.instances import random_plant, trajectory
-from tests.trackably.joints.trajectories import ORDERS, extreme
 from tests.trackably.plants import AXIS
 from tests.trackably.test_model_error import PLANT, SYSTEM, W, gain
 from tests.trackably.test_truth import NOISE, BangBang
 from trackably import (
-    BrokenLimits,
     CertifiedTable,
-    CertifiedTrajectory,
     ConstrainedSystem,
-    Joints,
-    JointTrajectory,
     ModelError,
     Polytope,
     RefutedTable,
     Samples,
     SquaredExponential,
     Table,
-    certify_joints,
     certify_table,
     feasibility,
     learn_reference,
-    repair_joints,
-    stretch_joints,
     truth,
     worst_plant,
 )
@@ -53,9 +44,6 @@ from trackably.certificates.prove import prove_on_window
 from trackably.checker.certificate import Measured, SignalClass, Window
 from trackably.given import table as tables
 from trackably.gp.signal import KernelSum
-from trackably.joints import certify as joints
-from trackably.joints import repair as repairing
-from trackably.joints.certify import BrokenLimit
 from trackably.learning.problem import NoSolution
 from trackably.systems import tightening
 from trackably.systems.reference import Reference
@@ -114,97 +102,6 @@ def _defects(rng: np.random.Generator, honest: Any) -> Any:
     return lambda *of: [(factor * low, factor * high) for low, high in honest(*of)] if (
         factor := Fraction(10 ** float(rng.uniform(-3, 3)) * (rng.random() < 0.8))
     ) >= 0 else []  # fmt: skip
-
-
-# Joints.
-
-
-def _random_trajectory(rng: np.random.Generator) -> JointTrajectory:
-    t = np.cumsum(rng.uniform(0.05, 0.5, int(rng.integers(4, 8))))
-    return JointTrajectory.of(CubicSpline(t, 0.3 * rng.normal(size=(len(t), 1)), bc_type="clamped"), rests=False)
-
-
-def _content(given: JointTrajectory) -> dict[str, Any]:
-    return {"trajectory": {"breakpoints": given.breakpoints.tolist(), "coefficients": given.coefficients.tolist()}}
-
-
-def _mirrored(given: JointTrajectory) -> JointTrajectory:
-    return replace(given, coefficients=-given.coefficients)
-
-
-def of_joints(rng: np.random.Generator) -> Found:
-    """A limit is next to an extreme of a random spline, or cuts a part of it off."""
-    given, order = _random_trajectory(rng), int(rng.integers(0, 3))
-    most = max(float(extreme(_content(of), 0, order)) for of in (given, _mirrored(given)))
-    by = [10.0 ** rng.uniform(-12, -6) * rng.choice([-1, 1]), rng.uniform(-0.3, 0.1)][int(rng.integers(2))]
-    limits: dict[str, Any] = {ORDERS[0]: [(-1e6, 1e6)]}
-    limits[ORDERS[order]] = [(-most * (1 + by), most * (1 + by))]
-    bounded = Joints(names=given.names, **limits)
-    for asked in (certify_joints, repair_joints, stretch_joints):
-        try:
-            found = asked(given, bounded, tolerance=1e-6)
-        except (ValueError, ArithmeticError, IndexError, AssertionError):
-            yield "nothing", None
-            continue
-        yield f"{asked.__name__}: {type(found).__name__}", _false_of_joints(found, bounded)
-
-
-def _false_of_joints(found: Any, bounded: Joints) -> str | None:
-    if isinstance(found, CertifiedTrajectory):
-        for r in range(bounded.order + 1):
-            low, high = bounded.limits[r, 0].tolist()
-            for end, of in ((high, found.trajectory), (-low, _mirrored(found.trajectory))):
-                if np.isfinite(end) and extreme(_content(of), 0, r) > end:
-                    return f"the {ORDERS[r]} is beyond {end}"
-    if isinstance(found, BrokenLimits):
-        for broken in found.broken:
-            if broken.jumps or broken.limits is None:
-                continue
-            r = ORDERS.index(broken.order)
-            past = [
-                extreme(_content(of), 0, r) - end
-                for end, of in ((broken.limits[1], found.trajectory), (-broken.limits[0], _mirrored(found.trajectory)))
-            ]
-            if max(past) < broken.violation:
-                return f"the {broken.order} is not beyond {broken.limits} by {broken.violation}"
-    return None
-
-
-def _exaggerates(rng: np.random.Generator, honest: Any) -> Any:
-    def told(*a: Any) -> Any:
-        for broken, place in honest(*a):
-            violation = broken.violation * 10 ** rng.uniform(0, 3)
-            yield replace(broken, violation=violation), {**place, "violation": violation}
-
-    return told
-
-
-def _breaks_anywhere(rng: np.random.Generator, honest: Any) -> Any:
-    def told(subject: Any, j: int, r: int, i: int) -> Any:
-        limit, since = subject.joints[j].limits[r], float(subject.width(i)) * float(rng.random())
-        by, t = 10.0 ** rng.uniform(-9, 0), subject.breakpoints[i]
-        broken = BrokenLimit(subject.joints[j].name, ORDERS[r], limit, t, t + since, by, False)
-        yield broken, {"joint": j, "order": r, "piece": i, "since": since, "violation": by}
-
-    return told
-
-
-def _solves_another(rng: np.random.Generator, honest: Any) -> Any:
-    """Solve the problem of wider limits, or return any coefficients."""
-
-    def solved(splines: Any, given: Any, bounded: Joints, held: Any, backoff: float, until: float) -> Any:
-        for each in honest(splines, given, bounded, held, -float(rng.choice([1e-12, 1e-6, 1e-3, 0.1])), until):
-            yield each + rng.normal(size=each.shape) * float(rng.choice([0.0, 1e-9, 1e-2]))
-
-    return solved
-
-
-OF_JOINTS: Lies = {
-    "violations are larger": (joints, "_outside", _exaggerates),
-    "limits are broken anywhere": (joints, "_outside", _breaks_anywhere),
-    "any factor will do": (joints, "_least_factor", _scaled(-2, 0)),
-    "other splines are nearest": (repairing, "_solve", _solves_another),
-}  # fmt: skip
 
 
 # True signals.
@@ -366,7 +263,6 @@ KINDS: dict[str, tuple[Callable[[np.random.Generator], Found], Lies]] = {
     "kernels": (of_kernels, LIES),
     "pieces": (of_pieces, LIES_ABOUT_PIECES),
     "tables": (of_tables, {"defects are others": (tables, "_defects", _defects)}),
-    "joints": (of_joints, OF_JOINTS),
     "true signals": (of_truth, OF_TRUTH),
     "wrong models": (of_models, OF_MODELS),
     "contradictions": (of_contradictions, OF_CONTRADICTIONS),

@@ -12,7 +12,7 @@ from trackably.certificates.goal import for_all_times
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.checker.certificate import Window
 from trackably.learning.learner import JOINT
-from trackably.learning.problem import NothingFactored, NothingFeasible, RequiredValue
+from trackably.learning.problem import NothingFactored, NothingFeasible
 from trackably.systems.intervals import Interval
 
 SAMPLES, PRIOR, PLANT, SPACE = PROBLEMS["example1"]
@@ -42,12 +42,6 @@ def test_a_learner_that_finds_nothing_is_followed_by_its_second_choice():
     assert isinstance(found, Certified)
     assert found.solution.method == "hyperparameters"
     assert found.solution.objective == certified("example1").solution.objective
-
-
-def test_given_values_have_no_second_choice():
-    lost = replace(JOINT, solve=lambda problem: NothingFactored(problem.prior))
-    one = RequiredValue("state", PLANT.quantities[0].trajectory, 0.0, -0.5, 1e-3)
-    assert isinstance(learned(learner=lost, required=(one,)), NothingFactored)
 
 
 @pytest.mark.parametrize(("by", "kept"), [(10.0, "hyperparameters"), (-10.0, "joint")])

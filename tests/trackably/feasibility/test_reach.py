@@ -59,13 +59,6 @@ def test_a_window_in_which_the_tank_runs_empty():
     assert told(plant(0.05, low=0.0), (0.0, 270.0)) is None  # the root of zero may not be defined: nothing is known
 
 
-def test_values_count_after_many_steps_in_which_nothing_changes():
-    found = told(plant(0.6), "all_times", {100.0: {"level": 0.2}, 105.0: {"level": 1.9}, 500.0: {"level": 1.0}})
-    assert found.given == "level = 1.9 at t = 105 s"
-    assert told(plant(0.6), "all_times", {100.0: {"level": 0.2}, 105.0: {"level": 0.9}, 500.0: {"level": 1.0}}) is None
-    assert told(plant(0.6), (0.0, 700.0), {5.0: {"level": 1.0}, 600.0: {"level": 0.2}, 605.0: {"level": 1.9}})
-
-
 def test_of_free_states_nothing_is_known_until_a_value_is_given():
     system = NonlinearSystem.of(lambda x, u: [x[0] + u[0], x[0] * x[1] + u[1]], ("a", "b"), ("p", "q"), 1.0)
     free = ConstrainedSystem(system, Polytope.box([-1.0, -np.inf], [1.0, np.inf]), Polytope.box([0, 0], [0.1, 0.1]))

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.trackably.systems.nonlinear_instances import INSTANCES, exactly, moving
+from tests.trackably.systems.nonlinear_instances import INSTANCES, moving
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove as prove_always
@@ -18,12 +18,6 @@ from trackably.systems.reference import Reference
 END = 3.0
 BOX = Polytope.box
 WIDE = BOX([-99.0], [99.0])
-
-
-def true_values(name: str, reference: Reference, times) -> dict[str, list]:
-    """Of every state and input, in many digits."""
-    found = [exactly(INSTANCES[name], reference, t) for t in times]
-    return {q: [values[q] for values in found] for q in found[0]}
 
 
 def tight(name: str, end: float = END, room: float = 1e-3, centres: int = 3) -> Reference:
