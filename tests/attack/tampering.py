@@ -1,27 +1,18 @@
 """Random changes of certificates and counterexamples, small and absurd."""
 
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
 from tests.attack.bases import Base
 from tests.attack.counts import Counts
-from tests.attack.huge import HUGE, MOST_MEMORY, MOST_SECONDS, READ, RECORDINGS, answers, measured, write
 from tests.trackably.checker.changes import changed, combined_changes, leaves, part_at, replacements, without
 
 
 def attack_certificate(counts: dict[str, Counts], known: list[Base], seed: int, number: int) -> None:
     """Change one of the known files, by the random numbers of this number, and count whether it is accepted."""
     rng = np.random.default_rng((seed, number))
-    if number % 500 == 29:
-        _attack_machine(counts, number // 500)
-    else:
-        _attack_base(counts, known[int(rng.integers(len(known)))], rng)
-
-
-def _attack_base(counts: dict[str, Counts], base: Base, rng: np.random.Generator) -> None:
+    base = known[int(rng.integers(len(known)))]
     what, data = base.family, base.data
     for _ in range(int(rng.choice([1, 1, 1, 2, 3]))):
         done, data = random_change(data, rng)
@@ -65,21 +56,3 @@ def _others(value: Any) -> list[Any]:
         return replacements(value)
     except (IndexError, TypeError, ValueError, OverflowError, ZeroDivisionError):
         return [None, [], 1.0]
-
-
-def _attack_machine(counts: dict[str, Counts], number: int) -> None:
-    """One of the files that would take hours or gigabytes: none may be accepted, or exceed its time or memory."""
-    with TemporaryDirectory() as folder:
-        for name, table in (("hours and gigabytes", HUGE), ("packed recordings", RECORDINGS)):
-            family, (what, of) = counts.setdefault(name, Counts()), list(table.items())[number % len(table)]
-            if isinstance(of, tuple):
-                took, codes = measured(of.written(Path(folder)), command=("-c", READ)), (1,)
-                is_said = of.says in took.said
-            else:
-                took, codes = measured(write(of(), Path(folder) / "file.json"), "--seconds", "2"), answers(what)
-                is_said = True
-            family.tried += 1
-            family.undecided += took.code == 3
-            family.longest = max(family.longest, took.seconds)
-            if took.code not in codes or not is_said or took.seconds > MOST_SECONDS or took.memory > MOST_MEMORY:
-                family.false.append(f"{name}, {what}: {took}")

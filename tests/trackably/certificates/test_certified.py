@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import pytest
 
-import trackably.certificates.certified as module
 from tests.trackably.certificates.references import PROBLEMS, certified
 from tests.trackably.systems.instances import bounded
 from trackably.certificates.certified import Certified, learn_certified
@@ -56,20 +55,6 @@ def test_a_function_that_a_back_off_made_worse_than_hyperparameters_alone_is_not
     assert isinstance(found, Certified)
     assert found.solution.method == kept
     assert found.solution.objective <= certified("example1").solution.objective
-
-
-def test_attempts_end_where_errors_leave_room_at_no_back_off(monkeypatch):
-    """Errors of evaluation grow from attempt to attempt, but bounds are not drawn in any further."""
-    attempts, unproved = [], Unproved("state", BOUNDS, (0.1, 0.1), 1e-4, "planted")
-
-    def growing(_):
-        return {q.name: 3e-3 * 1.01 ** len(attempts) for q in PLANT.quantities}
-
-    monkeypatch.setattr(module, "_relative_errors", growing)
-    goal = replace(GOAL, prove=lambda reference: unproved)
-    learner = replace(JOINT, fallback=None)
-    assert learned(goal=goal, on_attempt=attempts.append, learner=learner) is unproved
-    assert len(attempts) < 10
 
 
 def test_constraints_are_extended_to_where_a_proof_failed_before_them():

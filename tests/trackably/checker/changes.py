@@ -120,12 +120,6 @@ def changes_of_sets(data: dict) -> Iterator[tuple[str, dict]]:
         swapped = put(one, "lower", "upper", of=other, into=data)
         yield f"bounds {one} and {other} swapped", put(other, "lower", "upper", of=one, into=swapped)
         yield f"row {other} for row {one}", put(one, "rows", of=other, into=data)
-        if one[0] == other[0]:
-            moved = put(one, "rows", "lower", "upper", of=other, into=data)
-            moved = put(other, "rows", "lower", "upper", of=one, into=moved)
-            yield f"bounds {one} and {other} in another order", moved
-    for which in rows:
-        yield f"bound {which} forgotten", without_quantity(data, which)
 
 
 def changes_of_signals(data: dict) -> Iterator[tuple[str, dict]]:
@@ -152,17 +146,3 @@ def changes_of_trajectories(data: dict) -> Iterator[tuple[str, dict]]:
         for kind, of_kind in parts.items()
     }
     yield "all looks a step later", {**data, "trajectories": later}
-
-
-def without_quantity(data: dict, which: tuple[str, int]) -> dict:
-    """Return the certificate without a row of a set, and without what belongs to it."""
-    side, i = which
-    name = list(data["evaluation"]["errors"])[
-        i + len(data["reference"]["plant"]["state_set"]["rows"]) * (side == "input_set")
-    ]
-    copied = copy.deepcopy(data)
-    for field in ("rows", "lower", "upper"):
-        del copied["reference"]["plant"][side][field][i]
-    del copied["evaluation"]["errors"][name]
-    copied["claim"].get("covers", {}).pop(name, None)
-    return copied

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.trackably.checker.redundant import PLANT, STEPS, as_read, in_the_plane, learned
+from tests.trackably.certificates.nonlinear.instances import as_read
+from tests.trackably.checker.redundant import PLANT, STEPS, in_the_plane, learned
 from tests.trackably.systems.instances import controllable
 from tests.trackably.systems.redundant_instances import excess
 from trackably.certificates.certificate import Certificate

@@ -101,10 +101,8 @@ REFUSED = {
 NOISE_REFUSED = {
     "V, a hair larger": (block("noise", "generators", 1, 1), lambda v: str(Fraction(v) * (1 + Fraction(1, 2**50)))),
     "V, moved": (block("noise", "centre", 0), lambda v: "-1/100"),
-    "V, another generator": (block("noise", "generators"), lambda v: [*v, ["1/1000", "0"]]),
     "W, a hair larger": (block("set", "generators", 0, 1), lambda v: str(Fraction(v) * (1 + Fraction(1, 2**50)))),
     "X, a hair narrower": (block("state_set", "upper", 0), lambda v: v * (1 - 2.0**-52)),
-    "X, below": (block("state_set", "lower", 1), lambda v: v * (1 - 2.0**-52)),
     "U, a hair narrower": (block("input_set", "upper", 0), lambda v: v * (1 - 2.0**-52)),
     "V, of one state": (block("noise", "centre"), lambda v: ["0"]),
 }
