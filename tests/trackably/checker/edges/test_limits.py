@@ -77,10 +77,3 @@ def test_a_time_that_is_given_is_kept() -> None:
         assert check(data, seconds=1e-9) == Undecided("not decided within 1e-09 s")
     assert isinstance(check(hostile.tower(40), seconds=1), Undecided | Failed)
     assert isinstance(check(encode_certificate(VALID["instants"]()), seconds=600), Proved)
-
-
-def test_progress_counts_boxes_and_instants() -> None:
-    for kind in ("window", "instants"):
-        told: list[tuple[int, int]] = []
-        assert isinstance(check(encode_certificate(VALID[kind]()), report=lambda *far: told.append(far)), Proved)  # noqa: B023
-        assert told == [(i, len(told)) for i in range(len(told))] != []
