@@ -6,10 +6,9 @@ import pytest
 from pipeline.published.scalar import scalar
 from tests.pipeline.published import example1
 from tests.trackably.certificates import naive
-from tests.trackably.certificates.references import certified, unconstrained
+from tests.trackably.certificates.references import unconstrained
 from tests.trackably.systems.instances import bounded
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.draft import Draft
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import prove, prove_at_instants, prove_on_window
 from trackably.checker.certificate import AllPhases, AllTimes, Instants, Window
@@ -120,18 +119,3 @@ def test_a_constant_has_one_centre(kernel):
         with pytest.raises(ValueError, match=r"z1 has no centres, so that it is the constant 0\.3: give it one"):
             claimed(Reference((empty,), PLANT))
         assert isinstance(claimed(Reference((one,), PLANT)), Certificate)
-
-
-def test_no_value_is_enclosed_where_float64_shows_that_bounds_are_kept(monkeypatch):
-    """The margin is half of what errors of evaluation may take: unproved, and no counterexample is sought."""
-    learned = certified("example1").reference
-    highest = float(np.max(learned.state_at(np.linspace(0.0, 1.0, 2_000_001))[:, 0]))
-    close = Reference(learned.signals, bounded(learned.plant, state_set=Interval(-2.0, highest + 5e-13)))
-
-    def enclosed(*_):
-        raise AssertionError("this takes seconds where there are thousands of kernels")
-
-    monkeypatch.setattr(Draft, "value", enclosed)
-    found = prove_on_window(close, 0.0, 1.0)
-    assert isinstance(found, Unproved)
-    assert "the margin is smaller than the error of float64 evaluation" in found.reason
