@@ -390,8 +390,14 @@ class Tightening:
             D = of.added_to(Zonotope([Fraction(0)] * len(Z.box)), given.linear, given.state_set, given.input_set)
             return widths_taken(given, D, Z.feedback)
 
+        W, V = self.disturbance, self.noise
+        assert W is not None, "Z is that of disturbances"
         by_vertex, whole = [cost(ModelError((each,))) for each in error.vertices], cost(error)
-        beside = np.array([float(low + high) for low, high in self.taken]) - whole
+        of_errors = of_measured_state(require_zonotope("disturbance", W), V, given.linear.A) if V else W
+        beside = widths_taken(given, of_errors, Z.feedback) + 0.0  # no −0 is printed
+        if V:  # a state is off by the noise from what is measured of it
+            rows = given.state_set.rows
+            beside[: len(rows)] += V.support(rows) + V.support(-rows)
         left = np.where(whole > 0, (width - beside) / np.where(whole > 0, whole, 1.0), np.inf)
         worst = int(np.argmin((width - beside - whole) / width))
         vertex = int(np.argmax([of[worst] for of in by_vertex]))
