@@ -1,13 +1,13 @@
 """Compare two folders or revisions: artifacts, certificates with the fits they are about, claims, environments."""
 
 import subprocess
-import tarfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
+from zipfile import ZipFile
 
 from pipeline.compare.artifacts import (
     Leaf,
@@ -190,11 +190,11 @@ def laid_out(name: str, repository: Path = Path()) -> Iterator[Path]:
     found = _git(repository, "rev-parse", "--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}")
     if found.returncode:
         raise InputError(f"{name}: is neither a folder nor a revision of this repository")
-    done = _git(repository, "archive", "--format=tar", found.stdout.decode().strip())
+    done = _git(repository, "archive", "--format=zip", found.stdout.decode().strip())
     if done.returncode:
         raise InputError(f"{name}: cannot be read by git: {done.stderr.decode().strip()}")
-    with TemporaryDirectory() as folder, tarfile.open(fileobj=BytesIO(done.stdout)) as archive:
-        archive.extractall(folder, filter="data")
+    with TemporaryDirectory() as folder, ZipFile(BytesIO(done.stdout)) as archive:
+        archive.extractall(folder)
         if not (Path(folder) / RESULTS).is_dir():
             raise InputError(f"{name}: this revision has no results in {RESULTS}")
         yield Path(folder)
