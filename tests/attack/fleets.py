@@ -94,6 +94,7 @@ def _judge_rows(family: Counts, fleet: Fleet, motions: dict[str, int]) -> None:
 
 
 def _judge_table(family: Counts, fleet: Fleet, names: list[str]) -> None:
+    csv.field_size_limit(2**31 - 1)  # a name that is repeated a hundred times, three times over, is longer than usual
     with fleet.table.open(encoding="utf-8", newline="") as file:
         cells = [row[0] for row in csv.reader(file)][1:]
     told = [name.encode(errors="backslashreplace").decode() for name in names]
