@@ -1,5 +1,7 @@
 """Covariances of rows: against sums with many digits, where differences of float64 have none left."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from mpmath import mp
@@ -88,3 +90,15 @@ def test_gradients_of_many_rows_come_from_moments(kernel):
         (found.across_gradient(multipliers, times, weights), direct(times, weights)),
     ):
         np.testing.assert_allclose(one, other, rtol=1e-8, atol=1e-9 * np.max(np.abs(other)))
+
+
+def test_memory_is_that_of_the_covariances_alone():
+    """Those of all terms would take several times as much."""
+    starts, times = np.linspace(0.0, 90.0, 400), np.linspace(0.0, 100.0, 4000)
+    terms = Terms(np.append(starts, starts + 1.0), np.append(np.ones(400), -np.ones(400)), np.tile(np.arange(400), 2))
+    kernel = Direct(Matern52(1.0, 0.3), terms, 400)
+    tracemalloc.start()
+    found = kernel.across(times)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 3 * found.nbytes
