@@ -115,7 +115,7 @@ def of_tables(rng: np.random.Generator) -> Found:
     yield type(found).__name__, why
 
 
-def _defects(rng: np.random.Generator, honest: Any) -> Any:
+def _excesses(rng: np.random.Generator, honest: Any) -> Any:
     return lambda *of: [(factor * low, factor * high) for low, high in honest(*of)] if (
         factor := Fraction(10 ** float(rng.uniform(-3, 3)) * (rng.random() < 0.8))
     ) >= 0 else []  # fmt: skip
@@ -177,9 +177,9 @@ def _false_of_joints(found: Any, bounded: Joints) -> str | None:
 
 def _exaggerates(rng: np.random.Generator, honest: Any) -> Any:
     def told(*a: Any) -> Any:
-        for broken, place in honest(*a):
-            violation = broken.violation * 10 ** rng.uniform(0, 3)
-            yield replace(broken, violation=violation), {**place, "violation": violation}
+        if broken := honest(*a):
+            return replace(broken, violation=broken.violation * 10 ** rng.uniform(0, 3))
+        return None
 
     return told
 
@@ -188,8 +188,8 @@ def _breaks_anywhere(rng: np.random.Generator, honest: Any) -> Any:
     def told(subject: Any, j: int, r: int, i: int) -> Any:
         limit, since = subject.joints[j].limits[r], float(subject.width(i)) * float(rng.random())
         by, t = 10.0 ** rng.uniform(-9, 0), subject.breakpoints[i]
-        broken = BrokenLimit(subject.joints[j].name, ORDERS[r], limit, t, t + since, by, False)
-        yield broken, {"joint": j, "order": r, "piece": i, "since": since, "violation": by}
+        place = {"joint": j, "order": r, "piece": i, "since": since}
+        return BrokenLimit(subject.joints[j].name, ORDERS[r], limit, t, t + since, by, False, place)
 
     return told
 
@@ -224,7 +224,7 @@ OF_JOINTS: Lies = {
     "extremes are elsewhere": (
         joints, "extremes", lambda rng, honest: lambda p, width: np.sort(width * rng.random(4)),
     ),
-    "limits are left at any time": (joints, "_leaves", _scaled(-3, 0)),
+    "limits are left at any time": (joints, "_begins", _scaled(-3, 0)),
     "exact values are larger": (joints, "_below", _scaled(0, 2)),
     "any factor will do": (joints, "_least_factor", _scaled(-2, 0)),
     "other splines are nearest": (repairing, "_solve", _solves_another),
@@ -402,7 +402,7 @@ OF_CONTRADICTIONS: Lies = {
 KINDS: dict[str, tuple[Callable[[np.random.Generator], Found], Lies]] = {
     "kernels": (of_kernels, LIES),
     "pieces": (of_pieces, LIES_ABOUT_PIECES),
-    "tables": (of_tables, {"defects are others": (tables, "_defects", _defects)}),
+    "tables": (of_tables, {"excesses are others": (tables, "_excesses", _excesses)}),
     "joints": (of_joints, OF_JOINTS),
     "true signals": (of_truth, OF_TRUTH),
     "wrong models": (of_models, OF_MODELS),

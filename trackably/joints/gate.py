@@ -11,8 +11,9 @@ import numpy as np
 
 from trackably.arguments import array, instance, positive, real
 from trackably.arrays import Array, ArrayLike
+from trackably.given.accepted import NotAcceptedError
 from trackably.given.conversion import shift
-from trackably.joints.certify import TOLERANCE, CertifiedTrajectory, NotAcceptedError, fit_joints, room
+from trackably.joints.certify import TOLERANCE, CertifiedTrajectory, fit_joints, room
 from trackably.joints.limits import Joints
 from trackably.joints.repair import repair_joints
 from trackably.joints.trajectory import JointTrajectory, at_ends, hermite, join, on_pieces

@@ -24,11 +24,11 @@ from trackably.arrays import Array
 from trackably.certificates.outcome import Unproved
 from trackably.checker.joints import ORDERS
 from trackably.control.programs import Program
+from trackably.given.accepted import NotAcceptedError
 from trackably.given.repair import Splines
 from trackably.joints.certify import (
     TOLERANCE,
     CertifiedTrajectory,
-    NotAcceptedError,
     ObservedDistance,
     fit_joints,
     make_unproved,
