@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.polynomial import Polynomial
+from numpy.polynomial.polynomial import polyder
 
 from trackably.arguments import instance, positive
 from trackably.arrays import Array
@@ -22,7 +23,7 @@ from trackably.checker.joints import BROKEN, FORMAT, ORDERS, VERSION, read_joint
 from trackably.checker.joints import JointTrajectory as Subject
 from trackably.given.accepted import AcceptedProof, AcceptedRefutation, NotAcceptedError
 from trackably.joints.limits import Joints
-from trackably.joints.trajectory import JointTrajectory, derivative
+from trackably.joints.trajectory import JointTrajectory
 from trackably.systems.intervals import Interval, ends_shown, ends_within, rounded_text
 
 TOLERANCE = 1e-9
@@ -254,15 +255,14 @@ def _content(form: str, trajectory: JointTrajectory, joints: Joints, tolerance: 
 # What is broken is sought in float64, and told exactly.
 
 
-def _on_pieces(c: Array, widths: Array) -> Array:
-    """Return Bernstein coefficients on pieces, along the last axis.
+def _on_pieces(c: Array, r: int, widths: Array) -> Array:
+    """Return the Bernstein coefficients of r-th derivatives on pieces, along the last axis.
 
-    A polynomial lies between its least and largest one.
-
-    `c` has the shape (…, K, n), and `widths` (K,) [s].
+    A polynomial lies between its least and largest one. `c` has the shape (J, K, n), and `widths` (K,) [s].
     """
-    n = c.shape[-1]
-    return np.asarray((c * widths[:, None] ** np.arange(float(n))) @ bernstein(n).T)
+    d = polyder(c, r, axis=2)
+    n = d.shape[2]
+    return np.asarray((d * widths[:, None] ** np.arange(float(n))) @ bernstein(n).T)
 
 
 def room(c: Array, widths: Array, joints: Joints) -> Array:
@@ -273,7 +273,7 @@ def room(c: Array, widths: Array, joints: Joints) -> Array:
     found = np.full(len(widths), np.inf)
     for r in range(joints.order + 1):
         low, high = np.moveaxis(joints.limits[r], -1, 0)[:, :, None, None]
-        b, some = _on_pieces(derivative(c, r), widths), np.isfinite(low)
+        b, some = _on_pieces(c, r, widths), np.isfinite(low)
         with np.errstate(invalid="ignore"):
             inside = np.where(some, np.minimum(b - low, high - b) / (high - low), np.inf)
         found = np.minimum(found, np.min(inside, axis=(0, 2)))
@@ -345,17 +345,17 @@ def _least_factor(given: JointTrajectory, joints: Joints) -> float:
     widths, s = np.diff(given.breakpoints), 1.0
     for r in range(1, joints.order + 1):
         low, high = joints.limits[r].T
-        for j in np.flatnonzero(~((low < 0) & (high > 0))):
-            raise ValueError(f"stretch_joints: the limits of the {ORDERS[r]} of {joints.names[j]} must have 0 inside")
+        if len(wrong := np.flatnonzero(~((low < 0) & (high > 0)))):
+            name = joints.names[wrong[0]]
+            raise ValueError(f"stretch_joints: the limits of the {ORDERS[r]} of {name} must have 0 inside")
 
-        def largest(values: Array, low: Any, high: Any) -> Array:
+        def largest(values: Array, low: Any, high: Any) -> Any:
             return np.max(np.maximum(values / high, values / low), axis=-1)
 
-        d = derivative(given.coefficients, r)
-        most = largest(_on_pieces(d, widths), low[:, None, None], high[:, None, None])
+        most = largest(_on_pieces(given.coefficients, r, widths), low[:, None, None], high[:, None, None])
         for j, i in zip(*np.unravel_index(np.argsort(-most, axis=None), most.shape), strict=True):
             if most[j, i] <= s**r:
                 break
-            p = Polynomial(d[j, i])
+            p = Polynomial(given.coefficients[j, i]).deriv(r)
             s = max(s, float(largest(p(extremes(p, widths[i])), low[j], high[j])) ** (1 / r))
     return s

@@ -151,12 +151,20 @@ def _names(given: Sequence[str] | None, limits: Mapping[str, Limits]) -> tuple[s
     by_name = [[*of] for of in limits.values() if isinstance(of, Mapping)]
     if given is None and not by_name:
         raise ValueError(_NAMELESS)
-    known = names("joints: names", [*dict.fromkeys(name for of in by_name for name in of)] if given is None else given)
-    if not known or len({*known}) < len(known):
-        raise ValueError(f"joints: names must be different, one at least, got {', '.join(known) or 'none'}")
+    if given is None:
+        given = [*dict.fromkeys(name for of in by_name for name in of)]
+    known = different_names("joints: names", given)
     for name in known:
         if not (name and len(name) <= 60 and all(letter.isalnum() or letter in "_-./" for letter in name)):
             raise ValueError(f"joints: a name must be letters, digits, _, -, . and /, 60 at most, got {name!a:.80}")
+    return known
+
+
+def different_names(what: str, given: Any) -> tuple[str, ...]:
+    """Return the names of joints. TypeError: some are no names. ValueError: there are none, or some are equal."""
+    known = names(what, given)
+    if not known or len({*known}) < len(known):
+        raise ValueError(f"{what} must be different, one at least, got {', '.join(known) or 'none'}")
     return known
 
 

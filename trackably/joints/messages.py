@@ -16,7 +16,7 @@ from trackably.errors import InputError
 from trackably.exports import ros2
 from trackably.extras import optional
 from trackably.files import path_of, read_yaml
-from trackably.joints.trajectory import JointTrajectory, at_ends, join
+from trackably.joints.trajectory import JointTrajectory, join
 
 FIELDS = ("positions", "velocities", "accelerations")
 _NANOSECONDS = 1_000_000_000
@@ -161,7 +161,7 @@ def write_joint_trajectory(trajectory: JointTrajectory, path: Path | str, topic:
     count = 1 + (trajectory.degree > 1) + (trajectory.degree > 3)
     ends = trajectory.breakpoints
     nanoseconds = [int(t) for t in np.rint((ends - ends[0]) * _NANOSECONDS).tolist()]
-    values, before = {}, at_ends(ends, trajectory.coefficients, count)
+    values, before = {}, trajectory.at_ends(count)
     for order, name in enumerate(FIELDS[:count]):
         after = replace(trajectory, rests=False)(ends, order)
         jump = float(np.max(np.abs(after[1:-1] - before[order, :-1]), initial=0.0))
