@@ -184,19 +184,17 @@ class Gate:
         only velocities are limited, they may jump, and a stop takes the shortest duration.
         """
         states, ends = motion.at_ends(self._order), motion.breakpoints[1:]
-        tried, (R, _, J) = np.flatnonzero(ends >= since), states.shape
-        widths = np.tile(np.geomspace(_SHORTEST, _LONGEST, _STOPS), len(tried))
-        of = np.repeat(tried, _STOPS)
-        start = states[1:, of]
-        velocity = hermite(start, np.zeros_like(start), widths) if R > 1 else np.zeros((J, len(of), 1))
-        powers = np.arange(1.0, velocity.shape[2] + 1)
-        c = np.concatenate([states[0, of].T[:, :, None], velocity / powers], axis=2)
-        (open_,) = np.nonzero(room(c, widths, self.joints) >= 0)
-        if not len(open_):
-            return None
-        k = of[open_[-1]]
-        best = open_[of[open_] == k][:1]
-        return motion.on(motion.breakpoints[: k + 2]).followed_by(ends[k] + widths[best], c[:, best])
+        widths = np.geomspace(_SHORTEST, _LONGEST, _STOPS)
+        for k in reversed(np.flatnonzero(ends >= since).tolist()):
+            q, *start = np.repeat(states[:, [k]], _STOPS, axis=1)
+            velocity = hermite(np.array(start), np.zeros_like(start), widths) if start else np.zeros((*q.T.shape, 1))
+            powers = np.arange(1.0, velocity.shape[2] + 1)
+            c = np.concatenate([q.T[:, :, None], velocity / powers], axis=2)
+            (open_,) = np.nonzero(room(c, widths, self.joints) >= 0)
+            if len(open_):
+                best = open_[:1]
+                return motion.on(motion.breakpoints[: k + 2]).followed_by(ends[k] + widths[best], c[:, best])
+        return None
 
     def _repair(self, given: JointTrajectory, before: JointTrajectory, left: float) -> CertifiedTrajectory | None:
         """Return the motion nearest to a chunk from the end of the running one, with time for a stop after it."""
