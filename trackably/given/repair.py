@@ -132,9 +132,7 @@ class Nearest:
             row = self.rows(functional, times) / width
             low, high = ((end - float(functional.offset)) / width for end in (q.bounds.lower, q.bounds.upper))
             at_most += [(row, np.full(len(times), high - backoff)), (-row, np.full(len(times), -low - backoff))]
-        (M, wanted), (A, limits) = (_stack(of) for of in (aims, equal + at_most))
-        program = Program(2 * M.T @ M, -2 * M.T @ wanted, A, len(equal))
-        found = program.solve(limits, (1e-8,), ("Solved", "AlmostSolved"))
+        found = nearest(_stack(aims), equal, at_most)
         return None if found is None else found.reshape(-1, self.splines.count)
 
     @property
@@ -173,6 +171,13 @@ class Nearest:
             lowest = (margin[1:-1] <= margin[:-2]) & (margin[1:-1] <= margin[2:]) & (margin[1:-1] < room)
             found.append(fine[lowest])
         return np.unique(np.concatenate(found))
+
+
+def nearest(aim: Side, equal: Sequence[Side], at_most: Sequence[Side]) -> Array | None:
+    """Return the coefficients whose rows are nearest to an aim, and equal or do not exceed others; None if none do."""
+    (M, wanted), (A, limits) = aim, _stack([*equal, *at_most])
+    program = Program(2 * M.T @ M, -2 * M.T @ wanted, A, sum(len(values) for _, values in equal))
+    return program.solve(limits, (1e-8,), ("Solved", "AlmostSolved"))
 
 
 def _stack(sides: Sequence[Side]) -> Side:

@@ -97,9 +97,8 @@ class Joints:
 
         ValueError: nothing is left inside.
         """
-        by = real("widened: part", part) * np.diff(self.limits, axis=2) / 2
-        with np.errstate(invalid="ignore"):
-            wide = np.where(np.isfinite(self.limits), self.limits + by * [-1.0, 1.0], self.limits)
+        widths = np.nan_to_num(np.diff(self.limits, axis=2), posinf=0.0)
+        wide = self.limits + real("widened: part", part) * widths / 2 * [-1.0, 1.0]
         each = (list(map(tuple, of)) for of in wide.tolist())
         return type(self)(*each, names=self.names, continuous=tuple(self.continuous))
 
