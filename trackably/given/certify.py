@@ -51,24 +51,25 @@ def flat_output(curve: PolynomialPieces, stencil: Stencil, order: int, step: flo
     gain = sum(stencil.weights)
     delay = sum(j * w for j, w in enumerate(stencil.weights)) / gain * step
     ends, coefficients = curve.breakpoints + delay, curve.coefficients / gain
-    if curve.beyond == "period":
-        ends = _repeating(curve, delay)
-    elif curve.beyond == "end":
+    if curve.beyond == "end":
         coefficients[0] = shift(coefficients[0], curve.breakpoints[0] - ends[0])
         ends[0] = curve.breakpoints[0]
         ends[-1] = max(ends[-1], nextafter(nextafter(curve.breakpoints[-1] + order * step, inf), inf))
     coefficients[:, 0] -= stencil.offset / gain
+    if curve.beyond == "period":
+        return _repeating(ends, coefficients, curve)
     return PolynomialPieces(ends, coefficients, curve.beyond)
 
 
-def _repeating(curve: PolynomialPieces, delay: float) -> Array:
-    """Return delayed breakpoints with the same period; those of the curve itself if float64 has no such numbers."""
-    ends = curve.breakpoints + delay
+def _repeating(ends: Array, coefficients: Array, curve: PolynomialPieces) -> PolynomialPieces:
+    """Return pieces with the period of a curve at delayed breakpoints; at its own if float64 has no such period."""
     coarse = 4 * np.spacing(np.max(np.abs(ends)))  # multiples of this have differences that are exact
     ends[0] = np.round(ends[0] / coarse) * coarse
     ends[-1] = ends[0] + curve.period
-    exact = Fraction(float(ends[-1])) - Fraction(float(ends[0])) == Fraction(curve.period)
-    return ends if exact and np.all(np.diff(ends) > 0) else curve.breakpoints
+    try:
+        return PolynomialPieces(ends, coefficients, "period")
+    except ValueError:
+        return PolynomialPieces(curve.breakpoints, coefficients, "period")
 
 
 def distance(curve: PolynomialPieces, output: PolynomialPieces, stencil: Stencil, certificate: Certificate) -> float:

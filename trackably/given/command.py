@@ -15,7 +15,7 @@ from trackably.arrays import Array
 from trackably.certificates.judge import accepted_file
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.errors import InputError
-from trackably.files import from_json, new_file, read_bytes, read_yaml, unwritable, write_atomically
+from trackably.files import errors_of, from_json, new_file, read_bytes, read_yaml, unwritable, write_atomically
 from trackably.given.certify import CertifiedReference, certify
 from trackably.given.table import CertifiedTable, RefutedTable, Table, certify_table
 from trackably.gp.samples import Samples
@@ -80,7 +80,7 @@ def read_plant(path: Path) -> ConstrainedSystem:
 
     null as a set means unbounded. Raises InputError with the file and what is wrong.
     """
-    try:
+    with errors_of(path):
         content = fields_of(_content(path), _PARTS)
         if missing := [name for name in _PARTS if name not in content]:
             raise ValueError(f"lacks {missing[0]}; null says that nothing is bounded")
@@ -91,8 +91,6 @@ def read_plant(path: Path) -> ConstrainedSystem:
             for name, size in sides
         )
         return ConstrainedSystem(system, *sets)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{path}: {error}") from error
 
 
 def _content(path: Path) -> object:
@@ -151,10 +149,8 @@ class Columns:
         )
         if len(inputs) > 1 and np.all(np.isnan(inputs[-1])):
             inputs = inputs[:-1]
-        try:
+        with errors_of(self.path):
             return Table(states, inputs, int(whole[0]))
-        except ValueError as error:
-            raise InputError(f"{self.path}: {error}") from error
 
     def samples(self, plant: ConstrainedSystem) -> dict[str, Samples]:
         """Return samples of the flat outputs, by state, from the columns of the file. InputError: there are none."""
@@ -166,10 +162,8 @@ class Columns:
             raise InputError(
                 f"{self.path}: no column shows a flat output; expected {wanted}, got {', '.join(self.values)}"
             )
-        try:
+        with errors_of(self.path):
             return {name: Samples(times, self.values[name]) for name in found}
-        except ValueError as error:
-            raise InputError(f"{self.path}: {error}") from error
 
 
 def read_columns(path: Path) -> Columns:
@@ -185,14 +179,11 @@ def read_columns(path: Path) -> Columns:
     heads = [head.partition("[")[0].strip() for head in cells.columns]
     if twice := [head for i, head in enumerate(heads) if head in heads[:i]]:
         raise InputError(f"{path}: expected a header of different names, but {twice[0]!r} is there twice")
-    values = [
-        [_number(path, *of) for of in zip(cells.places, cells.columns[name], strict=True)] for name in cells.columns
-    ]
-    return Columns(path, dict(zip(heads, map(np.array, values), strict=True)), cells.places)
-
-
-def _number(path: Path, place: str, cell: str) -> float:
-    try:
-        return float("nan") if _LAYOUT.is_missing(cell) else scale_once(parse(cell, POINT), 1.0)
-    except ValueError as error:
-        raise InputError(f"{path}, {place}: {error}") from None
+    values = {}
+    for head, column in zip(heads, cells.columns.values(), strict=True):
+        values[head] = np.full(count, np.nan)
+        for i, (place, cell) in enumerate(zip(cells.places, column, strict=True)):
+            if not _LAYOUT.is_missing(cell):
+                with errors_of(f"{path}, {place}"):
+                    values[head][i] = scale_once(parse(cell, POINT), 1.0)
+    return Columns(path, values, cells.places)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -15,8 +14,7 @@ import numpy.typing as npt
 from trackably.arguments import is_number, names, numbers, real
 from trackably.arrays import Array
 from trackably.checker.joints import ORDERS
-from trackably.errors import InputError
-from trackably.files import path_of, read_bytes, read_yaml
+from trackably.files import errors_of, path_of, read_bytes, read_yaml
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem, require_names
 from trackably.systems.polytopes import Polytope
@@ -129,8 +127,8 @@ class Joints:
         one are left out. InputError: the file cannot be read, is no URDF, declares entities or a document type (which
         could be of any size), or has a joint without its limits.
         """
-        with _of_file(path) as file:
-            return cls(**_of_urdf(file), acceleration=acceleration, jerk=jerk, snap=snap)
+        with errors_of(path_of("joints", path)):
+            return cls(**_of_urdf(Path(path)), acceleration=acceleration, jerk=jerk, snap=snap)
 
     @classmethod
     def from_joint_limits_yaml(cls, path: Path | str) -> Self:
@@ -142,8 +140,8 @@ class Joints:
         and no limits of position are continuous. Effort and soft limits are not read. InputError: the file cannot be
         read, has another form, or a limit that it declares is missing or negative.
         """
-        with _of_file(path) as file:
-            return cls(**_of_yaml(file))
+        with errors_of(path_of("joints", path)):
+            return cls(**_of_yaml(Path(path)))
 
 
 def _names(given: Sequence[str] | None, limits: Mapping[str, Limits]) -> tuple[str, ...]:
@@ -207,16 +205,6 @@ def _limit(what: str, given: Any) -> tuple[float, float]:
 
 
 # Files.
-
-
-@contextmanager
-def _of_file(path: Path | str) -> Iterator[Path]:
-    """Raise InputError, which names the file, if its content is invalid."""
-    file = path_of("joints", path)
-    try:
-        yield file
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{file}: {error}") from error
 
 
 def _of_urdf(path: Path) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from trackably.arrays import Array
 from trackably.errors import InputError
 from trackably.exports import ros2
 from trackably.extras import optional
-from trackably.files import path_of, read_yaml
+from trackably.files import errors_of, path_of, read_yaml
 from trackably.joints.trajectory import JointTrajectory, join
 
 FIELDS = ("positions", "velocities", "accelerations")
@@ -45,11 +45,8 @@ def read_joint_trajectory(
         content = _receive(file, topic, number)
     else:
         raise ValueError(f"read_joint_trajectory: expected the name of an .mcap or .yaml file, got {file}")
-    try:
-        joints, points = _points(content)
-        return _trajectory(joints, points, upsampled)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{file}: {error}") from error
+    with errors_of(file):
+        return _trajectory(*_points(content), upsampled)
 
 
 Point = tuple[int, list[Array]]
