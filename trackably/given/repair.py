@@ -260,12 +260,10 @@ def _start_states(given: Given) -> Array | None:
     """
     if given.beyond == "period":
         return None
-    at_start = given.reference.state_at(np.asarray(given.span[0]))
-    limits = (limit for limit in given.plant.given_constraints if limit.side == "state")
-    margins = (
-        limit.bounds.margin(np.array(limit.row, dtype=float) @ at_start) / limit.bounds.width for limit in limits
-    )
-    return at_start if all(margin > _BACKOFFS[0] for margin in margins) else None
+    X, at_start = given.plant.state_set, given.reference.state_at(np.asarray(given.span[0]))
+    values = X.rows @ at_start
+    margins = np.minimum(values - X.lower, X.upper - values) / X.widths
+    return at_start if np.all(margins > _BACKOFFS[0]) else None
 
 
 def _not_found(broken: Counterexample, backoff: float, near: Nearest) -> Unproved:
