@@ -277,8 +277,8 @@ def _false_of_truth(found: Certificate, f: BangBang) -> str | None:
 
 
 def _wrong_pairs(rng: np.random.Generator, honest: Any) -> Any:
-    def chosen(of: SignalClass, edges: Any, course: Any) -> Any:
-        upper, lower, derived = honest(of, edges, course)
+    def chosen(of: SignalClass, *more: Any) -> Any:
+        upper, lower, derived = honest(of, *more)
         n, most = len(upper), len(of.samples.times)
         other = tuple(tuple(sorted(rng.choice(most, 2, replace=False).tolist())) for _ in range(n))
         return (other, lower, derived) if rng.random() < 0.5 else (upper, other, derived)
@@ -307,7 +307,7 @@ OF_TRUTH: Lies = {
     "errors are a little smaller": (truth, "_bound", _scaled(-1e-4, 0)),
     "other samples bound": (truth, "_choose", _wrong_pairs),
     "multipliers are others": (truth, "_rationals", _wrong_multipliers),
-    "there are no cells between": (truth, "_edges", lambda rng, honest: lambda of, start, end: [start, end]),
+    "there are no cells between": (truth, "_edges", lambda rng, honest: lambda *of: honest(*of)[[0, -1]]),
     "sides are elsewhere": (truth, "_around", lambda rng, honest: lambda times, at: np.arange(min(3, len(times)))),
     "signals contradict each other": (truth, "_contradicting", _contradicts),
 }

@@ -20,7 +20,7 @@ from scipy import sparse
 from scipy.interpolate import PPoly
 
 from trackably.arguments import array, numbers
-from trackably.arrays import Array
+from trackably.arrays import Array, subdivide
 from trackably.certificates.outcome import Unproved
 from trackably.checker.joints import ORDERS
 from trackably.given.accepted import NotAcceptedError
@@ -131,9 +131,7 @@ class HeldSplines(Splines):
         """Return splines with knots at the breakpoints of a trajectory, and some in between if these are few."""
         ends = given.breakpoints
         parts = np.maximum(np.ceil(_FEWEST * np.diff(ends) / (ends[-1] - ends[0])), 1).astype(int)
-        inner = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(ends[:-1], ends[1:], parts, strict=True)]
-        knots = np.append(np.concatenate(inner), ends[-1])
-        return cls(knots, _DEGREE, order=max(order, 1), rests=given.rests)
+        return cls(subdivide(ends, parts), _DEGREE, order=max(order, 1), rests=given.rests)
 
     @cached_property
     def coefficients_of(self) -> list[Any]:
