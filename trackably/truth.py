@@ -542,39 +542,43 @@ def _middle(name: str, of: SignalClass, claim: Claim) -> TrueSignal:
     times = _in_cells(edges)
     upper, lower, derived = _choose(of, times, (sum(sides_at(of, times.ravel())) / 2).reshape(times.shape))
     found = TrueSignal(name, of, tuple(edges.tolist()), (), 0, upper, lower, (), None, derived)
-    x = np.linspace(-1.0, 1.0, 65)
-    apart = ([float(a - b) for a, b in zip(*sides, strict=True)] for sides in zip(*_polynomials(found), strict=True))
-    return replace(found, errors=tuple(float(np.max(np.polynomial.polynomial.polyval(x, d))) / 2 for d in apart))
+    since = np.linspace(0.0, 1.0, 65)[:, None] * np.diff(edges)
+    high, low = _pieces(found)
+    apart = np.polynomial.polynomial.polyval(since, (high - low).T[:, None], tensor=False)
+    return replace(found, errors=tuple((np.max(apart, axis=0) / 2).tolist()))
 
 
-def _polynomials(of: TrueSignal) -> tuple[list[list[Fraction]], list[list[Fraction]]]:
-    """Return U and D in each cell, as coefficients in x ∈ [−1, 1]."""
+def _pieces(of: TrueSignal) -> tuple[Array, Array]:
+    """Return U and D in each cell, as coefficients in the time since its start [s]: shape (cells, 3)."""
     every, boxes = places(of), [Box(a, b, 1.0) for a, b in pairwise(of.ends)]
+    scales = [2 / (Fraction(box.end) - Fraction(box.start)) for box in boxes]
     upper, lower = (
-        [side(of.of, pair, sign, box, every) or [] for pair, box in zip(pairs, boxes, strict=True)]
+        np.array(
+            [
+                [*map(float, compose(side(of.of, pair, sign, box, every) or [], Fraction(-1), scale))]
+                for pair, box, scale in zip(pairs, boxes, scales, strict=True)
+            ]
+        )
         for pairs, sign in ((of.upper, 1), (of.lower, -1))
     )
     return upper, lower
 
 
 def _with_row(plant: ConstrainedSystem, of: TrueSignal, tolerance: float) -> ConstrainedSystem:
-    ends, lengths = np.array(of.ends), [Fraction(b) - Fraction(a) for a, b in pairwise(of.ends)]
-    low, high = (
-        np.array([[*map(float, compose(p, Fraction(-1), 2 / h))] for p, h in zip(side_of, lengths, strict=True)])
-        for side_of in _polynomials(of)
-    )
+    """Return the plant with the row U − ε ≤ x ≤ D + ε of a state, and bounds far away at all other times."""
+    low, high = _pieces(of)
     low[:, 0] -= tolerance
     high[:, 0] += tolerance
     X, hull = plant.state_set, plant.state_set.hull.extent(i := plant.system.states.index(of.state))
-    far = _WIDER * float(np.max(high[:, 0]) - np.min(low[:, 0]))
-    beyond = [[hull.lower, hull.upper]] if hull else []
-    wide = np.array([[np.min(low[:, 0]) - far, np.max(high[:, 0]) + far], *beyond])
-    times, sides = [2 * ends[0] - ends[1], *ends, 2 * ends[-1] - ends[-2]], []
-    for given, pieces, value in zip(X.ends, (low, high), (wide[:, 0].min(), wide[:, 1].max()), strict=True):
+    far, beyond = _WIDER * float(np.max(high[:, 0]) - np.min(low[:, 0])), (hull,) if hull else ()
+    least = min(float(np.min(low[:, 0])) - far, *(of.lower for of in beyond))
+    most = max(float(np.max(high[:, 0])) + far, *(of.upper for of in beyond))
+    ends, sides = np.array(of.ends), []
+    times = [2 * ends[0] - ends[1], *ends, 2 * ends[-1] - ends[-2]]
+    for given, pieces, value in zip(X.ends, (low, high), (least, most), strict=True):
         rest = [[value, 0.0, 0.0]]
         sides.append([*given, PolynomialPieces(times, [*rest, *pieces, *rest])])
-    rows, (lower, upper) = np.vstack([X.rows, np.eye(1, X.dimension, i)]), sides
-    return replace(plant, state_set=Polytope(rows, lower, upper, X.dimension))
+    return replace(plant, state_set=Polytope(np.vstack([X.rows, np.eye(1, X.dimension, i)]), *sides, X.dimension))
 
 
 # What any reference could do.

@@ -19,7 +19,7 @@ from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import Outcome, prove, prove_on_window
 from trackably.certificates.sketch import times_to_look_at
-from trackably.checker.certificate import AllPhases, AllTimes, Claim, Window
+from trackably.checker.certificate import AllPhases, Claim, Window
 from trackably.checker.piecewise import keeps
 from trackably.checker.subject import Functional, Pieces
 from trackably.given.conversion import Interpolation, as_pieces, is_flat_trajectory, repeats, shift, states_as_pieces
@@ -234,11 +234,10 @@ class Given:
             )
         wanted = None if claim is None else as_claim(claim)
         named = _by_name(trajectory, plant, wanted.span if isinstance(wanted, Window) else None)
-        is_periodic = all(map(repeats, named.values()))
-        if wanted is None and is_periodic:
+        if all(map(repeats, named.values())) and not isinstance(wanted, Window):
             wanted = AllPhases()
         beyond: Beyond = "end" if wanted is None or isinstance(wanted, Window) else "rest"
-        if isinstance(wanted, AllPhases) or (isinstance(wanted, AllTimes) and is_periodic):
+        if isinstance(wanted, AllPhases):
             beyond = "period"
         stencils = stencils_by_name(plant, named)
         curves = {name: as_pieces(curve, beyond, interpolation, plant.sampling_time) for name, curve in named.items()}

@@ -52,11 +52,14 @@ def run(given: Namespace) -> int:
 
 
 def _answer(given: Namespace, plant: ConstrainedSystem) -> Answer:
-    if given.interpolation:
-        return certify(read_columns(given.table).samples(plant), plant, given.claim, given.interpolation)
-    if given.claim:
+    if given.claim and not given.interpolation:
         raise InputError("--claim needs an --interpolation: rows alone say nothing about other times")
-    return certify_table(read_columns(given.table).table(plant), plant, given.tolerance)
+    columns = read_columns(given.table)
+    with errors_of(given.table):
+        wanted = columns.samples(plant) if given.interpolation else columns.table(plant)
+    if isinstance(wanted, Table):
+        return certify_table(wanted, plant, given.tolerance)
+    return certify(wanted, plant, given.claim, given.interpolation)
 
 
 def _code_and_save(answer: Answer) -> tuple[int, Callable[[Path], object]]:
@@ -114,24 +117,23 @@ class Columns:
     `places` name the rows, for example "line 2".
     """
 
-    path: Path
     values: dict[str, Array]
     places: Sequence[str]
 
     def times(self, sampling_time: float) -> Array:
-        """Return the times of the rows [s]. InputError: there is no column of steps or times."""
+        """Return the times of the rows [s]. ValueError: there is no column of steps or times."""
         for names, scale in ((_TIMES, 1.0), (_STEPS, sampling_time)):
             for name in names:
                 if name in self.values:
                     return self.values[name] * scale
-        raise InputError(f"{self.path}: expected a column k or step, or t or time; it has {', '.join(self.values)}")
+        raise ValueError(f"expected a column k or step, or t or time; it has {', '.join(self.values)}")
 
     def table(self, plant: ConstrainedSystem) -> Table:
-        """Return states and inputs at the steps. InputError: a column is missing, or a time is no step."""
+        """Return states and inputs at the steps. ValueError: a column is missing, or a time is no step."""
         system = plant.system
         if missing := [name for name in (*system.states, *system.inputs) if name not in self.values]:
-            raise InputError(
-                f"{self.path}: there is no column {missing[0]}: a table at the steps needs all states and inputs; give "
+            raise ValueError(
+                f"there is no column {missing[0]}: a table at the steps needs all states and inputs; give "
                 "an interpolation for curves of some states"
             )
         steps = self.times(plant.sampling_time) / plant.sampling_time
@@ -140,8 +142,8 @@ class Columns:
         if wrong := np.flatnonzero(~((np.abs(steps - whole) <= _OFF) & follows)).tolist():
             i = wrong[0]
             before = f" after {steps[i - 1]:.9g}" if i else ""
-            raise InputError(
-                f"{self.path}: {self.places[i]}: rows must be successive steps, k or t = k T with "
+            raise ValueError(
+                f"{self.places[i]}: rows must be successive steps, k or t = k T with "
                 f"T = {plant.sampling_time:g} s, got the step {steps[i]:.9g}{before}"
             )
         states, inputs = (
@@ -149,21 +151,17 @@ class Columns:
         )
         if len(inputs) > 1 and np.all(np.isnan(inputs[-1])):
             inputs = inputs[:-1]
-        with errors_of(self.path):
-            return Table(states, inputs, int(whole[0]))
+        return Table(states, inputs, int(whole[0]))
 
     def samples(self, plant: ConstrainedSystem) -> dict[str, Samples]:
-        """Return samples of the flat outputs, by state, from the columns of the file. InputError: there are none."""
+        """Return samples of the flat outputs, by state, from the columns of the file. ValueError: there are none."""
         shown = [sampled_names(plant, signal) for signal in range(plant.signal_count)]
         found = [name for names in shown if (name := next((name for name in names if name in self.values), None))]
         times = self.times(plant.sampling_time)
         if not found:
             wanted = " or ".join(name for names in shown for name in names)
-            raise InputError(
-                f"{self.path}: no column shows a flat output; expected {wanted}, got {', '.join(self.values)}"
-            )
-        with errors_of(self.path):
-            return {name: Samples(times, self.values[name]) for name in found}
+            raise ValueError(f"no column shows a flat output; expected {wanted}, got {', '.join(self.values)}")
+        return {name: Samples(times, self.values[name]) for name in found}
 
 
 def read_columns(path: Path) -> Columns:
@@ -186,4 +184,4 @@ def read_columns(path: Path) -> Columns:
             if not _LAYOUT.is_missing(cell):
                 with errors_of(f"{path}, {place}"):
                     values[head][i] = scale_once(parse(cell, POINT), 1.0)
-    return Columns(path, values, cells.places)
+    return Columns(values, cells.places)
