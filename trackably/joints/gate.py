@@ -160,7 +160,7 @@ class Gate:
             return given.on(np.append(start, ends[ends >= start + _CLOSEST]))
         (later,) = np.nonzero(ends > start + _CLOSEST)
         widths = ends[later] - start
-        there = np.stack([given(ends[later], r) for r in range(R)])  # (R, M, J)
+        there = given.state(ends[later], R)
         bridges = hermite(np.broadcast_to(state[:, None], there.shape), there, widths)
         (open_,) = np.nonzero(room(bridges, widths, self.joints) >= 0)
         if not len(open_):

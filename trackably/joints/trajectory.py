@@ -151,8 +151,8 @@ class JointTrajectory:
             found = np.where(np.asarray(t)[..., None] >= self.span[1], 0.0, found)
         return np.asarray(found)
 
-    def state(self, t: float, orders: int) -> Array:
-        """Return positions and their derivatives below order `orders` at one time [s]: shape (orders, J)."""
+    def state(self, t: ArrayLike, orders: int) -> Array:
+        """Return positions and their derivatives below order `orders` at t [s]: shape (orders, *t.shape, J)."""
         return np.stack([self(t, order) for order in range(orders)])
 
     def at_ends(self, orders: int) -> Array:
@@ -229,11 +229,9 @@ def _shared_breakpoints(ends: Sequence[Array]) -> Array:
     first, last = max(of[0] for of in ends), min(of[-1] for of in ends)
     if not first < last:
         raise ValueError("trajectory: the joints' curves have no time in common")
-    every = np.unique(np.concatenate(ends))
-    every = every[(every > first) & (every < last)]
-    closest = 1e-9 * (last - first)
-    kept = every[(np.diff(every, prepend=first) > closest) & (last - every > closest)]
-    return np.concatenate([[first], kept, [last]])
+    every, closest = np.unique(np.concatenate(ends)), 1e-9 * (last - first)
+    inner = every[(every > first + closest) & (every < last - closest)]
+    return np.array([first, *inner[np.diff(inner, prepend=first) > closest], last])
 
 
 def join(parts: Sequence[Array], axis: int = 0) -> Array:
