@@ -157,31 +157,16 @@ def _measure(samples: Samples, noise: float) -> Measured:
 # Sides of a class, in float64: the checker finds them again in rational arithmetic.
 
 
-@dataclass(frozen=True, eq=False)
-class Points:
-    """Increasing `times` [s] at which every signal of a class is within `noise` of `values`.
+Points = tuple[Any, Any, Any, Any]
+"""Increasing times [s] at which every signal of a class is known, its values there, their noise, and numbers."""
 
-    `ids` are the points' numbers.
-    """
 
-    times: Array
-    values: Array
-    noise: Array
-    ids: Any
-
-    @classmethod
-    def of(cls, of: SignalClass, derived: Sequence[Derived] = ()) -> Self:
-        """Return the samples, and derived points at times of their own.
-
-        At a common time the one with less noise is kept.
-        """
-        found = places(TrueSignal("", of, (), (), 0, (), (), (), None, tuple(derived)))
-        best: dict[Fraction, int] = {}
-        for i, (t, _, noise) in found.items():
-            if t not in best or noise < found[best[t]][2]:
-                best[t] = i
-        every = sorted((*map(float, found[i]), i) for i in best.values())
-        return cls(*(np.array(column) for column in zip(*every, strict=True)))
+def _points(of: SignalClass, derived: Sequence[Derived] = ()) -> Points:
+    """Return the samples, and derived points at times of their own; at a common time the one with less noise."""
+    found = places(TrueSignal("", of, (), (), 0, (), (), (), None, tuple(derived)))
+    best = {t: i for i, (t, _, _) in sorted(found.items(), key=lambda item: (-item[1][2], -item[0]))}
+    times, values, noise, ids = zip(*sorted((*map(float, found[i]), i) for i in best.values()), strict=True)
+    return np.array(times), np.array(values), np.array(noise), np.array(ids)
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,11 +187,9 @@ class Sides:
         No measurement lies between these times.
         """
         middle, n = float(np.mean(times)), len(of.samples.times)
-        some = _around(known.times, middle)
-        ids, (at, y, noise) = (
-            known.ids[some],
-            (of_each[some, None] for of_each in (known.times, known.values, known.noise)),
-        )
+        some = _around(known[0], middle)
+        at, y, noise = (column[some, None] for column in known[:3])
+        ids = known[3][some]
         parts, since = [], np.abs(times - at)
         if of.slope is not None:
             parts.append((ids, ids, y + 0 * times, noise + of.slope * since))
@@ -243,7 +226,7 @@ def _around(times: ArrayLike, middle: float, count: int = _NEAR) -> Any:
 
 def sides_at(of: SignalClass, times: Array, derived: Sequence[Derived] = ()) -> tuple[Array, Array]:
     """Return the upper side U and the lower side D at times [s], each of shape (T,)."""
-    known = Points.of(of, derived)
+    known = _points(of, derived)
     found = [Sides.near(of, np.array([t]), known) for t in times.tolist()]
     return np.array([s.upper.min() for s in found]), np.array([s.lower.max() for s in found])
 
@@ -294,7 +277,7 @@ def _choose(of: SignalClass, times: Array, x: Array, known_before: Sequence[Deri
     found: list[Any] = [None] * len(times)
     changed = {*range(len(times))}
     while True:
-        known = Points.of(of, derived)
+        known = _points(of, derived)
         for k in changed:
             *found[k], apart[k] = Sides.near(of, times[k], known).best(x[k])
         worst = [k for k in np.flatnonzero(apart >= _WORST * np.max(apart)).tolist() if not asked.issuperset(ends[k])]
@@ -540,7 +523,8 @@ def _middle(name: str, of: SignalClass, claim: Claim) -> TrueSignal:
     """Return the sides of a class in each cell, with half the largest distance between them as errors."""
     edges = _edges(name, of, claim, _FEWER)
     times = _in_cells(edges)
-    upper, lower, derived = _choose(of, times, (sum(sides_at(of, times.ravel())) / 2).reshape(times.shape))
+    middles = np.mean(sides_at(of, times.ravel()), axis=0).reshape(times.shape)
+    upper, lower, derived = _choose(of, times, middles)
     found = TrueSignal(name, of, tuple(edges.tolist()), (), 0, upper, lower, (), None, derived)
     since = np.linspace(0.0, 1.0, 65)[:, None] * np.diff(edges)
     high, low = _pieces(found)
@@ -578,7 +562,8 @@ def _with_row(plant: ConstrainedSystem, of: TrueSignal, tolerance: float) -> Con
     for given, pieces, value in zip(X.ends, (low, high), (least, most), strict=True):
         rest = [[value, 0.0, 0.0]]
         sides.append([*given, PolynomialPieces(times, [*rest, *pieces, *rest])])
-    return replace(plant, state_set=Polytope(np.vstack([X.rows, np.eye(1, X.dimension, i)]), *sides, X.dimension))
+    rows, (lower, upper) = np.vstack([X.rows, np.eye(1, X.dimension, i)]), sides
+    return replace(plant, state_set=Polytope(rows, lower, upper, X.dimension))
 
 
 # What any reference could do.

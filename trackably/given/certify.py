@@ -91,8 +91,7 @@ def distance(curve: PolynomialPieces, output: PolynomialPieces, stencil: Stencil
     subject = replace(as_subject(reference), pieces=both)
     shifts = reference.plant.sampling_time * np.arange(float(len(shown)))
     times = times_to_look_at((output, curve), shifts, start, end)
-    size = max(map(_size, (curve, output))) or 1.0
-
+    size = float(np.max(np.abs(curve(times)))) or 1.0
     for _ in range(_CLOSER):
         apart_at = np.abs(stencil.measured(output, times) - curve(times))
         i, last = int(np.argmax(apart_at)), len(times) - 1
@@ -102,12 +101,6 @@ def distance(curve: PolynomialPieces, output: PolynomialPieces, stencil: Stencil
         if keeps(subject, apart, (start, end), (-Fraction(most), Fraction(most))):
             return most
     return inf
-
-
-def _size(curve: PolynomialPieces) -> float:
-    """Return a bound of |z|; it is zero only for the zero curve."""
-    powers = np.diff(curve.breakpoints)[:, None] ** np.arange(curve.degree + 1)
-    return float(np.max(np.sum(np.abs(curve.coefficients) * powers, axis=1)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -105,7 +105,9 @@ def _content(path: Path) -> object:
         raise ValueError(f"{error}; YAML is read from files named .yaml or .yml") from error
 
 
-_STEPS, _TIMES = ("k", "step"), ("t", "time")
+_SCALES = {"t": 1.0, "time": 1.0, "k": None, "step": None}
+"""Columns of times, with their unit [s]; None for steps, whose unit is the sampling time."""
+
 _LAYOUT = CsvLayout(missing=("",))
 _OFF = 1e-6  # tolerance of times in a table of steps, in sampling times
 
@@ -122,10 +124,9 @@ class Columns:
 
     def times(self, sampling_time: float) -> Array:
         """Return the times of the rows [s]. ValueError: there is no column of steps or times."""
-        for names, scale in ((_TIMES, 1.0), (_STEPS, sampling_time)):
-            for name in names:
-                if name in self.values:
-                    return self.values[name] * scale
+        for name, scale in _SCALES.items():
+            if name in self.values:
+                return self.values[name] * (scale or sampling_time)
         raise ValueError(f"expected a column k or step, or t or time; it has {', '.join(self.values)}")
 
     def table(self, plant: ConstrainedSystem) -> Table:

@@ -11,7 +11,7 @@ import numpy as np
 from scipy import sparse
 from scipy.interpolate import BSpline
 
-from trackably.arrays import Array
+from trackably.arrays import Array, subdivide
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import Written
 from trackably.certificates.outcome import Counterexample, Unproved
@@ -63,10 +63,6 @@ class Splines:
         found = sparse.csr_array(BSpline.design_matrix(np.clip(t, first, last), self.padded, self.degree))
         columns = np.arange(found.shape[1])
         return sparse.csr_array(found @ sparse.csr_array((np.ones(columns.size), (columns, columns % self.count))))
-
-    def refine(self, times: Array, parts: int) -> Array:
-        """Return times [s] with as many `parts` of each interval between them."""
-        return np.interp(np.arange((len(times) - 1) * parts + 1) / parts, np.arange(len(times)), times)
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +158,7 @@ class Nearest:
 
     def broken_between(self, coefficients: Array, times: Array, room: float) -> Array:
         """Return the times of local minima of margins below `room` (relative to a width), on a finer grid."""
-        fine = self.splines.refine(times, _FINER)
+        fine = subdivide(times, _FINER)
         found = []
         for q in self.given.plant.quantities:
             functional = _requirement(q.functional)

@@ -15,7 +15,7 @@ from numpy.polynomial import Polynomial
 from numpy.polynomial.polynomial import polyder
 
 from trackably.arguments import instance, positive
-from trackably.arrays import Array
+from trackably.arrays import Array, Flags
 from trackably.certificates.outcome import Unproved
 from trackably.checker.floats.intervals import bernstein
 from trackably.checker.floats.pieces import undecided
@@ -265,19 +265,16 @@ def _on_pieces(c: Array, r: int, widths: Array) -> Array:
     return np.asarray((d * widths[:, None] ** np.arange(float(n))) @ bernstein(n).T)
 
 
-def room(c: Array, widths: Array, joints: Joints) -> Array:
-    """Return for each piece the least slack of its Bernstein coefficients, relative to each limit's width: (K,).
+def within_limits(c: Array, widths: Array, joints: Joints) -> Flags:
+    """Return for each piece whether its Bernstein coefficients, and so its derivatives, keep all limits: (K,).
 
-    If it is not negative, limits are kept, up to rounding.
+    Up to rounding. `c` has the shape (J, K, n), and `widths` (K,) [s].
     """
-    found = np.full(len(widths), np.inf)
+    kept = np.full(len(widths), True)
     for r in range(joints.order + 1):
-        low, high = np.moveaxis(joints.limits[r], -1, 0)[:, :, None, None]
-        b, some = _on_pieces(c, r, widths), np.isfinite(low)
-        with np.errstate(invalid="ignore"):
-            inside = np.where(some, np.minimum(b - low, high - b) / (high - low), np.inf)
-        found = np.minimum(found, np.min(inside, axis=(0, 2)))
-    return found
+        b, (low, high) = _on_pieces(c, r, widths), joints.limits[r].T[:, :, None, None]
+        kept &= np.all((low <= b) & (b <= high), axis=(0, 2))
+    return kept
 
 
 def _roots(p: Polynomial, width: float) -> list[float]:

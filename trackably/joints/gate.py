@@ -12,7 +12,7 @@ import numpy as np
 from trackably.arguments import array, instance, positive, real
 from trackably.arrays import ArrayLike
 from trackably.given.accepted import NotAcceptedError
-from trackably.joints.certify import TOLERANCE, CertifiedTrajectory, fit_joints, room
+from trackably.joints.certify import TOLERANCE, CertifiedTrajectory, fit_joints, within_limits
 from trackably.joints.limits import Joints
 from trackably.joints.repair import repair_joints
 from trackably.joints.trajectory import JointTrajectory, hermite
@@ -158,11 +158,11 @@ class Gate:
         ends = given.breakpoints
         if ends[0] <= start and np.all(np.abs(given.state(start, R) - state) <= self.tolerance / 2):
             return given.on(np.append(start, ends[ends >= start + _CLOSEST]))
-        (later,) = np.nonzero(ends > start + _CLOSEST)
+        later = np.flatnonzero(ends > start + _CLOSEST)
         widths = ends[later] - start
         there = given.state(ends[later], R)
         bridges = hermite(np.broadcast_to(state[:, None], there.shape), there, widths)
-        (open_,) = np.nonzero(room(bridges, widths, self.joints) >= 0)
+        open_ = np.flatnonzero(within_limits(bridges, widths, self.joints))
         if not len(open_):
             return None
         k, bridge = later[open_[0]], bridges[:, open_[:1]]
@@ -190,7 +190,7 @@ class Gate:
             velocity = hermite(np.array(start), np.zeros_like(start), widths) if start else np.zeros((*q.T.shape, 1))
             powers = np.arange(1.0, velocity.shape[2] + 1)
             c = np.concatenate([q.T[:, :, None], velocity / powers], axis=2)
-            (open_,) = np.nonzero(room(c, widths, self.joints) >= 0)
+            open_ = np.flatnonzero(within_limits(c, widths, self.joints))
             if len(open_):
                 best = open_[:1]
                 return motion.on(motion.breakpoints[: k + 2]).followed_by(ends[k] + widths[best], c[:, best])

@@ -146,7 +146,7 @@ class HeldSplines(Splines):
     @cached_property
     def free(self) -> Any:
         """The matrix from the free coefficients to all coefficients; its rows for fixed coefficients are zero."""
-        found = sparse.eye_array(self.count, format="csc")[:, self.order :]
+        found: Any = sparse.eye_array(self.count, format="csc")[:, self.order :]
         if not self.rests:
             return found
         inner, end = found[:, : -self.order], found[:, -self.order :]
@@ -165,7 +165,7 @@ def _solve(
     splines: HeldSplines, given: JointTrajectory, joints: Joints, held: Array, backoff: float, until: float
 ) -> Iterator[Array]:
     """Yield the coefficients of each joint in turn, until one has no solution or the time is over."""
-    times, E = splines.refine(splines.knots, _LOOKS), splines.free
+    times, E = subdivide(splines.knots, _LOOKS), splines.free
     free_of_limits = [(sparse.csr_array((1, E.shape[1])), np.ones(1))]
     part = 1 / np.sqrt(2.0 * len(times))
     wanted, design = part * given(times), part * splines.basis(times)
