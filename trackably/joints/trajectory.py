@@ -163,7 +163,7 @@ class JointTrajectory:
     def on(self, ends: Array) -> Self:
         """Return the motion with these breakpoints [s], at rest where it is not defined.
 
-        They are finer or coarser: of all pieces between two of them, that in the middle holds.
+        Between the first and the last one, its own are among them up to rounding.
         """
         own, middle = self.breakpoints, (ends[:-1] + ends[1:]) / 2
         i = np.clip(np.searchsorted(own, middle, side="right") - 1, 0, len(own) - 2)
@@ -253,9 +253,10 @@ def _of_ruckig(given: Any) -> tuple[Array, Array]:
         raise ValueError("trajectory: a trajectory of Ruckig must have one profile, so no intermediate waypoints")
     end, changes = given.duration, [np.cumsum([0.0, *of.brake.t, *of.t]) for of in given.profiles[0]]
     ends = _shared_breakpoints([np.append(times[times < end], end) for times in changes])
-    q, v, a = np.moveaxis(np.array([given.at_time(t)[:3] for t in ends.tolist()]), 0, 2)
-    jerk = np.diff(a) / np.diff(ends)
-    c = np.stack([q[:, :-1], v[:, :-1], a[:, :-1] / 2, jerk / 6], axis=2)
+    part = np.diff(ends) / 4
+    inside = (np.array([given.at_time(t)[:3] for t in ends[:-1] + k * part]) for k in (1, 3))
+    (q, v, a), (_, _, later) = (np.moveaxis(states, 0, 2) for states in inside)
+    c = shift(np.stack([q, v, a / 2, (later - a) / (12 * part)], axis=2), -part)
     return _verify(ends, c, lambda t: given.at_time(t)[0], "Ruckig")
 
 
