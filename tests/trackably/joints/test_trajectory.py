@@ -181,18 +181,18 @@ def test_what_topp_ra_hands_out_is_read(parametrizer):
     assert stretched.factor < 1.5
 
 
-def ruckig_like(off=0.0):
+def ruckig_like(jump=0.0, off=0.0):
     """Return what has the fields of Ruckig's trajectories: seven phases of constant jerk, one joint's after a brake.
 
-    The velocities that it tells are `off`.
+    After three phases the acceleration jumps, as without a limit of jerk. The velocities that it tells are `off`.
     """
     phases = [(0.1, 20.0), (0.2, 0.0), (0.1, -20.0), (0.3, 0.0), (0.1, -20.0), (0.2, 0.0), (0.1, 20.0)]
     every = []
     for brake, v0 in (([], 0.0), ([(0.1, -10.0), (0.1, 10.0)], 0.1)):
         rows, p, v, a = [], 0.0, v0, 0.0
-        for t, j in [*brake, *phases, (np.inf, 0.0)]:
+        for n, (t, j) in enumerate([*brake, *phases, (np.inf, 0.0)]):
             rows.append({"t": t, "p": p, "v": v, "a": a, "j": j})
-            p, v, a = p + v * t + a * t**2 / 2 + j * t**3 / 6, v + a * t + j * t**2 / 2, a + j * t
+            p, v, a = p + v * t + a * t**2 / 2 + j * t**3 / 6, v + a * t + j * t**2 / 2, a + j * t + jump * (n == 2)
         every.append((rows, len(brake)))
 
     def profile(rows, n):
@@ -214,8 +214,9 @@ def ruckig_like(off=0.0):
     return SimpleNamespace(profiles=[[profile(*of) for of in every]], at_time=at_time, duration=1.3)
 
 
-def test_what_ruckig_hands_out_is_read():
-    given = ruckig_like()
+@pytest.mark.parametrize("jump", [0.0, 3.0])
+def test_what_ruckig_hands_out_is_read(jump):
+    given = ruckig_like(jump)
     found = JointTrajectory.of(given, ["a", "b"])
     assert found.span == (0.0, 1.3)
     for t in FINE[FINE < 1.3]:
