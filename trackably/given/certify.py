@@ -112,7 +112,6 @@ class CertifiedReference(ProvedReference):
     repair.
     """
 
-    given: Reference
     certificate: Certificate
     off: Mapping[str, float] = field(default_factory=dict)
     moved: Mapping[str, RepairDistance] | None = None
@@ -120,7 +119,7 @@ class CertifiedReference(ProvedReference):
     @property
     def reference(self) -> Reference:
         """The reference itself, with values at all times."""
-        return self.given
+        return self.certificate.reference
 
     @property
     def explanation(self) -> str:
@@ -200,7 +199,7 @@ def certify(
     outcome = given.prove(given.reference)
     if not isinstance(outcome, Certificate):
         return outcome
-    return CertifiedReference(outcome.reference, outcome, given.off(outcome))
+    return CertifiedReference(outcome, given.off(outcome))
 
 
 @dataclass(frozen=True)

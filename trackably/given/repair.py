@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from typing import Any, Literal, get_args
 
@@ -106,14 +107,12 @@ class Nearest:
         wrapped = np.take(coefficients, np.arange(len(of.padded) - of.degree - 1) % of.count, axis=1)
         return tuple(as_pieces(BSpline(of.padded, c, of.degree), beyond) for c in wrapped)
 
-    def rows(self, functional: Functional, t: Array) -> sparse.csr_array:
-        """Return a functional at t [s], without its offset, as rows for all coefficients."""
-        return self._rows([[float(w) for w in of] for of in functional.weights], t, functional.sampling_time)
-
-    def _rows(self, weights: Sequence[Sequence[float]], t: Array, step: float) -> sparse.csr_array:
-        none = sparse.csr_array((len(t), self.splines.count))
+    def rows(self, weights: Sequence[Sequence[Fraction | float]], t: Array) -> sparse.csr_array:
+        """Return the weighted sum of the flat outputs at t [s] and later steps, as rows for all coefficients."""
+        none, step = sparse.csr_array((len(t), self.splines.count)), self.given.plant.sampling_time
         blocks = [
-            sum((w * self.splines.basis(t + j * step) for j, w in enumerate(of) if w), start=none) for of in weights
+            sum((float(w) * self.splines.basis(t + j * step) for j, w in enumerate(of) if w), start=none)
+            for of in weights
         ]
         return sparse.csr_array(sparse.hstack(blocks))
 
@@ -125,7 +124,7 @@ class Nearest:
         equal, aims, at_most = self._begun, self._aims, list[Side]()
         for q in self.given.plant.quantities:
             functional, width = _requirement(q.functional), q.bounds.width
-            row = self.rows(functional, times) / width
+            row = self.rows(functional.weights, times) / width
             low, high = ((end - float(functional.offset)) / width for end in (q.bounds.lower, q.bounds.upper))
             at_most += [(row, np.full(len(times), high - backoff)), (-row, np.full(len(times), -low - backoff))]
         found = nearest(_stack(aims), equal, at_most)
@@ -137,7 +136,7 @@ class Nearest:
         found = []
         for state, value in zip(self.given.plant.flatness.states, () if self.held is None else self.held, strict=False):
             functional = _requirement(state)
-            row = self.rows(functional, self.splines.knots[:1])
+            row = self.rows(functional.weights, self.splines.knots[:1])
             scale = float(np.max(np.abs(row.data)))
             found.append((row / scale, np.array([(value - float(functional.offset)) / scale])))
         return found
@@ -148,9 +147,7 @@ class Nearest:
         found, t = [], self.instants
         for i, (name, curve) in enumerate(self.given.curves.items()):
             stencil, values = self.given.stencils[name], curve(t)
-            shown = self._rows(
-                [stencil.weights if j == i else () for j in range(len(self.given.curves))], t, stencil.step
-            )
+            shown = self.rows([stencil.weights if j == i else () for j in range(len(self.given.curves))], t)
             size = float(np.max(np.abs(values)))
             scale = (float(np.ptp(values)) if np.ptp(values) > 1e-6 * size else size or 1.0) * np.sqrt(t.size)
             found.append((shown / scale, (values - stencil.offset) / scale))
@@ -162,7 +159,7 @@ class Nearest:
         found = []
         for q in self.given.plant.quantities:
             functional = _requirement(q.functional)
-            values = self.rows(functional, fine) @ coefficients.ravel() + float(functional.offset)
+            values = self.rows(functional.weights, fine) @ coefficients.ravel() + float(functional.offset)
             margin = np.pad(q.bounds.margin(values) / q.bounds.width, 1, constant_values=np.inf)
             lowest = (margin[1:-1] <= margin[:-2]) & (margin[1:-1] <= margin[2:]) & (margin[1:-1] < room)
             found.append(fine[lowest])
@@ -222,7 +219,7 @@ def repair(
     outcome = given.prove(given.reference)
     if isinstance(outcome, Certificate):
         nowhere = {name: RepairDistance(0.0, 0.0) for name in given.curves}
-        return CertifiedReference(outcome.reference, outcome, given.off(outcome), nowhere)
+        return CertifiedReference(outcome, given.off(outcome), nowhere)
     near = Nearest.of(given, _start_states(given) if start == "given" else None)
     times = near.instants
     for backoff in _BACKOFFS:
@@ -231,7 +228,7 @@ def repair(
             return outcome if isinstance(outcome, Unproved) else _not_found(outcome, backoff, near)
         outcome = given.prove(Reference(near.signals(coefficients), plant))
         if isinstance(outcome, Certificate):
-            return CertifiedReference(outcome.reference, outcome, {}, _distances(given, outcome))
+            return CertifiedReference(outcome, {}, _distances(given, outcome))
     return outcome
 
 

@@ -97,8 +97,7 @@ class Joints:
         """
         widths = np.nan_to_num(np.diff(self.limits, axis=2), posinf=0.0)
         wide = self.limits + real("widened: part", part) * widths / 2 * [-1.0, 1.0]
-        each = (list(map(tuple, of)) for of in wide.tolist())
-        return type(self)(*each, names=self.names, continuous=tuple(self.continuous))
+        return type(self)(*wide.tolist(), names=self.names, continuous=tuple(self.continuous))
 
     def plant(self, sampling_time: float) -> ConstrainedSystem:
         """Return the chains of integrators from the highest limited derivative, held over each step [s], to positions.

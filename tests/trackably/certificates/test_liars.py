@@ -4,7 +4,7 @@ import inspect
 import json
 import re
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -57,9 +57,9 @@ from trackably.certificates.outcome import NotExcluded, OutOfReach, TooFar
 from trackably.checker import Contradicted, Failed, Proved, Refuted, check
 from trackably.given import table as table_module
 from trackably.given.accepted import NotAcceptedError
-from trackably.given.certify import CertifiedReference
 from trackably.gp.signal import KernelSum
 from trackably.learning.problem import NoFunction, NoSolution, NothingFactored, NothingFeasible, OutOfTime, UnmetBounds
+from trackably.proved import ProvedReference
 from trackably.reference import TrackableReference
 from trackably.streams.reference import StreamReference
 
@@ -281,11 +281,20 @@ def test_every_public_name_that_may_claim_something_is_asked():
     assert asked <= {*trackably.__all__}
 
 
+@dataclass(frozen=True)
+class Apart(ProvedReference):
+    """A reference beside its certificate, as what was learned is beside its own."""
+
+    reference: Any = None
+    certificate: Any = None
+    explanation = ""
+
+
 def test_the_certificate_of_another_reference_is_refused():
     one, other = certified("example1"), certified("example2")
     with pytest.raises(ValueError, match="another reference"):
-        CertifiedReference(one.reference, other.certificate)
-    assert CertifiedReference(replace(one.reference), one.certificate).certificate is one.certificate
+        Apart(one.reference, other.certificate)
+    assert Apart(replace(one.reference), one.certificate).certificate is one.certificate
 
 
 def test_what_was_accepted_cannot_be_written_to():
