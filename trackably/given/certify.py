@@ -206,13 +206,15 @@ def certify(
 class Given:
     """Curves by name, in the order of the flat outputs, each with the stencil by which it
     depends on its flat output.
+
+    `span` is the claimed window [s], or the first period, or the times at which the claimed motion is not at rest.
     """
 
     curves: Mapping[str, PolynomialPieces]
     stencils: Mapping[str, Stencil]
     plant: ConstrainedSystem
     beyond: Beyond
-    window: Window | None
+    span: tuple[float, float]
 
     @classmethod
     def of(
@@ -233,8 +235,8 @@ class Given:
             beyond = "period"
         stencils = stencils_by_name(plant, named)
         curves = {name: as_pieces(curve, beyond, interpolation, plant.sampling_time) for name, curve in named.items()}
-        window = _window(wanted, curves) if beyond == "end" else None
-        return cls({name: curves[name] for name in stencils}, stencils, plant, beyond, window)
+        span = _span(wanted, curves, beyond, plant.sampling_time)
+        return cls({name: curves[name] for name in stencils}, stencils, plant, beyond, span)
 
     @property
     def signals(self) -> tuple[PolynomialPieces, ...]:
@@ -249,25 +251,9 @@ class Given:
     def reference(self) -> Reference:
         return Reference(self.signals, self.plant)
 
-    @property
-    def span(self) -> tuple[float, float]:
-        """The first and the last time [s] at which the claimed motion is not at rest, or the first period.
-
-        Before a motion that begins after t = 0, there is a quarter of its time at rest, in which a repair may begin.
-        """
-        if self.window:
-            return self.window.span
-        first, last = (
-            end(float(curve.breakpoints[i]) for curve in self.curves.values()) for end, i in ((min, 0), (max, -1))
-        )
-        if self.beyond == "period":
-            return first, last
-        last = max(last, self.plant.sampling_time)  # a motion that ends before t = 0 is at rest at all claimed times
-        return max(0.0, first - _LEAD * (last - max(0.0, first))), last
-
     def prove(self, reference: Reference) -> Outcome:
         """Prove the claim about a reference, as the checker accepts it. ValueError: the claim does not fit it."""
-        return judge(prove_on_window(reference, *self.window.span) if self.window else prove(reference))
+        return judge(prove_on_window(reference, *self.span) if self.beyond == "end" else prove(reference))
 
     def off(self, certificate: Certificate) -> dict[str, float]:
         """Return the distances of the states of a proved reference from the given curves, by name."""
@@ -287,10 +273,24 @@ def _by_name(trajectory: Any, plant: ConstrainedSystem, span: tuple[float, float
     return {default_sample(plant): trajectory}
 
 
-def _window(claim: Claim | None, curves: Mapping[str, PolynomialPieces]) -> Window:
+def _span(
+    claim: Claim | None, curves: Mapping[str, PolynomialPieces], beyond: Beyond, step: float
+) -> tuple[float, float]:
+    """Return the span of `Given`. ValueError: a claimed window exceeds the curves.
+
+    Before a motion that begins after t = 0, there is a quarter of its time at rest, in which a repair may begin.
+    """
     firsts, lasts = ([float(curve.breakpoints[i]) for curve in curves.values()] for i in (0, -1))
-    start, end = claim.span if claim else (max(firsts), min(lasts))
-    if not (max(firsts) <= start < end <= min(lasts)):
-        known = f"from {max(firsts):.9g} s to {min(lasts):.9g} s"
-        raise ValueError(f"claim: trajectories are given {known}, but the claim is about {start:.9g} s to {end:.9g} s")
-    return Window(start, end)
+    if beyond == "end":
+        start, end = claim.span if claim else (max(firsts), min(lasts))
+        if not (max(firsts) <= start < end <= min(lasts)):
+            known = f"from {max(firsts):.9g} s to {min(lasts):.9g} s"
+            raise ValueError(
+                f"claim: trajectories are given {known}, but the claim is about {start:.9g} s to {end:.9g} s"
+            )
+        return start, end
+    first, last = min(firsts), max(lasts)
+    if beyond == "period":
+        return first, last
+    last = max(last, step)  # a motion that ends before t = 0 is at rest at all claimed times
+    return max(0.0, first - _LEAD * (last - max(0.0, first))), last
