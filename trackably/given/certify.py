@@ -72,16 +72,13 @@ def _repeating(ends: Array, coefficients: Array, curve: PolynomialPieces) -> Pol
         return PolynomialPieces(curve.breakpoints, coefficients, "period")
 
 
-def distance(curve: PolynomialPieces, output: PolynomialPieces, stencil: Stencil, certificate: Certificate) -> float:
-    """Return the largest distance between the stencil's values and the curve at the times of the claim, rounded up.
+def distance(
+    curve: PolynomialPieces, output: PolynomialPieces, stencil: Stencil, reference: Reference, span: tuple[float, float]
+) -> float:
+    """Return the largest distance between the stencil's values and the curve from a time to another [s], rounded up.
 
     The distance is sought in float64, and then verified by the checker's arithmetic.
     """
-    reference, (first, last) = certificate.reference, certificate.claim.span
-    start = max(first, 0.0) if curve.beyond != "end" else first
-    end = last if last < inf else max(float(z.breakpoints[-1]) for z in (curve, output))
-    if curve.beyond == "period":
-        end = start + curve.period
     shown = tuple(Fraction(w) for w in stencil.weights)
     apart = Functional(Fraction(stencil.offset), (shown, (Fraction(-1),)))
     both = tuple(
@@ -90,7 +87,7 @@ def distance(curve: PolynomialPieces, output: PolynomialPieces, stencil: Stencil
     )
     subject = replace(as_subject(reference), pieces=both)
     shifts = reference.plant.sampling_time * np.arange(float(len(shown)))
-    times = times_to_look_at((output, curve), shifts, start, end)
+    times = times_to_look_at((output, curve), shifts, *span)
     size = float(np.max(np.abs(curve(times)))) or 1.0
     for _ in range(_CLOSER):
         apart_at = np.abs(stencil.measured(output, times) - curve(times))
@@ -98,7 +95,7 @@ def distance(curve: PolynomialPieces, output: PolynomialPieces, stencil: Stencil
         times = np.append(np.linspace(times[max(i - 1, 0)], times[min(i + 1, last)], _POINTS), times[i])
         times.sort()
     for most in (0.0, *(float(np.max(apart_at)) + part * size for part in _PARTS)):
-        if keeps(subject, apart, (start, end), (-Fraction(most), Fraction(most))):
+        if keeps(subject, apart, span, (-Fraction(most), Fraction(most))):
             return most
     return inf
 
@@ -257,9 +254,12 @@ class Given:
 
     def off(self, certificate: Certificate) -> dict[str, float]:
         """Return the distances of the states of a proved reference from the given curves, by name."""
+        span, pieces = self.span, certificate.reference.pieces
+        if self.beyond == "rest":
+            span = 0.0, max(self.span[1], *(float(z.breakpoints[-1]) for z in pieces))
         return {
-            name: distance(curve, signal, self.stencils[name], certificate)
-            for (name, curve), signal in zip(self.curves.items(), certificate.reference.pieces, strict=True)
+            name: distance(curve, signal, self.stencils[name], certificate.reference, span)
+            for (name, curve), signal in zip(self.curves.items(), pieces, strict=True)
         }
 
 
