@@ -221,10 +221,7 @@ def make_unproved(given: JointTrajectory, joints: Joints, reason: str) -> Unprov
 def fit_joints(trajectory: Any, joints: Joints) -> JointTrajectory:
     """Return a trajectory of exactly these joints, in their order. Raises as `certify_joints`."""
     instance("certify_joints: joints", joints, Joints, "Joints")
-    if not isinstance(trajectory, JointTrajectory):
-        named = None if isinstance(trajectory, Mapping) else joints.names
-        trajectory = JointTrajectory.of(trajectory, named)
-    given: JointTrajectory = trajectory
+    given = trajectory if isinstance(trajectory, JointTrajectory) else JointTrajectory.of(trajectory, joints.names)
     if given.names == joints.names:
         return given
     if {*given.names} != {*joints.names}:

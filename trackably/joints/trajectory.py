@@ -69,15 +69,11 @@ class JointTrajectory:
         if isinstance(given, JointTrajectory):
             return replace(given, rests=rests)  # type: ignore[return-value]
         if isinstance(given, Mapping):
-            parts = [cls._of_one(curve, [name], rests) for name, curve in given.items()]
+            parts = [cls.of(curve, [name], rests) for name, curve in given.items()]
             if not parts:
                 raise ValueError("trajectory: no joint is given")
             ends = _shared_breakpoints([part.breakpoints for part in parts])
             return cls([*given], ends, join([part.on(ends).coefficients for part in parts]), rests)
-        return cls._of_one(given, names, rests)
-
-    @classmethod
-    def _of_one(cls, given: Any, names: Sequence[str] | None, rests: bool) -> Self:
         given = getattr(given, "cspl", given)  # TOPP-RA's splines
         if hasattr(given, "profiles") and hasattr(given, "at_time"):
             ends, c = _of_ruckig(given)
