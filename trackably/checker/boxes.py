@@ -16,7 +16,7 @@ from trackably.checker.models import Model, Models
 from trackably.checker.moving import repeats
 from trackably.checker.polynomials import is_nowhere_negative, shift
 from trackably.checker.quantities import LinearCombination, Quantity
-from trackably.checker.rounding import FlatNeeds, FlatValues
+from trackably.checker.rounding import FormulaNeeds, FormulaValues
 from trackably.checker.subject import Functional, Signal, Subject, is_far
 from trackably.checker.watch import UndecidedError, progress, tick
 
@@ -86,7 +86,7 @@ class FirstPass:
     settings make all of this true; `trusted`: a sentence that says which arithmetic is trusted.
     """
 
-    boxes: Callable[[FlatNeeds, Subject, int, Held], Left]
+    boxes: Callable[[FormulaNeeds, Subject, int, Held], Left]
     envelope: Callable[[Signal, Real], Decay | None]
     cells_left: Callable[
         [Subject, Sequence[tuple[Functional, Fraction, Fraction]], Sequence[tuple[int, int]], int],
@@ -97,7 +97,7 @@ class FirstPass:
     trusted: str
 
 
-def _every_box(needs: FlatNeeds, subject: Subject, terms: int, held: Held) -> Left:
+def _every_box(needs: FormulaNeeds, subject: Subject, terms: int, held: Held) -> Left:
     return ((box, inside, {}) for box, inside in held.items())
 
 
@@ -119,7 +119,7 @@ def check_boxes(
 
     Quantities that the `first_pass` leaves are enclosed in mpmath. If only instants are claimed, each has a narrow box.
     """
-    subject, needs = certificate.subject, FlatNeeds.of(certificate, quantities)
+    subject, needs = certificate.subject, FormulaNeeds.of(certificate, quantities)
     at_instants = isinstance(certificate.proof, Steps)
     for held, terms, first, count in _boxes(certificate, quantities):
         for i, (box, rest, _) in enumerate(first_pass.boxes(needs, subject, terms, held), first):
@@ -168,9 +168,9 @@ def around_instant(k: int, step: float) -> Box:
     return box
 
 
-def refusals(needs: FlatNeeds, enclosures: Enclosures, quantities: list[Quantity]) -> Iterator[tuple[Quantity, str]]:
+def refusals(needs: FormulaNeeds, enclosures: Enclosures, quantities: list[Quantity]) -> Iterator[tuple[Quantity, str]]:
     """Yield each quantity that is not shown to stay inside its bounds in a box, and why it may be undefined there."""
-    values = FlatValues(needs, enclosures.terms)
+    values = FormulaValues(needs, enclosures.terms)
     for q in quantities:
         try:
             if not stays_inside(values.enclose(q, enclosures.arguments(q)), q, enclosures.box):

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from trackably.checker.flatness import Need, Shapes, needs
-from trackably.checker.formulas import Formula, Name, Number, Operation, names
-from trackably.checker.intervals import SIGN, Real, exact_dot, exact_sum, ratio
+from trackably.checker.formulas import Formula, Name, names
+from trackably.checker.intervals import SIGN, Real, exact_dot, exact_sum, ratio, total
 from trackably.checker.inverse import inputs_of
 from trackably.checker.models import enclose
 from trackably.checker.moving import Limit, limits
@@ -17,13 +17,12 @@ from trackably.checker.subject import (
     Side,
     Signal,
     Subject,
-    as_float,
     is_far,
     shifted_name,
 )
 from trackably.checker.watch import tick
 
-ITSELF = "itself"
+ITSELF = "(itself)"  # which no state is called
 
 
 @dataclass(frozen=True)
@@ -42,26 +41,24 @@ class LinearCombination:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A formula of `arguments`, which are linear combinations of the signals, by name.
+    """A row of formulas, `parts` with their weights, of `arguments`: linear combinations of the signals, by name.
 
-    If the row bounds inputs given by formulas, `parts` holds these formulas with their weights; otherwise it is empty.
-    `lower` and `upper` are the bound, tightened by its evaluation error. For a flat form, the last quantity `needs` the
-    conditions under which all formulas are defined; its arguments include theirs.
+    A quantity that is such a combination itself has the only part `ITSELF`. `lower` and `upper` are the bound,
+    tightened by its evaluation error. For a flat form, the last quantity `needs` the conditions under which all
+    formulas are defined; its arguments include theirs.
     """
 
     name: str
-    formula: Formula
+    parts: Sequence[tuple[Fraction, Formula]]
     arguments: Mapping[str, LinearCombination]
-    parts: list[tuple[Fraction, Formula]]
     lower: Limit
     upper: Limit
     needs: tuple[Need, ...] = ()
-    is_flat: bool = False
 
     @property
     def combination(self) -> LinearCombination | None:
         """The quantity itself if it is a linear combination of signals; None for other formulas."""
-        return self.arguments[ITSELF] if not self.parts else None
+        return self.arguments.get(ITSELF)
 
 
 def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
@@ -96,8 +93,9 @@ def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
             row, parts = zip(*single, strict=True)
             found.append(_of_signals(subject, bound, row, parts, errors[bound.name]))
         else:
-            made = _of_formulas(bound, errors[bound.name], used, known)
-            found.append(replace(made, is_flat=flat is not None))
+            held = {name for _, formula in used for name in names(formula)}
+            arguments = {name: argument for name, argument in known.items() if name in held}
+            found.append(Quantity(bound.name, used, arguments, *limits(bound, errors[bound.name])))
     if found and flat:
         held = {name for need in needed for name in names(need.formula)}
         more = {name: argument for name, argument in known.items() if name in held}
@@ -108,19 +106,8 @@ def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
 def _of_signals(
     subject: Subject, bound: Bound, row: tuple[Fraction, ...], parts: tuple[Functional, ...], error: float
 ) -> Quantity:
-    return Quantity(bound.name, Name(ITSELF), {ITSELF: _combine(subject, row, parts)}, [], *limits(bound, error))
-
-
-def _of_formulas(
-    bound: Bound, error: float, parts: list[tuple[Fraction, Formula]], known: Mapping[str, LinearCombination]
-) -> Quantity:
-    terms = [part if r == 1 else Operation("*", Number(as_float(r)), part) for r, part in parts]
-    formula = terms[0]
-    for term in terms[1:]:
-        formula = Operation("+", formula, term)
-    contained = names(formula)
-    arguments = {name: argument for name, argument in known.items() if name in contained}
-    return Quantity(bound.name, formula, arguments, parts, *limits(bound, error))
+    itself = [(Fraction(1), Name(ITSELF))]
+    return Quantity(bound.name, itself, {ITSELF: _combine(subject, row, parts)}, *limits(bound, error))
 
 
 def states_of(subject: Subject) -> list[LinearCombination]:
@@ -179,7 +166,12 @@ def absolute_sum(row: Sequence[Fraction], parts: Sequence[Functional]) -> Functi
 def value_at(subject: Subject, q: Quantity, t: Real) -> Real:
     """Return an interval that contains q(t). Raise UndefinedError if q may be undefined there."""
     arguments = {name: combination_at(subject, argument, t) for name, argument in q.arguments.items()}
-    return enclose(q.formula, arguments)
+    return value_of(q, arguments)
+
+
+def value_of(q: Quantity, arguments: Mapping[str, Real]) -> Real:
+    """Return an interval that contains q for all values of `arguments`. Raise UndefinedError if it may be undefined."""
+    return total(ratio(r) * enclose(part, arguments) for r, part in q.parts)
 
 
 def combination_at(subject: Subject, argument: LinearCombination, t: Real) -> Real:

@@ -35,6 +35,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
+from math import inf
 
 from trackably.checker.boxes import Box, Enclosures, FirstPass, is_below
 from trackably.checker.certificate import Derived, Measured, Pair, SignalClass, TrueSignal
@@ -45,8 +46,8 @@ from trackably.checker.intervals import ZERO, Real, exact_dot, exact_sum, exactl
 from trackably.checker.limits import CENTRES
 from trackably.checker.models import Model
 from trackably.checker.moving import Limit
-from trackably.checker.quantities import ITSELF, Quantity, states_of
-from trackably.checker.rounding import FlatNeeds
+from trackably.checker.quantities import Quantity, states_of
+from trackably.checker.rounding import FormulaNeeds
 from trackably.checker.subject import LinearSystem, Subject
 from trackably.checker.watch import progress, short, tick
 
@@ -125,11 +126,12 @@ def gaps(subject: Subject, truth: TrueSignal, first_pass: FirstPass) -> Iterator
     state = states_of(subject)[subject.system.states.index(truth.state)]
     # bounds that nothing keeps: the first pass hands on its models of the signals
     none = Limit(1.0, ZERO), Limit(-1.0, ZERO)
-    q = Quantity(truth.state, Name(ITSELF), {ITSELF: state}, [(Fraction(1), Name(ITSELF))], *none)
+    q = Quantity(truth.state, [(Fraction(1), Name("z"))], {"z": state}, *none)
+    needs = FormulaNeeds({truth.state: inf}, {"z": ZERO}, 0)
     held = {Box(*ends, radius): [q] for ends, radius in zip(pairwise(truth.ends), truth.radii, strict=True)}
-    every, known_boxes = places(truth), first_pass.boxes(FlatNeeds({}, {}, 0), subject, truth.terms, held)
+    every, known_boxes = places(truth), first_pass.boxes(needs, subject, truth.terms, held)
     for (box, _, known), above, below in zip(known_boxes, truth.upper, truth.lower, strict=True):
-        model = Enclosures(subject, truth.terms, box, dict(known)).arguments(q)[ITSELF]
+        model = Enclosures(subject, truth.terms, box, dict(known)).arguments(q)["z"]
         kept, cut = model.coefficients[: _DEGREE + 1], model.coefficients[_DEGREE + 1 :]
         kept = [*kept, *[ZERO] * (_DEGREE + 1 - len(kept))]
         missed = model.missed + total(abs(c) for c in cut)

@@ -21,7 +21,7 @@ from trackably.checker.kernels import Decay
 from trackably.checker.models import Model
 from trackably.checker.moving import Limit
 from trackably.checker.quantities import LinearCombination, Quantity
-from trackably.checker.rounding import FlatNeeds, FlatValues
+from trackably.checker.rounding import FormulaNeeds, FormulaValues
 from trackably.checker.subject import Pieces, Signal, Subject
 from trackably.checker.watch import tick
 
@@ -34,14 +34,14 @@ _AT_ONCE, _COEFFICIENTS = 256, 2_000_000
 
 
 def boxes_left(
-    needs: FlatNeeds, subject: Subject, terms: int, held: Mapping[Box, list[Quantity]]
+    needs: FormulaNeeds, subject: Subject, terms: int, held: Mapping[Box, list[Quantity]]
 ) -> Iterator[tuple[Box, list[Quantity], dict[Shifted, Model]]]:
     """Yield each box with the quantities that are not proved here, and models of the signals if they have formulas."""
     unshifted = {s: many_centres(subject, (s, 0)) for s in range(len(subject.signals))}
     every = {q.name: q for h in held.values() for q in h}.values()
     needed = _needs(list(every))
     signals = {(s, j): replace(unshifted[s], shift=_shift(subject, j)) for s, j in needed}
-    formulas = {formula for q in every for formula in (q.formula, *(need.formula for need in q.needs))}
+    formulas = {f for q in every for f in (*(f for _, f in q.parts), *(need.formula for need in q.needs))}
     count = len(needed) + sum(len(parts(formula)) for formula in formulas)
     boxes, at_once = list(held), max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * max(1, count))))
     for begin in range(0, len(boxes), at_once):
@@ -100,7 +100,7 @@ def _enclose(
 
 
 def _stays_inside(
-    needs: FlatNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], boxes: Sequence[Box]
+    needs: FormulaNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], boxes: Sequence[Box]
 ) -> Mask:
     """Return the boxes in which a quantity is certainly defined and inside its bounds."""
     n, count = next(iter(models.values())).coefficients.low.shape
@@ -144,12 +144,12 @@ def _combine(q: Quantity, models: Mapping[Shifted, Models]) -> Models:
     return Models(found.coefficients + _constant(len(found.coefficients.low)) * q.combination.offset, found.missed)
 
 
-def _evaluate(needs: FlatNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], n: int) -> Models:
+def _evaluate(needs: FormulaNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], n: int) -> Models:
     """Return models of a formula with n terms. Raise UndefinedError if it may be undefined."""
     many: Any = models  # stand for numbers
     known = {key: Model([of.coefficients.at(k) for k in range(n)], of.missed) for key, of in many.items()}
     arguments = Enclosures(subject, n, _NO_BOX, known).arguments(q)
-    model = FlatValues(needs, n).enclose(q, arguments)
+    model = FormulaValues(needs, n).enclose(q, arguments)
     none = np.zeros((1, len(next(iter(models.values())).missed.low)))
     rows = [Floats.of(c) for c in model.coefficients]
     ends = (np.concatenate([end + none for end in of]) for of in ([c.low for c in rows], [c.high for c in rows]))
