@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from trackably.checker.certificate import AllPhases, Certificate, Steps
 from trackably.checker.intervals import ZERO, Real, UndefinedError, exactly, in_fixed_point, ratio
+from trackably.checker.joints import JointTrajectory, Open, everything
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model, Models
 from trackably.checker.moving import repeats
@@ -81,9 +82,10 @@ class FirstPass:
 
     `boxes`: each box with the quantities that are left to be proved, and models of signals for formulas; `envelope`:
     over-estimates of |z − m| and |ż| of a signal after a time; None if nothing is known; `cells_left`: for each row of
-    polynomial pieces, the cells in which it is not certain to stay between two numbers; `at_zero`: an interval that
-    contains a linear combination of signals at t = 0; None if nothing is known; `is_sound`: whether the processor's
-    settings make all of this true; `trusted`: a sentence that says which arithmetic is trusted.
+    polynomial pieces, the cells in which it is not certain to stay between two numbers; `of_joints`: limits and jumps
+    of joints that are not certain to be kept; `at_zero`: an interval that contains a linear combination of signals at
+    t = 0; None if nothing is known; `is_sound`: whether the processor's settings make all of this true; `trusted`: a
+    sentence that says which arithmetic is trusted.
     """
 
     boxes: Callable[[FormulaNeeds, Subject, int, Held], Left]
@@ -92,6 +94,7 @@ class FirstPass:
         [Subject, Sequence[tuple[Functional, Fraction, Fraction]], Sequence[tuple[int, int]], int],
         Sequence[list[tuple[int, int]]],
     ]
+    of_joints: Callable[[JointTrajectory], tuple[Open, Open]]
     at_zero: Callable[[Subject, LinearCombination], Real | None]
     is_sound: Callable[[], bool]
     trusted: str
@@ -105,6 +108,7 @@ NO_FIRST_PASS = FirstPass(
     _every_box,
     lambda _signal, _start: None,
     lambda _subject, rows, cells, _bits: [list(cells) for _ in rows],
+    everything,
     lambda _subject, _argument: None,
     lambda: True,
     "This was checked in exact arithmetic: rational numbers and intervals of mpmath.",

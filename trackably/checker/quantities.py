@@ -73,7 +73,7 @@ def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
     if flat := system.flat:
         names_of, own = (*system.states, *system.inputs), (*flat.states, *flat.inputs)
         signals, n = range(len(subject.signals)), flat.last_shift + 2
-        shifted = {shifted_name(s, j): _signal(subject, s, j, n) for s in signals for j in range(n)}
+        shifted = {shifted_name(s, j): shifted_signal(subject, s, j, n) for s in signals for j in range(n)}
         needed = needs(system, flat)
         shared = Shapes().shared([*own, *(need.formula for need in needed)])
         needed = [replace(need, formula=formula) for need, formula in zip(needed, shared[len(own) :], strict=True)]
@@ -82,7 +82,7 @@ def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
         formulas = {name: Name(name) for name in system.states}
         formulas |= inputs_of(system.f, system.successors, system.inputs)
         for j, names_of in enumerate((system.states, system.successors)):
-            shifted |= {name: _signal(subject, i, j, 2) for i, name in enumerate(names_of)}
+            shifted |= {name: shifted_signal(subject, i, j, 2) for i, name in enumerate(names_of)}
     known = {name: _combine(subject, (Fraction(1),), (part,)) for name, part in shifted.items()}
     found: list[Quantity] = []
     for bound in subject.bounds:
@@ -120,12 +120,12 @@ def functionals(subject: Subject, of: Side) -> tuple[Functional, ...]:
     trajectories = subject.trajectories
     if trajectories is not None:
         return trajectories.states if of == "state" else trajectories.inputs
-    return tuple(_signal(subject, i, 0, 1) for i in range(len(subject.signals)))
+    return tuple(shifted_signal(subject, i, 0, 1) for i in range(len(subject.signals)))
 
 
-def _signal(subject: Subject, i: int, j: int, count: int) -> Functional:
+def shifted_signal(subject: Subject, i: int, j: int, count: int) -> Functional:
     """Return z_i(t + j T), one of so many shifts."""
-    every = range(len(subject.signals))
+    every = range(subject.signal_count)
     return Functional(Fraction(0), tuple(tuple(Fraction((s, k) == (i, j)) for k in range(count)) for s in every))
 
 

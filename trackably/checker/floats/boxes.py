@@ -13,7 +13,7 @@ import numpy as np
 
 from trackably.checker.boxes import Box, Enclosures, FirstPass
 from trackably.checker.floats.intervals import Floats, Mask, are_positive, join, sums
-from trackably.checker.floats.pieces import cells_left
+from trackably.checker.floats.pieces import cells_left, undecided
 from trackably.checker.floats.signals import Boxes, ManyCentres, Models
 from trackably.checker.formulas import parts
 from trackably.checker.intervals import Real, UndefinedError, between, exactly, ratio
@@ -208,5 +208,5 @@ _TRUSTED = (
     "This was checked in float64 intervals first, which trusts IEEE arithmetic and NumPy's exp, log, sqrt, cos, arctan "
     "and arctan2."
 )
-FIRST_PASS = FirstPass(boxes_left, envelope, cells_left, at_zero, keeps_subnormals, _TRUSTED)
+FIRST_PASS = FirstPass(boxes_left, envelope, cells_left, undecided, at_zero, keeps_subnormals, _TRUSTED)
 """In arrays of float64 intervals."""
