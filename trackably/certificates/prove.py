@@ -249,10 +249,8 @@ class _ProofProblem:
     def _worst_failure(self, start: float, end: float) -> Failure | None:
         """Return a counterexample near one of the worst times, or else another failure there; None if there is none."""
         drawn = zip(self.reference.quantities, sketches(self.reference, start, end), strict=True)
-        failures = [self._failure_near(quantity, seen.worst_times[0]) for quantity, seen in drawn]
-        return next(
-            (found for found in failures if isinstance(found, Counterexample)), next(filter(None, failures), None)
-        )
+        every = [failure for quantity, seen in drawn if (failure := self._failure_near(quantity, seen.worst_times[0]))]
+        return next((found for found in every if isinstance(found, Counterexample)), every[0] if every else None)
 
     @property
     def unsettled(self) -> Failure:

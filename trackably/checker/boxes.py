@@ -18,7 +18,7 @@ from trackably.checker.moving import repeats
 from trackably.checker.polynomials import is_nowhere_negative, shift
 from trackably.checker.quantities import LinearCombination, Quantity
 from trackably.checker.rounding import FormulaNeeds, FormulaValues
-from trackably.checker.subject import Functional, Signal, Subject, is_far
+from trackably.checker.subject import Functional, OfBound, Signal, Subject, is_far
 from trackably.checker.watch import UndecidedError, progress, tick
 
 
@@ -131,7 +131,8 @@ def check_boxes(
             for q, undefined in refusals(needs, Enclosures(subject, terms, box), rest):
                 where = f"at step {i}" if at_instants else f"from {box.start!r} s to {box.end!r} s"
                 what = f"be defined {where}: {undefined}" if undefined else f"stay inside its bounds {where}"
-                return f"{'instants' if at_instants else 'box'}: the {q.name} is not shown to {what}"
+                step = "instants" if at_instants else "box"
+                return OfBound(q.name, f"{step}: the {q.name} is not shown to {what}")
     return None
 
 

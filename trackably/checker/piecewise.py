@@ -29,7 +29,7 @@ from trackably.checker.intervals import UndefinedError, common_denominator, exac
 from trackably.checker.moving import Cells, cells_of, compose, hull, place
 from trackably.checker.polynomials import stays_between
 from trackably.checker.quantities import absolute_sum, functionals, shifted_signal, weighted_sum
-from trackably.checker.subject import Bound, Functional, LinearSystem, Pieces, Subject, why_no_signal
+from trackably.checker.subject import Bound, Functional, LinearSystem, OfBound, Pieces, Subject, why_no_signal
 from trackably.checker.watch import progress, require_room, short, tick
 
 
@@ -148,7 +148,8 @@ def check_rounding(certificate: Certificate) -> str | None:
         return reason
     for name, error in evaluation_errors(certificate.subject, *_span(certificate)).items():
         if error > Fraction(certificate.errors[name]):
-            return f"evaluation: the {name} can be off by more than {certificate.errors[name]!r} in float64"
+            stated = certificate.errors[name]
+            return OfBound(name, f"evaluation: the {name} can be off by more than {stated!r} in float64")
     return None
 
 
@@ -286,7 +287,10 @@ def _positive(certificate: Certificate, first_pass: FirstPass) -> str | None:
         left = first_pass.cells_left(of, [(row, *ends) for _, (_, row, ends) in sides], cells, bits)
         some = zip(sides, left, strict=True)
         broken += [i for (i, (_, row, ends)), open_ in some if open_ and not _is_kept(of, row, ends, open_, bits)]
-    return f"cell: the {subject.bounds[min(broken)].name} is not shown to stay inside its bounds" if broken else None
+    if not broken:
+        return None
+    name = subject.bounds[min(broken)].name
+    return OfBound(name, f"cell: the {name} is not shown to stay inside its bounds")
 
 
 _Side = tuple[Subject, Functional, tuple[Fraction, Fraction]]

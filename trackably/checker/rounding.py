@@ -31,7 +31,7 @@ from trackably.checker.intervals import (
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model, Models, differential
 from trackably.checker.quantities import ITSELF, LinearCombination, Quantity, functionals
-from trackably.checker.subject import NonlinearSystem, Signal, Subject
+from trackably.checker.subject import NonlinearSystem, OfBound, Signal, Subject
 from trackably.checker.watch import tick
 
 _HALVINGS = 12  # of the span of the centres, from which they are sorted by their distance
@@ -65,8 +65,9 @@ def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str 
     for q in quantities:
         if q.combination is not None:
             error = error_of(certificate.subject, q.combination, of_signals)
-            if not at_most(error, certificate.errors[q.name]):
-                return f"evaluation: the {q.name} can be off by more than {certificate.errors[q.name]!r} in float64"
+            stated = certificate.errors[q.name]
+            if not at_most(error, stated):
+                return OfBound(q.name, f"evaluation: the {q.name} can be off by more than {stated!r} in float64")
     return None
 
 

@@ -25,7 +25,7 @@ from trackably.checker.kernels import Decay
 from trackably.checker.models import Model, Models, constants, differential
 from trackably.checker.quantities import ITSELF, Quantity, value_of
 from trackably.checker.rounding import FormulaNeeds, FormulaValues
-from trackably.checker.subject import Signal, is_far
+from trackably.checker.subject import OfBound, Signal, is_far
 
 
 def check_tail(
@@ -54,17 +54,17 @@ def is_settled(certificate: Certificate, quantities: list[Quantity], start: Real
 
 
 def _why_not(certificate: Certificate, quantities: list[Quantity], start: Real, envelopes: list[Decay]) -> str | None:
-    needs = FormulaNeeds.of(certificate, quantities)
+    needs, since = FormulaNeeds.of(certificate, quantities), f"from {float(start.mid):g} s on"
     for q in quantities:
         try:
             middle, reach = _limits(needs, q, envelopes, certificate.subject.step)
         except UndefinedError as undefined:
-            return f"tail: the {q.name} is not shown to be defined from {float(start.mid):g} s on: {undefined}"
+            return OfBound(q.name, f"tail: the {q.name} is not shown to be defined {since}: {undefined}")
         lower, upper = q.lower.after(start), q.upper.after(start)
         if lower is None or upper is None:
-            return f"tail: the bound of the {q.name} still moves from {float(start.mid):g} s on"
+            return OfBound(q.name, f"tail: the bound of the {q.name} still moves {since}")
         if not (at_most(lower, middle - reach) and at_most(middle + reach, upper)):
-            return f"tail: the envelope of the {q.name} does not lie inside its bounds from {float(start.mid):g} s on"
+            return OfBound(q.name, f"tail: the envelope of the {q.name} does not lie inside its bounds {since}")
     return None
 
 

@@ -3,13 +3,11 @@
 Before that, matrices, formulas, trajectories, sets and names are shown to belong to one system.
 """
 
-from collections.abc import Sequence
 from fractions import Fraction
 
 from trackably.checker.certificate import Certificate, Steps
 from trackably.checker.flatness import why_not_flat
 from trackably.checker.formulas import names
-from trackably.checker.intervals import exact_dot
 from trackably.checker.limits import WEIGHTS
 from trackably.checker.subject import (
     FlatForm,
@@ -146,14 +144,8 @@ def check_trajectories(subject: Subject) -> str | None:
         return why_not_flat(system, system.flat)
     if not isinstance(system, LinearSystem) or trajectories is None:
         return None
-    A, B = ([[Fraction(v) for v in row] for row in matrix] for matrix in (system.A, system.B))
-
-    def successor(x: _Vector, u: _Vector, c: Sequence[float]) -> list[Fraction]:
-        """Return A x + B u + c."""
-        return [exact_dot((*a, *b, Fraction(e)), (*x, *u, Fraction(1))) for a, b, e in zip(A, B, c, strict=True)]
-
     start, held = ([part.offset for part in parts] for parts in (trajectories.states, trajectories.inputs))
-    if successor(start, held, system.c) != start:
+    if system.successor(start, held, system.c) != start:
         return "trajectories: the system does not stay where its state and input are the offsets"
     for s in range(subject.signal_count):
         states, inputs = (
@@ -163,9 +155,6 @@ def check_trajectories(subject: Subject) -> str | None:
         for j in range(max(len(states), len(inputs))):
             tick()
             x, u = (of[j + 1] if j + 1 < len(of) else of[0] for of in (states, inputs))
-            if successor(x, u, [0.0] * len(start)) != (states[j] if j < len(states) else states[0]):
+            if system.successor(x, u, [0.0] * len(start)) != (states[j] if j < len(states) else states[0]):
                 return f"trajectories: the system does not follow signal {s} with the weights of shift {j}"
     return None
-
-
-_Vector = Sequence[Fraction]
