@@ -70,7 +70,7 @@ def cover(draft: Draft, reference: Reference, start: float, end: float) -> dict[
                 reason = refused[box][name] or "no enclosure found in this box is narrow enough"
                 return UncoveredBox(name, box.start, box.end, reason)
         else:
-            refused = _left(draft, accepted, exact)
+            refused = _left(draft, accepted, exact) if halvings else {}  # at first, all were checked together
             if not refused:
                 return {name: _join(start, found.values()) for name, found in accepted.items()}
         wanted = {

@@ -5,6 +5,7 @@ before anything is handed out.
 """
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
@@ -139,9 +140,10 @@ def _earliest(origin: float, step: float, holds: Callable[[float], bool]) -> flo
 
     None if there is none: the later the start, the smaller the envelope.
     """
-    if not holds(origin + step * 2.0**_DOUBLINGS):
+    d = bisect_left(range(_DOUBLINGS + 1), True, key=lambda d: holds(origin + step * 2.0**d))
+    if d > _DOUBLINGS:
         return None
-    high = next(r for d in range(_DOUBLINGS + 1) if holds(origin + (r := step * 2.0**d)))
+    high = step * 2.0**d
     low = high / 2
     for _ in range(_BISECTIONS):
         middle = (low + high) / 2
