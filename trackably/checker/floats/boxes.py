@@ -3,7 +3,7 @@
 An instant is checked as a narrow box around it.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from math import isfinite
@@ -38,31 +38,30 @@ def boxes_left(
 ) -> Iterator[tuple[Box, list[Quantity], dict[Shifted, Model]]]:
     """Yield each box with the quantities that are not proved here, and models of the signals if they have formulas."""
     unshifted = {s: many_centres(subject, (s, 0)) for s in range(len(subject.signals))}
-    every = {q.name: q for h in held.values() for q in h}.values()
-    needed = _needs(list(every))
+    every = {q.name: q for h in held.values() for q in h}
+    needed = sorted(_needs(every.values()))
     signals = {(s, j): replace(unshifted[s], shift=_shift(subject, j)) for s, j in needed}
-    formulas = {f for q in every for f in (*(f for _, f in q.parts), *(need.formula for need in q.needs))}
+    formulas = {f for q in every.values() for f in (*(f for _, f in q.parts), *(need.formula for need in q.needs))}
     count = len(needed) + sum(len(parts(formula)) for formula in formulas)
     boxes, at_once = list(held), max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * max(1, count))))
     for begin in range(0, len(boxes), at_once):
         some = boxes[begin : begin + at_once]
+        inside = {name: [any(q is each for each in held[box]) for box in some] for name, q in every.items()}
+        proved = {name: np.zeros(len(some), dtype=bool) for name in every}
         with np.errstate(all="ignore"):  # results that are not finite prove nothing
-            found = _enclose(signals, terms, some, [_needs(held[box]) for box in some])
-            quantities = {q.name: q for box in some for q in held[box]}
-            proved: dict[str, Mask] = {}
-            for name, q in quantities.items():
-                where = np.flatnonzero([any(q is each for each in held[box]) for box in some])
+            found = {shifted: of.enclose(Boxes(*np.array(some).T), terms) for shifted, of in signals.items()}
+            for name, q in every.items():
+                where = np.flatnonzero(inside[name])
                 models = {shifted: found[shifted].at(where) for shifted in _needs([q])}
-                proved[name] = np.zeros(len(some), dtype=bool)
                 if models:  # else it is a number
                     proved[name][where] = _stays_inside(needs, subject, q, models, [some[b] for b in where])
         for b, box in enumerate(some):
             rest = [q for q in held[box] if not proved[q.name][b]]
-            known = {shifted: _model(found[shifted], b) for shifted in _needs(list(filter(_is_formula, rest)))}
+            known = {shifted: _model(found[shifted], b) for shifted in _needs(filter(_is_formula, rest))}
             yield box, rest, {shifted: model for shifted, model in known.items() if model}
 
 
-def _needs(quantities: Sequence[Quantity]) -> set[Shifted]:
+def _needs(quantities: Iterable[Quantity]) -> set[Shifted]:
     return {shifted for q in quantities for argument in q.arguments.values() for shifted in shifts_of(argument)}
 
 
@@ -86,17 +85,6 @@ def many_centres(subject: Subject, shifted: Shifted) -> ManyCentres:
 
 def _shift(subject: Subject, j: int) -> Fraction:
     return j * Fraction(subject.system.sampling_time)
-
-
-def _enclose(
-    signals: Mapping[Shifted, ManyCentres], terms: int, boxes: Sequence[Box], needed: Sequence[set[Shifted]]
-) -> dict[Shifted, Models]:
-    """Return the models of the shifted signals in the boxes that need them; NaN in the others."""
-    every, found = Boxes(*np.array(boxes).T), dict[Shifted, Models]()
-    for shifted in sorted(set[Shifted]().union(*needed)):
-        used = np.flatnonzero([shifted in each for each in needed])
-        found[shifted] = Models.spread([(used, signals[shifted].enclose(every.at(used), terms))], terms, len(boxes))
-    return found
 
 
 def _stays_inside(
