@@ -13,9 +13,8 @@ from trackably.arrays import Array
 from trackably.certificates.draft import TERMS, Draft, has_periodic_part
 from trackably.checker.boxes import Box
 from trackably.checker.certificate import Boxes
-from trackably.checker.floats.boxes import shifts_of
 from trackably.checker.floats.intervals import Floats
-from trackably.checker.quantities import LinearCombination, Quantity
+from trackably.checker.quantities import LinearCombination, Quantity, shifts_of
 from trackably.checker.subject import Subject
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantities

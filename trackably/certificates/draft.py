@@ -17,11 +17,11 @@ from trackably.certificates.form import as_subject, as_written
 from trackably.checker import certificate as checked
 from trackably.checker import piecewise
 from trackably.checker.boxes import Box, Enclosures, refusals
-from trackably.checker.floats.boxes import FIRST_PASS, shifts_of
+from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.form import a_kernel
 from trackably.checker.intervals import Real, UndefinedError, at_most, exactly, ratio
 from trackably.checker.models import constants
-from trackably.checker.quantities import LinearCombination, Quantity, quantities, value_at
+from trackably.checker.quantities import LinearCombination, Quantity, quantities, shifts_of, value_at
 from trackably.checker.rounding import FormulaNeeds, FormulaValues, check_sizes, error_of, signal_errors
 from trackably.checker.subject import Subject
 from trackably.checker.tail import is_settled

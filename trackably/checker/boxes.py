@@ -10,13 +10,13 @@ from itertools import pairwise, zip_longest
 from typing import NamedTuple
 
 from trackably.checker.certificate import AllPhases, Certificate, Steps
-from trackably.checker.intervals import ZERO, Real, UndefinedError, exactly, in_fixed_point, ratio
+from trackably.checker.intervals import ZERO, Real, UndefinedError, exactly, in_fixed_point
 from trackably.checker.joints import JointTrajectory, Open, everything
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model, Models
 from trackably.checker.moving import repeats
 from trackably.checker.polynomials import is_nowhere_negative, shift
-from trackably.checker.quantities import LinearCombination, Quantity
+from trackably.checker.quantities import LinearCombination, Quantity, Shifted, terms_of
 from trackably.checker.rounding import FormulaNeeds, FormulaValues
 from trackably.checker.subject import Functional, OfBound, Signal, Subject, is_far
 from trackably.checker.watch import UndecidedError, progress, tick
@@ -37,7 +37,7 @@ class Enclosures:
     subject: Subject
     terms: int
     box: Box
-    known: dict[tuple[int, int], Model] = field(default_factory=dict)
+    known: dict[Shifted, Model] = field(default_factory=dict)
 
     def arguments(self, q: Quantity) -> dict[str, Model]:
         """Enclose the arguments of a quantity."""
@@ -45,10 +45,8 @@ class Enclosures:
 
     def _combination(self, argument: LinearCombination) -> Model:
         found = Models(self.terms).number(argument.offset)
-        for s, weights in enumerate(argument.weights):
-            for j, w in enumerate(weights):
-                if w:
-                    found += self._signal(s, j).times(ratio(w))
+        for (s, j), w in terms_of(argument):
+            found += self._signal(s, j).times(w)
         return found
 
     def _signal(self, s: int, j: int) -> Model:
@@ -73,7 +71,7 @@ def enclose_signal(signal: Signal, shift: Real, box: Box, n: int) -> Model:
 
 
 Held = Mapping[Box, list[Quantity]]
-Left = Iterator[tuple[Box, list[Quantity], dict[tuple[int, int], Model]]]
+Left = Iterator[tuple[Box, list[Quantity], dict[Shifted, Model]]]
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Step
 from trackably.checker.intervals import UndefinedError, common_denominator, exact_sum
 from trackably.checker.moving import Cells, cells_of, compose, hull, place
 from trackably.checker.polynomials import stays_between
-from trackably.checker.quantities import absolute_sum, functionals, shifted_signal, weighted_sum
+from trackably.checker.quantities import absolute_sum, functionals, shifted_signal, shifts_of, weighted_sum
 from trackably.checker.subject import Bound, Functional, LinearSystem, OfBound, Pieces, Subject, why_no_signal
 from trackably.checker.watch import progress, require_room, short, tick
 
@@ -347,11 +347,6 @@ def _cells(subject: Subject, row: Functional, start: Fraction, end: Fraction) ->
 def exact_times(z: Pieces, bits: int) -> list[int]:
     """Return the breakpoints in units of 2^−`bits` s."""
     return [_scale(t, bits) for t in z.breakpoints]
-
-
-def shifts_of(row: Functional) -> list[tuple[int, int]]:
-    """Return all (s, j) for which the row depends on z_s(t + j T)."""
-    return [(s, j) for s, weights in enumerate(row.weights) for j, w in enumerate(weights) if w]
 
 
 def _is_kept(

@@ -1,6 +1,6 @@
 """The bounded quantities: formulas of linear combinations of the signals at shifted times, and their values."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -37,6 +37,22 @@ class LinearCombination:
     offset: Real
     gross: list[Fraction]
     gross_offset: Fraction
+
+
+Shifted = tuple[int, int]
+"""s and j of the shifted signal z_s(t + j T)."""
+
+
+def shifts_of(row: Functional | LinearCombination) -> list[Shifted]:
+    """Return the shifted signals of a row."""
+    return [(s, j) for s, weights in enumerate(row.weights) for j, w in enumerate(weights) if w]
+
+
+def terms_of(argument: LinearCombination) -> Iterator[tuple[Shifted, Real]]:
+    """Yield the shifted signals of a linear combination, with their weights."""
+    for s, j in shifts_of(argument):
+        tick()
+        yield (s, j), ratio(argument.weights[s][j])
 
 
 @dataclass(frozen=True)
@@ -177,10 +193,8 @@ def value_of(q: Quantity, arguments: Mapping[str, Real]) -> Real:
 def combination_at(subject: Subject, argument: LinearCombination, t: Real) -> Real:
     """Return the linear combination at time t: offset + Σ w c κ(t + j T − t_i)."""
     value = argument.offset
-    for signal, weights in zip(subject.signals, argument.weights, strict=True):
-        for j, w in enumerate(weights):
-            if w:
-                value += ratio(w) * _at(signal, t + j * subject.step)
+    for (s, j), w in terms_of(argument):
+        value += w * _at(subject.signals[s], t + j * subject.step)
     return value
 
 

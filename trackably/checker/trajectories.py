@@ -26,14 +26,9 @@ from trackably.checker.watch import tick
 def check_shapes(subject: Subject) -> str | None:
     """Return which parts do not fit together; None if all do."""
     system = subject.system
-    n, m = len(system.states), len(system.inputs)
     if any(len(signal.centres) != len(signal.weights) for signal in subject.signals):
         return "signals: there must be as many centres as weights"
-    if (subject.state_set.dimension, subject.input_set.dimension) != (n, m):
-        return "shapes: the sets must have the dimensions of state and input"
-    if not _fit(subject.state_set.rows, n) or not _fit((*subject.input_set.rows, *(subject.attainable or ())), m):
-        return "shapes: every bound needs a row with a number for each state, or for each input, not all zero"
-    if reason := why_no_system(system):
+    if reason := why_no_plant(system, subject.state_set, subject.input_set, subject.attainable or ()):
         return reason
     if isinstance(system, NonlinearSystem):
         reason = _misfit_of_formulas(subject, system)
@@ -63,11 +58,15 @@ def why_no_system(system: System) -> str | None:
     return "flat: angles must be states" if flat and not {*flat.angles} <= {*system.states} else None
 
 
-def why_no_plant(system: System, state_set: Polytope, input_set: Polytope) -> str | None:
+def why_no_plant(
+    system: System, state_set: Polytope, input_set: Polytope, attainable: tuple[Row, ...] = ()
+) -> str | None:
     """Return what does not fit together in a system and its sets; None where everything does."""
-    for bounded, names_of in ((state_set, system.states), (input_set, system.inputs)):
-        if bounded.dimension != len(names_of) or any(len(row.row) != len(names_of) for row in bounded.rows):
-            return "shapes: every bound needs a number for each state, or for each input"
+    n, m = len(system.states), len(system.inputs)
+    if (state_set.dimension, input_set.dimension) != (n, m):
+        return "shapes: the sets must have the dimensions of state and input"
+    if not _fit(state_set.rows, n) or not _fit((*input_set.rows, *attainable), m):
+        return "shapes: every bound needs a row with a number for each state, or for each input, not all zero"
     return why_no_system(system)
 
 

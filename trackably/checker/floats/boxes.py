@@ -16,17 +16,13 @@ from trackably.checker.floats.intervals import Floats, Mask, are_positive, join,
 from trackably.checker.floats.pieces import cells_left, undecided
 from trackably.checker.floats.signals import Boxes, ManyCentres, Models
 from trackably.checker.formulas import parts
-from trackably.checker.intervals import Real, UndefinedError, between, exactly, ratio
+from trackably.checker.intervals import Real, UndefinedError, between, exactly
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model
 from trackably.checker.moving import Limit
-from trackably.checker.quantities import LinearCombination, Quantity
+from trackably.checker.quantities import LinearCombination, Quantity, Shifted, shifts_of, terms_of
 from trackably.checker.rounding import FormulaNeeds, FormulaValues
 from trackably.checker.subject import Pieces, Signal, Subject
-from trackably.checker.watch import tick
-
-Shifted = tuple[int, int]
-"""The signal s at the shifted time t + j T."""
 
 _NO_BOX = Box(0.0, 0.0, 0.0)
 _AT_ONCE, _COEFFICIENTS = 256, 2_000_000
@@ -63,18 +59,6 @@ def boxes_left(
 
 def _needs(quantities: Iterable[Quantity]) -> set[Shifted]:
     return {shifted for q in quantities for argument in q.arguments.values() for shifted in shifts_of(argument)}
-
-
-def shifts_of(argument: LinearCombination) -> list[Shifted]:
-    """Return the shifted signals of a linear combination."""
-    return [(s, j) for s, weights in enumerate(argument.weights) for j, w in enumerate(weights) if w]
-
-
-def terms_of(argument: LinearCombination) -> Iterator[tuple[Shifted, Real]]:
-    """Yield the shifted signals of a linear combination, with their weights."""
-    for s, j in shifts_of(argument):
-        tick()
-        yield (s, j), ratio(argument.weights[s][j])
 
 
 def many_centres(subject: Subject, shifted: Shifted) -> ManyCentres:

@@ -22,7 +22,8 @@ import numpy as np
 from trackably.checker.floats.intervals import Array, Floats, Mask, bernstein, stay_between
 from trackably.checker.joints import JointTrajectory, Open
 from trackably.checker.moving import place
-from trackably.checker.piecewise import exact_times, shifts_of, whole
+from trackably.checker.piecewise import exact_times, whole
+from trackably.checker.quantities import shifts_of
 from trackably.checker.subject import Functional, Pieces, Subject, as_float
 from trackably.checker.watch import tick
 
