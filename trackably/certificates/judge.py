@@ -101,15 +101,16 @@ class NotTrackableError(NoReferenceError):
 
         Raises OSError, and ValueError if the outcome is no counterexample.
         """
-        if not isinstance(self.outcome, Counterexample):
-            raise ValueError(f"save_counterexample: there is none: {self.outcome.explanation}")
-        write_atomically(new_file("save_counterexample", path), accepted_file(self.outcome))
+        self._save("counterexample", Counterexample, path)
 
     def save_contradiction(self, path: Path | str) -> None:
         """Write the contradiction that excludes every reference, for `python -m trackably check FILE`.
 
         Raises OSError, and ValueError if the outcome is no contradiction.
         """
-        if not isinstance(self.outcome, OutOfReach):
-            raise ValueError(f"save_contradiction: there is none: {self.outcome.explanation}")
-        write_atomically(new_file("save_contradiction", path), accepted_file(self.outcome))
+        self._save("contradiction", OutOfReach, path)
+
+    def _save(self, what: str, kind: type[Counterexample | OutOfReach], path: Path | str) -> None:
+        if not isinstance(self.outcome, kind):
+            raise ValueError(f"save_{what}: there is none: {self.outcome.explanation}")
+        write_atomically(new_file(f"save_{what}", path), accepted_file(self.outcome))
