@@ -9,7 +9,6 @@ import pytest
 from mpmath import mp
 
 from tests.trackably.gp.instances import KERNELS, formula, over, time_scale
-from trackably.checker.boxes import Box
 from trackably.checker.floats import signals
 from trackably.checker.floats.intervals import Floats
 from trackably.checker.floats.signals import Boxes, ManyCentres
