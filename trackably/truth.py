@@ -18,7 +18,7 @@ import numpy as np
 from trackably.arguments import instance, positive, real
 from trackably.arrays import Array, ArrayLike, subdivide
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.cover import radii
+from trackably.certificates.cover import discs
 from trackably.certificates.form import as_subject, as_written
 from trackably.certificates.judge import NotTrackableError, found_or_raise, judge_contradiction
 from trackably.certificates.outcome import NoSignal, TooFar, Unproved
@@ -250,8 +250,8 @@ def true_signal(
     times = _in_cells(edges)
     upper, lower, derived = _choose(of, times, reference.state_at(times)[:, :, state], sought.derived)
     subject = as_subject(reference)
-    discs = radii(subject, reference, [states_of(subject)[state]], edges[:-1], edges[1:], _TERMS)
-    found = TrueSignal(name, of, tuple(edges.tolist()), tuple(discs.tolist()), _TERMS, upper, lower, (), None, derived)
+    radii, _ = discs(subject, reference, [states_of(subject)[state]], edges[:-1], edges[1:], _TERMS)
+    found = TrueSignal(name, of, tuple(edges.tolist()), tuple(radii.tolist()), _TERMS, upper, lower, (), None, derived)
     errors = np.array([_bound(models) for models in gaps(subject, found, FIRST_PASS)])
     if not np.all(np.isfinite(errors)):
         raise ValueError(f"truth: the {name} of the reference is not enclosed between all its samples")

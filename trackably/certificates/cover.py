@@ -13,9 +13,8 @@ from trackably.arrays import Array
 from trackably.certificates.draft import TERMS, Draft, has_periodic_part
 from trackably.checker.boxes import Box
 from trackably.checker.certificate import Boxes
-from trackably.checker.floats.boxes import shifts_of
 from trackably.checker.floats.intervals import Floats
-from trackably.checker.quantities import LinearCombination, Quantity
+from trackably.checker.quantities import LinearCombination, Quantity, shifts_of
 from trackably.checker.subject import Subject
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantities
@@ -50,7 +49,8 @@ def cover(draft: Draft, reference: Reference, start: float, end: float) -> dict[
     exact = set[Box]()
     for halvings in range(_MOST_HALVINGS):
         ends = np.array([*wanted]).T
-        boxes = np.vstack([ends, radii(draft.subject, reference, draft.arguments, *ends)]).T.tolist()
+        radii, _ = discs(draft.subject, reference, draft.arguments, *ends)
+        boxes = np.vstack([ends, radii]).T.tolist()
         tried = {Box(*box): of for box, of in zip(boxes, wanted.values(), strict=True)}
         refused: _Refused = _refusals(draft, tried, exactly=False)
         if halvings >= _EXACT_FROM and 0 < len(refused) <= _MOST_EXACT and not any(map(kinks.are_in, refused)):
@@ -70,7 +70,7 @@ def cover(draft: Draft, reference: Reference, start: float, end: float) -> dict[
                 reason = refused[box][name] or "no enclosure found in this box is narrow enough"
                 return UncoveredBox(name, box.start, box.end, reason)
         else:
-            refused = _left(draft, accepted, exact)
+            refused = _left(draft, accepted, exact) if halvings else {}  # at first, all were checked together
             if not refused:
                 return {name: _join(start, found.values()) for name, found in accepted.items()}
         wanted = {
@@ -207,8 +207,8 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float) -
     while True:
         widths = np.diff(edges)
         near = np.searchsorted(centres, edges[1:] + widths) > np.searchsorted(centres, edges[:-1] - widths)
-        _, sizes = _on_discs(draft.subject, reference, draft.arguments, edges[:-1], edges[1:], TERMS)
-        split = near & ((widths > widest) | ~np.isfinite(sizes).any(axis=0))
+        _, sizes = discs(draft.subject, reference, draft.arguments, edges[:-1], edges[1:])
+        split = near & ((widths > widest) | ~np.isfinite(sizes))
         if not np.any(split):
             return edges
         edges = np.sort(np.concatenate([edges, edges[:-1][split] + widths[split] / 2]))
@@ -220,23 +220,18 @@ def _shifts(subject: Subject, arguments: Iterable[LinearCombination]) -> list[tu
     return [(s, j * Fraction(subject.system.sampling_time)) for s, j in sorted(found)]
 
 
-def radii(
+def discs(
     subject: Subject,
     reference: Reference,
     arguments: Iterable[LinearCombination],
     starts: Array,
     ends: Array,
     terms: int = TERMS,
-) -> Array:
-    """Return radii [s] of discs that make the errors of Taylor polynomials small. Every radius is valid."""
-    tried, sizes = _on_discs(subject, reference, arguments, starts, ends, terms)
-    return np.asarray(tried[np.argmin(sizes, axis=0), np.arange(len(starts))])
-
-
-def _on_discs(
-    subject: Subject, reference: Reference, arguments: Iterable[LinearCombination], starts: Array, ends: Array, n: int
 ) -> tuple[Array, Array]:
-    """Return radii [s] of discs around boxes, and sizes of the errors of n terms on them, infinite if singular."""
+    """Return radii [s] of discs around boxes that make the errors of Taylor polynomials small, and sizes of these.
+
+    A size is infinite if every disc holds a singularity. Every radius is valid.
+    """
     halves, middles = (ends - starts) / 2, starts + (ends - starts) / 2
     tried, bounds = halves * _RATIOS[:, None], np.zeros((len(_RATIOS), len(starts)))
     with np.errstate(all="ignore"):
@@ -249,8 +244,10 @@ def _on_discs(
             if has_periodic_part(kernel):  # maxima are near everywhere
                 nearest = np.zeros_like(nearest)
             bounds += on_disc(Floats.exact(nearest), Floats.exact(tried)).high
-        sizes = bounds * (halves / tried) ** n
-    return tried, np.where(np.isfinite(sizes), sizes, np.inf)
+        sizes = bounds * (halves / tried) ** terms
+    sizes[~np.isfinite(sizes)] = np.inf
+    best = np.argmin(sizes, axis=0), np.arange(len(starts))
+    return tried[best], sizes[best]
 
 
 def _join(start: float, found: Iterable[Box]) -> Boxes:

@@ -21,24 +21,23 @@ from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.form import a_kernel
 from trackably.checker.intervals import Real, UndefinedError, at_most, exactly, ratio
 from trackably.checker.models import constants
-from trackably.checker.quantities import LinearCombination, Quantity, quantities, value_at
-from trackably.checker.rounding import FlatNeeds, FlatValues, check_sizes, error_of, signal_errors
+from trackably.checker.quantities import LinearCombination, Quantity, quantities, shifts_of, value_at
+from trackably.checker.rounding import FormulaNeeds, FormulaValues, check_sizes, error_of, signal_errors
 from trackably.checker.subject import Subject
 from trackably.checker.tail import is_settled
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.periodic import Periodic
 from trackably.systems.reference import Reference
-from trackably.systems.trajectories import shifted_outputs
 
 TERMS = 16
 LATEST = 1e60
 """Times up to which decaying kernels can be evaluated without overflow [s]."""
 
 _PERIODS, _PERIODS_OF_FORMULAS, _COUNTED = 1e3, 1e2, 2.0**49
-_TIMES = 101  # times of a window at which errors of flat forms are estimated
+_TIMES = 101  # times of a window at which errors of formulas are estimated
 _SLACK = 1.02  # times an error: stated errors then also hold after a small change of the reference
 _NOTHING = checked.AllTimes(), checked.Cover(0.0, 0.0, {}, TERMS)  # the claim of a draft
-_FLAT_ERROR = 2.0
+_FORMULA_ERROR = 2.0
 """Factor from the errors of formulas at single times to the stated errors, which have to hold in whole boxes."""
 
 
@@ -64,15 +63,15 @@ def _errors_grow(kernel: Kernel, far: float) -> bool:
 def evaluation_errors(reference: Reference, until: float, window: float | None = None) -> dict[str, float]:
     """Return an upper bound of |float64 − exact| for each bounded quantity at all times |t| ≤ `until` [s].
 
-    For a flat form's formulas, it is estimated near some times up to the end of a `window` [s], or up to the latest
-    centre: the checker verifies it in each box.
+    For formulas, it is estimated near some times up to the end of a `window` [s], or up to the latest centre: the
+    checker verifies it in each box.
     """
     latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.kernel_sums)
     return dict(Draft.of(reference, until, times_in(0.0, window or latest)).errors)
 
 
 def times_in(start: float, end: float) -> Array:
-    """Return the times [s] of a window at which errors of flat forms are estimated."""
+    """Return the times [s] of a window at which errors of formulas are estimated."""
     return np.linspace(start, end, _TIMES)
 
 
@@ -98,15 +97,14 @@ class Draft:
     def of(cls, reference: Reference, until: float, times: Array) -> Self:
         """Return a draft whose float64 values are claimed up to `until` [s].
 
-        The errors of a flat form's formulas depend on the values of the signals: they are estimated at some `times`
-        [s].
+        The errors of formulas depend on the values of the signals: they are estimated at some `times` [s].
         """
         subject, (free, known) = as_subject(reference), _linear_errors(reference, until)
         errors = {**known}
-        if flat := [q for q in free if q.is_flat]:
+        if formulas := [q for q in free if q.combination is None]:
             unstated = dict.fromkeys((q.name for q in free), np.inf)
-            needs = FlatNeeds.of(checked.Certificate(subject, *_NOTHING, until, unstated, None), free)
-            errors |= _errors_of_formulas(reference, needs, flat, times)
+            needs = FormulaNeeds.of(checked.Certificate(subject, *_NOTHING, until, unstated, None), free)
+            errors |= _errors_of_formulas(reference, needs, formulas, times)
         drawn = tuple(_tighten(q, errors[q.name]) for q in free)
         return cls(checked.Certificate(subject, *_NOTHING, until, errors, None), drawn)
 
@@ -156,20 +154,11 @@ class Draft:
 
         If float64 intervals do not decide, the quantity is enclosed `exactly`, which takes long, or refused.
         """
-        needs = FlatNeeds.of(self.certificate, list(self.quantities))
+        needs = FormulaNeeds.of(self.certificate, list(self.quantities))
         for box, rest, _ in FIRST_PASS.boxes(needs, self.subject, TERMS, held):
             enclosures = Enclosures(self.subject, TERMS, box)
             left = refusals(needs, enclosures, rest) if exactly else ((q, "") for q in rest)
             yield from ((box, q, why) for q, why in left)
-
-    def why_unbounded(self, name: str) -> str:
-        """Return why the error of a quantity is not bounded."""
-        q = next(q for q in self.quantities if q.name == name)
-        try:
-            error_of(self.subject, q, signal_errors(self.subject, self.certificate.until))
-        except UndefinedError as undefined:
-            return str(undefined)
-        return "it is undefined at all times that were examined"
 
     def value(self, name: str, t: Fraction) -> Real:
         """Enclose a bounded quantity at a time [s]. UndefinedError: it may be undefined there."""
@@ -185,40 +174,33 @@ def _linear_errors(reference: Reference, until: float) -> tuple[list[Quantity], 
 
     Learning and proving ask for the same: whether errors leave room, and by how much they tighten the bounds.
     """
-    subject, errors = as_subject(reference), dict[str, float]()
+    subject = as_subject(reference)
     free = quantities(subject, dict.fromkeys((bound.name for bound in subject.bounds), 0.0))
-    of_signals = signal_errors(subject, until)
-    for q in free:
-        if not q.is_flat:
-            try:
-                errors[q.name] = _SLACK * _round_up(error_of(subject, q, of_signals))
-            except UndefinedError:
-                errors[q.name] = np.inf
-    return free, errors
+    of_signals, linear = signal_errors(subject, until), [(q.name, q.combination) for q in free if q.combination]
+    return free, {name: _SLACK * _round_up(error_of(subject, of, of_signals)) for name, of in linear}
 
 
 def _tighten(q: Quantity, by: float) -> Quantity:
     return replace(q, lower=q.lower.moved(exactly(by)), upper=q.upper.moved(-exactly(by))) if np.isfinite(by) else q
 
 
-def _errors_of_formulas(reference: Reference, needs: FlatNeeds, flat: list[Quantity], times: Array) -> dict[str, float]:
-    """Return estimates, from above, of the errors of a flat form's quantities near some times [s]."""
-    form = reference.plant.flat_form
-    assert form is not None, "there are formulas"
-    signals = [signal.summed for signal in reference.kernel_sums]
-    every = {
-        name: z(signals, times).tolist() for name, z in shifted_outputs(form, reference.plant.sampling_time).items()
-    }
-    largest = dict.fromkeys((q.name for q in flat), 0.0)
+def _errors_of_formulas(
+    reference: Reference, needs: FormulaNeeds, formulas: list[Quantity], times: Array
+) -> dict[str, float]:
+    """Return estimates, from above, of the errors of formulas near some times [s]; infinite if there is none."""
+    step, signals = reference.plant.sampling_time, [signal.summed for signal in reference.kernel_sums]
+    shifted = {name: shifts_of(argument)[0] for q in formulas for name, argument in q.arguments.items()}
+    every = {name: signals[s](times + j * step).tolist() for name, (s, j) in shifted.items()}
+    largest = dict.fromkeys((q.name for q in formulas), 0.0)
     for i in range(len(times)):
-        values = FlatValues(needs, 1)
+        values = FormulaValues(needs, 1)
         at = constants({name: exactly(value[i]) for name, value in every.items()}, 1)
-        for q in flat:
+        for q in formulas:
             try:
                 largest[q.name] = max(largest[q.name], _round_up(values.error(q, at)))
             except UndefinedError:  # it may be defined at other times
                 continue
-    return {name: _FLAT_ERROR * error or np.inf for name, error in largest.items()}
+    return {name: _FORMULA_ERROR * error or np.inf for name, error in largest.items()}
 
 
 def _round_up(number: Real) -> float:

@@ -4,8 +4,6 @@ Rational numbers are texts such as -3/4.
 """
 
 import dataclasses
-from collections.abc import Sequence
-from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
@@ -81,15 +79,13 @@ def _trajectories(plant: ConstrainedSystem) -> dict[str, Any]:
     """Return states and inputs of a linear system as exact sums of the signals; empty for a nonlinear system."""
     if not isinstance(plant.system, LinearSystem):
         return {}
-    sides = (("states", plant.flatness.states), ("inputs", plant.flatness.inputs))
-    exact = {side: [_functional(q) for q in parts if isinstance(q, Functional)] for side, parts in sides}
-    return {"trajectories": exact}
-
-
-def _functional(functional: Functional) -> dict[str, Any]:
-    """Return the rational numbers of a functional as texts "p/q"."""
-    weights = [[str(w) for w in of_signal] for of_signal in functional.weights]
-    return {"offset": str(functional.offset), "weights": weights}
+    sides = {"states": plant.flatness.states, "inputs": plant.flatness.inputs}
+    return {
+        "trajectories": {
+            side: [as_written({"offset": q.offset, "weights": q.weights}) for q in parts if isinstance(q, Functional)]
+            for side, parts in sides.items()
+        }
+    }
 
 
 def _attainable(plant: ConstrainedSystem) -> dict[str, Any]:
@@ -102,8 +98,7 @@ def _attainable(plant: ConstrainedSystem) -> dict[str, Any]:
     rows = [limit for limit in plant.constraints if limit.side == "input"]
     return {
         "attainable": [
-            {"row": [str(r) for r in limit.row], "lower": limit.bounds.lower, "upper": limit.bounds.upper}
-            for limit in rows
+            {"row": as_written(limit.row), "lower": limit.bounds.lower, "upper": limit.bounds.upper} for limit in rows
         ]
     }
 
@@ -131,14 +126,7 @@ def _robust(tightening: Tightening | None) -> dict[str, Any]:
 
 
 def _set(disturbance: DisturbanceSet) -> dict[str, Any]:
-    if isinstance(disturbance, ConvexHull):
-        return {"kind": "hull", "vertices": [_texts(vertex) for vertex in disturbance.vertices]}
-    generators = [_texts(generator) for generator in disturbance.generators]
-    return {"kind": "zonotope", "centre": _texts(disturbance.centre), "generators": generators}
-
-
-def _texts(vector: Sequence[Fraction]) -> list[str]:
-    return [str(value) for value in vector]
+    return {"kind": "hull" if isinstance(disturbance, ConvexHull) else "zonotope", **as_written(disturbance)}
 
 
 def _without_none(written: Any) -> Any:

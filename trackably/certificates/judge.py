@@ -12,7 +12,7 @@ from trackably import checker
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate, encode_counterexample
 from trackably.certificates.outcome import Counterexample, NotExcluded, OutOfReach, Unproved
-from trackably.checker import Proved, Refuted, Verdict
+from trackably.checker import Failed, Proved, Refuted, Verdict
 from trackably.errors import NoReferenceError
 from trackably.files import from_json, new_file, to_json, write_atomically
 from trackably.learning.problem import NoSolution
@@ -32,31 +32,31 @@ def judge(outcome: T) -> T | Unproved:
     if not isinstance(outcome, Certificate | Counterexample):
         return outcome
     if isinstance(outcome, Certificate):
-        reason = _why_refused(outcome, lambda: encode_certificate(outcome), Proved)
+        refusal = _refusal(outcome, lambda: encode_certificate(outcome), Proved)
         times = outcome.claim.span
     else:
-        reason = _why_refused(outcome, lambda: encode_counterexample(outcome), Refuted)
+        refusal = _refusal(outcome, lambda: encode_counterexample(outcome), Refuted)
         times = outcome.time, outcome.time
-    if not reason:
+    if not refusal:
         return outcome
-    every = outcome.reference.quantities
-    refused = next((q for q in every if f"the {q.name} " in reason), every[0])
-    return Unproved(refused.name, refused.bounds, times, 0.0, reason)
+    bound, every = (refusal.bound if isinstance(refusal, Failed) else None), outcome.reference.quantities
+    refused = next((q for q in every if q.name == bound), every[0])
+    return Unproved(refused.name, refused.bounds, times, 0.0, f"the checker does not accept it ({refusal})")
 
 
 def judge_contradiction(found: OutOfReach) -> OutOfReach | NotExcluded:
     """Return a contradiction if the checker accepts it, otherwise the reason for its refusal."""
-    reason = _why_refused(found, lambda: found.contradiction, checker.Contradicted)
-    return NotExcluded(reason) if reason else found
+    refusal = _refusal(found, lambda: found.contradiction, checker.Contradicted)
+    return NotExcluded(f"the checker does not accept it ({refusal})") if refusal else found
 
 
-def _why_refused(found: Judged, content: Callable[[], Mapping[str, object]], wanted: type[Verdict]) -> str | None:
-    """Return why the checker refuses a file; None if it accepts the file, whose bytes are then stored in `found`."""
+def _refusal(found: Judged, content: Callable[[], Mapping[str, object]], wanted: type[Verdict]) -> Verdict | None:
+    """Return the verdict if the checker refuses a file; None if it accepts it. Its bytes are then stored in `found`."""
     if _ACCEPTED in vars(found):
         return None
     data, verdict = judged_file(content())
     if not isinstance(verdict, wanted):
-        return f"the checker does not accept it ({verdict})"
+        return verdict
     vars(found)[_ACCEPTED] = data
     return None
 
@@ -101,15 +101,16 @@ class NotTrackableError(NoReferenceError):
 
         Raises OSError, and ValueError if the outcome is no counterexample.
         """
-        if not isinstance(self.outcome, Counterexample):
-            raise ValueError(f"save_counterexample: there is none: {self.outcome.explanation}")
-        write_atomically(new_file("save_counterexample", path), accepted_file(self.outcome))
+        self._save("counterexample", Counterexample, path)
 
     def save_contradiction(self, path: Path | str) -> None:
         """Write the contradiction that excludes every reference, for `python -m trackably check FILE`.
 
         Raises OSError, and ValueError if the outcome is no contradiction.
         """
-        if not isinstance(self.outcome, OutOfReach):
-            raise ValueError(f"save_contradiction: there is none: {self.outcome.explanation}")
-        write_atomically(new_file("save_contradiction", path), accepted_file(self.outcome))
+        self._save("contradiction", OutOfReach, path)
+
+    def _save(self, what: str, kind: type[Counterexample | OutOfReach], path: Path | str) -> None:
+        if not isinstance(self.outcome, kind):
+            raise ValueError(f"save_{what}: there is none: {self.outcome.explanation}")
+        write_atomically(new_file(f"save_{what}", path), accepted_file(self.outcome))

@@ -76,7 +76,7 @@ class Unproved:
             return f"it is not proved at any time that the {self.quantity} stays in {self.bounds}: {self.reason}"
         return (
             f"from t = {start:.9g} s to {end:.9g} s it is not proved that the {self.quantity} stays in {self.bounds}: "
-            f"{self.reason}{f' (short by {self.shortfall:.3g})' if self.shortfall else ''}"
+            f"{self.reason}{f' (short by {self.shortfall:.3g})' if 0 < self.shortfall < math.inf else ''}"
         )
 
     def __repr__(self) -> str:

@@ -5,6 +5,7 @@ before anything is handed out.
 """
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
@@ -139,9 +140,10 @@ def _earliest(origin: float, step: float, holds: Callable[[float], bool]) -> flo
 
     None if there is none: the later the start, the smaller the envelope.
     """
-    if not holds(origin + step * 2.0**_DOUBLINGS):
+    d = bisect_left(range(_DOUBLINGS + 1), True, key=lambda d: holds(origin + step * 2.0**d))
+    if d > _DOUBLINGS:
         return None
-    high = next(r for d in range(_DOUBLINGS + 1) if holds(origin + (r := step * 2.0**d)))
+    high = step * 2.0**d
     low = high / 2
     for _ in range(_BISECTIONS):
         middle = (low + high) / 2
@@ -165,7 +167,7 @@ class _ProofProblem:
 
     @cached
     def draft(self) -> Draft:
-        """The draft of the certificate. Errors of flat forms are estimated at times in the window, and at rest."""
+        """The draft of the certificate. Errors of formulas are estimated at times in the window, and at rest."""
         if self.reference.pieces:
             return Draft.of_pieces(self.reference, *self.span)
         (start, end), until = self.claim.span, evaluated_until(self.reference, self.window)
@@ -235,8 +237,8 @@ class _ProofProblem:
 
     def broken(self, start: float, end: float) -> Failure | None:
         """Return a violation of a bound, or a margin smaller than rounding errors, if the float64 margins show one."""
-        if name := self.draft.unbounded:
-            return self._broken_for_certain(start, end) or self._unbounded_error(self.reference.quantity(name))
+        if self.draft.unbounded:
+            return self._worst_failure(start, end)
         drawn = sketches(self.reference, start, end)
         for quantity, seen in zip(self.reference.quantities, drawn, strict=True):
             if seen.least > self.draft.errors[quantity.name]:
@@ -246,11 +248,11 @@ class _ProofProblem:
                     return failure
         return jump_of(self.reference, drawn[0].times)
 
-    def _broken_for_certain(self, start: float, end: float) -> Counterexample | None:
-        """Return a counterexample near one of the worst times; None if none is found."""
+    def _worst_failure(self, start: float, end: float) -> Failure | None:
+        """Return a counterexample near one of the worst times, or else another failure there; None if there is none."""
         drawn = zip(self.reference.quantities, sketches(self.reference, start, end), strict=True)
-        failures = (self._failure_near(quantity, seen.worst_times[0]) for quantity, seen in drawn)
-        return next((failure for failure in failures if isinstance(failure, Counterexample)), None)
+        every = [failure for quantity, seen in drawn if (failure := self._failure_near(quantity, seen.worst_times[0]))]
+        return next((found for found in every if isinstance(found, Counterexample)), every[0] if every else None)
 
     @property
     def unsettled(self) -> Failure:
@@ -262,10 +264,9 @@ class _ProofProblem:
         far = _FAR * self.window
         failures = [self._failure_near(quantity, far) for quantity in self.reference.quantities]
         broken = (failure for failure in failures if isinstance(failure, Counterexample))
-        if found := next(broken, None) or self._broken_for_certain(0.0, self.window):
+        found = next(broken, None) or self._worst_failure(0.0, self.window)
+        if isinstance(found, Counterexample) or (found and self.draft.unbounded):
             return found
-        if name := self.draft.unbounded:
-            return self._unbounded_error(self.reference.quantity(name))
         quantity = next((q for q, of in zip(self.reference.quantities, failures, strict=True) if of), None)
         reason = "the kernel has no envelope that decays into this bound in time; a finite window can still be claimed"
         if self.tail_start is not None:
@@ -324,8 +325,7 @@ class _ProofProblem:
         return Unproved(quantity.name, quantity.bounds.at(time), (time, time), reserve - margin, reason)
 
     def _unbounded_error(self, quantity: Quantity) -> Unproved:
-        why = self.draft.why_unbounded(quantity.name)
-        reason = f"float64 evaluation may go wrong: with states anywhere in their set, {why}"
+        reason = "float64 evaluation may go wrong: no error is bounded at any time that was examined"
         return Unproved(quantity.name, quantity.bounds, (-np.inf, np.inf), np.inf, reason)
 
     def _advice(self, reason: str) -> str:

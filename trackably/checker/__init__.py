@@ -99,10 +99,8 @@ from trackably.checker.inverse import UnsolvableError
 from trackably.checker.joints import BROKEN as BROKEN_JOINTS
 from trackably.checker.joints import FORMAT as JOINTS
 from trackably.checker.joints import (
-    OpenParts,
     check_broken,
     check_joints,
-    everything,
     joints_refutation,
     joints_statement,
     read_broken_joints,
@@ -139,15 +137,15 @@ def _check(data: object, exact: bool) -> Verdict:
         require_short_texts(data)
         if isinstance(data, dict):
             kind = format_of(data)
-            passes = _first_pass(exact) if kind in (FORMAT, JOINTS) else (NO_FIRST_PASS, everything)
-            if kind in (kinds := _kinds(*passes)):
+            first_pass = _first_pass(exact) if kind in (FORMAT, JOINTS) else NO_FIRST_PASS
+            if kind in (kinds := _kinds(first_pass)):
                 wanted, name, read, why_not, say = kinds[kind]
                 found = read(data)
                 try:
                     reason = why_not(found)
                 except UnsolvableError as error:
                     reason = f"system: {error}"
-                return Failed(reason, name) if reason else wanted(f"{say(found)} {passes[0].trusted}")
+                return Failed(reason, name) if reason else wanted(f"{say(found)} {first_pass.trusted}")
     except UnreadableError as error:
         return NotACertificate(str(error))
     return NotACertificate(f"is not a certificate: certificate.format must be {FORMAT!r}")
@@ -157,14 +155,14 @@ _Shown = type[Proved | Refuted | Contradicted]
 _Kind = tuple[_Shown, str, Callable[[Any], Any], Callable[[Any], str | None], Callable[[Any], str]]
 
 
-def _kinds(first_pass: FirstPass, undecided: OpenParts) -> dict[str | None, _Kind]:
+def _kinds(first_pass: FirstPass) -> dict[str | None, _Kind]:
     """Return the kinds of files by format.
 
     Each has the answer to a valid file and its name, and functions that read it, say why it shows nothing, and say what
     it shows.
     """
     whole = partial(check_certificate, first_pass=first_pass), partial(statement, first_pass=first_pass)
-    joints = partial(check_joints, undecided=undecided), joints_statement
+    joints = partial(check_joints, undecided=first_pass.of_joints), joints_statement
     return {
         FORMAT: (Proved, "certificate", read_certificate, *whole),
         COUNTEREXAMPLE: (Refuted, "counterexample", read_counterexample, check_counterexample, refutation),
@@ -177,8 +175,8 @@ def _kinds(first_pass: FirstPass, undecided: OpenParts) -> dict[str | None, _Kin
     }
 
 
-def _first_pass(exact: bool) -> tuple[FirstPass, OpenParts]:
-    """Return the checks in float64 of kernels and pieces, and of joints; none of them if a check shall be exact.
+def _first_pass(exact: bool) -> FirstPass:
+    """Return the checks in float64, or none of them if a check shall be exact.
 
     Nor are there any without NumPy, or where float64 lacks what they need. NumPy is loaded for the files that need it
     only, as that takes longer than most checks.
@@ -186,9 +184,8 @@ def _first_pass(exact: bool) -> tuple[FirstPass, OpenParts]:
     if not exact:
         try:
             from trackably.checker.floats.boxes import FIRST_PASS  # noqa: PLC0415
-            from trackably.checker.floats.pieces import undecided  # noqa: PLC0415
         except ImportError:  # there is no NumPy
-            return NO_FIRST_PASS, everything
+            return NO_FIRST_PASS
         if FIRST_PASS.is_sound():
-            return FIRST_PASS, undecided
-    return NO_FIRST_PASS, everything
+            return FIRST_PASS
+    return NO_FIRST_PASS

@@ -14,7 +14,7 @@ from trackably.checker.piecewise import check_pieces, check_signals, value_of_pi
 from trackably.checker.quantities import quantities, value_at
 from trackably.checker.redundancy import check_input_set
 from trackably.checker.rounding import check_rounding, check_sizes
-from trackably.checker.subject import Bound, Subject
+from trackably.checker.subject import Bound, OfBound, Subject
 from trackably.checker.tail import check_tail
 from trackably.checker.trajectories import check_names, check_shapes, check_trajectories
 from trackably.checker.truth import check_truth
@@ -48,6 +48,11 @@ class Failed:
 
     reason: str
     kind: str = "certificate"
+
+    @property
+    def bound(self) -> str | None:
+        """The name of the bound that is not shown to be kept, where a single one is the cause."""
+        return self.reason.bound if isinstance(self.reason, OfBound) else None
 
     @property
     def sentence(self) -> str:

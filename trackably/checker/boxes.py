@@ -10,14 +10,15 @@ from itertools import pairwise, zip_longest
 from typing import NamedTuple
 
 from trackably.checker.certificate import AllPhases, Certificate, Steps
-from trackably.checker.intervals import ZERO, Real, UndefinedError, exactly, in_fixed_point, ratio
+from trackably.checker.intervals import ZERO, Real, UndefinedError, exactly, in_fixed_point
+from trackably.checker.joints import JointTrajectory, Open, everything
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model, Models
 from trackably.checker.moving import repeats
 from trackably.checker.polynomials import is_nowhere_negative, shift
-from trackably.checker.quantities import LinearCombination, Quantity
-from trackably.checker.rounding import FlatNeeds, FlatValues
-from trackably.checker.subject import Functional, Signal, Subject, is_far
+from trackably.checker.quantities import LinearCombination, Quantity, Shifted, terms_of
+from trackably.checker.rounding import FormulaNeeds, FormulaValues
+from trackably.checker.subject import Functional, OfBound, Signal, Subject, is_far
 from trackably.checker.watch import UndecidedError, progress, tick
 
 
@@ -36,7 +37,7 @@ class Enclosures:
     subject: Subject
     terms: int
     box: Box
-    known: dict[tuple[int, int], Model] = field(default_factory=dict)
+    known: dict[Shifted, Model] = field(default_factory=dict)
 
     def arguments(self, q: Quantity) -> dict[str, Model]:
         """Enclose the arguments of a quantity."""
@@ -44,10 +45,8 @@ class Enclosures:
 
     def _combination(self, argument: LinearCombination) -> Model:
         found = Models(self.terms).number(argument.offset)
-        for s, weights in enumerate(argument.weights):
-            for j, w in enumerate(weights):
-                if w:
-                    found += self._signal(s, j).times(ratio(w))
+        for (s, j), w in terms_of(argument):
+            found += self._signal(s, j).times(w)
         return found
 
     def _signal(self, s: int, j: int) -> Model:
@@ -72,7 +71,7 @@ def enclose_signal(signal: Signal, shift: Real, box: Box, n: int) -> Model:
 
 
 Held = Mapping[Box, list[Quantity]]
-Left = Iterator[tuple[Box, list[Quantity], dict[tuple[int, int], Model]]]
+Left = Iterator[tuple[Box, list[Quantity], dict[Shifted, Model]]]
 
 
 @dataclass(frozen=True)
@@ -81,23 +80,25 @@ class FirstPass:
 
     `boxes`: each box with the quantities that are left to be proved, and models of signals for formulas; `envelope`:
     over-estimates of |z − m| and |ż| of a signal after a time; None if nothing is known; `cells_left`: for each row of
-    polynomial pieces, the cells in which it is not certain to stay between two numbers; `at_zero`: an interval that
-    contains a linear combination of signals at t = 0; None if nothing is known; `is_sound`: whether the processor's
-    settings make all of this true; `trusted`: a sentence that says which arithmetic is trusted.
+    polynomial pieces, the cells in which it is not certain to stay between two numbers; `of_joints`: limits and jumps
+    of joints that are not certain to be kept; `at_zero`: an interval that contains a linear combination of signals at
+    t = 0; None if nothing is known; `is_sound`: whether the processor's settings make all of this true; `trusted`: a
+    sentence that says which arithmetic is trusted.
     """
 
-    boxes: Callable[[FlatNeeds, Subject, int, Held], Left]
+    boxes: Callable[[FormulaNeeds, Subject, int, Held], Left]
     envelope: Callable[[Signal, Real], Decay | None]
     cells_left: Callable[
         [Subject, Sequence[tuple[Functional, Fraction, Fraction]], Sequence[tuple[int, int]], int],
         Sequence[list[tuple[int, int]]],
     ]
+    of_joints: Callable[[JointTrajectory], tuple[Open, Open]]
     at_zero: Callable[[Subject, LinearCombination], Real | None]
     is_sound: Callable[[], bool]
     trusted: str
 
 
-def _every_box(needs: FlatNeeds, subject: Subject, terms: int, held: Held) -> Left:
+def _every_box(needs: FormulaNeeds, subject: Subject, terms: int, held: Held) -> Left:
     return ((box, inside, {}) for box, inside in held.items())
 
 
@@ -105,6 +106,7 @@ NO_FIRST_PASS = FirstPass(
     _every_box,
     lambda _signal, _start: None,
     lambda _subject, rows, cells, _bits: [list(cells) for _ in rows],
+    everything,
     lambda _subject, _argument: None,
     lambda: True,
     "This was checked in exact arithmetic: rational numbers and intervals of mpmath.",
@@ -119,7 +121,7 @@ def check_boxes(
 
     Quantities that the `first_pass` leaves are enclosed in mpmath. If only instants are claimed, each has a narrow box.
     """
-    subject, needs = certificate.subject, FlatNeeds.of(certificate, quantities)
+    subject, needs = certificate.subject, FormulaNeeds.of(certificate, quantities)
     at_instants = isinstance(certificate.proof, Steps)
     for held, terms, first, count in _boxes(certificate, quantities):
         for i, (box, rest, _) in enumerate(first_pass.boxes(needs, subject, terms, held), first):
@@ -127,7 +129,8 @@ def check_boxes(
             for q, undefined in refusals(needs, Enclosures(subject, terms, box), rest):
                 where = f"at step {i}" if at_instants else f"from {box.start!r} s to {box.end!r} s"
                 what = f"be defined {where}: {undefined}" if undefined else f"stay inside its bounds {where}"
-                return f"{'instants' if at_instants else 'box'}: the {q.name} is not shown to {what}"
+                step = "instants" if at_instants else "box"
+                return OfBound(q.name, f"{step}: the {q.name} is not shown to {what}")
     return None
 
 
@@ -168,9 +171,9 @@ def around_instant(k: int, step: float) -> Box:
     return box
 
 
-def refusals(needs: FlatNeeds, enclosures: Enclosures, quantities: list[Quantity]) -> Iterator[tuple[Quantity, str]]:
+def refusals(needs: FormulaNeeds, enclosures: Enclosures, quantities: list[Quantity]) -> Iterator[tuple[Quantity, str]]:
     """Yield each quantity that is not shown to stay inside its bounds in a box, and why it may be undefined there."""
-    values = FlatValues(needs, enclosures.terms)
+    values = FormulaValues(needs, enclosures.terms)
     for q in quantities:
         try:
             if not stays_inside(values.enclose(q, enclosures.arguments(q)), q, enclosures.box):

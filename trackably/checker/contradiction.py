@@ -232,17 +232,18 @@ def _price(rows: Sequence[_Weighted], count: int, of_inputs: Sequence[Sequence[i
     """
     one = [row.row for row in rows[:count]]
     taking = [_taking_away([Fraction(int(i == j)) for i in range(m)], one) for j in range(m)]
-    v, whole = in_whole_numbers([factors or [] for factors in taking])
-    b, ends = in_whole_numbers([(row.lower, row.upper) for row in rows])
-    found = 0
+    found = Fraction(0)
     for k, e in enumerate(of_inputs):
         progress(k, len(of_inputs))
-        if any(x and factors is None for x, factors in zip(e, taking, strict=True)):
-            return None
-        for i, (low, high) in enumerate(ends[len(ends) - (k + 1) * count :][:count]):
-            factor = sum(x * factors[i] for x, factors in zip(e, whole, strict=True) if factors)
-            found += factor * (high if factor > 0 else low)
-    return Fraction(found, v * b)
+        used = [(x, factors) for x, factors in zip(e, taking, strict=True) if x]
+        for i, row in enumerate(rows[len(rows) - (k + 1) * count :][:count]):
+            factor = Fraction(0)
+            for x, factors in used:
+                if factors is None:
+                    return None
+                factor += x * factors[i]
+            found += replace(row, multiplier=factor).most
+    return found
 
 
 _Columns = Sequence[Sequence[int]]

@@ -368,26 +368,22 @@ def _nested_kernel(deepest: int) -> Reader[Kernel]:
     return by_tag("type", known | {name: record(both, left=part, right=part) for name, both in COMBINATIONS.items()})
 
 
-def a_formula(value: object, where: str) -> Formula:
+def a_formula(value: object, where: str, deepest: int = DEPTH) -> Formula:
     """Read a formula: nested lists [∘, a, b] with ∘ among + - * /, ["^", a, number] and [function, a]."""
-    return _nested_formula(value, where, DEPTH)
-
-
-def _nested_formula(value: object, where: str, deepest: int) -> Formula:
     if not isinstance(value, list):
         return Name(an_identifier(value, where)) if isinstance(value, str) else Number(real_number(value, where))
     if not deepest:
         raise UnreadableError(f"{where} must not be nested more than {DEPTH} deep")
+    inner = partial(a_formula, where=where, deepest=deepest - 1)
     match value:
         case ["^", base, exponent]:
-            return Power(_nested_formula(base, where, deepest - 1), real_number(exponent, where))
+            return Power(inner(base), real_number(exponent, where))
         case ["atan2", y, x]:
-            return Angle(_nested_formula(y, where, deepest - 1), _nested_formula(x, where, deepest - 1))
+            return Angle(inner(y), inner(x))
         case [symbol, left, right] if symbol in SYMBOLS:
-            inner = (_nested_formula(part, where, deepest - 1) for part in (left, right))
-            return Operation(symbol, *inner)
+            return Operation(symbol, inner(left), inner(right))
         case [function, argument] if function in FUNCTIONS:
-            return Function(function, _nested_formula(argument, where, deepest - 1))
+            return Function(function, inner(argument))
     raise UnreadableError(f"{where} must be a formula: [∘, a, b] with ∘ among + - * / ^, or [f, a] with f a function")
 
 
@@ -531,7 +527,9 @@ def fingerprint(signals: object, system: object, trajectories: Trajectories | No
     content = {"signals": signals, "system": system}
     if trajectories:
         content["trajectories"] = {"states": _exact(trajectories.states), "inputs": _exact(trajectories.inputs)}
-    return hashlib.sha256(_canonical(content).encode()).hexdigest()
+    floats = json.loads(json.dumps(content), parse_int=float, parse_float=lambda digits: float(digits) + 0.0)
+    canonical = json.dumps(floats, ensure_ascii=False, separators=(",", ":"), sort_keys=True)
+    return hashlib.sha256(canonical.encode()).hexdigest()
 
 
 def _exact(functionals: tuple[Functional, ...]) -> list[object]:
@@ -545,15 +543,6 @@ def _without_last_zeros(weights: tuple[Fraction, ...]) -> list[str]:
 
 def _hex(number: Fraction) -> str:
     return f"{number.numerator:x}/{number.denominator:x}"
-
-
-def _canonical(value: object) -> str:
-    """Return the canonical form of content that was read; its texts are names and numbers, which need no escapes."""
-    if isinstance(value, dict):
-        return f"{{{','.join(f'{_canonical(key)}:{_canonical(value[key])}' for key in sorted(value))}}}"
-    if isinstance(value, list):
-        return f"[{','.join([repr(v + 0.0) if type(v) is float else _canonical(v) for v in value])}]"
-    return repr(float(value) + 0.0) if isinstance(value, int | float) else f'"{value}"'
 
 
 # Certificates.

@@ -1,7 +1,7 @@
 """Formulas as quotients of polynomials in names and atoms: values of functions, with what is known about them.
 
-  √a: its square is a. It is q √b for a = q² b with a number q > 0, q for a = q², q √b √c for a = q² b c, and p for
-    a = p² with p > 0.
+  √a: its square is a. It is q √b for a = q² b with a number q > 0, q for a = q², q √b √c for a = q² b c, and q p for
+    a = q² p² with p > 0.
   sin, cos: of a sum they follow from those of its terms. Of a term α, sin² α = 1 − cos² α. With v = (x, y) and
     |v| = √(x² + y²), sin(atan2(y, x)) = y/|v|, cos(atan2(y, x)) = x/|v|; sin(atan w) = w/√(1 + w²), cos(atan w) =
     1/√(1 + w²).
@@ -14,6 +14,7 @@ zero there. Hence formulas with the same quotient have the same value wherever a
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import chain
 from math import isqrt
 
 from trackably.checker.formulas import OPERATORS, Angle, Formula, Function, Name, Number, Operation, Power, parts
@@ -265,24 +266,13 @@ class Values:
         return found if exponent >= 0 else _ONE / found
 
     def _root(self, a: Quotient) -> Quotient:
-        for p in self.positive:
-            if self.is_zero(a - p * p):
-                return p
-        if (q := _rational_root(a.constant)) is not None:
-            return Quotient.number(q)
-        roots = [atom for atom in self.atoms if atom.function == "sqrt"]
-        for root in roots:
-            (b,) = root.arguments
-            if b.above and (q := _rational_root((a / b).constant)):
-                return Quotient.number(q) * Quotient.variable(root.number)
-        for i, first in enumerate(roots):
-            for second in roots[i:]:
-                product = self.reduce(first.arguments[0] * second.arguments[0])
-                both = self.reduce(Quotient.variable(first.number) * Quotient.variable(second.number))
-                if self.is_zero(a - product):
-                    return both
-                if product.above and (q := _rational_root((a / product).constant)):
-                    return Quotient.number(q) * both
+        roots = [(Quotient.variable(at.number), at.arguments[0]) for at in self.atoms if at.function == "sqrt"]
+        products = ((self.reduce(x * y), self.reduce(b * c)) for i, (x, b) in enumerate(roots) for y, c in roots[i:])
+        for root, square in chain(((p, p * p) for p in self.positive), [(_ONE, _ONE)], roots, products):
+            if self.is_zero(a - square):
+                return root
+            if square.above and (q := _rational_root((a / square).constant)) is not None:
+                return Quotient.number(q) * root
         return self._atom("sqrt", (a,), a)
 
     def _length(self, x: Quotient, y: Quotient) -> Quotient:

@@ -371,10 +371,3 @@ def slope_of_function(name: str, a: Real) -> Real:
     if name == "atan":
         return ONE / (1 + whole_power(a, 2))
     return exp(a) if name == "exp" else ONE / (a if name == "log" else 2 * sqrt(a))
-
-
-def change_of_angle(y: Real, x: Real, by_y: Real, by_x: Real) -> Real:
-    """Over-estimate the change of atan2(y, x) by changes of at most `by_y` and `by_x` within these intervals."""
-    length = whole_power(x, 2) + whole_power(y, 2)
-    require_nonzero(length)
-    return (abs(x) * by_y + abs(y) * by_x) / length

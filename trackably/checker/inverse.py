@@ -14,8 +14,8 @@ u exists and is unique.
 
 In boxes, formulas of polynomials are again polynomials with a bound of what they miss (`models`). In the tail, by the
 mean-value theorem, a formula differs from its value at rest by a weighted sum of e(t + j T), whose weights are the
-slopes of the formula at some point between. Rounding errors are propagated from operation to operation, with x(t)
-inside its bounds, as other steps have shown. A missing part is None.
+slopes of the formula at some point between. Rounding errors are propagated from operation to operation where the
+signals are (`rounding`), as those of flat forms: nothing is demanded of f elsewhere in X. A missing part is None.
 """
 
 from collections.abc import Callable, Sequence

@@ -147,7 +147,6 @@ def value(polynomial: Sequence[Fraction], at: Fraction) -> Fraction:
 
 Open = Iterable[tuple[int, int, int]]
 """Triples of joint, order, and piece or breakpoint that remain to be checked."""
-OpenParts = Callable[[JointTrajectory], tuple[Open, Open]]
 
 
 def everything(trajectory: JointTrajectory) -> tuple[Open, Open]:
@@ -159,7 +158,9 @@ def everything(trajectory: JointTrajectory) -> tuple[Open, Open]:
     return limits, ((j, r, i) for j, of in joints for r in range(of.order) for i in trajectory.inner)
 
 
-def check_joints(trajectory: JointTrajectory, undecided: OpenParts = everything) -> str | None:
+def check_joints(
+    trajectory: JointTrajectory, undecided: Callable[[JointTrajectory], tuple[Open, Open]] = everything
+) -> str | None:
     """Return the first limit that is not shown to be kept, or jump that is too large; None if there is none."""
     limits, jumps = undecided(trajectory)
     for j, r, i in limits:

@@ -7,11 +7,11 @@ bounded on the right is small if q and r begin with the series of a/b and √a. 
 < n) φ⁽ᵏ⁾(c) dᵏ/k! + φ⁽ⁿ⁾(ξ) dⁿ/n! with ξ between c and c + d (Lagrange).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import factorial
 
-from trackably.checker.formulas import Formula, evaluate
+from trackably.checker.formulas import Angle, Formula, Function, Operation, Power, evaluate
 from trackably.checker.intervals import (
     ONE,
     ZERO,
@@ -35,8 +35,11 @@ from trackably.checker.intervals import (
     require_positive,
     side,
     sin,
+    slope_of_function,
+    slope_of_power,
     sqrt,
     total,
+    whole_power,
 )
 
 
@@ -215,6 +218,38 @@ def enclose(formula: Formula, values: Mapping[str, Real]) -> Real:
     Raise UndefinedError if it may be undefined.
     """
     return evaluate(formula, constants(values, 1), Models(1)).span
+
+
+def differential(part: Formula, value: Real, at: Sequence[Real], by: Sequence[Real]) -> Real:
+    """Return Σ_i φ_i `by`[i], with the derivatives φ_i of a part of a formula by its operands, and its `value` φ.
+
+    The operands are `at` these intervals; of names and numbers it is zero. By the mean-value theorem it also contains
+    φ(a′) − φ(a) for operands a′ and a with a′ − a in `by`: beside others, a′ b′ − a b = Δa b′ + a Δb, and a′/b′ − a/b =
+    (Δa − (a/b) Δb)/b′. Raise UndefinedError if the part may be undefined.
+    """
+    found = ZERO
+    match part:
+        case Operation("+"):
+            found = by[0] + by[1]
+        case Operation("-"):
+            found = by[0] - by[1]
+        case Operation("*"):
+            found = by[0] * at[1] + at[0] * by[1]
+        case Operation():
+            require_nonzero(at[1])
+            found = (by[0] - value * by[1]) / at[1]
+        case Power(_, exponent):
+            found = slope_of_power(at[0], exponent) * by[0]
+        case Function(name):
+            require_positive(name, at[0])
+            found = slope_of_function(name, at[0]) * by[0]
+        case Angle():
+            y, x = at
+            side(y, x)
+            length = whole_power(x, 2) + whole_power(y, 2)
+            require_nonzero(length)
+            found = (x * by[0] - y * by[1]) / length
+    return found
 
 
 def _within(found: Model, rest: Model, divisor: Real) -> Model:

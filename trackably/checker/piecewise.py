@@ -28,8 +28,8 @@ from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Step
 from trackably.checker.intervals import UndefinedError, common_denominator, exact_sum
 from trackably.checker.moving import Cells, cells_of, compose, hull, place
 from trackably.checker.polynomials import stays_between
-from trackably.checker.quantities import absolute_sum, functionals, weighted_sum
-from trackably.checker.subject import Bound, Functional, LinearSystem, Pieces, Subject, why_no_signal
+from trackably.checker.quantities import absolute_sum, functionals, shifted_signal, shifts_of, weighted_sum
+from trackably.checker.subject import Bound, Functional, LinearSystem, OfBound, Pieces, Subject, why_no_signal
 from trackably.checker.watch import progress, require_room, short, tick
 
 
@@ -72,8 +72,7 @@ def whole_sum(subject: Subject, q: Functional, bits: int, bounds: Sequence[Fract
     """Return a sum of signals, in units in which the `bounds` are integers too; times are in units of 2^−`bits` s."""
     step = Fraction(subject.system.sampling_time)
     used = [(z, weights) for z, weights in zip(subject.pieces, q.weights, strict=True) if any(weights)]
-    fine = bits_of_floats(c for z, _ in used for piece in z.coefficients for c in piece)
-    fine = max(fine, bits_of([*bounds, Fraction(0)]))
+    fine = max(bits_of(c for z, _ in used for piece in z.coefficients for c in piece), bits_of(bounds))
     digits = fine + bits * max((z.degree for z, _ in used), default=0)
     require_room(sum(len(z.coefficients) * (z.degree + 1) for z, _ in used), digits)
     scale, divisor = 1 << digits, common_denominator([q.offset, *(w for _, weights in used for w in weights)])
@@ -99,13 +98,8 @@ def values_at(subject: Subject, rows: Sequence[Functional], t: Fraction) -> list
     return [exact_sum([row.offset, *(row.weights[s][j] * known[s, j] for s, j in shifts_of(row))]) for row in rows]
 
 
-def bits_of(numbers: Sequence[Fraction]) -> int:
-    """Return the least e such that 2^e times each number is an integer; the numbers are float64."""
-    return max(number.denominator.bit_length() - 1 for number in numbers)
-
-
-def bits_of_floats(numbers: Iterable[float]) -> int:
-    """Return the least e such that 2^e times each number is an integer."""
+def bits_of(numbers: Iterable[float | Fraction]) -> int:
+    """Return the least e such that 2^e times each number is an integer; rational numbers are such as float64 has."""
     return max((number.as_integer_ratio()[1] for number in numbers), default=1).bit_length() - 1
 
 
@@ -154,7 +148,8 @@ def check_rounding(certificate: Certificate) -> str | None:
         return reason
     for name, error in evaluation_errors(certificate.subject, *_span(certificate)).items():
         if error > Fraction(certificate.errors[name]):
-            return f"evaluation: the {name} can be off by more than {certificate.errors[name]!r} in float64"
+            stated = certificate.errors[name]
+            return OfBound(name, f"evaluation: the {name} can be off by more than {stated!r} in float64")
     return None
 
 
@@ -168,7 +163,9 @@ def evaluation_errors(subject: Subject, start: Fraction, end: Fraction) -> dict[
     has an error of 80 u², and two for each shifted signal, whose weight has an error of u². All of this is to first
     order, and enlarged by 1 %.
     """
-    largest = [*map(_largest_terms, subject.pieces)]
+    largest = [
+        _largest(subject, shifted_signal(subject, s, 0, 1), z.ends[0], z.ends[-1]) for s, z in enumerate(subject.pieces)
+    ]
     shifted = sum(map(len, functionals(subject, "input")[0].weights))
     operations = 96 * (max(z.degree for z in subject.pieces) + 1) + 17 * (shifted + 1)
     found = dict[str, Fraction]()
@@ -197,35 +194,22 @@ def _gross(subject: Subject, bound: Bound) -> tuple[list[Fraction], Fraction]:
     return [*map(exact_sum, found.weights)], found.offset
 
 
-def _largest_terms(z: Pieces) -> Fraction:
-    """Return the largest Σ_j |c_j| hʲ of a piece with length h, an upper bound of all values. Computed in integers."""
-    bits, fine = bits_of(z.lengths), bits_of_floats(c for piece in z.coefficients for c in piece)
-    digits = fine + bits * z.degree
-    require_room(1, digits)
-    lengths, largest = [whole(length * (1 << bits)) for length in z.lengths], 0
-    for length, piece in zip(lengths, z.coefficients, strict=True):
-        tick()
-        found = 0
-        for k in reversed(range(len(piece))):  # Horner's rule
-            found = found * length + _scale(abs(piece[k]), digits - bits * k)
-        largest = max(largest, found)
-    return Fraction(largest, 1 << digits)
-
-
 def _size(subject: Subject, start: Fraction, end: Fraction, bound: Bound) -> Fraction:
-    """Over-estimate Σ_i |r_i x_i| from `start` to `end` [s], by the absolute coefficients in each cell.
+    """Over-estimate Σ_i |r_i x_i| from `start` to `end` [s].
 
     For a single state or input, its bounds are used: a later step proves them without any use of errors.
     """
-    total = Fraction(0)
-    if sum(1 for r in bound.row if r) == 1:
+    used = [(r, part) for r, part in zip(bound.row, functionals(subject, bound.of), strict=True) if r]
+    if len(used) == 1:
         return max(map(abs, hull(bound)))
-    for r, part in zip(bound.row, functionals(subject, bound.of), strict=True):
-        if r:
-            cells, bits = _cells(subject, part, start, end)
-            q = whole_sum(subject, part, bits)
-            total += abs(r) * Fraction(max(sum(map(abs, q.polynomial(a, b - a))) for a, b in cells), q.unit)
-    return total
+    return exact_sum(abs(r) * _largest(subject, part, start, end) for r, part in used)
+
+
+def _largest(subject: Subject, row: Functional, start: Fraction, end: Fraction) -> Fraction:
+    """Over-estimate the size of a row from `start` to `end` [s], by the absolute coefficients in each cell."""
+    cells, bits = _cells(subject, row, start, end)
+    q = whole_sum(subject, row, bits)
+    return Fraction(max(sum(map(abs, q.polynomial(a, b - a))) for a, b in cells), q.unit)
 
 
 def _span(certificate: Certificate) -> tuple[Fraction, Fraction]:
@@ -303,7 +287,10 @@ def _positive(certificate: Certificate, first_pass: FirstPass) -> str | None:
         left = first_pass.cells_left(of, [(row, *ends) for _, (_, row, ends) in sides], cells, bits)
         some = zip(sides, left, strict=True)
         broken += [i for (i, (_, row, ends)), open_ in some if open_ and not _is_kept(of, row, ends, open_, bits)]
-    return f"cell: the {subject.bounds[min(broken)].name} is not shown to stay inside its bounds" if broken else None
+    if not broken:
+        return None
+    name = subject.bounds[min(broken)].name
+    return OfBound(name, f"cell: the {name} is not shown to stay inside its bounds")
 
 
 _Side = tuple[Subject, Functional, tuple[Fraction, Fraction]]
@@ -351,7 +338,7 @@ def _cells(subject: Subject, row: Functional, start: Fraction, end: Fraction) ->
     """
     step, used = Fraction(subject.system.sampling_time), shifts_of(row)
     signals = {s: subject.pieces[s] for s, _ in used}
-    bits = max(bits_of([step, start, end]), bits_of_floats(t for z in signals.values() for t in z.breakpoints))
+    bits = max(bits_of([step, start, end]), bits_of(t for z in signals.values() for t in z.breakpoints))
     unit, ends = 1 << bits, {s: exact_times(z, bits) for s, z in signals.items()}
     terms = [(signals[s], ends[s], whole(j * step * unit)) for s, j in used]
     return cells_of(terms, whole(start * unit), whole(end * unit)), bits
@@ -360,11 +347,6 @@ def _cells(subject: Subject, row: Functional, start: Fraction, end: Fraction) ->
 def exact_times(z: Pieces, bits: int) -> list[int]:
     """Return the breakpoints in units of 2^−`bits` s."""
     return [_scale(t, bits) for t in z.breakpoints]
-
-
-def shifts_of(row: Functional) -> list[tuple[int, int]]:
-    """Return all (s, j) for which the row depends on z_s(t + j T)."""
-    return [(s, j) for s, weights in enumerate(row.weights) for j, w in enumerate(weights) if w]
 
 
 def _is_kept(

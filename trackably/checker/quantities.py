@@ -1,12 +1,12 @@
 """The bounded quantities: formulas of linear combinations of the signals at shifted times, and their values."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from trackably.checker.flatness import Need, Shapes, needs
-from trackably.checker.formulas import Formula, Name, Number, Operation, names
-from trackably.checker.intervals import SIGN, Real, exact_dot, exact_sum, ratio
+from trackably.checker.formulas import Formula, Name, names
+from trackably.checker.intervals import SIGN, Real, exact_dot, exact_sum, ratio, total
 from trackably.checker.inverse import inputs_of
 from trackably.checker.models import enclose
 from trackably.checker.moving import Limit, limits
@@ -17,13 +17,12 @@ from trackably.checker.subject import (
     Side,
     Signal,
     Subject,
-    as_float,
     is_far,
     shifted_name,
 )
 from trackably.checker.watch import tick
 
-ITSELF = "itself"
+ITSELF = "(itself)"  # which no state is called
 
 
 @dataclass(frozen=True)
@@ -40,28 +39,42 @@ class LinearCombination:
     gross_offset: Fraction
 
 
+Shifted = tuple[int, int]
+"""s and j of the shifted signal z_s(t + j T)."""
+
+
+def shifts_of(row: Functional | LinearCombination) -> list[Shifted]:
+    """Return the shifted signals of a row."""
+    return [(s, j) for s, weights in enumerate(row.weights) for j, w in enumerate(weights) if w]
+
+
+def terms_of(argument: LinearCombination) -> Iterator[tuple[Shifted, Real]]:
+    """Yield the shifted signals of a linear combination, with their weights."""
+    for s, j in shifts_of(argument):
+        tick()
+        yield (s, j), ratio(argument.weights[s][j])
+
+
 @dataclass(frozen=True)
 class Quantity:
-    """A formula of `arguments`, which are linear combinations of the signals, by name.
+    """A row of formulas, `parts` with their weights, of `arguments`: linear combinations of the signals, by name.
 
-    If the row bounds inputs given by formulas, `parts` holds these formulas with their weights; otherwise it is empty.
-    `lower` and `upper` are the bound, tightened by its evaluation error. For a flat form, the last quantity `needs` the
-    conditions under which all formulas are defined; its arguments include theirs.
+    A quantity that is such a combination itself has the only part `ITSELF`. `lower` and `upper` are the bound,
+    tightened by its evaluation error. For a flat form, the last quantity `needs` the conditions under which all
+    formulas are defined; its arguments include theirs.
     """
 
     name: str
-    formula: Formula
+    parts: Sequence[tuple[Fraction, Formula]]
     arguments: Mapping[str, LinearCombination]
-    parts: list[tuple[Fraction, Formula]]
     lower: Limit
     upper: Limit
     needs: tuple[Need, ...] = ()
-    is_flat: bool = False
 
     @property
     def combination(self) -> LinearCombination | None:
         """The quantity itself if it is a linear combination of signals; None for other formulas."""
-        return self.arguments[ITSELF] if not self.parts else None
+        return self.arguments.get(ITSELF)
 
 
 def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
@@ -76,7 +89,7 @@ def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
     if flat := system.flat:
         names_of, own = (*system.states, *system.inputs), (*flat.states, *flat.inputs)
         signals, n = range(len(subject.signals)), flat.last_shift + 2
-        shifted = {shifted_name(s, j): _signal(subject, s, j, n) for s in signals for j in range(n)}
+        shifted = {shifted_name(s, j): shifted_signal(subject, s, j, n) for s in signals for j in range(n)}
         needed = needs(system, flat)
         shared = Shapes().shared([*own, *(need.formula for need in needed)])
         needed = [replace(need, formula=formula) for need, formula in zip(needed, shared[len(own) :], strict=True)]
@@ -85,7 +98,7 @@ def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
         formulas = {name: Name(name) for name in system.states}
         formulas |= inputs_of(system.f, system.successors, system.inputs)
         for j, names_of in enumerate((system.states, system.successors)):
-            shifted |= {name: _signal(subject, i, j, 2) for i, name in enumerate(names_of)}
+            shifted |= {name: shifted_signal(subject, i, j, 2) for i, name in enumerate(names_of)}
     known = {name: _combine(subject, (Fraction(1),), (part,)) for name, part in shifted.items()}
     found: list[Quantity] = []
     for bound in subject.bounds:
@@ -96,8 +109,9 @@ def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
             row, parts = zip(*single, strict=True)
             found.append(_of_signals(subject, bound, row, parts, errors[bound.name]))
         else:
-            made = _of_formulas(bound, errors[bound.name], used, known)
-            found.append(replace(made, is_flat=flat is not None))
+            held = {name for _, formula in used for name in names(formula)}
+            arguments = {name: argument for name, argument in known.items() if name in held}
+            found.append(Quantity(bound.name, used, arguments, *limits(bound, errors[bound.name])))
     if found and flat:
         held = {name for need in needed for name in names(need.formula)}
         more = {name: argument for name, argument in known.items() if name in held}
@@ -108,19 +122,8 @@ def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
 def _of_signals(
     subject: Subject, bound: Bound, row: tuple[Fraction, ...], parts: tuple[Functional, ...], error: float
 ) -> Quantity:
-    return Quantity(bound.name, Name(ITSELF), {ITSELF: _combine(subject, row, parts)}, [], *limits(bound, error))
-
-
-def _of_formulas(
-    bound: Bound, error: float, parts: list[tuple[Fraction, Formula]], known: Mapping[str, LinearCombination]
-) -> Quantity:
-    terms = [part if r == 1 else Operation("*", Number(as_float(r)), part) for r, part in parts]
-    formula = terms[0]
-    for term in terms[1:]:
-        formula = Operation("+", formula, term)
-    contained = names(formula)
-    arguments = {name: argument for name, argument in known.items() if name in contained}
-    return Quantity(bound.name, formula, arguments, parts, *limits(bound, error))
+    itself = [(Fraction(1), Name(ITSELF))]
+    return Quantity(bound.name, itself, {ITSELF: _combine(subject, row, parts)}, *limits(bound, error))
 
 
 def states_of(subject: Subject) -> list[LinearCombination]:
@@ -133,12 +136,12 @@ def functionals(subject: Subject, of: Side) -> tuple[Functional, ...]:
     trajectories = subject.trajectories
     if trajectories is not None:
         return trajectories.states if of == "state" else trajectories.inputs
-    return tuple(_signal(subject, i, 0, 1) for i in range(len(subject.signals)))
+    return tuple(shifted_signal(subject, i, 0, 1) for i in range(len(subject.signals)))
 
 
-def _signal(subject: Subject, i: int, j: int, count: int) -> Functional:
+def shifted_signal(subject: Subject, i: int, j: int, count: int) -> Functional:
     """Return z_i(t + j T), one of so many shifts."""
-    every = range(len(subject.signals))
+    every = range(subject.signal_count)
     return Functional(Fraction(0), tuple(tuple(Fraction((s, k) == (i, j)) for k in range(count)) for s in every))
 
 
@@ -179,16 +182,19 @@ def absolute_sum(row: Sequence[Fraction], parts: Sequence[Functional]) -> Functi
 def value_at(subject: Subject, q: Quantity, t: Real) -> Real:
     """Return an interval that contains q(t). Raise UndefinedError if q may be undefined there."""
     arguments = {name: combination_at(subject, argument, t) for name, argument in q.arguments.items()}
-    return enclose(q.formula, arguments)
+    return value_of(q, arguments)
+
+
+def value_of(q: Quantity, arguments: Mapping[str, Real]) -> Real:
+    """Return an interval that contains q for all values of `arguments`. Raise UndefinedError if it may be undefined."""
+    return total(ratio(r) * enclose(part, arguments) for r, part in q.parts)
 
 
 def combination_at(subject: Subject, argument: LinearCombination, t: Real) -> Real:
     """Return the linear combination at time t: offset + Σ w c κ(t + j T − t_i)."""
     value = argument.offset
-    for signal, weights in zip(subject.signals, argument.weights, strict=True):
-        for j, w in enumerate(weights):
-            if w:
-                value += ratio(w) * _at(signal, t + j * subject.step)
+    for (s, j), w in terms_of(argument):
+        value += w * _at(subject.signals[s], t + j * subject.step)
     return value
 
 

@@ -3,43 +3,35 @@
 Assumed of formulas: + − · / are rounded once; functions and powers are off by 4 units in the last place at most, 8
 roundings. Before, all numbers are shown to have sizes for which this analysis holds.
 
-Of a flat form, rounding errors depend on where the signals are, and are bounded there: in each box, at each instant and
-in the tail, with what its formulas need to have values.
+Of formulas, rounding errors depend on where the signals are. They are propagated from operation to operation there: in
+each box, at each instant and in the tail, with what the formulas need to have values.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 from trackably.checker.certificate import Certificate
-from trackably.checker.formulas import Formula, evaluate, numbers, text
+from trackably.checker.formulas import Formula, Name, Number, Operation, evaluate, numbers, operands, parts, text
 from trackably.checker.intervals import (
     SIGN,
     UNIT,
     ZERO,
     Real,
-    UndefinedError,
     at_most,
-    between,
-    change_of_angle,
     either,
     exact_sum,
     exactly,
     lesser,
     ratio,
     require,
-    require_nonzero,
-    require_positive,
-    side,
-    slope_of_function,
-    slope_of_power,
     total,
 )
 from trackably.checker.kernels import Decay
-from trackably.checker.models import Model, Models
+from trackably.checker.models import Model, Models, differential
 from trackably.checker.quantities import ITSELF, LinearCombination, Quantity, functionals
-from trackably.checker.subject import NonlinearSystem, Signal, Subject, single_bounds
+from trackably.checker.subject import NonlinearSystem, OfBound, Signal, Subject
 from trackably.checker.watch import tick
 
 _HALVINGS = 12  # of the span of the centres, from which they are sorted by their distance
@@ -54,130 +46,48 @@ class Tracked:
     model: Model
     error: Real
 
-    @property
+    @cached_property
     def computed(self) -> Real:
         """An interval that contains the float64 values and the real numbers."""
         return self.model.span + SIGN * self.error
-
-    def __add__(self, other: "Tracked") -> "Tracked":
-        return _track(self.model + other.model, self.error + other.error)
-
-    def __sub__(self, other: "Tracked") -> "Tracked":
-        return _track(self.model - other.model, self.error + other.error)
-
-    def __mul__(self, other: "Tracked") -> "Tracked":
-        propagated = self.error * abs(other.computed) + abs(self.model.span) * other.error
-        return _track(self.model * other.model, propagated)
-
-
-@dataclass(frozen=True)
-class TrackedFormulas:
-    """The arithmetic of formulas on tracked models with this number of `terms`."""
-
-    terms: int
-
-    @property
-    def _models(self) -> Models:
-        return Models(self.terms)
-
-    def constant(self, value: float) -> Tracked:
-        return Tracked(self._models.constant(value), ZERO)
-
-    def over(self, a: Tracked, b: Tracked) -> Tracked:
-        require_nonzero(b.computed)
-        found = self._models.over(a.model, b.model)
-        return _track(found, (a.error + abs(found.span) * b.error) / abs(b.computed))
-
-    def power(self, a: Tracked, exponent: float) -> Tracked:
-        slope = slope_of_power(a.computed, exponent)
-        return _track(self._models.power(a.model, exponent), abs(slope) * a.error, 8)
-
-    def function(self, name: str, a: Tracked) -> Tracked:
-        require_positive(name, a.computed)
-        slope = slope_of_function(name, a.computed)
-        return _track(self._models.function(name, a.model), abs(slope) * a.error, 8)
-
-    def angle(self, y: Tracked, x: Tracked) -> Tracked:
-        side(y.computed, x.computed)
-        changed = change_of_angle(y.computed, x.computed, y.error, x.error)
-        return _track(self._models.angle(y.model, x.model), changed, 8)
-
-
-def _track(model: Model, propagated: Real, roundings: int = 1) -> Tracked:
-    """Round a value whose operands have errors. Raise UndefinedError if it may overflow."""
-    computed = abs(model.span + SIGN * propagated)
-    require(computed.b < _OVERFLOW, "it may overflow")
-    return Tracked(model, (propagated + roundings * UNIT * computed + _UNDERFLOW).b)
-
-
-def _interval(values: Real, error: Real) -> Tracked:
-    return Tracked(Models(1).number(values), error)
 
 
 TINY = exactly(2) ** -300
 
 
 def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str | None:
-    """Return the first quantity whose error may exceed the stated one.
+    """Return the first linear combination of signals whose error may exceed the stated one.
 
-    Errors of signals are bounded to first order in u, enlarged by 1 %. Errors of formulas are propagated from operation
-    to operation.
+    It is bounded to first order in u, and enlarged by 1 %. Those of formulas are bounded where the signals are
+    (`FormulaValues`).
     """
     of_signals = signal_errors(certificate.subject, certificate.until)
     for q in quantities:
-        if q.is_flat:  # `FlatValues` does it
-            continue
-        try:
-            error = error_of(certificate.subject, q, of_signals)
-        except UndefinedError as undefined:
-            return f"evaluation: the error of the {q.name} in float64 is not bounded: {undefined}"
-        if not at_most(error, certificate.errors[q.name]):
-            return f"evaluation: the {q.name} can be off by more than {certificate.errors[q.name]!r} in float64"
+        if q.combination is not None:
+            error = error_of(certificate.subject, q.combination, of_signals)
+            stated = certificate.errors[q.name]
+            if not at_most(error, stated):
+                return OfBound(q.name, f"evaluation: the {q.name} can be off by more than {stated!r} in float64")
     return None
 
 
-def signal_errors(subject: Subject, until: float) -> list[Tracked]:
-    """Return the rounding errors of the signals at all times |t| ≤ `until` [s], with enclosures of the signals."""
+SignalError = tuple[Real, Real]
+"""Over-estimates of |z| and of |float64 − exact|."""
+
+
+def signal_errors(subject: Subject, until: float) -> list[SignalError]:
+    """Return the sizes and the rounding errors of the signals at all times |t| ≤ `until` [s]."""
     return [_signal_error(subject, until, signal) for signal in subject.signals]
 
 
-def error_of(subject: Subject, q: Quantity, of_signals: list[Tracked]) -> Real:
-    """Over-estimate the rounding error of a quantity. Raise UndefinedError if it is unbounded."""
-    if q.combination is not None:
-        return _combination(subject, q.combination, of_signals).error
-    values = {name: _combination(subject, argument, of_signals) for name, argument in q.arguments.items()}
-    for i, state in enumerate(subject.system.states):
-        if state in values:  # bounds of states are proved without any use of this step
-            values[state] = _interval(_within(subject, i, values[state].model.span), values[state].error)
-    parts = [(ratio(r), evaluate(part, values, TrackedFormulas(1))) for r, part in q.parts]
-    return _of_row(parts, len(subject.system.inputs) + 2)
-
-
-def _of_row(parts: list[tuple[Real, Tracked]], roundings: int) -> Real:
-    """Over-estimate the rounding error of a weighted sum."""
-    error = total(abs(r) * part.error for r, part in parts)
-    size = total(abs(r) * abs(part.computed) for r, part in parts)
-    return exactly(1.01) * (error + roundings * UNIT * size) + TINY
-
-
-def _combination(subject: Subject, argument: LinearCombination, of_signals: list[Tracked]) -> Tracked:
-    error = total(ratio(w) * z.error for w, z in zip(argument.gross, of_signals, strict=True))
-    size = ratio(argument.gross_offset) + total(
-        ratio(w) * abs(z.model.span) for w, z in zip(argument.gross, of_signals, strict=True)
-    )
+def error_of(subject: Subject, argument: LinearCombination, of_signals: Sequence[SignalError]) -> Real:
+    """Over-estimate the rounding error of a linear combination of signals."""
+    pairs = [(ratio(w), *of) for w, of in zip(argument.gross, of_signals, strict=True)]
+    error = total(w * each for w, _, each in pairs)
+    size = ratio(argument.gross_offset) + total(w * each for w, each, _ in pairs)
     roundings = 5 + _terms(subject) + max(len(subject.system.states), len(subject.system.inputs))
     tiny = TINY * (1 + ratio(exact_sum(argument.gross)))
-    return _interval(SIGN * size, 1.01 * (error + roundings * UNIT * size) + tiny)
-
-
-def _within(subject: Subject, i: int, exact: Real) -> Real:
-    """Return the part of an interval that is inside all bounds of the i-th state alone."""
-    low, high = exact.a, exact.b
-    for j, *ends in single_bounds(subject.state_set):
-        if i == j:
-            least, most = map(ratio, ends)
-            low, high = least.a if least.a > low else low, most.b if most.b < high else high
-    return between(low, high) if low <= high else exact
+    return (1.01 * (error + roundings * UNIT * size) + tiny).b
 
 
 def _terms(subject: Subject) -> int:
@@ -195,7 +105,7 @@ def _ahead(subject: Subject) -> Real:
     return (max(len(w) for part in parts for w in part.weights) - 1) * subject.step
 
 
-def _signal_error(subject: Subject, until: float, signal: Signal) -> Tracked:
+def _signal_error(subject: Subject, until: float, signal: Signal) -> SignalError:
     """Over-estimate |z| and |float64 − exact| for |t| ≤ until, and for the shifts T, 2 T, … beyond."""
     latest, ahead = exactly(max(map(abs, signal.centres))), _ahead(subject)
     kernel = signal.kernel.sizes(until + ahead + latest)
@@ -208,7 +118,7 @@ def _signal_error(subject: Subject, until: float, signal: Signal) -> Tracked:
     of_all = weight * (kernel.roundings + 9 * kernel.stretch)
     of_near = 3 * (latest + ahead) * near.slope + (len(signal.weights) + 3) * near.size
     largest = abs(exactly(signal.mean)) + near.size
-    return _interval(SIGN * largest, UNIT * (of_all + of_near + 3 * largest))
+    return largest, UNIT * (of_all + of_near + 3 * largest)
 
 
 @lru_cache(maxsize=8)  # a prover asks more than once about the signals that it hands over
@@ -281,9 +191,9 @@ _OUTER = 6
 
 
 @dataclass(frozen=True)
-class FlatNeeds:
-    """Data for rounding errors of formulas: `stated` errors, those of shifted signals by name,
-    and a row's count of roundings.
+class FormulaNeeds:
+    """Data for rounding errors of formulas: `stated` errors, those of their arguments by name, and a row's count of
+    roundings.
     """
 
     stated: Mapping[str, float]
@@ -291,60 +201,68 @@ class FlatNeeds:
     roundings: int
 
     @classmethod
-    def of(cls, certificate: Certificate, quantities: list[Quantity]) -> "FlatNeeds":
-        """Return the data for these quantities; empty if none is of a flat form."""
+    def of(cls, certificate: Certificate, quantities: list[Quantity]) -> "FormulaNeeds":
+        """Return the data for these quantities; without arguments if all are linear combinations of signals."""
         subject = certificate.subject
-        arguments = {
-            name: argument
-            for q in quantities
-            if q.is_flat or q.needs
-            for name, argument in q.arguments.items()
-            if name != ITSELF
-        }
+        arguments = {name: argument for q in quantities for name, argument in q.arguments.items() if name != ITSELF}
         of_signals = signal_errors(subject, certificate.until) if arguments else []
-        errors = {name: _combination(subject, argument, of_signals).error for name, argument in arguments.items()}
+        errors = {name: error_of(subject, argument, of_signals) for name, argument in arguments.items()}
         return cls(certificate.errors, errors, len(subject.system.states) + len(subject.system.inputs) + 2)
 
 
 @dataclass(frozen=True)
-class FlatValues:
-    """Values of the formulas of a flat form for given values of the shifted signals; each part is computed once."""
+class FormulaValues:
+    """Values of formulas for given values of the shifted signals; each part is computed once."""
 
-    needs: FlatNeeds
+    needs: FormulaNeeds
     terms: int
-    known: dict[Formula, Tracked] = field(default_factory=dict)
+    known: dict[Formula, Model] = field(default_factory=dict)
+    tracked: dict[Formula, Tracked] = field(default_factory=dict)
 
     def enclose(self, q: Quantity, arguments: Mapping[str, Model]) -> Model:
         """Enclose a quantity q. All quantities are evaluated at the same `arguments`, or at none.
 
         UndefinedError: a formula in q may be undefined, or the rounding error of q may exceed the stated one.
         """
-        tracked = self._track(arguments)
         for need in q.needs:
-            span = self._of(need.formula, tracked).model.span
+            span = self.track(need.formula, arguments).model.span
             what = "may be zero" if need.may_be_negative else "may not be positive"
             holds = either(span.a > 0, need.may_be_negative and span.b < 0)
             require(holds, f"{text(need.formula, _OUTER)} {what}")
-        if not q.is_flat:
-            return evaluate(q.formula, arguments, Models(self.terms))
-        parts = self._parts(q, tracked)
+        if q.combination is not None:
+            return arguments[ITSELF]
         stated = self.needs.stated[q.name]
-        require(_of_row(parts, self.needs.roundings).b <= stated, f"it can be off by more than {stated!r} in float64")
+        require(self.error(q, arguments).b <= stated, f"it can be off by more than {stated!r} in float64")
         found = Models(self.terms).number(ZERO)
-        for r, part in parts:
-            found += part.model.times(r)
+        for r, part in q.parts:
+            found += self.known[part].times(ratio(r))
         return found
 
     def error(self, q: Quantity, arguments: Mapping[str, Model]) -> Real:
-        """Over-estimate the rounding error of a formula. Raise UndefinedError where it may not be defined."""
-        return _of_row(self._parts(q, self._track(arguments)), self.needs.roundings)
+        """Over-estimate the rounding error of a row of formulas. Raise UndefinedError where one may not be defined."""
+        parts_of = [(abs(ratio(r)), self.track(part, arguments)) for r, part in q.parts]
+        error = total(r * part.error for r, part in parts_of)
+        size = total(r * abs(part.computed) for r, part in parts_of)
+        return exactly(1.01) * (error + self.needs.roundings * UNIT * size) + TINY
 
-    def _track(self, arguments: Mapping[str, Model]) -> dict[str, Tracked]:
-        errors = self.needs.of_arguments
-        return {name: Tracked(model, errors[name]) for name, model in arguments.items() if name in errors}
+    def track(self, formula: Formula, arguments: Mapping[str, Model]) -> Tracked:
+        """Return a formula with its error. Raise UndefinedError if it may be undefined, or overflow."""
+        evaluate(formula, arguments, Models(self.terms), self.known)
+        for part in parts(formula):
+            if part not in self.tracked:
+                self.tracked[part] = Tracked(self.known[part], self._error(part))
+        return self.tracked[formula]
 
-    def _parts(self, q: Quantity, tracked: Mapping[str, Tracked]) -> list[tuple[Real, Tracked]]:
-        return [(ratio(r), self._of(part, tracked)) for r, part in q.parts]
-
-    def _of(self, formula: Formula, values: Mapping[str, Tracked]) -> Tracked:
-        return evaluate(formula, values, TrackedFormulas(self.terms), self.known)
+    def _error(self, part: Formula) -> Real:
+        """Over-estimate the error of a part: that of its operands, and of rounding. Raise UndefinedError."""
+        if isinstance(part, Name):
+            return self.needs.of_arguments[part.name]
+        if isinstance(part, Number):
+            return ZERO
+        span, inner = self.known[part].span, [self.tracked[one] for one in operands(part)]
+        changes = [SIGN * one.error for one in inner]
+        propagated = abs(differential(part, span, [one.computed for one in inner], changes)).b
+        computed = abs(span + SIGN * propagated)
+        require(computed.b < _OVERFLOW, "it may overflow")
+        roundings = 1 if isinstance(part, Operation) else 8
+        return (propagated + roundings * UNIT * computed + _UNDERFLOW).b

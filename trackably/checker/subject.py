@@ -1,18 +1,18 @@
 """The subject of a file as typed values: a reference, its system and its sets."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, Self
 
 from trackably.checker.formulas import Formula
 from trackably.checker.formulas import names as names_in
 from trackably.checker.intervals import Real, exactly, total
 from trackably.checker.kernels import Decay, Kernel, Reach, reach
-from trackably.checker.watch import UndecidedError, tick
+from trackably.checker.watch import UndecidedError, short, tick
 
 Beyond = Literal["rest", "period", "end"]
 
@@ -110,6 +110,21 @@ class LinearSystem:
     inputs: tuple[str, ...]
     sampling_time: float
 
+    @cached_property
+    def columns(self) -> list[list[tuple[int, Fraction]]]:
+        """The columns of A, then of B: entries other than zero, with their rows."""
+        every = (*zip(*self.A, strict=True), *zip(*self.B, strict=True))
+        return [[(i, Fraction(a)) for i, a in enumerate(column) if a] for column in every]
+
+    def successor(self, x: Iterable[Fraction], u: Iterable[Fraction], c: Iterable[float]) -> list[Fraction]:
+        """Return A x + B u + c."""
+        found = [*map(Fraction, c)]
+        for column, v in zip(self.columns, (*x, *u), strict=True):
+            if v:
+                for i, a in column:
+                    found[i] = short(found[i] + a * v)
+        return found
+
 
 @dataclass(frozen=True)
 class FlatForm:
@@ -161,6 +176,17 @@ class NonlinearSystem:
     def successors(self) -> tuple[str, ...]:
         """The names of the states one step later."""
         return tuple(f"{name}⁺" for name in self.states)
+
+
+class OfBound(str):
+    """Why a file shows nothing, as a sentence, where a single bound is the cause: `bound` is its name."""
+
+    bound: str
+
+    def __new__(cls, bound: str, reason: str) -> Self:
+        found = super().__new__(cls, reason)
+        found.bound = bound
+        return found
 
 
 System = LinearSystem | NonlinearSystem

@@ -132,10 +132,7 @@ def differences(table: Table, row: int) -> Sequence[Fraction | Real]:
     """
     system, x, u, successor = table.system, table.states[row], table.inputs[row], table.states[row + 1]
     if isinstance(system, LinearSystem):
-        exact = [
-            exact_dot(map(Fraction, (*a_row, *b_row, c)), map(Fraction, (*x, *u, 1.0)))
-            for a_row, b_row, c in zip(system.A, system.B, system.c, strict=True)
-        ]
+        exact = system.successor(map(Fraction, x), map(Fraction, u), system.c)
         return [abs(m - Fraction(s)) for m, s in zip(exact, successor, strict=True)]
     values = dict(zip((*system.states, *system.inputs), map(exactly, (*x, *u)), strict=True))
     try:

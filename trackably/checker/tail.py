@@ -4,88 +4,28 @@ Formulas are bounded by the mean-value theorem, with their slopes (forward diffe
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
 from trackably.checker.certificate import AllTimes, Certificate, Steps
-from trackably.checker.formulas import evaluate
+from trackably.checker.formulas import Formula, Name, evaluate, operands, parts
 from trackably.checker.intervals import (
     ONE,
     ZERO,
     Real,
     UndefinedError,
-    angle,
     around,
     at_most,
     exact_sum,
     exactly,
-    function,
     lesser,
-    power,
     ratio,
-    require_nonzero,
-    slope_of_function,
-    slope_of_power,
     total,
-    whole_power,
 )
 from trackably.checker.kernels import Decay
-from trackably.checker.models import constants, enclose
-from trackably.checker.quantities import ITSELF, LinearCombination, Quantity
-from trackably.checker.rounding import FlatNeeds, FlatValues
-from trackably.checker.subject import Signal, is_far
-
-
-@dataclass(frozen=True)
-class Sloped:
-    """An interval of values, and intervals of their slopes in some directions."""
-
-    value: Real
-    slopes: list[Real]
-
-    def __add__(self, other: "Sloped") -> "Sloped":
-        return Sloped(self.value + other.value, [a + b for a, b in zip(self.slopes, other.slopes, strict=True)])
-
-    def __sub__(self, other: "Sloped") -> "Sloped":
-        return Sloped(self.value - other.value, [a - b for a, b in zip(self.slopes, other.slopes, strict=True)])
-
-    def __mul__(self, other: "Sloped") -> "Sloped":
-        slopes = zip(self.slopes, other.slopes, strict=True)
-        return Sloped(self.value * other.value, [a * other.value + self.value * b for a, b in slopes])
-
-
-@dataclass(frozen=True)
-class SlopedFormulas:
-    """The arithmetic of formulas on values with slopes in this number of `directions`."""
-
-    directions: int
-
-    def constant(self, value: float) -> Sloped:
-        return Sloped(exactly(value), [ZERO] * self.directions)
-
-    def over(self, a: Sloped, b: Sloped) -> Sloped:
-        require_nonzero(b.value)
-        value = a.value / b.value
-        return Sloped(value, [(x - value * y) / b.value for x, y in zip(a.slopes, b.slopes, strict=True)])
-
-    def power(self, a: Sloped, exponent: float) -> Sloped:
-        return _chain(power(a.value, exponent), slope_of_power(a.value, exponent), a)
-
-    def function(self, name: str, a: Sloped) -> Sloped:
-        return _chain(function(name, a.value), slope_of_function(name, a.value), a)
-
-    def angle(self, y: Sloped, x: Sloped) -> Sloped:
-        value, length = (
-            angle(y.value, x.value),
-            whole_power(x.value, 2) + whole_power(y.value, 2),
-        )
-        require_nonzero(length)
-        slopes = zip(y.slopes, x.slopes, strict=True)
-        return Sloped(value, [(x.value * a - y.value * b) / length for a, b in slopes])
-
-
-def _chain(value: Real, slope: Real, a: Sloped) -> Sloped:
-    return Sloped(value, [slope * x for x in a.slopes])
+from trackably.checker.models import Model, Models, constants, differential
+from trackably.checker.quantities import ITSELF, Quantity, value_of
+from trackably.checker.rounding import FormulaNeeds, FormulaValues
+from trackably.checker.subject import OfBound, Signal, is_far
 
 
 def check_tail(
@@ -114,17 +54,17 @@ def is_settled(certificate: Certificate, quantities: list[Quantity], start: Real
 
 
 def _why_not(certificate: Certificate, quantities: list[Quantity], start: Real, envelopes: list[Decay]) -> str | None:
-    needs = FlatNeeds.of(certificate, quantities)
+    needs, since = FormulaNeeds.of(certificate, quantities), f"from {float(start.mid):g} s on"
     for q in quantities:
         try:
             middle, reach = _limits(needs, q, envelopes, certificate.subject.step)
         except UndefinedError as undefined:
-            return f"tail: the {q.name} is not shown to be defined from {float(start.mid):g} s on: {undefined}"
+            return OfBound(q.name, f"tail: the {q.name} is not shown to be defined {since}: {undefined}")
         lower, upper = q.lower.after(start), q.upper.after(start)
         if lower is None or upper is None:
-            return f"tail: the bound of the {q.name} still moves from {float(start.mid):g} s on"
+            return OfBound(q.name, f"tail: the bound of the {q.name} still moves {since}")
         if not (at_most(lower, middle - reach) and at_most(middle + reach, upper)):
-            return f"tail: the envelope of the {q.name} does not lie inside its bounds from {float(start.mid):g} s on"
+            return OfBound(q.name, f"tail: the envelope of the {q.name} does not lie inside its bounds {since}")
     return None
 
 
@@ -139,7 +79,7 @@ def envelope(signal: Signal, start: Real) -> Decay:
     return Decay(size, slope)
 
 
-def _limits(needs: FlatNeeds, q: Quantity, envelopes: list[Decay], step: Real) -> tuple[Real, Real]:
+def _limits(needs: FormulaNeeds, q: Quantity, envelopes: list[Decay], step: Real) -> tuple[Real, Real]:
     """Return middle and radius of an interval that contains q: the mean-value form, with slopes over all its values."""
     reaches = {
         name: total(
@@ -150,7 +90,7 @@ def _limits(needs: FlatNeeds, q: Quantity, envelopes: list[Decay], step: Real) -
     }
     at_rest = {name: argument.offset for name, argument in q.arguments.items()}
     inside = {name: around(value, reaches[name]) for name, value in at_rest.items()}
-    _ = FlatValues(needs, 1).enclose(q, constants(inside, 1))
+    _ = FormulaValues(needs, 1).enclose(q, constants(inside, 1))
     if q.combination is not None:
         return q.combination.offset, reaches[ITSELF]
     slopes = _slopes(q, inside, len(envelopes))
@@ -161,7 +101,7 @@ def _limits(needs: FlatNeeds, q: Quantity, envelopes: list[Decay], step: Real) -
             for j, w in enumerate(argument.weights[s]):
                 each[j] += slopes[name] * ratio(w)
         reach += _reach(each, slopes[s], envelope, step)
-    return enclose(q.formula, at_rest), reach
+    return value_of(q, at_rest), reach
 
 
 def _reach(weights: Sequence[Real], sum_of_weights: Real, envelope: Decay, step: Real) -> Real:
@@ -178,13 +118,25 @@ def _slopes(q: Quantity, box: Mapping[str, Real], signals: int) -> dict[str | in
     its arguments change by this amount.
     """
     along: list[str | int] = [*q.arguments, *range(signals)]
-    values = {
-        name: Sloped(value, [ONE if _moves(direction, name, q.arguments[name]) else ZERO for direction in along])
-        for name, value in box.items()
+    of_names = {
+        name: [ONE if d == name or (isinstance(d, int) and any(argument.weights[d])) else ZERO for d in along]
+        for name, argument in q.arguments.items()
     }
-    found = evaluate(q.formula, values, SlopedFormulas(len(along)))
-    return dict(zip(along, found.slopes, strict=True))
+    rows = ([ratio(r) * slope for slope in slopes_of(part, box, of_names)] for r, part in q.parts)
+    return dict(zip(along, map(total, zip(*rows, strict=True)), strict=True))
 
 
-def _moves(direction: str | int, name: str, argument: LinearCombination) -> bool:
-    return direction == name if isinstance(direction, str) else any(argument.weights[direction])
+def slopes_of(formula: Formula, box: Mapping[str, Real], of_names: Mapping[str, Sequence[Real]]) -> Sequence[Real]:
+    """Return the slopes of a formula in some directions, for all values of its names in a box, from those of its names.
+
+    Raise UndefinedError if it may be undefined.
+    """
+    values, slopes = dict[Formula, Model](), dict[Formula, Sequence[Real]]()
+    evaluate(formula, constants(box, 1), Models(1), values)
+    for part in parts(formula):
+        inner = operands(part)
+        spans, count = [values[one].span for one in inner], len(next(iter(of_names.values())))
+        each = ([slopes[one][d] for one in inner] for d in range(count))
+        own = (differential(part, values[part].span, spans, by) for by in each)
+        slopes[part] = of_names[part.name] if isinstance(part, Name) else list(own)
+    return slopes[formula]

@@ -3,13 +3,11 @@
 Before that, matrices, formulas, trajectories, sets and names are shown to belong to one system.
 """
 
-from collections.abc import Sequence
 from fractions import Fraction
 
 from trackably.checker.certificate import Certificate, Steps
 from trackably.checker.flatness import why_not_flat
 from trackably.checker.formulas import names
-from trackably.checker.intervals import exact_dot
 from trackably.checker.limits import WEIGHTS
 from trackably.checker.subject import (
     FlatForm,
@@ -28,14 +26,9 @@ from trackably.checker.watch import tick
 def check_shapes(subject: Subject) -> str | None:
     """Return which parts do not fit together; None if all do."""
     system = subject.system
-    n, m = len(system.states), len(system.inputs)
     if any(len(signal.centres) != len(signal.weights) for signal in subject.signals):
         return "signals: there must be as many centres as weights"
-    if (subject.state_set.dimension, subject.input_set.dimension) != (n, m):
-        return "shapes: the sets must have the dimensions of state and input"
-    if not _fit(subject.state_set.rows, n) or not _fit((*subject.input_set.rows, *(subject.attainable or ())), m):
-        return "shapes: every bound needs a row with a number for each state, or for each input, not all zero"
-    if reason := why_no_system(system):
+    if reason := why_no_plant(system, subject.state_set, subject.input_set, subject.attainable or ()):
         return reason
     if isinstance(system, NonlinearSystem):
         reason = _misfit_of_formulas(subject, system)
@@ -65,11 +58,15 @@ def why_no_system(system: System) -> str | None:
     return "flat: angles must be states" if flat and not {*flat.angles} <= {*system.states} else None
 
 
-def why_no_plant(system: System, state_set: Polytope, input_set: Polytope) -> str | None:
+def why_no_plant(
+    system: System, state_set: Polytope, input_set: Polytope, attainable: tuple[Row, ...] = ()
+) -> str | None:
     """Return what does not fit together in a system and its sets; None where everything does."""
-    for bounded, names_of in ((state_set, system.states), (input_set, system.inputs)):
-        if bounded.dimension != len(names_of) or any(len(row.row) != len(names_of) for row in bounded.rows):
-            return "shapes: every bound needs a number for each state, or for each input"
+    n, m = len(system.states), len(system.inputs)
+    if (state_set.dimension, input_set.dimension) != (n, m):
+        return "shapes: the sets must have the dimensions of state and input"
+    if not _fit(state_set.rows, n) or not _fit((*input_set.rows, *attainable), m):
+        return "shapes: every bound needs a row with a number for each state, or for each input, not all zero"
     return why_no_system(system)
 
 
@@ -146,14 +143,8 @@ def check_trajectories(subject: Subject) -> str | None:
         return why_not_flat(system, system.flat)
     if not isinstance(system, LinearSystem) or trajectories is None:
         return None
-    A, B = ([[Fraction(v) for v in row] for row in matrix] for matrix in (system.A, system.B))
-
-    def successor(x: _Vector, u: _Vector, c: Sequence[float]) -> list[Fraction]:
-        """Return A x + B u + c."""
-        return [exact_dot((*a, *b, Fraction(e)), (*x, *u, Fraction(1))) for a, b, e in zip(A, B, c, strict=True)]
-
     start, held = ([part.offset for part in parts] for parts in (trajectories.states, trajectories.inputs))
-    if successor(start, held, system.c) != start:
+    if system.successor(start, held, system.c) != start:
         return "trajectories: the system does not stay where its state and input are the offsets"
     for s in range(subject.signal_count):
         states, inputs = (
@@ -163,9 +154,6 @@ def check_trajectories(subject: Subject) -> str | None:
         for j in range(max(len(states), len(inputs))):
             tick()
             x, u = (of[j + 1] if j + 1 < len(of) else of[0] for of in (states, inputs))
-            if successor(x, u, [0.0] * len(start)) != (states[j] if j < len(states) else states[0]):
+            if system.successor(x, u, [0.0] * len(start)) != (states[j] if j < len(states) else states[0]):
                 return f"trajectories: the system does not follow signal {s} with the weights of shift {j}"
     return None
-
-
-_Vector = Sequence[Fraction]

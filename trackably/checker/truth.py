@@ -35,6 +35,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
+from math import inf
 
 from trackably.checker.boxes import Box, Enclosures, FirstPass, is_below
 from trackably.checker.certificate import Derived, Measured, Pair, SignalClass, TrueSignal
@@ -45,8 +46,8 @@ from trackably.checker.intervals import ZERO, Real, exact_dot, exact_sum, exactl
 from trackably.checker.limits import CENTRES
 from trackably.checker.models import Model
 from trackably.checker.moving import Limit
-from trackably.checker.quantities import ITSELF, Quantity, states_of
-from trackably.checker.rounding import FlatNeeds
+from trackably.checker.quantities import Quantity, states_of
+from trackably.checker.rounding import FormulaNeeds
 from trackably.checker.subject import LinearSystem, Subject
 from trackably.checker.watch import progress, short, tick
 
@@ -125,11 +126,12 @@ def gaps(subject: Subject, truth: TrueSignal, first_pass: FirstPass) -> Iterator
     state = states_of(subject)[subject.system.states.index(truth.state)]
     # bounds that nothing keeps: the first pass hands on its models of the signals
     none = Limit(1.0, ZERO), Limit(-1.0, ZERO)
-    q = Quantity(truth.state, Name(ITSELF), {ITSELF: state}, [(Fraction(1), Name(ITSELF))], *none)
+    q = Quantity(truth.state, [(Fraction(1), Name("z"))], {"z": state}, *none)
+    needs = FormulaNeeds({truth.state: inf}, {"z": ZERO}, 0)
     held = {Box(*ends, radius): [q] for ends, radius in zip(pairwise(truth.ends), truth.radii, strict=True)}
-    every, known_boxes = places(truth), first_pass.boxes(FlatNeeds({}, {}, 0), subject, truth.terms, held)
+    every, known_boxes = places(truth), first_pass.boxes(needs, subject, truth.terms, held)
     for (box, _, known), above, below in zip(known_boxes, truth.upper, truth.lower, strict=True):
-        model = Enclosures(subject, truth.terms, box, dict(known)).arguments(q)[ITSELF]
+        model = Enclosures(subject, truth.terms, box, dict(known)).arguments(q)["z"]
         kept, cut = model.coefficients[: _DEGREE + 1], model.coefficients[_DEGREE + 1 :]
         kept = [*kept, *[ZERO] * (_DEGREE + 1 - len(kept))]
         missed = model.missed + total(abs(c) for c in cut)
@@ -206,21 +208,21 @@ def side(of: SignalClass, pair: Pair, sign: int, box: Box, every: Mapping[int, P
     first, second = every.get(i), every.get(j) or _measured(of.rates, j - n)
     if first is None or second is None or any(start < t < end for t, _, _ in (first, second)):
         return None
+    (t_i, y_i, noise_i), (t_j, y_j, noise_j), is_slope, M = first, second, i == j, of.second_derivative
+    if (of.slope if is_slope else M) is None or (not is_slope and j in every and t_i == t_j):
+        return None
 
-    def at(t: Fraction) -> Fraction | None:
-        (t_i, y, noise), since = first, t - first[0]
-        if i == j:
-            return None if of.slope is None else y + sign * (noise + Fraction(of.slope) * abs(since))
-        if j not in every:
-            return _bound(of, t, [(Fraction(1), first)], [(since, second)], sign)
-        if second[0] == t_i:
-            return None
-        part = since / (second[0] - t_i)
-        return _bound(of, t, [(1 - part, first), (part, second)], [], sign)
+    def at(t: Fraction) -> Fraction:
+        since, until = t - t_i, t - t_j
+        if is_slope:
+            return y_i + sign * (noise_i + Fraction(of.slope or 0) * abs(since))
+        own, other, area = Fraction(1), since, (until * abs(until) - (t_i - t_j) * abs(t_i - t_j)) / 2
+        if j in every:
+            own, other, area = until / (t_i - t_j), since / (t_j - t_i), since * until / 2
+        slack = abs(own) * noise_i + abs(other) * noise_j + Fraction(M or 0) * abs(area)
+        return own * y_i + other * y_j + sign * slack
 
     low, middle, high = map(at, (start, (start + end) / 2, end))
-    if low is None or middle is None or high is None:
-        return None
     return [middle, (high - low) / 2, (high + low) / 2 - middle]  # it is quadratic in the box
 
 

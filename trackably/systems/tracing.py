@@ -16,10 +16,11 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from trackably.arrays import Array
 from trackably.checker.flatness import Shapes
-from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power, evaluate
-from trackably.checker.intervals import UndefinedError
+from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power
+from trackably.checker.intervals import ZERO, UndefinedError, exactly
 from trackably.checker.inverse import is_number, times
-from trackably.checker.rounding import TrackedFormulas
+from trackably.checker.models import constants
+from trackably.checker.rounding import FormulaNeeds, FormulaValues
 from trackably.systems.formulas import evaluate_floats, is_float64, text
 
 # Symbols: numbers that are not known yet; arithmetic with them records the formula.
@@ -256,9 +257,9 @@ def _agree(formula: Formula, values: dict[str, float], seen: float, rounded: flo
 
 def _rounding_error(formula: Formula, values: dict[str, float]) -> float:
     """Return an over-estimate of the error of the formula in float64; infinite if it may be undefined."""
-    arithmetic = TrackedFormulas(1)
+    exact, without_errors = {name: exactly(value) for name, value in values.items()}, dict.fromkeys(values, ZERO)
     try:
-        found = evaluate(formula, {name: arithmetic.constant(value) for name, value in values.items()}, arithmetic)
+        found = FormulaValues(FormulaNeeds({}, without_errors, 0), 1).track(formula, constants(exact, 1))
     except UndefinedError:
         return np.inf
     return float(found.error.b)

@@ -72,7 +72,11 @@ def _breaks_any_bound(rng: np.random.Generator, honest: Any) -> Any:
 
 LIES: dict[str, tuple[Any, str, Lie]] = {
     "every box holds": (cover, "_refusals", _refuses_nothing),
-    "any radius will do": (cover, "radii", _after(lambda rng, r: r * 10 ** rng.uniform(-3, 3, r.shape))),
+    "any radius will do": (
+        cover,
+        "discs",
+        _after(lambda rng, of: (of[0] * 10 ** rng.uniform(-3, 3, of[0].shape), of[1])),
+    ),
     "a box is lost": (cover, "_join", _after(_loses_a_box)),
     "an end is moved": (cover, "_join", _after(_moves_an_end)),
     "boxes are as wide as the window": (cover, "_first_edges", _after(lambda rng, e: e[[0, -1]])),

@@ -14,6 +14,13 @@ def data() -> dict:
     return scalar_certificate()
 
 
+@pytest.mark.parametrize("name", ["state", "input"])
+def test_a_refusal_tells_which_bound_it_is_about(data: dict, name: str) -> None:
+    verdict = check(changed(data, f"evaluation.errors.{name}", 1e-300))
+    assert isinstance(verdict, Failed)
+    assert verdict.bound == name
+
+
 @pytest.mark.parametrize(
     ("path", "value", "reason"),
     [

@@ -3,7 +3,7 @@
 An instant is checked as a narrow box around it.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from math import isfinite
@@ -13,20 +13,16 @@ import numpy as np
 
 from trackably.checker.boxes import Box, Enclosures, FirstPass
 from trackably.checker.floats.intervals import Floats, Mask, are_positive, join, sums
-from trackably.checker.floats.pieces import cells_left
+from trackably.checker.floats.pieces import cells_left, undecided
 from trackably.checker.floats.signals import Boxes, ManyCentres, Models
 from trackably.checker.formulas import parts
-from trackably.checker.intervals import Real, UndefinedError, between, exactly, ratio
+from trackably.checker.intervals import Real, UndefinedError, between, exactly
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model
 from trackably.checker.moving import Limit
-from trackably.checker.quantities import LinearCombination, Quantity
-from trackably.checker.rounding import FlatNeeds, FlatValues
+from trackably.checker.quantities import LinearCombination, Quantity, Shifted, shifts_of, terms_of
+from trackably.checker.rounding import FormulaNeeds, FormulaValues
 from trackably.checker.subject import Pieces, Signal, Subject
-from trackably.checker.watch import tick
-
-Shifted = tuple[int, int]
-"""The signal s at the shifted time t + j T."""
 
 _NO_BOX = Box(0.0, 0.0, 0.0)
 _AT_ONCE, _COEFFICIENTS = 256, 2_000_000
@@ -34,48 +30,35 @@ _AT_ONCE, _COEFFICIENTS = 256, 2_000_000
 
 
 def boxes_left(
-    needs: FlatNeeds, subject: Subject, terms: int, held: Mapping[Box, list[Quantity]]
+    needs: FormulaNeeds, subject: Subject, terms: int, held: Mapping[Box, list[Quantity]]
 ) -> Iterator[tuple[Box, list[Quantity], dict[Shifted, Model]]]:
     """Yield each box with the quantities that are not proved here, and models of the signals if they have formulas."""
     unshifted = {s: many_centres(subject, (s, 0)) for s in range(len(subject.signals))}
-    every = {q.name: q for h in held.values() for q in h}.values()
-    needed = _needs(list(every))
+    every = {q.name: q for h in held.values() for q in h}
+    needed = sorted(_needs(every.values()))
     signals = {(s, j): replace(unshifted[s], shift=_shift(subject, j)) for s, j in needed}
-    formulas = {formula for q in every for formula in (q.formula, *(need.formula for need in q.needs))}
+    formulas = {f for q in every.values() for f in (*(f for _, f in q.parts), *(need.formula for need in q.needs))}
     count = len(needed) + sum(len(parts(formula)) for formula in formulas)
     boxes, at_once = list(held), max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * max(1, count))))
     for begin in range(0, len(boxes), at_once):
         some = boxes[begin : begin + at_once]
+        inside = {name: [any(q is each for each in held[box]) for box in some] for name, q in every.items()}
+        proved = {name: np.zeros(len(some), dtype=bool) for name in every}
         with np.errstate(all="ignore"):  # results that are not finite prove nothing
-            found = _enclose(signals, terms, some, [_needs(held[box]) for box in some])
-            quantities = {q.name: q for box in some for q in held[box]}
-            proved: dict[str, Mask] = {}
-            for name, q in quantities.items():
-                where = np.flatnonzero([any(q is each for each in held[box]) for box in some])
+            found = {shifted: of.enclose(Boxes(*np.array(some).T), terms) for shifted, of in signals.items()}
+            for name, q in every.items():
+                where = np.flatnonzero(inside[name])
                 models = {shifted: found[shifted].at(where) for shifted in _needs([q])}
-                proved[name] = np.zeros(len(some), dtype=bool)
                 if models:  # else it is a number
                     proved[name][where] = _stays_inside(needs, subject, q, models, [some[b] for b in where])
         for b, box in enumerate(some):
             rest = [q for q in held[box] if not proved[q.name][b]]
-            known = {shifted: _model(found[shifted], b) for shifted in _needs(list(filter(_is_formula, rest)))}
+            known = {shifted: _model(found[shifted], b) for shifted in _needs(filter(_is_formula, rest))}
             yield box, rest, {shifted: model for shifted, model in known.items() if model}
 
 
-def _needs(quantities: Sequence[Quantity]) -> set[Shifted]:
+def _needs(quantities: Iterable[Quantity]) -> set[Shifted]:
     return {shifted for q in quantities for argument in q.arguments.values() for shifted in shifts_of(argument)}
-
-
-def shifts_of(argument: LinearCombination) -> list[Shifted]:
-    """Return the shifted signals of a linear combination."""
-    return [(s, j) for s, weights in enumerate(argument.weights) for j, w in enumerate(weights) if w]
-
-
-def terms_of(argument: LinearCombination) -> Iterator[tuple[Shifted, Real]]:
-    """Yield the shifted signals of a linear combination, with their weights."""
-    for s, j in shifts_of(argument):
-        tick()
-        yield (s, j), ratio(argument.weights[s][j])
 
 
 def many_centres(subject: Subject, shifted: Shifted) -> ManyCentres:
@@ -88,19 +71,8 @@ def _shift(subject: Subject, j: int) -> Fraction:
     return j * Fraction(subject.system.sampling_time)
 
 
-def _enclose(
-    signals: Mapping[Shifted, ManyCentres], terms: int, boxes: Sequence[Box], needed: Sequence[set[Shifted]]
-) -> dict[Shifted, Models]:
-    """Return the models of the shifted signals in the boxes that need them; NaN in the others."""
-    every, found = Boxes(*np.array(boxes).T), dict[Shifted, Models]()
-    for shifted in sorted(set[Shifted]().union(*needed)):
-        used = np.flatnonzero([shifted in each for each in needed])
-        found[shifted] = Models.spread([(used, signals[shifted].enclose(every.at(used), terms))], terms, len(boxes))
-    return found
-
-
 def _stays_inside(
-    needs: FlatNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], boxes: Sequence[Box]
+    needs: FormulaNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], boxes: Sequence[Box]
 ) -> Mask:
     """Return the boxes in which a quantity is certainly defined and inside its bounds."""
     n, count = next(iter(models.values())).coefficients.low.shape
@@ -144,12 +116,12 @@ def _combine(q: Quantity, models: Mapping[Shifted, Models]) -> Models:
     return Models(found.coefficients + _constant(len(found.coefficients.low)) * q.combination.offset, found.missed)
 
 
-def _evaluate(needs: FlatNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], n: int) -> Models:
+def _evaluate(needs: FormulaNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], n: int) -> Models:
     """Return models of a formula with n terms. Raise UndefinedError if it may be undefined."""
     many: Any = models  # stand for numbers
     known = {key: Model([of.coefficients.at(k) for k in range(n)], of.missed) for key, of in many.items()}
     arguments = Enclosures(subject, n, _NO_BOX, known).arguments(q)
-    model = FlatValues(needs, n).enclose(q, arguments)
+    model = FormulaValues(needs, n).enclose(q, arguments)
     none = np.zeros((1, len(next(iter(models.values())).missed.low)))
     rows = [Floats.of(c) for c in model.coefficients]
     ends = (np.concatenate([end + none for end in of]) for of in ([c.low for c in rows], [c.high for c in rows]))
@@ -208,5 +180,5 @@ _TRUSTED = (
     "This was checked in float64 intervals first, which trusts IEEE arithmetic and NumPy's exp, log, sqrt, cos, arctan "
     "and arctan2."
 )
-FIRST_PASS = FirstPass(boxes_left, envelope, cells_left, at_zero, keeps_subnormals, _TRUSTED)
+FIRST_PASS = FirstPass(boxes_left, envelope, cells_left, undecided, at_zero, keeps_subnormals, _TRUSTED)
 """In arrays of float64 intervals."""

@@ -8,24 +8,22 @@ as it is, and with the absolute values of all factors. With n coefficients and T
 absolute products at most, with u = 2⁻⁵³ and 10 % for higher orders. Underflow in a step of Horner's rule loses less
 than u 2⁻¹⁰⁰⁰, and 2⁻¹⁰⁰⁰ is added to the absolute values in each step; afterwards it loses less than 2⁻¹⁰⁰⁰ in all.
 
-Of joints (`joints`), limits are certainly kept and jumps certainly small by the same coefficients. With M the matrix
-from powers of x to Bernstein coefficients, b = M a, and a polynomial lies between the least and the largest entry of b
-for 0 ≤ x ≤ 1. Each a_k takes less than k + 8 roundings, an entry of M one, and a sum of n + 1 products n + 1: b is off
-by less than (2 n + 20) u |M| |a| ≤ 2⁻⁴⁴ |M| |a| with n < 100, and by 2⁻¹⁰⁰⁰ for what underflows, as h^k does not: it is
-between 2⁻⁹⁰⁰ and 2⁹⁰⁰. Where that does not decide, polynomials are halved in float64 intervals.
+Of joints (`joints`), each derivative is such a sum, and its jump one at a point. A derivative of order r ≤ 4 takes r
+more roundings, of k c_k; as a product takes 4 n + T at most, K has room for them.
 """
 
 from collections.abc import Sequence
 from fractions import Fraction
 from itertools import groupby
-from math import inf, nan, nextafter, perm
+from math import inf, nan, nextafter
 
 import numpy as np
 
-from trackably.checker.floats.intervals import Array, Floats, bernstein, stay_between
-from trackably.checker.joints import JointTrajectory, Open, everything
+from trackably.checker.floats.intervals import Array, Floats, Mask, bernstein, stay_between
+from trackably.checker.joints import JointTrajectory, Open
 from trackably.checker.moving import place
-from trackably.checker.piecewise import exact_times, shifts_of, whole
+from trackably.checker.piecewise import exact_times, whole
+from trackably.checker.quantities import shifts_of
 from trackably.checker.subject import Functional, Pieces, Subject, as_float
 from trackably.checker.watch import tick
 
@@ -55,18 +53,23 @@ def cells_left(
     least = np.array([nextafter(as_float(low), inf) for _, low, _ in rows])
     most = np.array([nextafter(as_float(high), -inf) for _, _, high in rows])
     found: list[list[Cell]] = [[] for _ in rows]
-    with np.errstate(all="ignore"):  # what is not finite is not proved
-        for begin in range(0, len(cells), at_once):
-            some = cells[begin : begin + at_once]
-            c, a, b = _local(subject, terms, n, some, bits)
-            values = _sums(c, a, b, weights, offsets, 0.0)
-            sizes = _sums(abs(c), abs(a), b, abs(weights), abs(offsets), _TINY)
-            off = 1.1 * (4 * n + len(terms) + 8) * 2.0**-53 * sizes + _TINY
-            near = Floats(values - off, values + off)
-            kept = stay_between(near, *(np.repeat(of, len(some)) for of in (least, most)))
-            for left, is_kept in zip(found, kept.reshape(len(rows), -1), strict=True):
-                left += [some[k] for k in np.flatnonzero(~is_kept).tolist()]
+    for begin in range(0, len(cells), at_once):
+        some = cells[begin : begin + at_once]
+        kept = _are_kept(*_local(subject, terms, n, some, bits), weights, offsets, least, most)
+        for left, is_kept in zip(found, kept, strict=True):
+            left += [some[k] for k in np.flatnonzero(~is_kept).tolist()]
     return found
+
+
+def _are_kept(c: Array, a: Array, b: Array, weights: Array, offsets: Array, least: Array, most: Array) -> Mask:
+    """Return which weighted sums (R, T) of c(a + b y) certainly stay between two numbers in each cell: (R, B)."""
+    n, terms, count = c.shape
+    with np.errstate(all="ignore"):  # what is not finite is not proved
+        values = _sums(c, a, b, weights, offsets, 0.0)
+        sizes = _sums(abs(c), abs(a), b, abs(weights), abs(offsets), _TINY)
+        off = 1.1 * (4 * n + terms + 8) * 2.0**-53 * sizes + _TINY
+        kept = stay_between(Floats(values - off, values + off), np.repeat(least, count), np.repeat(most, count))
+    return kept.reshape(len(weights), count)
 
 
 def _nearest(number: Fraction) -> float:
@@ -122,64 +125,28 @@ def _sums(c: Array, a: Array, b: Array, weights: Array, offsets: Array, more: fl
         found = higher + more
     rows = weights @ found
     rows[0] += offsets
-    return bernstein(len(c)) @ rows.reshape(len(c), -1)
-
-
-_PART, _RANGE = 2.0**-44, 2.0**900
+    return bernstein(len(c)) @ rows.reshape(len(c), weights.shape[0] * a.shape[1])
 
 
 def undecided(trajectory: JointTrajectory) -> tuple[Open, Open]:
-    """Return the limits and the jumps that float64 cannot show to be kept."""
-    lengths = {len(c) for rows in trajectory.coefficients for c in rows}
-    ends = np.array(trajectory.breakpoints)
-    widths = np.diff(ends)
-    extreme = _RANGE ** (1 / max(lengths))
-    if len(lengths) > 1 or not np.all((widths > 1 / extreme) & (widths < extreme)):
-        return everything(trajectory)
-    with np.errstate(all="ignore"):  # what is not finite is not decided
-        c = np.array(trajectory.coefficients)  # joints, pieces, powers
-        limits: list[tuple[int, int, int]] = []
-        jumps: list[tuple[int, int, int]] = []
-        for r in range(len(trajectory.jumps) + 1):
-            tick()
-            a, b, off = _bernstein(c, widths, r)
-            limits += _open_limits(trajectory, r, b, off)
-            if r < len(trajectory.jumps):
-                jumps += _open_jumps(trajectory, r, a, b, off)
+    """Return the limits and the jumps that float64 cannot show to be kept; among them those of the rest."""
+    joints, limits, jumps = trajectory.joints, list[tuple[int, int, int]](), list[tuple[int, int, int]]()
+    n = max(len(piece) for pieces in trajectory.coefficients for piece in pieces)
+    c = np.array([[[*piece, *[0.0] * (n - len(piece))] for piece in pieces] for pieces in trajectory.coefficients])
+    c, each, no_offset = c.transpose(2, 0, 1), np.eye(len(joints)), np.zeros((1, 1))  # powers, joints, pieces
+    widths = np.diff(trajectory.breakpoints)
+    h = np.broadcast_to(np.where(widths > _SMALL, widths, nan), c.shape[1:])
+    rest = (0, 0), (0, int(trajectory.rests))  # is one more piece, not decided here
+    for r in range(len(trajectory.jumps) + 1):
+        tick()
+        ends = np.array([of.limits[r] or (-inf, inf) for of in joints]).T
+        kept = np.pad(_are_kept(c, 0 * h, h, each, no_offset, *ends), rest)
+        limits += [(j, r, i) for j, i in np.argwhere(~kept).tolist() if joints[j].limits[r]]
+        if r < len(trajectory.jumps):
+            beside = np.concatenate([c[..., :-1], c[..., 1:]], axis=1)
+            at = np.concatenate([h[:, :-1], 0 * h[:, 1:]])
+            most = np.full(len(joints), trajectory.jumps[r])
+            kept = np.pad(_are_kept(beside, at, 0 * at, np.hstack([-each, each]), no_offset, -most, most), rest)
+            jumps += [(j, r, i + 1) for j, i in np.argwhere(~kept).tolist() if r < joints[j].order]
+        c = np.arange(1.0, len(c))[:, None, None] * c[1:] if len(c) > 1 else 0 * c
     return limits, jumps
-
-
-def _bernstein(c: Array, widths: Array, r: int) -> tuple[Array, Array, Array]:
-    """Return a_0 on each piece, (J, K), the Bernstein coefficients of a derivative, (J, K, n), and their errors."""
-    n = max(c.shape[2] - r, 1)
-    powers = c[:, :, r:] if c.shape[2] > r else np.zeros((*c.shape[:2], 1))
-    factors = np.array([float(perm(k + r, r)) for k in range(n)])
-    a = powers * factors * widths[:, None] ** np.arange(float(n))
-    M = bernstein(n)
-    return a[:, :, 0], a @ M.T, _PART * (np.abs(a) @ M.T) + _TINY
-
-
-def _open_limits(trajectory: JointTrajectory, r: int, b: Array, off: Array) -> list[tuple[int, int, int]]:
-    some, (joints, pieces, n) = [joint.limits[r] or (-np.inf, np.inf) for joint in trajectory.joints], b.shape
-    rest = [(j, r, pieces) for j, (low, high) in enumerate(some) if trajectory.rests and r and not low <= 0 <= high]
-    near = Floats((b - off).reshape(-1, n).T, (b + off).reshape(-1, n).T)
-    kept = stay_between(near, *(np.repeat(ends, pieces) for ends in zip(*some, strict=True)))
-    left = np.argwhere(~kept.reshape(joints, pieces)).tolist()
-    return rest + [(j, r, i) for j, i in left if trajectory.joints[j].limits[r]]
-
-
-def _open_jumps(trajectory: JointTrajectory, r: int, a: Array, b: Array, off: Array) -> list[tuple[int, int, int]]:
-    count = len(trajectory.inner)
-    rest = np.zeros((len(a), 1)) if r else b[:, -1:, -1]
-    after = np.concatenate([a[:, 1:], rest], axis=1)[:, :count]
-    jump = np.abs(after - b[:, :count, -1]) * (1 + _PART) + off[:, :count, -1] * 2 + _PART * np.abs(after)
-    return [
-        (j, r, i + 1)
-        for j, i in np.argwhere(~(jump <= trajectory.jumps[r])).tolist()
-        if r < trajectory.joints[j].order and not _is_end(trajectory, r, i)
-    ]
-
-
-def _is_end(trajectory: JointTrajectory, r: int, i: int) -> bool:
-    """Whether this is the position at the end, which rests there by definition."""
-    return r == 0 and i + 2 == len(trajectory.breakpoints)

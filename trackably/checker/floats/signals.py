@@ -11,7 +11,7 @@ expanded in their place, and Σ |c_i| M bounds it on the disc. The moments at b 
 does not cancel in the sum over centres: no other factor is negative.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -141,19 +141,6 @@ class Models:
         """Return the models in the boxes with these indices."""
         return Models(self.coefficients.at((slice(None), where)), self.missed.at(where))
 
-    @classmethod
-    def spread(cls, parts: Sequence[tuple[Indices, "Models"]], n: int, count: int, rest: float = np.nan) -> "Models":
-        """Join models of some boxes into models of `count` boxes, with n coefficients each.
-
-        Each of the `parts` has the indices of its boxes. In boxes of none, all coefficients are `rest`.
-        """
-        ends = np.full((2, n + 1, count), rest)
-        for where, of in parts:
-            every = join([of.coefficients, of.missed.at(None)], axis=0)
-            ends[:, :, where] = every.low, every.high
-        every = Floats(*ends)
-        return cls(every.at(slice(n)), every.at(n))
-
 
 @dataclass(frozen=True, eq=False)
 class ManyCentres:
@@ -202,12 +189,13 @@ class ManyCentres:
             oddness = self.kernel.oddness(1.01 * boxes.halves, Floats.exact(boxes.radii), n)
         first, stop = self._inside(boxes) if isinstance(self.kernel, Matern) else self._near(boxes)
         inner = np.flatnonzero(stop > first)
-        blocks = [inner[some] for some in _blocks((stop - first)[inner])]
-        parts = [
-            (some, Models(*self._in_blocks(boxes.at(some), first[some], stop[some], oddness.at(some), n)))
-            for some in blocks
-        ]
-        found = Models.spread(parts, n, len(first), rest=0.0)
+        ends = np.zeros((2, n + 1, len(first)))
+        for some in [inner[block] for block in _blocks((stop - first)[inner])]:
+            part, missed = self._in_blocks(boxes.at(some), first[some], stop[some], oddness.at(some), n)
+            both = join([part, missed.at(None)], axis=0)
+            ends[:, :, some] = both.low, both.high
+        every = Floats(*ends)
+        found = Models(every.at(slice(n)), every.at(n))
         if not isinstance(self.kernel, Matern):
             return Models(found.coefficients, found.missed + self.reach[1])
         return found + self._outside(boxes, first, stop, n)

@@ -89,7 +89,7 @@ TAMPERED = {
     "an input below": (lambda d: _f(d, ["/", "level", "inflow"]), Failed, "system: f is not affine"),
     "no input": (lambda d: _f(d, "level"), Failed, "system: f cannot be solved for inflow|system: f"),
     "an input that cancels": (
-        lambda d: _f(d, ["-", ["+", "level", "inflow"], "inflow"]), Failed, "evaluation: .* may be zero"),
+        lambda d: _f(d, ["-", ["+", "level", "inflow"], "inflow"]), Failed, "box: .* may be zero"),
     "an unknown name": (lambda d: _f(d, ["+", "inflow", "speed"]), Failed, "names: f must hold states and inputs"),
     "a state to come": (lambda d: _f(d, ["+", "inflow", "level⁺"]), NotACertificate, "must be a name"),
     "an unknown function": (lambda d: _f(d, ["tanh", "inflow"]), NotACertificate, "must be a formula"),
@@ -103,7 +103,7 @@ TAMPERED = {
     "a weight": (lambda d: _scaled(d, ("reference", "signals", 0, "weights", 0), 1.1), Failed, "box|evaluation"),
     "a bound": (lambda d: _scaled(d, (*PLANT, "input_set", "upper", 0), 0.98), Failed, "box: the inflow"),
     "a free input": (lambda d: put(d, (*PLANT, "input_set"), FREE), Failed, "bounds: every input .* inflow is not"),
-    "no room": (lambda d: put(d, ("evaluation", "errors", "inflow"), 1e-16), Failed, "evaluation: the inflow"),
+    "no room": (lambda d: put(d, ("evaluation", "errors", "inflow"), 1e-16), Failed, "inflow .* can be off by more"),
     "an early tail": (
         lambda d: changed(put(d, ("claim", "tail_start"), 0.1), ("claim", "covers"),
                           {q: {"ends": [0.0, 0.1], "radii": [0.5]} for q in ("level", "inflow")}), Failed, "tail"),

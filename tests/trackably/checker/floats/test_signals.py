@@ -9,9 +9,7 @@ import pytest
 from mpmath import mp
 
 from tests.trackably.gp.instances import KERNELS, formula, over, time_scale
-from trackably.checker.boxes import Box
 from trackably.checker.floats import signals
-from trackably.checker.floats.boxes import _enclose as enclosed
 from trackably.checker.floats.intervals import Floats
 from trackably.checker.floats.signals import Boxes, ManyCentres
 from trackably.checker.form import a_kernel
@@ -77,13 +75,9 @@ def escapes_after_shifts(kernel: Kernel, seed: int) -> Iterator[bool]:
         Fraction(float(rng.choice([0.1, 1e-3]) * time_scale(kernel))),
     )
     shifted = {(0, j): replace(of, shift=j * step) for j in (0, 1, 3)}
-    every = [Box(*box) for box in zip(boxes.starts.tolist(), boxes.ends.tolist(), boxes.radii.tolist(), strict=True)]
-    needed = [set(list(shifted)[b % 3 :]) for b in range(10)]
     with np.errstate(all="ignore"):
-        found = enclosed(shifted, TERMS, every, needed)
-    for key, each in shifted.items():
-        where = np.flatnonzero([key in names for names in needed])
-        yield from _outside(each, boxes.at(where), found[key].at(where), kappa, rng)
+        for each in shifted.values():
+            yield from _outside(each, boxes, each.enclose(boxes, TERMS), kappa, rng)
 
 
 def _outside(of: ManyCentres, boxes: Boxes, models: signals.Models, kappa, rng) -> Iterator[bool]:

@@ -7,12 +7,12 @@ from mpmath import mp
 from tests.trackably.systems.formulas.random_expressions import many_digits
 from trackably.checker.form import a_formula
 from trackably.checker.formulas import evaluate as checker_evaluate
-from trackably.checker.intervals import ZERO, between, exactly
+from trackably.checker.intervals import ONE, ZERO, between, exactly
 from trackably.checker.intervals import UndefinedError as CheckerUndefined
 from trackably.checker.models import Model, enclose
 from trackably.checker.models import Models as CheckerModels
-from trackably.checker.rounding import Tracked, TrackedFormulas
-from trackably.checker.tail import Sloped, SlopedFormulas
+from trackably.checker.rounding import FormulaNeeds, FormulaValues
+from trackably.checker.tail import slopes_of
 from trackably.systems.formulas import derivative, evaluate_floats, to_lists
 from trackably.systems.tracing import trace
 
@@ -50,8 +50,8 @@ def test_enclosures_contain_the_truth(name):
             middle = sum((c * s**k for k, c in enumerate(found.coefficients)), ZERO)
             reach = found.missed.b + 2.0**-45
             assert (middle - reach).a <= float(value) <= (middle + reach).b
-        lines = {name: Tracked(model, exactly(2.0**-50)) for name, model in mine.items()}
-        tracked = checker_evaluate(theirs, lines, TrackedFormulas(6))
+        errors = dict.fromkeys(mine, exactly(2.0**-50))
+        tracked = FormulaValues(FormulaNeeds({}, errors, 0), 6).track(theirs, mine)
         for s, value in zip(x.tolist(), true, strict=True):
             off = float(evaluate_floats(of, {"a": np.array(a + 0.01 * s), "b": np.array(b - 0.02 * s)})) - value
             assert abs(off) <= float(tracked.error.b)
@@ -61,10 +61,10 @@ def test_enclosures_contain_the_truth(name):
 def test_slopes_of_the_checker_are_those_of_the_prover(name):
     of, theirs = formula(name), a_formula(to_lists(formula(name)), "f")
     for a, b in AT:
-        values = {"a": Sloped(exactly(a), [exactly(1), ZERO]), "b": Sloped(exactly(b), [ZERO, exactly(1)])}
-        found = checker_evaluate(theirs, values, SlopedFormulas(2))
+        along = {"a": [ONE, ZERO], "b": [ZERO, ONE]}
+        found = slopes_of(theirs, {"a": exactly(a), "b": exactly(b)}, along)
         at = {"a": np.array(a), "b": np.array(b)}
-        for which, slope in zip("ab", found.slopes, strict=True):
+        for which, slope in zip("ab", found, strict=True):
             own = derivative(of, which)
             expected = float(evaluate_floats(own, at)) if own is not None else 0.0
             assert float(slope.mid) == pytest.approx(expected, rel=1e-12, abs=1e-14)
