@@ -19,7 +19,7 @@ from trackably.recordings.csv_file import PLAIN, CsvLayout, csv_table
 from trackably.recordings.parquet_file import parquet_table
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
-from trackably.recordings.tables import Cells, Column, TableReading, path_given, recording_of
+from trackably.recordings.tables import Column, Reading, Table, recording_of
 
 if TYPE_CHECKING:
     from trackably.recordings.mcap_file import Field
@@ -119,13 +119,14 @@ def parts_of_csv(
     The file is read once, here; workers convert its cells to numbers. InputError: the file is unreadable, lacks a
     column, or a row has no name.
     """
-    return _parts(*csv_table(path, time, time_unit, signals, layout, repairs, origin, also=[by]), by)
+    reading = Reading.of(time, time_unit, signals, repairs, origin)
+    return _parts(reading, csv_table(path, layout, [*dict.fromkeys((*reading.names, by))]), by)
 
 
 def parts_of_parquet(
     path: str | Path,
     by: str,
-    time: str,
+    time: str | None,
     time_unit: str | Clock,
     signals: Mapping[str, Column | str],
     repairs: Sequence[Repair | str] = (),
@@ -135,7 +136,8 @@ def parts_of_parquet(
 
     InputError: the file is unreadable, lacks a column, or a row has no name; or pyarrow is not installed.
     """
-    return _parts(*parquet_table(path, time, time_unit, signals, repairs, origin, also=[by]), by)
+    reading = Reading.of(time, time_unit, signals, repairs, origin)
+    return _parts(reading, parquet_table(path, [*dict.fromkeys((*reading.names, by))]), by)
 
 
 def topics_of(
@@ -149,7 +151,7 @@ def topics_of(
     """
     with optional("topics_of"):
         from trackably.recordings.mcap_file import read_mcap, topics_in  # noqa: PLC0415
-    path = path_given(path)
+    path = path_of("path", path)
     if without := [field.topic for field in signals.values() if field.topic.count(_NAME) != 1]:
         raise InputError(f"topics_of: expected {_NAME} once in each topic, got {without[0]!r}")
     topics = topics_in(path)
@@ -171,12 +173,12 @@ def _names(pattern: str, topics: Sequence[str]) -> list[str]:
     return [match[1] for match in matches if match]
 
 
-def _parts(reading: TableReading, cells: Cells, by: str) -> tuple[Source, ...]:
+def _parts(reading: Reading, table: Table, by: str) -> tuple[Source, ...]:
     """Return a source for each name in a column, in the order of first appearance, with the rows of this name."""
     rows: dict[str, list[int]] = {}
-    for row, (place, name) in enumerate(zip(cells.places, cells.columns[by], strict=True)):
-        if reading.form.is_missing(name) or not isinstance(name, str | int) or not str(name).strip():
-            got = "none" if reading.form.is_missing(name) else repr(name)
-            raise InputError(f"{reading.source}, {place}, column {by!r}: expected the name of a recording, got {got}")
+    for row, (place, name) in enumerate(zip(table.places, table.columns[by], strict=True)):
+        if not isinstance(name, str | int) or not str(name).strip():
+            got = "none" if name is None else repr(name)
+            raise InputError(f"{table.source}, {place}, column {by!r}: expected the name of a recording, got {got}")
         rows.setdefault(str(name).strip(), []).append(row)
-    return tuple(Source(name, partial(recording_of, (reading, cells.part(of)))) for name, of in rows.items())
+    return tuple(Source(name, partial(recording_of, (reading, table.part(of)))) for name, of in rows.items())

@@ -10,17 +10,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from trackably.arguments import instance
 from trackably.arrays import Array
 from trackably.errors import InputError
+from trackably.gp.samples import Samples
 from trackably.recordings.clocks import EXACT, Origin, origin_seconds, plain, zero_of
-from trackably.recordings.recording import Cleaning, Finding, Recording, Signal
-
-
-def rows_between(stamps: Sequence[Decimal | None], ends: tuple[float, float], origin: int) -> list[int]:
-    """Return the indices of the rows with start ≤ time ≤ end [s] since `origin` [ns], or without a time."""
-    zero = origin_seconds(origin)
-    first, last = (EXACT.add(zero, Decimal(repr(float(end)))) for end in ends)
-    return [row for row, at in enumerate(stamps) if at is None or first <= at <= last]
+from trackably.recordings.recording import Cleaning, Finding, Recording
 
 
 @dataclass(frozen=True)
@@ -214,17 +209,13 @@ REPAIRS: Mapping[str, Repair] = {
 """The repairs by name."""
 
 
-def chosen_repairs(repairs: Sequence[Repair | str]) -> list[Repair]:
-    """Return the repairs in their order, names looked up in `REPAIRS`. InputError: an unknown name, or not a list."""
-    if isinstance(repairs, str) or callable(repairs):
-        alone = repairs if isinstance(repairs, str) else getattr(repairs, "__name__", repairs)
-        raise InputError(f"repairs: expected a list of them, in their order, got {alone} by itself")
-    if not isinstance(repairs, Sequence):
-        raise InputError(f"repairs: expected a list of them, got {repairs!r}")
+def chosen_repairs(repairs: Sequence[Repair | str]) -> tuple[Repair, ...]:
+    """Return the repairs in their order, names looked up in `REPAIRS`. ValueError: a name is unknown."""
+    instance("repairs", repairs, tuple | list, "a list of them, in their order")
     for repair in repairs:
         if not callable(repair) and repair not in [*REPAIRS]:
-            raise InputError(f"there is no repair {repair!r}; there are {', '.join(REPAIRS)}")
-    return [REPAIRS[repair] if isinstance(repair, str) else repair for repair in repairs]
+            raise ValueError(f"there is no repair {repair!r}; there are {', '.join(REPAIRS)}")
+    return tuple(REPAIRS[repair] if isinstance(repair, str) else repair for repair in repairs)
 
 
 def _without(rows: Rows, dropped: Sequence[int], what: str) -> tuple[Rows, tuple[Finding, ...]]:
@@ -270,7 +261,7 @@ def recording_from_rows(tables: Sequence[Rows], absolute: bool, repairs: Sequenc
     """
     repaired = [_repair_and_check(rows, repairs) for rows in tables]
     zero = zero_of(origin, absolute, min(_first(rows) for rows, _ in repaired))
-    signals = {name: _signal(rows, name, zero) for rows, _ in repaired for name in rows.values}
+    signals = {name: _samples(rows, name, zero) for rows, _ in repaired for name in rows.values}
     return Recording(signals, zero, tuple(cleaning for _, cleaning in repaired), absolute)
 
 
@@ -338,7 +329,7 @@ def _first(rows: Rows) -> Decimal:
     return min(stamps[int(np.argmax(rows.present(name)))] for name in rows.values)
 
 
-def _signal(rows: Rows, name: str, origin: int) -> Signal:
+def _samples(rows: Rows, name: str, origin: int) -> Samples:
     stamps = rows.require_times()
     at = np.flatnonzero(rows.present(name))
     zero = origin_seconds(origin)
@@ -352,5 +343,4 @@ def _signal(rows: Rows, name: str, origin: int) -> Signal:
             f"{rows.where(int(at[bad[0] + 1]))}: this time and that of {rows.places[at[bad[0]]]} are one and the same "
             f"float64, {times[bad[0]]:g} s after the origin {origin} ns"
         )
-    noise_std = rows.noise_std[name][at] if name in rows.noise_std else None
-    return Signal(times, rows.values[name][at], noise_std)
+    return Samples(times, rows.values[name][at], rows.noise_std.get(name, np.ones(len(rows)))[at])

@@ -6,7 +6,8 @@ import re
 import pytest
 
 from trackably.errors import InputError
-from trackably.recordings import Field, read_csv, read_mcap
+from trackably.recordings import read_csv
+from trackably.recordings.mcap_file import Field, read_mcap
 
 TABLE = b"t,x\n0,1\n1,2\n"
 KINDS = {

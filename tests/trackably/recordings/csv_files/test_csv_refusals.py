@@ -20,17 +20,17 @@ REFUSALS = {
     "text": (
         "t,x\n0,1\n\n1,one\n",
         {},
-        ", line 4, column 'x': expected a number, got 'one'; if it stands for no value",
+        ", line 4, column 'x': expected a finite number, got 'one'; if it stands for no value",
     ),
     "decimal commas unsaid": (
         "t;x\n0;1,5\n",
         {},
-        ", line 2, column 'x': expected a number, got '1,5' (with layout=CsvLayout(decimal=\",\") it would be one)",
+        ", line 2, column 'x': expected a finite number, got '1,5' (with layout=CsvLayout(decimal=\",\")",
     ),
     "dates unsaid": (
         "t,x\n2024-05-01T12:00:00.25Z,1\n",
         {},
-        ", line 2, column 't': expected a number, got '2024-05-01T12:00:00.25Z' (times of this form",
+        ", line 2, column 't': expected a finite number, got '2024-05-01T12:00:00.25Z' (times of this form",
     ),
     "too large": ("t,x\n0,1e400\n", {}, ", line 2, column 'x': expected a number that fits a float64, got 1.000e+400"),
     "numbers where dates were said": (
