@@ -39,7 +39,7 @@ from trackably.fleet.sources import Measured, Source, sources_of
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.samples import Samples
 from trackably.learn import learn_reference
-from trackably.progress import recordings_bar
+from trackably.progress import line_of
 from trackably.recordings.recording import Recording
 from trackably.reference import TrackableReference
 from trackably.streams.learn import learn_stream
@@ -253,6 +253,7 @@ def _on(cluster: str | None) -> Iterator[None]:
         yield
 
 
+_COUNTED = "{desc}: {n_fmt} of {total_fmt} recordings"
 _MOST_SHOWN = 5  # of the failures, and of the questions
 _OF_ONE_NAME = {errno.ENAMETOOLONG, errno.ENOTDIR, errno.EISDIR, errno.EEXIST}  # the rest concerns all recordings
 
@@ -412,12 +413,12 @@ def learn_many(
     where.path.mkdir(parents=True, exist_ok=True)
     try:
         with (
-            recordings_bar("learn references", len(sources), shown=progress) as count,
+            line_of(_COUNTED, "learn references", len(sources), shown=progress) as line,
             closing(answers(asked, request, processes, address)) as answered,
         ):
             for each in answered:
                 found[each.row.name] = each.row if each.is_kept else _write_answer(where, each)
-                count()
+                line.update()
     except KeyboardInterrupt:
         kept = f"{len(found)} of {len(sources)} recordings are answered and kept in {where.path}"
         raise KeyboardInterrupt(f"learn_many: {kept}; the same call goes on from there") from None
