@@ -2,7 +2,7 @@
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import Any
@@ -67,16 +67,16 @@ class Rows:
         """Return the rows in which every signal is zero."""
         return np.flatnonzero(np.all([column == 0 for column in self.values.values()], axis=0)).tolist()
 
-    def repeats(self) -> Iterator[tuple[str, list[int]]]:
-        """Yield each signal with each group of two or more rows that have a value of it at the same time."""
-        stamps = self.require_times()
-        for name in self.values:
-            together: dict[Decimal, list[int]] = {}
-            for row in np.flatnonzero(self.present(name)).tolist():
-                together.setdefault(stamps[row], []).append(row)
-            for rows in together.values():
-                if len(rows) > 1:
-                    yield name, rows
+    def groups(self, signal: str) -> dict[Decimal, list[int]]:
+        """Return the rows that have a value of the signal, by their time [s]. InputError: a row has no time."""
+        stamps, found = self.require_times(), dict[Decimal, list[int]]()
+        for row in np.flatnonzero(self.present(signal)).tolist():
+            found.setdefault(stamps[row], []).append(row)
+        return found
+
+    def repeats(self, signal: str) -> list[list[int]]:
+        """Return each group of two or more rows that have a value of the signal at the same time."""
+        return [rows for rows in self.groups(signal).values() if len(rows) > 1]
 
 
 def out_of_order(stamps: Sequence[Decimal]) -> list[int]:
@@ -110,15 +110,15 @@ def far_apart(rows: Rows) -> tuple[Finding, ...]:
     The noise is that of each sample, if it is known; otherwise it is bounded by the usual difference of neighbours in
     time. InputError: a row has no time.
     """
-    findings, repeats = [], list(rows.repeats())
-    for name in dict.fromkeys(name for name, _ in repeats):
-        groups, deviations = [together for of, together in repeats if of == name], rows.noise_std.get(name)
-        if deviations is None:
-            of, most = "what is usual between neighbours in time", [_usual(rows, name)] * len(groups)
-        else:
-            of, most = "their noise", [_TIMES_NOISE * float(np.sqrt(2) * np.max(deviations[rs])) for rs in groups]
-        apart = [float(np.ptp(rows.values[name][together])) for together in groups]
-        far = [(a, together[0], m) for a, together, m in zip(apart, groups, most, strict=True) if a > m]
+    findings = []
+    for name, values in rows.values.items():
+        noise, usual = rows.noise_std.get(name), _usual(rows, name)
+        of = "what is usual between neighbours in time" if noise is None else "their noise"
+        far = []
+        for together in rows.repeats(name):
+            most = usual if noise is None else _TIMES_NOISE * float(np.sqrt(2) * np.max(noise[together]))
+            if (apart := float(np.ptp(values[together]))) > most:
+                far.append((apart, together[0], most))
         if far:
             largest, _, explained = max(far)
             what = (
@@ -136,12 +136,9 @@ def _usual(rows: Rows, name: str) -> float:
     The difference of neighbours in time is that of their smallest or of their largest values, whichever is less. So two
     sensors with values at each time do not count as different neighbours.
     """
-    stamps, ends = rows.require_times(), dict[Decimal, tuple[float, float]]()
-    for row in np.flatnonzero(rows.present(name)).tolist():
-        value = float(rows.values[name][row])
-        low, high = ends.get(stamps[row], (value, value))
-        ends[stamps[row]] = min(low, value), max(high, value)
-    differences = np.min(np.abs(np.diff([ends[stamp] for stamp in sorted(ends)], axis=0)), axis=1, initial=np.inf)
+    of_times = [rows.values[name][together] for _, together in sorted(rows.groups(name).items())]
+    apart = np.abs(np.diff([(np.min(values), np.max(values)) for values in of_times], axis=0))
+    differences = np.min(apart, axis=1, initial=np.inf)
     moving = differences[(differences > 0) & np.isfinite(differences)]
     return _TIMES_USUAL * float(np.median(moving)) if len(moving) >= _FEWEST else np.inf
 
@@ -238,13 +235,13 @@ def _merge(
     values = {name: column.copy() for name, column in rows.values.items()}
     noise_std = {name: column.copy() for name, column in rows.noise_std.items()}
     others: set[int] = set()
-    for name, together in rows.repeats():
-        first, *rest = together
-        for columns, summary in ((values, math.fsum), (noise_std, _root_of_squares)):
-            if name in columns:
-                columns[name][first] = merged(columns[name][together], summary)
-                columns[name][rest] = np.nan
-        others.update(rest)
+    for name in rows.values:
+        for first, *rest in rows.repeats(name):
+            for columns, summary in ((values, math.fsum), (noise_std, _root_of_squares)):
+                if name in columns:
+                    columns[name][first] = merged(columns[name][[first, *rest]], summary)
+                    columns[name][rest] = np.nan
+            others.update(rest)
     return replace(rows, values=values, noise_std=noise_std), _finding(rows, sorted(others), what)
 
 
@@ -302,9 +299,9 @@ def _refuse_disorder(rows: Rows) -> None:
 
 
 def _refuse_repeats(rows: Rows) -> None:
-    if repeats := list(rows.repeats()):
-        name, (first, second, *_) = min(repeats, key=lambda repeat: repeat[1][1])
-        count = len({row for _, together in repeats for row in together[1:]})
+    if repeats := [(together, name) for name in rows.values for together in rows.repeats(name)]:
+        (first, second, *_), name = min(repeats, key=lambda repeat: repeat[0][1])
+        count = len({row for together, _ in repeats for row in together[1:]})
         raise InputError(
             f"{rows.where(second)}: {name!r} has a second value at {plain(rows.require_times()[second])} s, "
             f"the first is in {rows.places[first]}; {_rows(count)} repeated (keep_first_of_repeated, "
