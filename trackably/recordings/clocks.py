@@ -21,7 +21,9 @@ EXACT = Context(prec=1100)
 NANOSECOND = Decimal("1e-9")
 POINT, COMMA = ".", ","
 DECIMAL_MARKS = (POINT, COMMA)
+_SWAPPED = str.maketrans(".,", ",.")
 
+_BEGINS_AS_DATE = re.compile(r"\s*\d{4}-\d\d-\d\d")
 # float() would accept "1_000", "infinity" and digits of any script; an exponent of five digits is no measurement.
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 _LONGEST = 1000  # digits, before and behind the point: a float64 has no more, and `EXACT` loses none of so many
@@ -34,13 +36,14 @@ def exact(value: object, mark: str | None = None) -> Decimal:
     """
     number, hint = value, ""
     if isinstance(value, str):
-        text, other = value.strip(), COMMA if mark == POINT else POINT
-        if mark and _is_number(text, mark):
-            number = Decimal(text.replace(mark, POINT))
-        elif _ISO.fullmatch(text):
-            hint = ' (times of this form have the unit "ISO 8601")'
-        elif mark and _is_number(text, other):
-            hint = f' (with layout=CsvLayout(decimal="{other}") it would be one)'
+        text, swapped = value.strip(), value.strip().translate(_SWAPPED)
+        text, other = (swapped, text) if mark == COMMA else (text, swapped)
+        if mark and _NUMBER.fullmatch(text):
+            number = Decimal(text)
+        elif _BEGINS_AS_DATE.match(value):
+            hint = ' (dates have the unit "ISO 8601")'
+        elif mark and _NUMBER.fullmatch(other):
+            hint = f' (with layout=CsvLayout(decimal="{POINT if mark == COMMA else COMMA}") it would be one)'
     if isinstance(number, int | float | Decimal) and not isinstance(number, bool):
         found = Decimal(number)
         if abs(found.adjusted()) >= _LONGEST or len(found.as_tuple().digits) > _LONGEST:
@@ -74,17 +77,7 @@ def shorten(value: object) -> str:
     return text if len(text) <= 80 else f"{text[:79]}…"
 
 
-def _is_number(text: str, mark: str) -> bool:
-    if mark == COMMA:
-        return POINT not in text and _is_number(text.replace(COMMA, POINT), POINT)
-    return _NUMBER.fullmatch(text) is not None
-
-
-_ZONE = r"Z|[+-][\d:]+"
-_DAY = re.compile(r"\d{4}-\d\d-\d\d", re.ASCII)
-_ISO = re.compile(
-    rf"(?P<start>\d{{4}}-?\d\d-?\d\d[T ]\d\d:?\d\d:?\d\d)(?:[.,](?P<fraction>\d+))?(?P<zone>{_ZONE})?", re.ASCII
-)
+_FRACTION = re.compile(r"[T ]\d\d:?\d\d:?\d\d[.,](\d+)", re.ASCII)
 _WITH_FRACTION = re.compile(r"(?P<whole>.*)[.,](?P<fraction>\d+)", re.ASCII)
 _FRACTION_AT_END = re.compile(r"(?<=%S)[.,]%f$")
 _TIME = re.compile("%[HIMSpfXcT]")
@@ -124,9 +117,10 @@ class DateTimes:
         if not isinstance(stamp, str):
             raise ValueError(f"expected a date and a time of day as text, got {shorten(stamp)}")
         try:
-            moment, fraction = self._read_iso(stamp.strip()) if self.format is None else self._read(stamp.strip())
+            moment, fraction = (_read_iso if self.format is None else self._read)(stamp.strip())
         except ValueError:
             raise ValueError(f"expected a stamp like {self._example}, got {stamp!r}{self._hint}") from None
+        moment = moment if moment.tzinfo else moment.replace(tzinfo=self._tzinfo)
         whole = EXACT.multiply(Decimal((moment - _EPOCH_UTC) // _MICROSECOND), Decimal("1e-6"))
         return EXACT.add(whole, Decimal(f"0.{fraction}"))
 
@@ -138,8 +132,7 @@ class DateTimes:
     @cached_property
     def _tzinfo(self) -> tzinfo | None:
         try:
-            zone = re.fullmatch(_ZONE, self.zone, re.ASCII)
-            return datetime.fromisoformat(f"2024-05-01T13:00:00{self.zone}").tzinfo if zone else None
+            return datetime.fromisoformat(f"2024-05-01T13:00:00{self.zone}").tzinfo
         except ValueError:  # an offset longer than a day
             return None
 
@@ -151,15 +144,6 @@ class DateTimes:
     def _hint(self) -> str:
         return f" (DateTimes({_GERMAN}) as time unit reads other formats)" if self.format is None else ""
 
-    def _read_iso(self, text: str) -> tuple[datetime, str]:
-        if _DAY.fullmatch(text):
-            return datetime.fromisoformat(f"{text}T00:00:00{self.zone}"), "0"
-        match = _ISO.fullmatch(text)
-        if match is None:
-            raise ValueError
-        # datetime would silently cut the fraction after six digits.
-        return datetime.fromisoformat(match["start"] + (match["zone"] or self.zone)), match["fraction"] or "0"
-
     def _read(self, text: str) -> tuple[datetime, str]:
         fraction = "0"
         try:
@@ -170,7 +154,16 @@ class DateTimes:
             if match is None:
                 raise
             moment, fraction = datetime.strptime(match["whole"], self._whole), match["fraction"]
-        return (moment if moment.tzinfo else moment.replace(tzinfo=self._tzinfo)), fraction
+        return moment, fraction
+
+
+def _read_iso(text: str) -> tuple[datetime, str]:
+    """Return a stamp in whole seconds, and the digits of its fraction: datetime would cut these after six."""
+    moment, match = datetime.fromisoformat(text), _FRACTION.search(text)
+    fraction = match[1] if match else "0"
+    if moment.microsecond != int(f"{fraction:0<6.6}"):  # it is one of minutes
+        raise ValueError
+    return moment.replace(microsecond=0), fraction
 
 
 def _tells_a_date(format_: str) -> bool:

@@ -30,7 +30,7 @@ REFUSALS = {
     "dates unsaid": (
         "t,x\n2024-05-01T12:00:00.25Z,1\n",
         {},
-        ", line 2, column 't': expected a finite number, got '2024-05-01T12:00:00.25Z' (times of this form",
+        ", line 2, column 't': expected a finite number, got '2024-05-01T12:00:00.25Z' (dates have",
     ),
     "too large": ("t,x\n0,1e400\n", {}, ", line 2, column 'x': expected a number that fits a float64, got 1.000e+400"),
     "numbers where dates were said": (
