@@ -24,7 +24,6 @@ from trackably.recordings.rows import Repair
 from trackably.recordings.tables import (
     GZIP,
     LARGEST,
-    MCAP,
     Column,
     Reading,
     Table,
@@ -68,8 +67,6 @@ def _unpack(path: Path, data: bytes) -> bytes:
 
 
 def _refuse_no_text(path: Path, data: bytes, encoding: str) -> None:
-    if data.startswith(MCAP):
-        raise InputError(f"{path}: this is an MCAP file, which read_mcap reads")
     refuse_other_kinds(path, data)
     if data.startswith(_UTF8_MARK) and codecs.lookup(encoding).name not in _UTF8:
         raise InputError(f"{path}: it begins with the mark of UTF-8, but its encoding is said to be {encoding!r}")
@@ -151,17 +148,14 @@ def csv_table(path: str | Path, layout: CsvLayout, wanted: Collection[str] | Non
     content = read_text(path, layout.encoding)
     separator, header = _header(path, content, layout, wanted)
     places, rows = [], []
-    try:
-        for line, row in islice(_records(content, layout, separator), 0 if layout.columns else 1, None):
-            if len(row) < len(header) or any(row[len(header) :]):
-                named = "the layout names" if layout.columns else "in the header"
-                raise InputError(
-                    f"{path}, line {line}: expected {len(header)} cells, as {named}, got {len(row)}: is it whole?"
-                )
-            places.append(f"line {line}")
-            rows.append(row)
-    except csv.Error as error:
-        raise InputError(f"{path}, {error}") from error
+    for line, row in islice(_records(path, content, layout, separator), 0 if layout.columns else 1, None):
+        if len(row) < len(header) or any(row[len(header) :]):
+            named = "the layout names" if layout.columns else "in the header"
+            raise InputError(
+                f"{path}, line {line}: expected {len(header)} cells, as {named}, got {len(row)}: is it whole?"
+            )
+        places.append(f"line {line}")
+        rows.append(row)
     if not rows:
         raise InputError(f"{path}: there are no rows{'' if layout.columns else ' below the header'}")
     missing = {text.casefold() for text in layout.missing}
@@ -185,11 +179,11 @@ def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | 
     names, firsts, refused = () if layout.columns else wanted or (), {}, []
     for separator in _separators(layout):
         try:
-            firsts[separator] = [cell.strip() for cell in next(_records(text, layout, separator), (0, []))[1]]
-        except csv.Error as error:
+            firsts[separator] = [cell.strip() for cell in next(_records(path, text, layout, separator), (0, []))[1]]
+        except InputError as error:
             refused.append(error)  # as when another separator follows a quoted name
     if not firsts:
-        raise InputError(f"{path}, {refused[0]}") from refused[0]
+        raise refused[0]
     if not any(firsts.values()):
         raise InputError(f"{path}: expected a header that names the columns, got an empty file")
     separator = max(firsts, key=lambda separator: (sum(name in firsts[separator] for name in names),
@@ -200,7 +194,7 @@ def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | 
             listed, hint = ", ".join(map(repr, header)), ""
             if not layout.columns:
                 is_value = all(name[:1] in {*"+-.0123456789"} for name in header)
-                hint = _NO_HEADER if is_value else _header_below(text, layout, names)
+                hint = _NO_HEADER if is_value else _header_below(path, text, layout, names)
             raise InputError(
                 f"{path}: there is no column {name!r}; with the separator {separator!r} there are {listed}{hint}"
             )
@@ -209,14 +203,14 @@ def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | 
     return separator, header
 
 
-def _header_below(text: str, layout: CsvLayout, names: Collection[str]) -> str:
+def _header_below(path: Path, text: str, layout: CsvLayout, names: Collection[str]) -> str:
     """Return a hint at the first later line that names all columns, such as a header below a title.
 
     "" if there is none.
     """
     for separator in _separators(layout):
-        with suppress(csv.Error):
-            for line, cells in islice(_records(text, layout, separator), 1, _TITLE):
+        with suppress(InputError):
+            for line, cells in islice(_records(path, text, layout, separator), 1, _TITLE):
                 if {cell.strip() for cell in cells}.issuperset(names):
                     return f"; line {line} names all of them: `skip` of the layout leaves out the lines above it"
     return ""
@@ -226,10 +220,10 @@ def _separators(layout: CsvLayout) -> Sequence[str]:
     return SEPARATORS if layout.separator is None else (layout.separator,)
 
 
-def _records(text: str, layout: CsvLayout, separator: str) -> Iterator[tuple[int, list[str]]]:
+def _records(path: Path, text: str, layout: CsvLayout, separator: str) -> Iterator[tuple[int, list[str]]]:
     """Yield each row that is not blank, with the number of the line on which it ends.
 
-    csv.Error: a line is not valid CSV; the message begins with its number.
+    InputError: a line is not valid CSV.
     """
     line = 0
 
@@ -245,7 +239,7 @@ def _records(text: str, layout: CsvLayout, separator: str) -> Iterator[tuple[int
             if row and (len(row) > 1 or row[0].strip()):
                 yield line, row
     except csv.Error as error:
-        raise csv.Error(f"line {line}: no CSV with the separator {separator!r} ({error})") from error
+        raise InputError(f"{path}, line {line}: no CSV with the separator {separator!r} ({error})") from error
 
 
 def read_csv(

@@ -42,9 +42,8 @@ from trackably.recordings.tables import (
     refuse_no_mcap,
 )
 
-_INDEX = re.compile(r"\[(\d+)\]\.?", re.ASCII)
+_ENTRY = re.compile(r"\[(?:(?P<index>[0-9]+)|(?P<field>[^=\[\]]+)=(?P<value>[^\]]*))\]\.?")
 _NUMBERED = re.compile(r"\[\d+\]", re.ASCII)
-_NAMED = re.compile(r"\[(?P<field>[^=\[\]]+)=(?P<value>[^\]]*)\]\.?")
 _LABELS = ("child_frame_id", "name")
 _DEPTH = 8
 _LISTED = 60
@@ -64,13 +63,13 @@ def find(node: object, path: str) -> object:
         for name, rest in _splits(path):
             if name in fields:
                 return find(fields[name], rest)
-    if isinstance(node, Sequence) and not isinstance(node, str):
-        if named := _NAMED.match(path):
-            return find(_entry(node, named["field"], named["value"]), path[named.end() :])
-        index = _INDEX.match(path)
-        if index is None:
-            raise LookupError(path)
-        return find(node[int(index[1])], path[index.end() :])
+    elif isinstance(node, Sequence) and not isinstance(node, str) and (entry := _ENTRY.match(path)):
+        index, field, value = entry.groups()
+        found = [node[int(index)]] if index else [each for each in node if _text(each, field) == value]
+        if len(found) > 1:
+            raise ValueError(f"expected one entry with {field} = {value!r}, got {len(found)}")
+        if found:
+            return find(found[0], path[entry.end() :])
     raise LookupError(path)
 
 
@@ -98,24 +97,11 @@ def labels(message: object, path: str) -> list[tuple[str, str]]:
 
 
 def _text(entry: object, name: str) -> str:
-    try:
-        found = find(entry, name)
-    except LookupError:
-        return ""
-    return found if isinstance(found, str) else ""
-
-
-def _entry(entries: Sequence[object], field: str, value: str) -> object:
-    """Return the entry of a list with this text in a field.
-
-    LookupError: there is none. ValueError: there are several.
-    """
-    found = [entry for entry in entries if _text(entry, field) == value]
-    if len(found) > 1:
-        raise ValueError(f"expected one entry with {field} = {value!r}, got {len(found)}")
-    if not found:
-        raise LookupError(value)
-    return found[0]
+    """Return the text in a field; "" if there is none."""
+    with suppress(LookupError):
+        if isinstance(found := find(entry, name), str):
+            return found
+    return ""
 
 
 def _splits(path: str) -> Iterator[tuple[str, str]]:

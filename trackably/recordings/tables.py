@@ -43,11 +43,13 @@ LARGEST = 400_000_000
 _SAVE = "save it as CSV"
 _CONVERT = "`mcap convert` of the MCAP project makes an MCAP file of it"
 _KINDS = (
+    (MCAP, "an MCAP file", "read_mcap reads it"),
+    (GZIP, "a gzip file", "unpack it"),
     (b"PK\x03\x04", "a zip archive, as spreadsheets are (.xlsx, .ods)", f"{_SAVE}, or unpack it"),
     (b"\xd0\xcf\x11\xe0", "an old spreadsheet (.xls)", _SAVE),
     (b"#ROSBAG", "a ROS 1 bag", _CONVERT),
     (b"SQLite format 3\0", "a database, as ROS 2 bags are (.db3)", _CONVERT),
-    (b"PAR1", "a Parquet file", _SAVE),
+    (b"PAR1", "a Parquet file", "read_parquet reads it"),
     (b"\x89HDF", "an HDF5 file, as MATLAB's newer ones are (.mat)", _SAVE),
     (b"MATLAB ", "a MATLAB file (.mat)", _SAVE),
     (b"\x93NUMPY", "a NumPy file (.npy)", "load it, and give its arrays to Samples(times, values)"),
@@ -55,7 +57,7 @@ _KINDS = (
 
 
 def refuse_other_kinds(path: Path, data: bytes) -> None:
-    """Raise InputError for a file of a kind that no reader reads, recognised by its first bytes."""
+    """Raise InputError for a file of a kind that another reader reads, or none, recognised by its first bytes."""
     for start, kind, help_ in _KINDS:
         if data.startswith(start):
             raise InputError(f"{path}: this is {kind}: {help_}")
@@ -66,8 +68,6 @@ def refuse_no_mcap(path: Path, data: bytes) -> None:
     if not data or data.startswith(MCAP):
         return
     refuse_other_kinds(path, data)
-    if data.startswith(GZIP):
-        raise InputError(f"{path}: this is a gzip file: unpack it")
     if data.isascii() and b"\0" not in data:
         raise InputError(f"{path}: this is a text file, not MCAP: read_csv reads tables")
 

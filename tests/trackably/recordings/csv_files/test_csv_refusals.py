@@ -51,7 +51,7 @@ REFUSALS = {
     "Latin-1 as UTF-8": ("t,x,größe\n0,1,2\n".encode("latin-1"), {}, ": it is not written in 'utf-8' ("),
     "UTF-16 as UTF-8": ("t,x\n0,1\n".encode("utf-16"), {}, ": it begins with the mark of UTF-16, which the encoding "),
     "binary": (b"\x7fELF\n\xff\0\1", {}, ", line 2: a NUL byte, so this is no text file"),
-    "MCAP": (b"\x89MCAP0\r\n\1\0", {}, ": this is an MCAP file, which read_mcap reads"),
+    "MCAP": (b"\x89MCAP0\r\n\1\0", {}, ": this is an MCAP file: read_mcap reads it"),
     "unknown encoding": (
         "t,x\n0,1\n",
         {"layout": CsvLayout(encoding="latin-one")},
