@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -48,7 +49,8 @@ def recordings_in(where: Path | str, read: Callable[[Path], Measured]) -> tuple[
     folders whose names begin with a dot are left out. InputError: there is no such file.
     """
     where = path_of("recordings_in", where)
-    folder, pattern = (where, "*") if where.is_dir() else _split_pattern(where)
+    folder = where if where.is_dir() else Path(*takewhile(lambda part: not set(part) & {*"*?["}, where.parent.parts))
+    pattern = "*" if where.is_dir() else str(where.relative_to(folder))
     found = sorted(
         path
         for path in folder.glob(pattern)
@@ -56,17 +58,10 @@ def recordings_in(where: Path | str, read: Callable[[Path], Measured]) -> tuple[
     )
     if not found:
         raise InputError(f"{where}: there is no such file")
-    short = [path.relative_to(folder).with_suffix("").as_posix() for path in found]
-    full = [path.relative_to(folder).as_posix() for path in found]
+    full = [path.relative_to(folder) for path in found]
+    short = [name.with_suffix("") for name in full]
     names = short if len({*short}) == len(short) else full
-    return tuple(Source(name, partial(read, path)) for name, path in zip(names, found, strict=True))
-
-
-def _split_pattern(pattern: Path) -> tuple[Path, str]:
-    """Return the folder before the first part with a wildcard, and the rest."""
-    parts = pattern.parts
-    first = next((i for i, part in enumerate(parts) if any(mark in part for mark in "*?[")), len(parts) - 1)
-    return Path(*parts[:first]), str(Path(*parts[first:]))
+    return tuple(Source(name.as_posix(), partial(read, path)) for name, path in zip(names, found, strict=True))
 
 
 def _measured_values(measured: Measured) -> Measured:
