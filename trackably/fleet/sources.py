@@ -114,7 +114,7 @@ def parts_of_csv(
     The file is read once, here; workers convert its cells to numbers. InputError: the file is unreadable, lacks a
     column, or a row has no name.
     """
-    reading = Reading.of(time, time_unit, signals, repairs, origin)
+    reading = Reading(time, time_unit, signals, repairs, origin)
     return _parts(reading, csv_table(path, layout, [*dict.fromkeys((*reading.names, by))]), by)
 
 
@@ -131,7 +131,7 @@ def parts_of_parquet(
 
     InputError: the file is unreadable, lacks a column, or a row has no name; or pyarrow is not installed.
     """
-    reading = Reading.of(time, time_unit, signals, repairs, origin)
+    reading = Reading(time, time_unit, signals, repairs, origin)
     return _parts(reading, parquet_table(path, [*dict.fromkeys((*reading.names, by))]), by)
 
 

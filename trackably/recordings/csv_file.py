@@ -290,5 +290,5 @@ def read_csv(
     TypeError, ValueError
         For a wrong argument, before anything is read.
     """
-    reading = Reading.of(time, time_unit, signals, repairs, origin, between)
+    reading = Reading(time, time_unit, signals, repairs, origin, between)
     return recording_of((reading, csv_table(path, layout, reading.names)))

@@ -423,7 +423,7 @@ def read_mcap(
     for name, of in signals.items():
         groups.setdefault((of.topic, of.time), {})[name] = of.column
     readings = {
-        (topic, time): Reading.of(repr(time), time.clock, of, repairs, origin, between)
+        (topic, time): Reading(repr(time), time.clock, of, repairs, origin, between)
         for (topic, time), of in groups.items()
     }
     if len({of.clock.absolute for of in readings.values()}) > 1:

@@ -50,7 +50,7 @@ def read_parquet(
     TypeError, ValueError
         For a wrong argument, before anything is read.
     """
-    reading = Reading.of(time, time_unit, signals, repairs, origin)
+    reading = Reading(time, time_unit, signals, repairs, origin)
     return recording_of((reading, parquet_table(path, reading.names)))
 
 

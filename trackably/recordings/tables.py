@@ -8,9 +8,10 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
+from functools import cached_property
 from pathlib import Path
 from types import UnionType
-from typing import Any, Self, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -108,8 +109,9 @@ _T = TypeVar("_T")
 class Table:
     """Columns of a file, or of a topic, the `source`: cells by name as they are written, None for no value.
 
-    `places` names each row, "line 12" or "row 3". `mark` is the decimal mark of numbers written as text; without one,
-    texts are no numbers. Messages call a column `what`, and end with `advice` if a cell does not begin as a number.
+    `places` names each row, "line 12" or "row 3", and `stamps` are their times [s] once these are known, None for no
+    time. `mark` is the decimal mark of numbers written as text; without one, texts are no numbers. Messages call a
+    column `what`, and end with `advice` if a cell does not begin as a number.
     """
 
     source: str
@@ -118,11 +120,13 @@ class Table:
     mark: str | None = None
     what: str = "column"
     advice: str = ""
+    stamps: Sequence[Decimal | None] = ()
 
     def part(self, chosen: Sequence[int]) -> Table:
         """Return these rows, given as positions from 0, in this order."""
         columns = {name: [column[i] for i in chosen] for name, column in self.columns.items()}
-        return replace(self, places=[self.places[i] for i in chosen], columns=columns)
+        stamps = [self.stamps[i] for i in chosen] if self.stamps else ()
+        return replace(self, places=[self.places[i] for i in chosen], columns=columns, stamps=stamps)
 
     def numbers(self, name: str, scale: float = 1.0, offset: float = 0.0) -> Array:
         """Return the numbers of a column, scaled, NaN for no value. InputError: a cell is no number."""
@@ -143,45 +147,41 @@ class Table:
 
 @dataclass(frozen=True)
 class Reading:
-    """The columns of a table by the names of signals, the column of times and its clock, repairs, origin, and window.
+    """The arguments of a reader: which columns of a table it reads as signals, and over which times.
 
-    Without a column of `time`, rows are counted.
+    Without a column of `time`, rows are counted. TypeError, ValueError: an argument is wrong.
     """
 
     time: str | None
-    clock: Clock
-    columns: Mapping[str, Column]
-    repairs: tuple[Repair, ...]
+    unit: str | Clock
+    signals: Mapping[str, Column | str]
+    repairs: Sequence[Repair | str]
     origin: Origin
-    between: tuple[float, float] | None
+    between: tuple[float, float] | None = None
 
-    @classmethod
-    def of(
-        cls,
-        time: str | None,
-        time_unit: str | Clock,
-        signals: Mapping[str, Column | str],
-        repairs: Sequence[Repair | str],
-        origin: Origin,
-        between: tuple[float, float] | None = None,
-    ) -> Self:
-        """Check and return the arguments of a reader. TypeError, ValueError: one of them is wrong."""
-        check_signals(signals, Column | str, 'a Column or the name of one, as {"position": "x"}')
-        columns = {name: Column(of) if isinstance(of, str) else of for name, of in signals.items()}
-        instance("time", time, str | None, "the name of a column, or None to count rows")
-        clock = clock_named(time_unit)
-        if time is None and isinstance(clock, DateTimes):
+    def __post_init__(self) -> None:
+        check_signals(self.signals, Column | str, 'a Column or the name of one, as {"position": "x"}')
+        instance("time", self.time, str | None, "the name of a column, or None to count rows")
+        if isinstance(self.clock, DateTimes) and self.time is None:
             raise ValueError("time: None counts rows, and no count is a date: give frames(rate) as unit")
-        match between:
-            case None:
-                pass
+        chosen_repairs(self.repairs)
+        if self.origin not in (None, "first"):
+            whole('origin in nanoseconds (or None, or "first")', self.origin)
+        match self.between:
             case (start, end) if is_number(start) and is_number(end) and start < end:
-                between = float(start), float(end)
-            case _:
-                raise ValueError(f"between: expected (start, end) in seconds, start < end, or None, got {between!r}")
-        if origin not in (None, "first"):
-            origin = whole('origin in nanoseconds (or None, or "first")', origin)
-        return cls(time, clock, columns, chosen_repairs(repairs), origin, between)
+                pass
+            case given if given is not None:
+                raise ValueError(f"between: expected (start, end) in seconds, start < end, or None, got {given!r}")
+
+    @cached_property
+    def clock(self) -> Clock:
+        """The clock of the times."""
+        return clock_named(self.unit)
+
+    @cached_property
+    def columns(self) -> dict[str, Column]:
+        """The columns by the names of signals."""
+        return {name: Column(of) if isinstance(of, str) else of for name, of in self.signals.items()}
 
     @property
     def names(self) -> list[str]:
@@ -189,23 +189,27 @@ class Reading:
         names = (self.time, *(name for column in self.columns.values() for name in (column.name, column.noise_std)))
         return list(dict.fromkeys(name for name in names if name is not None))
 
-    def rows(self, table: Table, stamps: Sequence[Decimal | None]) -> Rows:
-        """Return the values of a table with these stamps [s]. InputError: a cell has another content."""
+    def stamped(self, table: Table) -> Table:
+        """Return the table with its times. InputError: a cell has another content."""
+        if self.time is None:
+            return replace(table, stamps=[self.clock.seconds(row) for row in range(len(table.places))])
+        return replace(table, stamps=table.convert(self.time, lambda cell: self.clock.seconds(cell, table.mark)))
+
+    def stamps_with_values(self, table: Table) -> list[Decimal]:
+        """Return the stamps [s] of the rows that have a value in one of the columns."""
+        rows = zip(*(table.columns[column.name] for column in self.columns.values()), strict=True)
+        return [
+            t
+            for t, row in zip(table.stamps, rows, strict=True)
+            if t is not None and any(value is not None for value in row)
+        ]
+
+    def rows(self, table: Table) -> Rows:
+        """Return the values of a table with its times. InputError: a cell has another content."""
         columns = self.columns.items()
         values = {name: table.numbers(of.name, of.scale, of.offset) for name, of in columns}
         noise_std = {name: table.numbers(of.noise_std, abs(of.scale)) for name, of in columns if of.noise_std}
-        return Rows(table.source, table.places, stamps, values, noise_std)
-
-    def stamps(self, table: Table) -> list[Decimal | None]:
-        """Return the time [s] of each row, exactly; None if it has none. InputError: a cell has another content."""
-        if self.time is None:
-            return [self.clock.seconds(row) for row in range(len(table.places))]
-        return table.convert(self.time, lambda cell: self.clock.seconds(cell, table.mark))
-
-    def stamps_with_values(self, table: Table, stamps: Sequence[Decimal | None]) -> list[Decimal]:
-        """Return the stamps [s] of the rows that have a value in one of the columns."""
-        rows = zip(*(table.columns[column.name] for column in self.columns.values()), strict=True)
-        return [t for t, row in zip(stamps, rows, strict=True) if t is not None and any(v is not None for v in row)]
+        return Rows(table.source, table.places, table.stamps, values, noise_std)
 
 
 def check_signals(signals: Mapping[str, Any], wanted: type | UnionType, described: str) -> None:
@@ -217,10 +221,6 @@ def check_signals(signals: Mapping[str, Any], wanted: type | UnionType, describe
         instance(f"signal {text('signals: name', name)!r}", of, wanted, described)
 
 
-Stamped = tuple[Reading, Table, Sequence[Decimal | None]]
-"""A table with the time [s] of each row."""
-
-
 def recording_of(*tables: tuple[Reading, Table]) -> Recording:
     """Return the recording of tables, whose clocks have one zero, and whose repairs, origin and window are the same.
 
@@ -228,23 +228,41 @@ def recording_of(*tables: tuple[Reading, Table]) -> Recording:
     """
     reading, _ = tables[0]
     origin, absolute = reading.origin, reading.clock.absolute
-    stamped: list[Stamped] = [(of, table, of.stamps(table)) for of, table in tables]
+    tables = tuple((of, of.stamped(table)) for of, table in tables)
     if origin is None:
-        _warn(_doubts(stamped))
+        _warn(_doubts(tables))
     if reading.between:
-        seen = [t for of, table, stamps in stamped for t in of.stamps_with_values(table, stamps)]
+        seen = [t for of, table in tables for t in of.stamps_with_values(table)]
         origin = zero_of(origin, absolute, min(seen, default=Decimal(0)))
-        stamped = _inside(stamped, seen, reading.between, origin_seconds(origin))
-    rows = [of.rows(table, stamps) for of, table, stamps in stamped]
-    found = recording_from_rows(rows, absolute, reading.repairs, origin)
+        tables = _inside(tables, seen, reading.between, origin_seconds(origin))
+    rows = [of.rows(table) for of, table in tables]
+    found = recording_from_rows(rows, absolute, chosen_repairs(reading.repairs), origin)
     _warn(question for cleaning in found.cleanings for question in cleaning.questions)
     return found
 
 
-def _doubts(tables: Sequence[Stamped]) -> Iterator[str]:
+def _inside(
+    tables: Sequence[tuple[Reading, Table]], seen: Sequence[Decimal], between: tuple[float, float], zero: Decimal
+) -> tuple[tuple[Reading, Table], ...]:
+    """Return the rows with start ≤ time ≤ end [s] since `zero`, or without a time.
+
+    InputError, with the times at which values were `seen`: there is no such row.
+    """
+    start, end = (EXACT.add(zero, Decimal(repr(float(given)))) for given in between)
+    chosen = [[row for row, t in enumerate(table.stamps) if t is None or start <= t <= end] for _, table in tables]
+    if seen and not any(chosen):
+        first, last = (float(EXACT.subtract(t, zero)) for t in (min(seen), max(seen)))
+        raise InputError(
+            f"{tables[0][1].source}: between: there is no sample from {between[0]:g} s to {between[1]:g} s; they are "
+            f"from {first:g} s to {last:g} s"
+        )
+    return tuple((of, table.part(rows)) for rows, (of, table) in zip(chosen, tables, strict=True))
+
+
+def _doubts(tables: Sequence[tuple[Reading, Table]]) -> Iterator[str]:
     """Yield a question for each table whose first stamp is implausible."""
-    for reading, table, stamps in tables:
-        first = next((stamp for stamp in stamps if stamp is not None), None)
+    for reading, table in tables:
+        first = next((stamp for stamp in table.stamps if stamp is not None), None)
         if first is not None and (question := doubt(reading.clock, first)):
             yield f"{table.source}: {question}"
 
@@ -252,24 +270,3 @@ def _doubts(tables: Sequence[Stamped]) -> Iterator[str]:
 def _warn(questions: Iterable[str]) -> None:
     for question in questions:
         warnings.warn(question, DoubtfulInputWarning, stacklevel=4)  # of the reader's caller
-
-
-def _inside(
-    tables: Sequence[Stamped], seen: Sequence[Decimal], between: tuple[float, float], zero: Decimal
-) -> list[Stamped]:
-    """Return the rows with start ≤ time ≤ end [s] since `zero`, or without a time.
-
-    InputError, with the times at which values were `seen`: there is no such row.
-    """
-    start, end = (EXACT.add(zero, Decimal(repr(float(given)))) for given in between)
-    chosen = [[row for row, at in enumerate(stamps) if at is None or start <= at <= end] for _, _, stamps in tables]
-    if seen and not any(chosen):
-        first, last = (float(EXACT.subtract(t, zero)) for t in (min(seen), max(seen)))
-        raise InputError(
-            f"{tables[0][1].source}: between: there is no sample from {between[0]:g} s to {between[1]:g} s; they are "
-            f"from {first:g} s to {last:g} s"
-        )
-    return [
-        (of, table.part(rows), [stamps[row] for row in rows])
-        for rows, (of, table, stamps) in zip(chosen, tables, strict=True)
-    ]
