@@ -15,7 +15,7 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import as_subject
 from trackably.certificates.judge import accepted_file, found_or_raise, judge
 from trackably.exports.proved import Proved, proved_times
-from trackably.files import new_file, write_atomically
+from trackably.files import new_file, write_atomically, write_text
 from trackably.gp.samples import Samples
 from trackably.systems.reference import Reference, Window
 
@@ -168,9 +168,10 @@ class ExportMixin:
         return 1 and no values. Of redundant inputs they give the smallest, as `input` does. ValueError: a formula has
         no counterpart in C.
         """
-        from trackably.exports.c99 import write_header  # noqa: PLC0415
+        from trackably.exports.c99 import header  # noqa: PLC0415
 
-        return write_header(self, path, name)
+        write_text(file := new_file("to_c", path), header(self, name))
+        return file
 
 
 class ProvedReference(ExportMixin, ABC):

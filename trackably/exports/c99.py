@@ -6,14 +6,12 @@ from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from functools import partial
 from math import tau
-from pathlib import Path
 
 from trackably.arguments import text
 from trackably.certificates.certificate import Certificate
 from trackably.checker.certificate import Instants
 from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power
 from trackably.exports.proved import Proved
-from trackably.files import new_file, write_text
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.matern import Matern
 from trackably.gp.kernels.periodic import Periodic
@@ -420,12 +418,6 @@ _HEAD = """\
 #define UPPER_INPUTS INPUT_COUNT
 #define UPPER_SAMPLING_TIME SECONDS
 """
-
-
-def write_header(proved: Proved, path: Path | str, name: str) -> Path:
-    """Write a header; see `ExportMixin.to_c`."""
-    write_text(file := new_file("to_c", path), header(proved, name))
-    return file
 
 
 def header(proved: Proved, name: str) -> str:

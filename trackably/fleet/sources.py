@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -73,26 +74,20 @@ def sources_of(recordings: Mapping[str, Measured] | Iterable[Source]) -> tuple[S
 
     TypeError: one is no source. ValueError: there is none, or a name appears twice.
     """
+    described = "samples by name, or sources such as `recordings_in(folder, read)`"
+    instance("recordings", recordings, Iterable, described)
     if isinstance(recordings, Mapping):
-        found = tuple(
-            Source(text("recordings", name), partial(_measured_values, of_name)) for name, of_name in recordings.items()
-        )
-    else:
-        instance(
-            "recordings", recordings, Iterable, "samples by name, or sources such as `recordings_in(folder, read)`"
-        )
-        found = tuple(recordings)
-    for i, source in enumerate(found):
-        if not isinstance(source, Source):
-            raise TypeError(f"recordings[{i}]: expected a Source, got {type(source).__name__}")
-        if not text(f"recordings[{i}]", source.name):
-            raise ValueError(f"recordings[{i}]: a name is needed")
+        recordings = [Source(name, partial(_measured_values, of_name)) for name, of_name in recordings.items()]
+    found = tuple(recordings)
     if not found:
         raise ValueError("recordings: one at least is needed, got none")
-    names = [source.name for source in found]
-    if len({*names}) < len(names):
-        twice = next(name for i, name in enumerate(names) if name in names[:i])
-        raise ValueError(f"recordings: each needs a name of its own, but {twice!r} appears twice")
+    for i, source in enumerate(found):
+        instance(f"recordings[{i}]", source, Source, "a Source")
+        if not text(f"recordings[{i}]: name", source.name):
+            raise ValueError(f"recordings[{i}]: a name is needed")
+    name, count = Counter(source.name for source in found).most_common(1)[0]
+    if count > 1:
+        raise ValueError(f"recordings: each needs a name of its own, but {name!r} appears {count} times")
     return found
 
 
