@@ -32,8 +32,9 @@ from trackably.certificates.outcome import Counterexample
 from trackably.codec import encode
 from trackably.errors import DoubtfulInputWarning, InputError
 from trackably.explanation import IgnoresSamplesWarning
+from trackably.exports.table import put_parquet
 from trackably.extras import optional
-from trackably.files import new_file, path_of, read_bytes, write_atomically
+from trackably.files import path_of, read_bytes
 from trackably.fleet.folder import STREAM, TABLE, FleetFolder, Row, columns, digest, outcome_of
 from trackably.fleet.sources import Measured, Source, sources_of
 from trackably.gp.kernels.base import Kernel
@@ -321,12 +322,7 @@ class Fleet:
 
     def to_parquet(self, path: Path | str) -> None:
         """Write the table as Parquet. MissingExtra: pyarrow is not installed. Raises OSError."""
-        with optional("to_parquet"):
-            import pyarrow  # noqa: PLC0415
-            from pyarrow import parquet  # noqa: PLC0415
-        content = pyarrow.BufferOutputStream()
-        parquet.write_table(pyarrow.table(self.columns()), content)
-        write_atomically(new_file("to_parquet", path), content.getvalue().to_pybytes())
+        put_parquet(self.columns(), path)
 
     def __len__(self) -> int:
         return len(self.rows)

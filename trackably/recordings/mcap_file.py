@@ -150,20 +150,18 @@ _START = 512  # bytes that tell what kind of file it is
 
 @dataclass(frozen=True)
 class Received:
-    """An undecoded message: its `place` for error messages, and its times [ns] since the
+    """An undecoded message, and its `place` for error messages; its times [ns] count from the
     recorder's zero, often 1970.
     """
 
     place: str
-    log_time: int
-    publish_time: int
-    data: bytes
+    message: Message
     decode: Decode
 
     def content(self) -> object:
         """Decode the message: dictionaries and lists, a Protobuf or a ROS 2 message. InputError: it is damaged."""
         try:
-            return self.decode(self.data)
+            return self.decode(self.message.data)
         except Exception as error:  # decoders raise undocumented errors, some of private classes
             raise InputError(f"{self.place}: it cannot be decoded ({_reason(error)})") from error
 
@@ -206,7 +204,7 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
     decoders = {i: _decoder(path, channels[i], schemas.get(channels[i].schema_id)) for i in ids}
     return {
         topic: [
-            Received(f"{path}, {topic}, message {number}", r.log_time, r.publish_time, r.data, decoders[r.channel_id])
+            Received(f"{path}, {topic}, message {number}", r, decoders[r.channel_id])
             for number, r in enumerate(sorted(received, key=lambda r: r.log_time), start=1)
         ]
         for topic, received in messages.items()
@@ -307,7 +305,7 @@ class RecordTime:
 
     def of(self, message: Received, _content: object) -> object:
         """Return the time stamp of a message, on the clock."""
-        return getattr(message, self.attribute)
+        return getattr(message.message, self.attribute)
 
 
 @dataclass(frozen=True)
