@@ -156,11 +156,9 @@ def answer(source: Source, request: Request, kept: Row | None) -> Answer:
 
 
 def _samples(measured: Measured) -> Samples | Mapping[str, Samples]:
-    if isinstance(measured, Recording):
-        return {name: measured.samples(name) for name in measured.signals}
-    if isinstance(measured, Samples | Mapping):
-        return measured
-    raise TypeError(f"expected Samples, samples by name or a Recording, got {type(measured).__name__}")
+    found = measured.signals if isinstance(measured, Recording) else measured
+    instance("recording", found, Samples | Mapping, "Samples, samples by name or a Recording")
+    return found
 
 
 @contextmanager
@@ -258,7 +256,7 @@ _COUNTED = "{desc}: {n_fmt} of {total_fmt} recordings"
 _MOST_SHOWN = 5  # of the failures, and of the questions
 _OF_ONE_NAME = {errno.ENAMETOOLONG, errno.ENOTDIR, errno.EISDIR, errno.EEXIST}  # the rest concerns all recordings
 
-L = TypeVar("L", bound=Learned)
+L = TypeVar("L", TrackableReference, StreamReference)
 
 
 @dataclass(frozen=True)
@@ -293,25 +291,24 @@ class Fleet:
 
         InputError: it has none, or the file has changed.
         """
-        return self._load(name, TrackableReference.load, is_stream=False)
+        return self._load(name, TrackableReference)
 
     def stream(self, name: str) -> StreamReference:
         """Return the reference of a recording that was learned by `learn_stream`. InputError as for `reference`."""
-        return self._load(name, StreamReference.load, is_stream=True)
+        return self._load(name, StreamReference)
 
-    def _load(self, name: str, load: Callable[[Path], L], *, is_stream: bool) -> L:
+    def _load(self, name: str, kind: type[L]) -> L:
         row = next((row for row in self.rows if row.name == name), None)
         if row is None:
             raise InputError(f"there is no recording {name!r} in {self.folder}")
         if row.outcome != "proved":
             raise InputError(f"{name} is {row.outcome}: {row.sentence}")
-        if (row.method == STREAM) is not is_stream:
-            raise InputError(
-                f"{name}: call fleet.{'reference' if is_stream else 'stream'}({name!r}), as it was learned"
-            )
+        if (kind is StreamReference) is not (row.method == STREAM):
+            other = "reference" if kind is StreamReference else "stream"
+            raise InputError(f"{name}: call fleet.{other}({name!r}), as it was learned")
         path = FleetFolder(self.folder).of(name) / "reference.json"
         is_same = digest(read_bytes(path)) == row.files.get(path.name)
-        found = load(path) if is_same else None
+        found = kind.load(path) if is_same else None
         if found is None or found.fingerprint != row.fingerprint:
             raise InputError(f"{path}: was changed since the row of {name!r} was written; call learn_many again")
         return found
