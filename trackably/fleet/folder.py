@@ -124,7 +124,8 @@ _UNSAFE = rb"[^A-Za-z0-9_.~ -]|\A\.|[. ]\Z"
 """Bytes that some file system refuses, hides, drops at the end, or encodes in two ways (such as those of \u00e4)."""
 
 _TAKEN = re.compile(
-    r"(con|prn|aux|nul|(com|lpt)[0-9]) *(\..*)?|(row|reference|certificate|counterexample)\.json|fleet\.csv",
+    r"(con|prn|aux|nul|(com|lpt)[0-9]) *(\..*)?"
+    r"|(row|reference|certificate(\.at[0-9]+)?|counterexample)\.json|fleet\.csv",
     re.IGNORECASE | re.DOTALL,
 )
 """Names of devices on Windows, and of files that a fleet writes."""

@@ -179,12 +179,11 @@ _OURS = (DoubtfulInputWarning, IgnoresSamplesWarning)
 
 
 def _file_contents(**saves: Callable[[Path], object]) -> dict[str, bytes]:
-    """Return the contents that each of these functions writes to `name`.json."""
+    """Return the contents of the files that each of these functions writes to `name`.json, and beside it."""
     with TemporaryDirectory() as folder:
-        paths = {Path(folder) / f"{name}.json": save for name, save in saves.items()}
-        for path, save in paths.items():
-            save(path)
-        return {path.name: path.read_bytes() for path in paths}
+        for name, save in saves.items():
+            save(Path(folder) / f"{name}.json")
+        return {path.name: path.read_bytes() for path in sorted(Path(folder).iterdir())}
 
 
 def _digests(files: Mapping[str, bytes]) -> dict[str, str]:
@@ -264,6 +263,7 @@ class Fleet:
     """The results for all recordings, in the order given: `rows`, and in `folder` the files of each and one table.
 
     A recording NAME has folder/NAME/reference.json, folder/NAME/certificate.json (or counterexample.json) and row.json.
+    Certificates of waypoints are beside it: certificate.at1.json, certificate.at2.json, …
     In NAME, bytes that some file systems refuse are written as %XX, and an empty part between slashes as %. A part with
     capital letters ends with ^ and a number that gives their positions: "/Monday" is folder/%/Monday^1. Files in other
     places, which versions before this rule wrote, are neither read nor removed.
@@ -303,9 +303,9 @@ class Fleet:
             raise InputError(f"there is no recording {name!r} in {self.folder}")
         if row.outcome != "proved":
             raise InputError(f"{name} is {row.outcome}: {row.sentence}")
-        if (kind is StreamReference) is not (row.method == STREAM):
-            other = "reference" if kind is StreamReference else "stream"
-            raise InputError(f"{name}: call fleet.{other}({name!r}), as it was learned")
+        method, learned = ("stream", StreamReference) if row.method == STREAM else ("reference", TrackableReference)
+        if kind is not learned:
+            raise InputError(f"{name}: call fleet.{method}({name!r}), as it was learned")
         path = FleetFolder(self.folder).of(name) / "reference.json"
         is_same = digest(read_bytes(path)) == row.files.get(path.name)
         found = kind.load(path) if is_same else None
