@@ -92,7 +92,7 @@ def tracking(
     or inputs are not drawn.
     """
     plant = next(iter(references.values())).plant
-    names, bounds = coordinates(plant), bounds_of(plant)
+    names, bounds = plant.names, bounds_of(plant)
     figure = Figure(figsize=(PAGE, 0.7 + 1.25 * len(names)))
     panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
     for i, (axes, name) in enumerate(zip(panels, names, strict=True)):
@@ -123,11 +123,6 @@ def _draw_observed(axes: Axes, observed: Observed, times: Array) -> None:
         style = SAMPLE | {"marker": ".", "markersize": 2.5, "color": GREY, "label": "held out"}
         axes.plot(observed.held_out.times, observed.held_out.values, **style)
         axes.axvline(observed.held_out.times[0], color=GREY, linewidth=0.8, linestyle=":")
-
-
-def coordinates(plant: ConstrainedSystem) -> tuple[str, ...]:
-    """Return the names of the states, then those of the inputs."""
-    return (*plant.system.states, *plant.system.inputs)
 
 
 def axis_label(name: str, units: Units) -> str:

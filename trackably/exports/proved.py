@@ -127,8 +127,7 @@ _TINY = 1e-9  # of a sampling time
 
 def places(proved: Proved) -> dict[str, int]:
     """Return the index of each name in the vector of states followed by inputs."""
-    system = proved.reference.plant.system
-    return {name: i for i, name in enumerate((*system.states, *system.inputs))}
+    return {name: i for i, name in enumerate(proved.reference.plant.names)}
 
 
 def values_at(proved: Proved, steps: Array) -> Array:
