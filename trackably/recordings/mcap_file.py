@@ -321,8 +321,7 @@ class Stamp:
 
     def __post_init__(self) -> None:
         instance("Stamp: field", self.field, str, "the path of a field, as 'header.stamp'")
-        if self.unit is not None:
-            object.__setattr__(self, "unit", clock_named(self.unit))
+        _ = self.clock
 
     @property
     def clock(self) -> Clock:
@@ -459,8 +458,6 @@ def _table(source: str, reading: Reading, messages: Sequence[Received], time: Me
 
 def _refuse_other_frame(path: str, content: object, frames: dict[str, tuple[str, ...]]) -> None:
     """Raise ValueError if the number in a path selects another frame than before, as may happen on `/tf`."""
-    if "[" not in path:
-        return
     found = labels(content, path)
     named = tuple(label for label, _ in found)
     if (before := frames.setdefault(path, named)) != named:
