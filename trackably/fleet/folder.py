@@ -12,8 +12,6 @@ from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.codec import dumps, loads
 from trackably.errors import InputError
 from trackably.files import read_bytes, write_atomically
-from trackably.reference import TrackableReference
-from trackably.streams.reference import StreamReference
 
 Outcome = Literal["proved", "infeasible", "unproved", "refuted", "unusable"]
 """The result for a recording.
@@ -49,35 +47,6 @@ class Row:
     fingerprint: str | None = None
     questions: tuple[str, ...] = ()
     files: Mapping[str, str] = field(default_factory=dict)
-
-    @classmethod
-    def of_proved(
-        cls,
-        name: str,
-        request: str,
-        reference: TrackableReference | StreamReference,
-        questions: tuple[str, ...],
-        files: Mapping[str, str],
-    ) -> "Row":
-        """Return the row of a reference with a proof."""
-        of_function = {
-            name: getattr(reference, name)
-            for name in ("method", "objective", "price", "unconstrained_misfit")
-            if isinstance(reference, TrackableReference)
-        }
-        return cls(
-            name,
-            "proved",
-            reference.certificate.explanation,
-            request,
-            sum(map(len, reference.samples)),
-            misfit=reference.misfit,
-            hyperparameters=reference.hyperparameters,
-            fingerprint=reference.fingerprint,
-            questions=questions,
-            files=files,
-            **{"method": STREAM, **of_function},
-        )
 
     def columns(self) -> dict[str, str | float | int | None]:
         """Return the cells of the table by the names of its columns; `request` and `files` are only in row.json."""

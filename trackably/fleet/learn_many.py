@@ -152,7 +152,23 @@ def answer(source: Source, request: Request, kept: Row | None) -> Answer:
         except (ValueError, ArithmeticError) as error:
             return Answer(Row(source.name, "unusable", str(error), fingerprint), {})
     files = _file_contents(certificate=reference.save_certificate, reference=reference.save)
-    return Answer(Row.of_proved(source.name, fingerprint, reference, tuple(questions), _digests(files)), files)
+    row = Row(
+        source.name,
+        "proved",
+        reference.certificate.explanation,
+        fingerprint,
+        sum(map(len, reference.samples)),
+        STREAM,
+        misfit=reference.misfit,
+        hyperparameters=reference.hyperparameters,
+        fingerprint=reference.fingerprint,
+        questions=tuple(questions),
+        files=_digests(files),
+    )
+    if isinstance(reference, TrackableReference):
+        of_function = ("method", "objective", "price", "unconstrained_misfit")
+        row = dataclasses.replace(row, **{name: getattr(reference, name) for name in of_function})
+    return Answer(row, files)
 
 
 def _samples(measured: Measured) -> Samples | Mapping[str, Samples]:
