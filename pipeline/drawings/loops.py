@@ -37,6 +37,7 @@ from trackably.exports.figures import (
     Units,
     axis_label,
     bounds_of,
+    coordinates,
     legend_above,
     pad_limits,
     shade_outside,
@@ -59,7 +60,7 @@ def closed_loop(
 
     Steps are shaded where no initial state leaves the controller with a plan.
     """
-    names = plant.names
+    names = coordinates(plant)
     figure = Figure(figsize=(PAGE, 0.9 + 1.25 * len(names)))
     panels = figure.subplots(len(names), len(loops), sharex=True, sharey="row", squeeze=False)
     for column, (label, by_state) in zip(panels.T, loops.items(), strict=True):
@@ -130,7 +131,7 @@ def infeasibility(
 
     Steps at which there is no plan are shaded.
     """
-    names, first = plant.names, float(trajectory.infeasible[0])
+    names, first = coordinates(plant), float(trajectory.infeasible[0])
     begin, end = max(0.0, first - horizon), first + 3 * horizon
     figure, panels = stacked_panels(names, 0.8, units)
     part = trajectory.until(int(end))
@@ -166,7 +167,7 @@ def relearned(
 
     `updates` has the columns `step` and `taken` (1 or 0).
     """
-    names = plant.names
+    names = coordinates(plant)
     figure, panels = stacked_panels(names, 0.8, units)
     for i, (axes, name) in enumerate(zip(panels, names, strict=True)):
         draw_coordinate(axes, trajectory, i, CLOSED_LOOP)
@@ -324,7 +325,7 @@ def tube_runs(
     is how far states and inputs may be below and above the reference, each (n + m,). The range of all `count` runs is
     shaded, and single ones are drawn.
     """
-    names, bounds = plant.names, bounds_of(plant)
+    names, bounds = coordinates(plant), bounds_of(plant)
     figure = Figure(figsize=(PAGE, 0.9 + 1.25 * len(names)))
     panels = figure.subplots(len(names), 2, sharex=True, squeeze=False)
     K, n, (below, above) = len(runs.steps), len(plant.system.states), room

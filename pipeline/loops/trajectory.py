@@ -208,7 +208,7 @@ def disturbed_series(plant: ConstrainedSystem, disturbed: Disturbed) -> list[Ser
         for controller, by_kind in by_controller.items()
         for kind, course in by_kind.items()
     ]
-    runs, names = disturbed.runs, plant.names
+    runs, names = disturbed.runs, _coordinates(plant)
     times = runs.steps * plant.sampling_time
     ends = {f"{name}_lowest": runs.lowest[:, i] for i, name in enumerate(names)}
     ends |= {f"{name}_highest": runs.highest[:, i] for i, name in enumerate(names)}
@@ -224,7 +224,7 @@ def read_disturbed(topics: Mapping[str, Series], plant: ConstrainedSystem) -> Di
         return None
     loops: dict[str, dict[str, dict[str, LoopTrajectory]]] = {}
     single: dict[int, Array] = {}
-    names, range_of = plant.names, topics[_RANGE]
+    names, range_of = _coordinates(plant), topics[_RANGE]
     for topic, series in topics.items():
         match topic.split("/")[1:]:
             case ["disturbed", reference, controller, kind]:
@@ -237,6 +237,10 @@ def read_disturbed(topics: Mapping[str, Series], plant: ConstrainedSystem) -> Di
     return Disturbed(
         loops, Runs(steps_of(range_of, plant), lowest, highest, np.array([single[r] for r in sorted(single)]))
     )
+
+
+def _coordinates(plant: ConstrainedSystem) -> tuple[str, ...]:
+    return (*plant.system.states, *plant.system.inputs)
 
 
 STAGE = "control"

@@ -298,21 +298,25 @@ def _view(plant: ConstrainedSystem, plane: tuple[str, str] | None) -> tuple[tupl
     return (middle[0], middle[1]), max(extent.upper - extent.lower for extent in extents)
 
 
+def _coordinates(plant: ConstrainedSystem) -> tuple[str, ...]:
+    return (*plant.system.states, *plant.system.inputs)
+
+
 def _references(plant: ConstrainedSystem, topics: Topics) -> Iterator[Panel]:
     references = topics.below("references")
-    for name in plant.names:
+    for name in _coordinates(plant):
         lines = [*lines_of(references, name), *observed(topics, name)]
         if lines:
             yield plot(name, lines, bounds_of(plant, name))
     sampled = dict.fromkeys(name for group in OBSERVED for name in topics.below(group))
-    for name in sampled.keys() - set(plant.names):
+    for name in sampled.keys() - set(_coordinates(plant)):
         yield plot(name, observed(topics, name))
 
 
 def _uncertainty(plant: ConstrainedSystem, topics: Topics) -> Iterator[Panel]:
     references = topics.below("references")
     for field in fields_of(references.values()):
-        if field not in plant.names:
+        if field not in _coordinates(plant):
             yield plot(field.replace("_", " "), lines_of(references, field))
 
 
