@@ -104,6 +104,7 @@ def _content(path: Path) -> object:
 
 
 _STEPS, _TIMES = ("k", "step"), ("t", "time")
+_LAYOUT = CsvLayout(missing=("",))
 _OFF = 1e-6  # tolerance of times in a table of steps, in sampling times
 
 
@@ -175,7 +176,7 @@ def read_columns(path: Path) -> Columns:
 
     InputError says what is wrong in it.
     """
-    table = csv_table(path, CsvLayout(missing=("",)))
+    table = csv_table(path, _LAYOUT)
     filled = [i for i, row in enumerate(zip(*table.columns.values(), strict=True)) if any(row)]
     if len(filled) < 2:
         raise InputError(f"{path}: expected a header and two rows at least, got {len(filled)} rows that are not empty")
