@@ -130,7 +130,7 @@ class Columns:
     def table(self, plant: ConstrainedSystem) -> Table:
         """Return states and inputs at the steps. InputError: a column is missing, or a time is no step."""
         system = plant.system
-        if missing := [name for name in plant.names if name not in self.values]:
+        if missing := [name for name in (*system.states, *system.inputs) if name not in self.values]:
             raise InputError(
                 f"{self.path}: there is no column {missing[0]}: a table at the steps needs all states and inputs; give "
                 "an interpolation for curves of some states"
