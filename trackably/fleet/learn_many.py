@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import errno
-import hashlib
 import inspect
 import json
 import os
@@ -79,21 +78,13 @@ class Request:
 
     @cached_property
     def _shared(self) -> Any:
-        return _plain(
-            {
-                "trackably": version("trackably"),
-                "learn": getattr(self.learn, "__name__", ""),
-                "plant": self.plant,
-                "kernel": self.kernel,
-                "claim": self.claim,
-                "options": dict(self.options),
-            }
-        )
+        what = (version("trackably"), self.learn.__name__, self.plant, self.kernel, self.claim, self.options)
+        return _plain(what)
 
     def fingerprint(self, samples: Samples | Mapping[str, Samples]) -> str:
         """Return the SHA-256 of all data that the answer for these samples depends on, as 64 hexadecimal digits."""
         content = json.dumps([self._shared, _plain(samples)], sort_keys=True, separators=(",", ":"))
-        return hashlib.sha256(content.encode()).hexdigest()
+        return digest(content.encode())
 
     def learn_from(self, samples: Samples | Mapping[str, Samples]) -> Learned:
         """Return the reference of one recording. Raises and warns as `learn` does."""
