@@ -183,11 +183,11 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
                 schemas[record.id] = record
             case Channel():
                 channels[record.id] = record
-            case Message():
-                if record.channel_id not in channels:
-                    raise InputError(f"{path}: a message is of channel {record.channel_id}, which is not described")
-                counts[record.channel_id] += 1
-                if (topic := channels[record.channel_id].topic) in messages:
+            case Message(channel_id=number) if number not in channels:
+                raise InputError(f"{path}: a message is of channel {number}, which is not described")
+            case Message(channel_id=number):
+                counts[number] += 1
+                if (topic := channels[number].topic) in messages:
                     messages[topic].append(record)
                     kept += _MESSAGE + len(record.data)
                     if kept > LARGEST:
@@ -200,8 +200,11 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
             known = any(channel.topic == topic for channel in channels.values())
             lacks = f"there are no messages on the topic {topic!r}" if known else f"there is no topic {topic!r}"
             raise InputError(f"{path}: {lacks}; there are {listed or 'none'}")
-    ids = {record.channel_id for received in messages.values() for record in received}
-    decoders = {i: _decoder(path, channels[i], schemas.get(channels[i].schema_id)) for i in ids}
+    decoders = {
+        i: _decoder(path, channel, schemas.get(channel.schema_id))
+        for i, channel in channels.items()
+        if channel.topic in messages and counts[i]
+    }
     return {
         topic: [
             Received(f"{path}, {topic}, message {number}", r, decoders[r.channel_id])

@@ -264,22 +264,19 @@ def recording_from_rows(tables: Sequence[Rows], absolute: bool, repairs: Sequenc
 
 def _repair_and_check(rows: Rows, repairs: Sequence[Repair]) -> tuple[Rows, Cleaning]:
     count = len(rows)
-    findings = [*_missing(rows)]
+    findings: list[Finding] = []
+    for name in rows.values:
+        findings += _finding(rows, np.flatnonzero(~rows.present(name)).tolist(), f"no value of {name}")
     for repair in repairs:
         rows, found = repair(rows)
-        findings.extend(found)
-    if len(rows.values) > 1 and (zero := rows.all_zero()):  # of a single signal a zero is an ordinary value
-        findings.append(Finding("zero in every signal, kept", len(zero), rows.places[zero[0]]))
+        findings += found
+    if len(rows.values) > 1:  # of a single signal a zero is an ordinary value
+        findings += _finding(rows, rows.all_zero(), "zero in every signal, kept")
     _refuse_empty(rows)
     _refuse_disorder(rows)
     _refuse_repeats(rows)
     _refuse_noise(rows)
     return rows, Cleaning(rows.source, count, tuple(findings))
-
-
-def _missing(rows: Rows) -> list[Finding]:
-    absent = {name: np.flatnonzero(~rows.present(name)).tolist() for name in rows.values}
-    return [Finding(f"no value of {name}", len(at), rows.places[at[0]]) for name, at in absent.items() if at]
 
 
 def _refuse_empty(rows: Rows) -> None:
