@@ -8,3 +8,10 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 ArrayLike = npt.ArrayLike
+
+
+def subdivide(ends: Array, parts: ArrayLike) -> Array:
+    """Return increasing numbers with as many `parts` of each interval between them; (K,) if they differ."""
+    counts = np.broadcast_to(parts, len(ends) - 1)
+    inner = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(ends[:-1], ends[1:], counts, strict=True)]
+    return np.concatenate([*inner, ends[-1:]])

@@ -120,12 +120,13 @@ def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Waypoint])
     first, last = claim.span
     every: list[list[Waypoint]] = []
     for one in sorted(pinned, key=lambda of: of.time):
-        apart = ((one.time - others[0].time) / step for others in every)
-        near = next((i for i, steps in enumerate(apart) if abs(steps - round(steps)) < WINDOW), None)
-        if near is None:
-            every.append([one])
+        for others in every:
+            apart = (one.time - others[0].time) / step
+            if abs(apart - round(apart)) < WINDOW:
+                others.append(one)
+                break
         else:
-            every[near].append(one)
+            every.append([one])
     for linked in every or [[]]:
         start = linked[0].time if linked else (first if math.isfinite(first) else 0.0)
         before, after = (_whole(time, start, step, most) for time in (start - first, last - start))

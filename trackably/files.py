@@ -91,6 +91,15 @@ def open_input(path: Path) -> Iterator[BinaryIO]:
         raise unreadable(path, error) from error
 
 
+@contextmanager
+def errors_of(place: object) -> Iterator[None]:
+    """Raise InputError, which names a place, such as a file, where a TypeError or a ValueError says what is wrong."""
+    try:
+        yield
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{place}: {error}") from error
+
+
 def unwritable(error: OSError) -> str:
     """Describe an `error` from writing a file: which file, and why."""
     named = "" if error.filename is None else f"{error.filename}: "

@@ -16,7 +16,7 @@ from typing import Any, Self
 import numpy as np
 
 from trackably.arguments import instance, positive, real
-from trackably.arrays import Array, ArrayLike
+from trackably.arrays import Array, ArrayLike, subdivide
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.cover import radii
 from trackably.certificates.form import as_subject, as_written
@@ -157,31 +157,16 @@ def _measure(samples: Samples, noise: float) -> Measured:
 # Sides of a class, in float64: the checker finds them again in rational arithmetic.
 
 
-@dataclass(frozen=True, eq=False)
-class Points:
-    """Increasing `times` [s] at which every signal of a class is within `noise` of `values`.
+Points = tuple[Any, Any, Any, Any]
+"""Increasing times [s] at which every signal of a class is known, its values there, their noise, and numbers."""
 
-    `ids` are the points' numbers.
-    """
 
-    times: Array
-    values: Array
-    noise: Array
-    ids: Any
-
-    @classmethod
-    def of(cls, of: SignalClass, derived: Sequence[Derived] = ()) -> Self:
-        """Return the samples, and derived points at times of their own.
-
-        At a common time the one with less noise is kept.
-        """
-        found = places(TrueSignal("", of, (), (), 0, (), (), (), None, tuple(derived)))
-        best: dict[Fraction, int] = {}
-        for i, (t, _, noise) in found.items():
-            if t not in best or noise < found[best[t]][2]:
-                best[t] = i
-        every = sorted((*map(float, found[i]), i) for i in best.values())
-        return cls(*(np.array(column) for column in zip(*every, strict=True)))
+def _points(of: SignalClass, derived: Sequence[Derived] = ()) -> Points:
+    """Return the samples, and derived points at times of their own; at a common time the one with less noise."""
+    found = places(TrueSignal("", of, (), (), 0, (), (), (), None, tuple(derived)))
+    best = {t: i for i, (t, _, _) in sorted(found.items(), key=lambda item: (-item[1][2], -item[0]))}
+    times, values, noise, ids = zip(*sorted((*map(float, found[i]), i) for i in best.values()), strict=True)
+    return np.array(times), np.array(values), np.array(noise), np.array(ids)
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,26 +187,26 @@ class Sides:
         No measurement lies between these times.
         """
         middle, n = float(np.mean(times)), len(of.samples.times)
-        some = _around(known.times, middle)
-        at, values, noise, ids = (of_each[some] for of_each in (known.times, known.values, known.noise, known.ids))
-        parts, since = [], np.abs(times - at[:, None])
+        some = _around(known[0], middle)
+        at, y, noise = (column[some, None] for column in known[:3])
+        ids = known[3][some]
+        parts, since = [], np.abs(times - at)
         if of.slope is not None:
-            parts.append((ids, ids, values[:, None] + 0 * times, noise[:, None] + of.slope * since))
+            parts.append((ids, ids, y + 0 * times, noise + of.slope * since))
         if of.second_derivative is not None:
             a, b = np.triu_indices(len(some), 1)
-            part = (times - at[a][:, None]) / (at[b] - at[a])[:, None]
-            value = values[a][:, None] * (1 - part) + values[b][:, None] * part
-            slack = noise[b][:, None] * np.abs(part) + noise[a][:, None] * np.abs(1 - part)
-            parts.append((ids[a], ids[b], value, slack + of.second_derivative / 2 * since[a] * since[b]))
+            part = (times - at[a]) / (at[b] - at[a])
+            slack = noise[b] * np.abs(part) + noise[a] * np.abs(1 - part)
+            slack += of.second_derivative / 2 * since[a] * since[b]
+            parts.append((ids[a], ids[b], y[a] * (1 - part) + y[b] * part, slack))
         if of.second_derivative is not None and of.rates:
-            moments = np.array(of.rates.times)
-            rates = _around(moments, middle)
-            a, b = (each.ravel() for each in np.meshgrid(np.arange(len(some)), np.arange(len(rates))))
-            start, s, v = at[a][:, None], moments[rates][b][:, None], np.array(of.rates.values)[rates][b][:, None]
-            way = np.abs((times - s) * np.abs(times - s) - (start - s) * np.abs(start - s)) / 2
-            slack = noise[a][:, None] + of.rates.noise * since[a] + of.second_derivative * way
-            parts.append((ids[a], n + rates[b], values[a][:, None] + v * (times - start), slack))
-        i, j, value, slack = (np.concatenate([part[k] for part in parts]) for k in range(4))
+            rates = _around(of.rates.times, middle)
+            a, b = (each.ravel() for each in np.meshgrid(np.arange(len(some)), rates))
+            s, v = (np.array(of_each)[b, None] for of_each in (of.rates.times, of.rates.values))
+            way = np.abs((times - s) * np.abs(times - s) - (at[a] - s) * np.abs(at[a] - s)) / 2
+            slack = noise[a] + of.rates.noise * since[a] + of.second_derivative * way
+            parts.append((ids[a], n + b, y[a] + v * (times - at[a]), slack))
+        i, j, value, slack = map(np.concatenate, zip(*parts, strict=True))
         return cls(i, j, value + slack, value - slack)
 
     def best(self, x: Array) -> tuple[tuple[int, int], tuple[int, int], float]:
@@ -241,7 +226,7 @@ def _around(times: ArrayLike, middle: float, count: int = _NEAR) -> Any:
 
 def sides_at(of: SignalClass, times: Array, derived: Sequence[Derived] = ()) -> tuple[Array, Array]:
     """Return the upper side U and the lower side D at times [s], each of shape (T,)."""
-    known = Points.of(of, derived)
+    known = _points(of, derived)
     found = [Sides.near(of, np.array([t]), known) for t in times.tolist()]
     return np.array([s.upper.min() for s in found]), np.array([s.lower.max() for s in found])
 
@@ -262,11 +247,11 @@ def true_signal(
     if reference.pieces:
         raise ValueError("truth: needs a reference of kernels, as learn_reference returns, not one of pieces")
     edges, state = _edges(name, of, claim, _CELLS, sought.derived), reference.plant.system.states.index(name)
-    course = [(times := np.linspace(a, b, 5), reference.state_at(times)[:, state]) for a, b in pairwise(edges)]
-    upper, lower, derived = _choose(of, edges, course, sought.derived)
+    times = _in_cells(edges)
+    upper, lower, derived = _choose(of, times, reference.state_at(times)[:, :, state], sought.derived)
     subject = as_subject(reference)
-    discs = radii(subject, reference, [states_of(subject)[state]], np.array(edges[:-1]), np.array(edges[1:]), _TERMS)
-    found = TrueSignal(name, of, tuple(edges), tuple(discs.tolist()), _TERMS, upper, lower, (), None, derived)
+    discs = radii(subject, reference, [states_of(subject)[state]], edges[:-1], edges[1:], _TERMS)
+    found = TrueSignal(name, of, tuple(edges.tolist()), tuple(discs.tolist()), _TERMS, upper, lower, (), None, derived)
     errors = np.array([_bound(models) for models in gaps(subject, found, FIRST_PASS)])
     if not np.all(np.isfinite(errors)):
         raise ValueError(f"truth: the {name} of the reference is not enclosed between all its samples")
@@ -279,36 +264,30 @@ def true_signal(
 Chosen = tuple[tuple[tuple[int, int], ...], tuple[tuple[int, int], ...], tuple[Derived, ...]]
 
 
-def _choose(
-    of: SignalClass, edges: list[float], course: list[tuple[Array, Array]], known_before: Sequence[Derived] = ()
-) -> Chosen:
+def _choose(of: SignalClass, times: Array, x: Array, known_before: Sequence[Derived] = ()) -> Chosen:
     """Return the pair of measurements for each side of each cell, and derived points for the cells
     with the largest errors, after those that are known before.
 
-    More than two measurements together bound a signal more tightly: at the ends of the cells with the largest errors, a
-    linear program combines all nearby ones.
+    Errors are those of values x at some times [s] of each cell, of shape (cells, T). More than two measurements
+    together bound a signal more tightly: at the ends of the cells with the largest errors, a linear program combines
+    all nearby ones.
     """
-    derived = [*known_before]
-    asked = {d.time for d in derived}
-    known, apart = Points.of(of, derived), np.zeros(len(course))
-    found: list[Any] = [[] for _ in course]
-    changed = set(range(len(course)))
-    while changed:
+    derived, asked = [*known_before], {d.time for d in known_before}
+    ends, apart = times[:, [0, -1]].tolist(), np.zeros(len(times))
+    found: list[Any] = [None] * len(times)
+    changed = {*range(len(times))}
+    while True:
+        known = _points(of, derived)
         for k in changed:
-            times, x = course[k]
-            *found[k], apart[k] = Sides.near(of, times, known).best(x)
-        worst = [
-            k for k in np.flatnonzero(apart >= _WORST * np.max(apart)).tolist() if not {*edges[k : k + 2]} <= asked
-        ]
+            *found[k], apart[k] = Sides.near(of, times[k], known).best(x[k])
+        worst = [k for k in np.flatnonzero(apart >= _WORST * np.max(apart)).tolist() if not asked.issuperset(ends[k])]
         if of.second_derivative is None or len(derived) >= _DERIVED or not worst:
-            break
-        for t in sorted({t for k in worst[:_AT_ONCE] for t in edges[k : k + 2]} - asked):
-            asked.add(t)
-            derived += filter(None, [_derive(of, t)])
-        known = Points.of(of, derived)
-        changed = {j for k in worst[:_AT_ONCE] for j in range(max(0, k - 2), min(len(course), k + 3))}
-    upper, lower = zip(*found, strict=True)
-    return upper, lower, tuple(derived)
+            upper, lower = zip(*found, strict=True)
+            return upper, lower, tuple(derived)
+        new = {t for k in worst[:_AT_ONCE] for t in ends[k]} - asked
+        asked |= new
+        derived += filter(None, (_derive(of, t) for t in sorted(new)))
+        changed = {j for k in worst[:_AT_ONCE] for j in range(max(0, k - 2), min(len(times), k + 3))}
 
 
 _WORST, _AT_ONCE, _DERIVED, _BESIDE = 0.95, 10, 120, 12
@@ -361,9 +340,7 @@ def _rationals(of: SignalClass, multipliers: Array, total: int, moment: Fraction
 _NO_MULTIPLIER = 1e-9
 
 
-def _edges(
-    name: str, of: SignalClass, claim: Claim, cells: int = _CELLS, derived: Sequence[Derived] = ()
-) -> list[float]:
+def _edges(name: str, of: SignalClass, claim: Claim, cells: int = _CELLS, derived: Sequence[Derived] = ()) -> Array:
     """Return the ends of the cells [s]: all measurement times from the first sample to the last, and times
     in between if these are few.
 
@@ -374,12 +351,15 @@ def _edges(
         start, end = max(start, claim.start), min(end, claim.end)
     if not start < end:
         raise ValueError(f"truth: two samples of {name} at least must lie within what is proved")
-    times = {*of.samples.times, *(of.rates.times if of.rates else ()), *(d.time for d in derived)}
-    ends = [start, *sorted(t for t in times if start < t < end), end]
-    parts, widest = len(ends) - 1, (end - start) / cells
-    split = [max(1, int(np.ceil((b - a) / widest))) if parts < cells else 1 for a, b in pairwise(ends)]
-    inner = (np.linspace(a, b, count + 1)[:-1].tolist() for (a, b), count in zip(pairwise(ends), split, strict=True))
-    return [*(t for each in inner for t in each), end]
+    ends = np.unique([start, end, *of.samples.times, *(of.rates.times if of.rates else ()), *(d.time for d in derived)])
+    ends = ends[(start <= ends) & (ends <= end)]
+    widest = (end - start) / cells
+    return ends if len(ends) > cells else subdivide(ends, np.ceil(np.diff(ends) / widest).astype(int))
+
+
+def _in_cells(edges: Array) -> Array:
+    """Return times at which cells are looked at, their ends included: shape (cells, 5)."""
+    return np.linspace(edges[:-1], edges[1:], 5, axis=1)
 
 
 def _bound(models: tuple[Any, Any]) -> float:
@@ -429,7 +409,7 @@ class Signals:
         rates = of.rates or Measured((), (), 0.0)
         own = np.unique([*of.samples.times, *rates.times, *also])
         cells = max(1, min(cells, _KNOTS // max(1, len(own))))
-        knots = np.concatenate([*(np.linspace(a, b, cells + 1)[:-1] for a, b in pairwise(own)), own[-1:]])
+        knots = subdivide(own, cells)
         unit = of.samples.noise or max(float(np.ptp(of.samples.values)) * 1e-3, 1e-9)
         slope, second = (None if bound is None else (-bound / unit, bound / unit)
                          for bound in (of.slope, of.second_derivative))  # fmt: skip
@@ -542,41 +522,44 @@ _FEWER = 100  # cells of bounds that move
 def _middle(name: str, of: SignalClass, claim: Claim) -> TrueSignal:
     """Return the sides of a class in each cell, with half the largest distance between them as errors."""
     edges = _edges(name, of, claim, _FEWER)
-    samples, course = Points.of(of), []
-    for a, b in pairwise(edges):
-        near = Sides.near(of, t := np.linspace(a, b, 5), samples)
-        course.append((t, (np.min(near.upper, axis=0) + np.max(near.lower, axis=0)) / 2))
-    upper, lower, derived = _choose(of, edges, course)
-    found = TrueSignal(name, of, tuple(edges), (), 0, upper, lower, (), None, derived)
-    x = np.linspace(-1.0, 1.0, 65)
-    apart = ([float(a - b) for a, b in zip(*sides, strict=True)] for sides in zip(*_polynomials(found), strict=True))
-    return replace(found, errors=tuple(float(np.max(np.polynomial.polynomial.polyval(x, d))) / 2 for d in apart))
+    times = _in_cells(edges)
+    middles = np.mean(sides_at(of, times.ravel()), axis=0).reshape(times.shape)
+    upper, lower, derived = _choose(of, times, middles)
+    found = TrueSignal(name, of, tuple(edges.tolist()), (), 0, upper, lower, (), None, derived)
+    since = np.linspace(0.0, 1.0, 65)[:, None] * np.diff(edges)
+    high, low = _pieces(found)
+    apart = np.polynomial.polynomial.polyval(since, (high - low).T[:, None], tensor=False)
+    return replace(found, errors=tuple((np.max(apart, axis=0) / 2).tolist()))
 
 
-def _polynomials(of: TrueSignal) -> tuple[list[list[Fraction]], list[list[Fraction]]]:
-    """Return U and D in each cell, as coefficients in x ∈ [−1, 1]."""
+def _pieces(of: TrueSignal) -> tuple[Array, Array]:
+    """Return U and D in each cell, as coefficients in the time since its start [s]: shape (cells, 3)."""
     every, boxes = places(of), [Box(a, b, 1.0) for a, b in pairwise(of.ends)]
+    scales = [2 / (Fraction(box.end) - Fraction(box.start)) for box in boxes]
     upper, lower = (
-        [side(of.of, pair, sign, box, every) or [] for pair, box in zip(pairs, boxes, strict=True)]
+        np.array(
+            [
+                [*map(float, compose(side(of.of, pair, sign, box, every) or [], Fraction(-1), scale))]
+                for pair, box, scale in zip(pairs, boxes, scales, strict=True)
+            ]
+        )
         for pairs, sign in ((of.upper, 1), (of.lower, -1))
     )
     return upper, lower
 
 
 def _with_row(plant: ConstrainedSystem, of: TrueSignal, tolerance: float) -> ConstrainedSystem:
-    ends, lengths = np.array(of.ends), [Fraction(b) - Fraction(a) for a, b in pairwise(of.ends)]
-    low, high = (
-        np.array([[*map(float, compose(p, Fraction(-1), 2 / h))] for p, h in zip(side_of, lengths, strict=True)])
-        for side_of in _polynomials(of)
-    )
+    """Return the plant with the row U − ε ≤ x ≤ D + ε of a state, and bounds far away at all other times."""
+    low, high = _pieces(of)
     low[:, 0] -= tolerance
     high[:, 0] += tolerance
     X, hull = plant.state_set, plant.state_set.hull.extent(i := plant.system.states.index(of.state))
-    far = _WIDER * float(np.max(high[:, 0]) - np.min(low[:, 0]))
-    beyond = [[hull.lower, hull.upper]] if hull else []
-    wide = np.array([[np.min(low[:, 0]) - far, np.max(high[:, 0]) + far], *beyond])
-    times, sides = [2 * ends[0] - ends[1], *ends, 2 * ends[-1] - ends[-2]], []
-    for given, pieces, value in zip(X.ends, (low, high), (wide[:, 0].min(), wide[:, 1].max()), strict=True):
+    far, beyond = _WIDER * float(np.max(high[:, 0]) - np.min(low[:, 0])), (hull,) if hull else ()
+    least = min(float(np.min(low[:, 0])) - far, *(of.lower for of in beyond))
+    most = max(float(np.max(high[:, 0])) + far, *(of.upper for of in beyond))
+    ends, sides = np.array(of.ends), []
+    times = [2 * ends[0] - ends[1], *ends, 2 * ends[-1] - ends[-2]]
+    for given, pieces, value in zip(X.ends, (low, high), (least, most), strict=True):
         rest = [[value, 0.0, 0.0]]
         sides.append([*given, PolynomialPieces(times, [*rest, *pieces, *rest])])
     rows, (lower, upper) = np.vstack([X.rows, np.eye(1, X.dimension, i)]), sides
@@ -617,7 +600,7 @@ def accuracy(certificate: Certificate, name: str | None) -> Accuracy:
     truth = next((truth for truth in certificate.truth if name in (None, truth.state)), None)
     if truth is None:
         raise ValueError(f"accuracy: no truth was given of {name or 'any state'}")
-    times = np.unique(np.concatenate([np.linspace(a, b, 3) for a, b in pairwise(truth.ends)]))
+    times = subdivide(np.array(truth.ends), 2)
     upper, lower = sides_at(truth.of, times, truth.derived)
     widest = float(times[int(np.argmax(upper - lower))])
     ends = Signals.of(truth.of, (widest,)).ends_at(widest)

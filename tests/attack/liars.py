@@ -115,7 +115,7 @@ def of_tables(rng: np.random.Generator) -> Found:
     yield type(found).__name__, why
 
 
-def _defects(rng: np.random.Generator, honest: Any) -> Any:
+def _excesses(rng: np.random.Generator, honest: Any) -> Any:
     return lambda *of: [(factor * low, factor * high) for low, high in honest(*of)] if (
         factor := Fraction(10 ** float(rng.uniform(-3, 3)) * (rng.random() < 0.8))
     ) >= 0 else []  # fmt: skip
@@ -177,9 +177,9 @@ def _false_of_joints(found: Any, bounded: Joints) -> str | None:
 
 def _exaggerates(rng: np.random.Generator, honest: Any) -> Any:
     def told(*a: Any) -> Any:
-        for broken, place in honest(*a):
-            violation = broken.violation * 10 ** rng.uniform(0, 3)
-            yield replace(broken, violation=violation), {**place, "violation": violation}
+        if broken := honest(*a):
+            return replace(broken, violation=broken.violation * 10 ** rng.uniform(0, 3))
+        return None
 
     return told
 
@@ -188,8 +188,8 @@ def _breaks_anywhere(rng: np.random.Generator, honest: Any) -> Any:
     def told(subject: Any, j: int, r: int, i: int) -> Any:
         limit, since = subject.joints[j].limits[r], float(subject.width(i)) * float(rng.random())
         by, t = 10.0 ** rng.uniform(-9, 0), subject.breakpoints[i]
-        broken = BrokenLimit(subject.joints[j].name, ORDERS[r], limit, t, t + since, by, False)
-        yield broken, {"joint": j, "order": r, "piece": i, "since": since, "violation": by}
+        place = {"joint": j, "order": r, "piece": i, "since": since}
+        return BrokenLimit(subject.joints[j].name, ORDERS[r], limit, t, t + since, by, False, place)
 
     return told
 
@@ -224,7 +224,7 @@ OF_JOINTS: Lies = {
     "extremes are elsewhere": (
         joints, "extremes", lambda rng, honest: lambda p, width: np.sort(width * rng.random(4)),
     ),
-    "limits are left at any time": (joints, "_leaves", _scaled(-3, 0)),
+    "limits are left at any time": (joints, "_begins", _scaled(-3, 0)),
     "exact values are larger": (joints, "_below", _scaled(0, 2)),
     "any factor will do": (joints, "_least_factor", _scaled(-2, 0)),
     "other splines are nearest": (repairing, "_solve", _solves_another),
@@ -277,8 +277,8 @@ def _false_of_truth(found: Certificate, f: BangBang) -> str | None:
 
 
 def _wrong_pairs(rng: np.random.Generator, honest: Any) -> Any:
-    def chosen(of: SignalClass, edges: Any, course: Any) -> Any:
-        upper, lower, derived = honest(of, edges, course)
+    def chosen(of: SignalClass, *more: Any) -> Any:
+        upper, lower, derived = honest(of, *more)
         n, most = len(upper), len(of.samples.times)
         other = tuple(tuple(sorted(rng.choice(most, 2, replace=False).tolist())) for _ in range(n))
         return (other, lower, derived) if rng.random() < 0.5 else (upper, other, derived)
@@ -307,7 +307,7 @@ OF_TRUTH: Lies = {
     "errors are a little smaller": (truth, "_bound", _scaled(-1e-4, 0)),
     "other samples bound": (truth, "_choose", _wrong_pairs),
     "multipliers are others": (truth, "_rationals", _wrong_multipliers),
-    "there are no cells between": (truth, "_edges", lambda rng, honest: lambda of, start, end: [start, end]),
+    "there are no cells between": (truth, "_edges", lambda rng, honest: lambda *of: honest(*of)[[0, -1]]),
     "sides are elsewhere": (truth, "_around", lambda rng, honest: lambda times, at: np.arange(min(3, len(times)))),
     "signals contradict each other": (truth, "_contradicting", _contradicts),
 }
@@ -402,7 +402,7 @@ OF_CONTRADICTIONS: Lies = {
 KINDS: dict[str, tuple[Callable[[np.random.Generator], Found], Lies]] = {
     "kernels": (of_kernels, LIES),
     "pieces": (of_pieces, LIES_ABOUT_PIECES),
-    "tables": (of_tables, {"defects are others": (tables, "_defects", _defects)}),
+    "tables": (of_tables, {"excesses are others": (tables, "_excesses", _excesses)}),
     "joints": (of_joints, OF_JOINTS),
     "true signals": (of_truth, OF_TRUTH),
     "wrong models": (of_models, OF_MODELS),

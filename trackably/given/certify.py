@@ -19,7 +19,7 @@ from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import Outcome, prove, prove_on_window
 from trackably.certificates.sketch import times_to_look_at
-from trackably.checker.certificate import AllPhases, AllTimes, Claim, Window
+from trackably.checker.certificate import AllPhases, Claim, Window
 from trackably.checker.piecewise import keeps
 from trackably.checker.subject import Functional, Pieces
 from trackably.given.conversion import Interpolation, as_pieces, is_flat_trajectory, repeats, shift, states_as_pieces
@@ -51,36 +51,34 @@ def flat_output(curve: PolynomialPieces, stencil: Stencil, order: int, step: flo
     gain = sum(stencil.weights)
     delay = sum(j * w for j, w in enumerate(stencil.weights)) / gain * step
     ends, coefficients = curve.breakpoints + delay, curve.coefficients / gain
-    if curve.beyond == "period":
-        ends = _repeating(curve, delay)
-    elif curve.beyond == "end":
+    if curve.beyond == "end":
         coefficients[0] = shift(coefficients[0], curve.breakpoints[0] - ends[0])
         ends[0] = curve.breakpoints[0]
         ends[-1] = max(ends[-1], nextafter(nextafter(curve.breakpoints[-1] + order * step, inf), inf))
     coefficients[:, 0] -= stencil.offset / gain
+    if curve.beyond == "period":
+        return _repeating(ends, coefficients, curve)
     return PolynomialPieces(ends, coefficients, curve.beyond)
 
 
-def _repeating(curve: PolynomialPieces, delay: float) -> Array:
-    """Return delayed breakpoints with the same period; those of the curve itself if float64 has no such numbers."""
-    ends = curve.breakpoints + delay
+def _repeating(ends: Array, coefficients: Array, curve: PolynomialPieces) -> PolynomialPieces:
+    """Return pieces with the period of a curve at delayed breakpoints; at its own if float64 has no such period."""
     coarse = 4 * np.spacing(np.max(np.abs(ends)))  # multiples of this have differences that are exact
     ends[0] = np.round(ends[0] / coarse) * coarse
     ends[-1] = ends[0] + curve.period
-    exact = Fraction(float(ends[-1])) - Fraction(float(ends[0])) == Fraction(curve.period)
-    return ends if exact and np.all(np.diff(ends) > 0) else curve.breakpoints
+    try:
+        return PolynomialPieces(ends, coefficients, "period")
+    except ValueError:
+        return PolynomialPieces(curve.breakpoints, coefficients, "period")
 
 
-def distance(curve: PolynomialPieces, output: PolynomialPieces, stencil: Stencil, certificate: Certificate) -> float:
-    """Return the largest distance between the stencil's values and the curve at the times of the claim, rounded up.
+def distance(
+    curve: PolynomialPieces, output: PolynomialPieces, stencil: Stencil, reference: Reference, span: tuple[float, float]
+) -> float:
+    """Return the largest distance between the stencil's values and the curve from a time to another [s], rounded up.
 
     The distance is sought in float64, and then verified by the checker's arithmetic.
     """
-    reference, (first, last) = certificate.reference, certificate.claim.span
-    start = max(first, 0.0) if curve.beyond != "end" else first
-    end = last if last < inf else max(float(z.breakpoints[-1]) for z in (curve, output))
-    if curve.beyond == "period":
-        end = start + curve.period
     shown = tuple(Fraction(w) for w in stencil.weights)
     apart = Functional(Fraction(stencil.offset), (shown, (Fraction(-1),)))
     both = tuple(
@@ -89,24 +87,17 @@ def distance(curve: PolynomialPieces, output: PolynomialPieces, stencil: Stencil
     )
     subject = replace(as_subject(reference), pieces=both)
     shifts = reference.plant.sampling_time * np.arange(float(len(shown)))
-    times = times_to_look_at((output, curve), shifts, start, end)
-    size = max(map(_size, (curve, output))) or 1.0
-
+    times = times_to_look_at((output, curve), shifts, *span)
+    size = float(np.max(np.abs(curve(times)))) or 1.0
     for _ in range(_CLOSER):
         apart_at = np.abs(stencil.measured(output, times) - curve(times))
         i, last = int(np.argmax(apart_at)), len(times) - 1
         times = np.append(np.linspace(times[max(i - 1, 0)], times[min(i + 1, last)], _POINTS), times[i])
         times.sort()
     for most in (0.0, *(float(np.max(apart_at)) + part * size for part in _PARTS)):
-        if keeps(subject, apart, (start, end), (-Fraction(most), Fraction(most))):
+        if keeps(subject, apart, span, (-Fraction(most), Fraction(most))):
             return most
     return inf
-
-
-def _size(curve: PolynomialPieces) -> float:
-    """Return a bound of |z|; it is zero only for the zero curve."""
-    powers = np.diff(curve.breakpoints)[:, None] ** np.arange(curve.degree + 1)
-    return float(np.max(np.sum(np.abs(curve.coefficients) * powers, axis=1)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +109,6 @@ class CertifiedReference(ProvedReference):
     repair.
     """
 
-    given: Reference
     certificate: Certificate
     off: Mapping[str, float] = field(default_factory=dict)
     moved: Mapping[str, RepairDistance] | None = None
@@ -126,7 +116,7 @@ class CertifiedReference(ProvedReference):
     @property
     def reference(self) -> Reference:
         """The reference itself, with values at all times."""
-        return self.given
+        return self.certificate.reference
 
     @property
     def explanation(self) -> str:
@@ -206,20 +196,22 @@ def certify(
     outcome = given.prove(given.reference)
     if not isinstance(outcome, Certificate):
         return outcome
-    return CertifiedReference(outcome.reference, outcome, given.off(outcome))
+    return CertifiedReference(outcome, given.off(outcome))
 
 
 @dataclass(frozen=True)
 class Given:
     """Curves by name, in the order of the flat outputs, each with the stencil by which it
     depends on its flat output.
+
+    `span` is the claimed window [s], or the first period, or the times at which the claimed motion is not at rest.
     """
 
     curves: Mapping[str, PolynomialPieces]
     stencils: Mapping[str, Stencil]
     plant: ConstrainedSystem
     beyond: Beyond
-    window: Window | None
+    span: tuple[float, float]
 
     @classmethod
     def of(
@@ -233,16 +225,15 @@ class Given:
             )
         wanted = None if claim is None else as_claim(claim)
         named = _by_name(trajectory, plant, wanted.span if isinstance(wanted, Window) else None)
-        is_periodic = all(map(repeats, named.values()))
-        if wanted is None and is_periodic:
+        if all(map(repeats, named.values())) and not isinstance(wanted, Window):
             wanted = AllPhases()
         beyond: Beyond = "end" if wanted is None or isinstance(wanted, Window) else "rest"
-        if isinstance(wanted, AllPhases) or (isinstance(wanted, AllTimes) and is_periodic):
+        if isinstance(wanted, AllPhases):
             beyond = "period"
         stencils = stencils_by_name(plant, named)
         curves = {name: as_pieces(curve, beyond, interpolation, plant.sampling_time) for name, curve in named.items()}
-        window = _window(wanted, curves) if beyond == "end" else None
-        return cls({name: curves[name] for name in stencils}, stencils, plant, beyond, window)
+        span = _span(wanted, curves, beyond, plant.sampling_time)
+        return cls({name: curves[name] for name in stencils}, stencils, plant, beyond, span)
 
     @property
     def signals(self) -> tuple[PolynomialPieces, ...]:
@@ -257,31 +248,18 @@ class Given:
     def reference(self) -> Reference:
         return Reference(self.signals, self.plant)
 
-    @property
-    def span(self) -> tuple[float, float]:
-        """The first and the last time [s] at which the claimed motion is not at rest, or the first period.
-
-        Before a motion that begins after t = 0, there is a quarter of its time at rest, in which a repair may begin.
-        """
-        if self.window:
-            return self.window.span
-        first, last = (
-            end(float(curve.breakpoints[i]) for curve in self.curves.values()) for end, i in ((min, 0), (max, -1))
-        )
-        if self.beyond == "period":
-            return first, last
-        last = max(last, self.plant.sampling_time)  # a motion that ends before t = 0 is at rest at all claimed times
-        return max(0.0, first - _LEAD * (last - max(0.0, first))), last
-
     def prove(self, reference: Reference) -> Outcome:
         """Prove the claim about a reference, as the checker accepts it. ValueError: the claim does not fit it."""
-        return judge(prove_on_window(reference, *self.window.span) if self.window else prove(reference))
+        return judge(prove_on_window(reference, *self.span) if self.beyond == "end" else prove(reference))
 
     def off(self, certificate: Certificate) -> dict[str, float]:
         """Return the distances of the states of a proved reference from the given curves, by name."""
+        span, pieces = self.span, certificate.reference.pieces
+        if self.beyond == "rest":
+            span = 0.0, max(self.span[1], *(float(z.breakpoints[-1]) for z in pieces))
         return {
-            name: distance(curve, signal, self.stencils[name], certificate)
-            for (name, curve), signal in zip(self.curves.items(), certificate.reference.pieces, strict=True)
+            name: distance(curve, signal, self.stencils[name], certificate.reference, span)
+            for (name, curve), signal in zip(self.curves.items(), pieces, strict=True)
         }
 
 
@@ -295,10 +273,24 @@ def _by_name(trajectory: Any, plant: ConstrainedSystem, span: tuple[float, float
     return {default_sample(plant): trajectory}
 
 
-def _window(claim: Claim | None, curves: Mapping[str, PolynomialPieces]) -> Window:
+def _span(
+    claim: Claim | None, curves: Mapping[str, PolynomialPieces], beyond: Beyond, step: float
+) -> tuple[float, float]:
+    """Return the span of `Given`. ValueError: a claimed window exceeds the curves.
+
+    Before a motion that begins after t = 0, there is a quarter of its time at rest, in which a repair may begin.
+    """
     firsts, lasts = ([float(curve.breakpoints[i]) for curve in curves.values()] for i in (0, -1))
-    start, end = claim.span if claim else (max(firsts), min(lasts))
-    if not (max(firsts) <= start < end <= min(lasts)):
-        known = f"from {max(firsts):.9g} s to {min(lasts):.9g} s"
-        raise ValueError(f"claim: trajectories are given {known}, but the claim is about {start:.9g} s to {end:.9g} s")
-    return Window(start, end)
+    if beyond == "end":
+        start, end = claim.span if claim else (max(firsts), min(lasts))
+        if not (max(firsts) <= start < end <= min(lasts)):
+            known = f"from {max(firsts):.9g} s to {min(lasts):.9g} s"
+            raise ValueError(
+                f"claim: trajectories are given {known}, but the claim is about {start:.9g} s to {end:.9g} s"
+            )
+        return start, end
+    first, last = min(firsts), max(lasts)
+    if beyond == "period":
+        return first, last
+    last = max(last, step)  # a motion that ends before t = 0 is at rest at all claimed times
+    return max(0.0, first - _LEAD * (last - max(0.0, first))), last

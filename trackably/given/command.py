@@ -15,7 +15,7 @@ from trackably.arrays import Array
 from trackably.certificates.judge import accepted_file
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.errors import InputError
-from trackably.files import from_json, new_file, read_bytes, read_yaml, unwritable, write_atomically
+from trackably.files import errors_of, from_json, new_file, read_bytes, read_yaml, unwritable, write_atomically
 from trackably.given.certify import CertifiedReference, certify
 from trackably.given.table import CertifiedTable, RefutedTable, Table, certify_table
 from trackably.gp.samples import Samples
@@ -51,11 +51,14 @@ def run(given: Namespace) -> int:
 
 
 def _answer(given: Namespace, plant: ConstrainedSystem) -> Answer:
-    if given.interpolation:
-        return certify(read_columns(given.table).samples(plant), plant, given.claim, given.interpolation)
-    if given.claim:
+    if given.claim and not given.interpolation:
         raise InputError("--claim needs an --interpolation: rows alone say nothing about other times")
-    return certify_table(read_columns(given.table).table(plant), plant, given.tolerance)
+    columns = read_columns(given.table)
+    with errors_of(given.table):
+        wanted = columns.samples(plant) if given.interpolation else columns.table(plant)
+    if isinstance(wanted, Table):
+        return certify_table(wanted, plant, given.tolerance)
+    return certify(wanted, plant, given.claim, given.interpolation)
 
 
 def _code_and_save(answer: Answer) -> tuple[int, Callable[[Path], object]]:
@@ -79,7 +82,7 @@ def read_plant(path: Path) -> ConstrainedSystem:
 
     null as a set means unbounded. Raises InputError with the file and what is wrong.
     """
-    try:
+    with errors_of(path):
         content = fields_of(_content(path), _PARTS)
         if missing := [name for name in _PARTS if name not in content]:
             raise ValueError(f"lacks {missing[0]}; null says that nothing is bounded")
@@ -90,8 +93,6 @@ def read_plant(path: Path) -> ConstrainedSystem:
             for name, size in sides
         )
         return ConstrainedSystem(system, *sets)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{path}: {error}") from error
 
 
 def _content(path: Path) -> object:
@@ -103,7 +104,9 @@ def _content(path: Path) -> object:
         raise ValueError(f"{error}; YAML is read from files named .yaml or .yml") from error
 
 
-_STEPS, _TIMES = ("k", "step"), ("t", "time")
+_SCALES = {"t": 1.0, "time": 1.0, "k": None, "step": None}
+"""Columns of times, with their unit [s]; None for steps, whose unit is the sampling time."""
+
 _LAYOUT = CsvLayout(missing=("",))
 _OFF = 1e-6  # tolerance of times in a table of steps, in sampling times
 
@@ -115,24 +118,22 @@ class Columns:
     `places` name the rows, for example "line 2".
     """
 
-    path: Path
     values: dict[str, Array]
     places: Sequence[str]
 
     def times(self, sampling_time: float) -> Array:
-        """Return the times of the rows [s]. InputError: there is no column of steps or times."""
-        for names, scale in ((_TIMES, 1.0), (_STEPS, sampling_time)):
-            for name in names:
-                if name in self.values:
-                    return self.values[name] * scale
-        raise InputError(f"{self.path}: expected a column k or step, or t or time; it has {', '.join(self.values)}")
+        """Return the times of the rows [s]. ValueError: there is no column of steps or times."""
+        for name, scale in _SCALES.items():
+            if name in self.values:
+                return self.values[name] * (scale or sampling_time)
+        raise ValueError(f"expected a column k or step, or t or time; it has {', '.join(self.values)}")
 
     def table(self, plant: ConstrainedSystem) -> Table:
-        """Return states and inputs at the steps. InputError: a column is missing, or a time is no step."""
+        """Return states and inputs at the steps. ValueError: a column is missing, or a time is no step."""
         system = plant.system
         if missing := [name for name in (*system.states, *system.inputs) if name not in self.values]:
-            raise InputError(
-                f"{self.path}: there is no column {missing[0]}: a table at the steps needs all states and inputs; give "
+            raise ValueError(
+                f"there is no column {missing[0]}: a table at the steps needs all states and inputs; give "
                 "an interpolation for curves of some states"
             )
         steps = self.times(plant.sampling_time) / plant.sampling_time
@@ -141,8 +142,8 @@ class Columns:
         if wrong := np.flatnonzero(~((np.abs(steps - whole) <= _OFF) & follows)).tolist():
             i = wrong[0]
             before = f" after {steps[i - 1]:.9g}" if i else ""
-            raise InputError(
-                f"{self.path}: {self.places[i]}: rows must be successive steps, k or t = k T with "
+            raise ValueError(
+                f"{self.places[i]}: rows must be successive steps, k or t = k T with "
                 f"T = {plant.sampling_time:g} s, got the step {steps[i]:.9g}{before}"
             )
         states, inputs = (
@@ -150,25 +151,17 @@ class Columns:
         )
         if len(inputs) > 1 and np.all(np.isnan(inputs[-1])):
             inputs = inputs[:-1]
-        try:
-            return Table(states, inputs, int(whole[0]))
-        except ValueError as error:
-            raise InputError(f"{self.path}: {error}") from error
+        return Table(states, inputs, int(whole[0]))
 
     def samples(self, plant: ConstrainedSystem) -> dict[str, Samples]:
-        """Return samples of the flat outputs, by state, from the columns of the file. InputError: there are none."""
+        """Return samples of the flat outputs, by state, from the columns of the file. ValueError: there are none."""
         shown = [sampled_names(plant, signal) for signal in range(plant.signal_count)]
         found = [name for names in shown if (name := next((name for name in names if name in self.values), None))]
         times = self.times(plant.sampling_time)
         if not found:
             wanted = " or ".join(name for names in shown for name in names)
-            raise InputError(
-                f"{self.path}: no column shows a flat output; expected {wanted}, got {', '.join(self.values)}"
-            )
-        try:
-            return {name: Samples(times, self.values[name]) for name in found}
-        except ValueError as error:
-            raise InputError(f"{self.path}: {error}") from error
+            raise ValueError(f"no column shows a flat output; expected {wanted}, got {', '.join(self.values)}")
+        return {name: Samples(times, self.values[name]) for name in found}
 
 
 def read_columns(path: Path) -> Columns:
@@ -184,4 +177,4 @@ def read_columns(path: Path) -> Columns:
     if twice := [head for i, head in enumerate(heads) if head in heads[:i]]:
         raise InputError(f"{path}: expected a header of different names, but {twice[0]!r} is there twice")
     table = replace(table.part(filled), advice="")  # there is no layout to change
-    return Columns(path, dict(zip(heads, map(table.numbers, table.columns), strict=True)), table.places)
+    return Columns(dict(zip(heads, map(table.numbers, table.columns), strict=True)), table.places)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from typing import Any, Literal, get_args
 
@@ -11,7 +12,7 @@ import numpy as np
 from scipy import sparse
 from scipy.interpolate import BSpline
 
-from trackably.arrays import Array
+from trackably.arrays import Array, subdivide
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import Written
 from trackably.certificates.outcome import Counterexample, Unproved
@@ -64,10 +65,6 @@ class Splines:
         columns = np.arange(found.shape[1])
         return sparse.csr_array(found @ sparse.csr_array((np.ones(columns.size), (columns, columns % self.count))))
 
-    def refine(self, times: Array, parts: int) -> Array:
-        """Return times [s] with as many `parts` of each interval between them."""
-        return np.interp(np.arange((len(times) - 1) * parts + 1) / parts, np.arange(len(times)), times)
-
 
 @dataclass(frozen=True, eq=False)
 class Nearest:
@@ -110,14 +107,12 @@ class Nearest:
         wrapped = np.take(coefficients, np.arange(len(of.padded) - of.degree - 1) % of.count, axis=1)
         return tuple(as_pieces(BSpline(of.padded, c, of.degree), beyond) for c in wrapped)
 
-    def rows(self, functional: Functional, t: Array) -> sparse.csr_array:
-        """Return a functional at t [s], without its offset, as rows for all coefficients."""
-        return self._rows([[float(w) for w in of] for of in functional.weights], t, functional.sampling_time)
-
-    def _rows(self, weights: Sequence[Sequence[float]], t: Array, step: float) -> sparse.csr_array:
-        none = sparse.csr_array((len(t), self.splines.count))
+    def rows(self, weights: Sequence[Sequence[Fraction | float]], t: Array) -> sparse.csr_array:
+        """Return the weighted sum of the flat outputs at t [s] and later steps, as rows for all coefficients."""
+        none, step = sparse.csr_array((len(t), self.splines.count)), self.given.plant.sampling_time
         blocks = [
-            sum((w * self.splines.basis(t + j * step) for j, w in enumerate(of) if w), start=none) for of in weights
+            sum((float(w) * self.splines.basis(t + j * step) for j, w in enumerate(of) if w), start=none)
+            for of in weights
         ]
         return sparse.csr_array(sparse.hstack(blocks))
 
@@ -129,12 +124,10 @@ class Nearest:
         equal, aims, at_most = self._begun, self._aims, list[Side]()
         for q in self.given.plant.quantities:
             functional, width = _requirement(q.functional), q.bounds.width
-            row = self.rows(functional, times) / width
+            row = self.rows(functional.weights, times) / width
             low, high = ((end - float(functional.offset)) / width for end in (q.bounds.lower, q.bounds.upper))
             at_most += [(row, np.full(len(times), high - backoff)), (-row, np.full(len(times), -low - backoff))]
-        (M, wanted), (A, limits) = (_stack(of) for of in (aims, equal + at_most))
-        program = Program(2 * M.T @ M, -2 * M.T @ wanted, A, len(equal))
-        found = program.solve(limits, (1e-8,), ("Solved", "AlmostSolved"))
+        found = nearest(_stack(aims), equal, at_most)
         return None if found is None else found.reshape(-1, self.splines.count)
 
     @property
@@ -143,7 +136,7 @@ class Nearest:
         found = []
         for state, value in zip(self.given.plant.flatness.states, () if self.held is None else self.held, strict=False):
             functional = _requirement(state)
-            row = self.rows(functional, self.splines.knots[:1])
+            row = self.rows(functional.weights, self.splines.knots[:1])
             scale = float(np.max(np.abs(row.data)))
             found.append((row / scale, np.array([(value - float(functional.offset)) / scale])))
         return found
@@ -154,9 +147,7 @@ class Nearest:
         found, t = [], self.instants
         for i, (name, curve) in enumerate(self.given.curves.items()):
             stencil, values = self.given.stencils[name], curve(t)
-            shown = self._rows(
-                [stencil.weights if j == i else () for j in range(len(self.given.curves))], t, stencil.step
-            )
+            shown = self.rows([stencil.weights if j == i else () for j in range(len(self.given.curves))], t)
             size = float(np.max(np.abs(values)))
             scale = (float(np.ptp(values)) if np.ptp(values) > 1e-6 * size else size or 1.0) * np.sqrt(t.size)
             found.append((shown / scale, (values - stencil.offset) / scale))
@@ -164,15 +155,22 @@ class Nearest:
 
     def broken_between(self, coefficients: Array, times: Array, room: float) -> Array:
         """Return the times of local minima of margins below `room` (relative to a width), on a finer grid."""
-        fine = self.splines.refine(times, _FINER)
+        fine = subdivide(times, _FINER)
         found = []
         for q in self.given.plant.quantities:
             functional = _requirement(q.functional)
-            values = self.rows(functional, fine) @ coefficients.ravel() + float(functional.offset)
+            values = self.rows(functional.weights, fine) @ coefficients.ravel() + float(functional.offset)
             margin = np.pad(q.bounds.margin(values) / q.bounds.width, 1, constant_values=np.inf)
             lowest = (margin[1:-1] <= margin[:-2]) & (margin[1:-1] <= margin[2:]) & (margin[1:-1] < room)
             found.append(fine[lowest])
         return np.unique(np.concatenate(found))
+
+
+def nearest(aim: Side, equal: Sequence[Side], at_most: Sequence[Side]) -> Array | None:
+    """Return the coefficients whose rows are nearest to an aim, and equal or do not exceed others; None if none do."""
+    (M, wanted), (A, limits) = aim, _stack([*equal, *at_most])
+    program = Program(2 * M.T @ M, -2 * M.T @ wanted, A, sum(len(values) for _, values in equal))
+    return program.solve(limits, (1e-8,), ("Solved", "AlmostSolved"))
 
 
 def _stack(sides: Sequence[Side]) -> Side:
@@ -221,7 +219,7 @@ def repair(
     outcome = given.prove(given.reference)
     if isinstance(outcome, Certificate):
         nowhere = {name: RepairDistance(0.0, 0.0) for name in given.curves}
-        return CertifiedReference(outcome.reference, outcome, given.off(outcome), nowhere)
+        return CertifiedReference(outcome, given.off(outcome), nowhere)
     near = Nearest.of(given, _start_states(given) if start == "given" else None)
     times = near.instants
     for backoff in _BACKOFFS:
@@ -230,7 +228,7 @@ def repair(
             return outcome if isinstance(outcome, Unproved) else _not_found(outcome, backoff, near)
         outcome = given.prove(Reference(near.signals(coefficients), plant))
         if isinstance(outcome, Certificate):
-            return CertifiedReference(outcome.reference, outcome, {}, _distances(given, outcome))
+            return CertifiedReference(outcome, {}, _distances(given, outcome))
     return outcome
 
 
@@ -255,12 +253,10 @@ def _start_states(given: Given) -> Array | None:
     """
     if given.beyond == "period":
         return None
-    at_start = given.reference.state_at(np.asarray(given.span[0]))
-    limits = (limit for limit in given.plant.given_constraints if limit.side == "state")
-    margins = (
-        limit.bounds.margin(np.array(limit.row, dtype=float) @ at_start) / limit.bounds.width for limit in limits
-    )
-    return at_start if all(margin > _BACKOFFS[0] for margin in margins) else None
+    X, at_start = given.plant.state_set, given.reference.state_at(np.asarray(given.span[0]))
+    values = X.rows @ at_start
+    margins = np.minimum(values - X.lower, X.upper - values) / X.widths
+    return at_start if np.all(margins > _BACKOFFS[0]) else None
 
 
 def _not_found(broken: Counterexample, backoff: float, near: Nearest) -> Unproved:

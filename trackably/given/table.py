@@ -1,24 +1,20 @@
 """Tables of states and inputs at the steps: bounds and dynamics are proved at these instants, but not between them."""
 
-from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import inf, nextafter
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trackably.arguments import array, instance, positive, whole
 from trackably.arrays import Array, ArrayLike
-from trackably.certificates.judge import judged_file
 from trackably.certificates.outcome import Unproved
-from trackably.checker import Proved, Refuted
 from trackably.checker import tables as checked
 from trackably.checker.form import UnreadableError, read_table
 from trackably.checker.intervals import Real, UndefinedError
-from trackably.checker.subject import Polytope
-from trackably.checker.tables import FORMAT, REFUTED, VERSION, Part, differences, value_of_row
-from trackably.files import new_file, write_json
-from trackably.systems.constrained import ConstrainedSystem, Side
+from trackably.checker.tables import FORMAT, REFUTED, VERSION, Part
+from trackably.given.accepted import AcceptedProof, AcceptedRefutation, NotAcceptedError
+from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval, rounded_text
 
 
@@ -51,8 +47,8 @@ class Table:
         return self.first_step + len(self.states) - 1
 
 
-@dataclass(frozen=True, eq=False)
-class CertifiedTable:
+@dataclass(frozen=True, eq=False, repr=False)
+class CertifiedTable(AcceptedProof):
     """A table that keeps its bounds at its steps, with |x(k + 1) − f(x(k), u(k))| ≤ `tolerance` for each state.
 
     `defect` is the largest of these differences, rounded up. Nothing is claimed about times between the steps.
@@ -73,19 +69,14 @@ class CertifiedTable:
             f"step before ({rounded_text(self.defect, 'up')} at most)"
         )
 
-    def save_certificate(self, path: Path | str) -> Path:
-        """Write the table for `python -m trackably check FILE`; return the path. Raises OSError."""
-        write_json(path := new_file("save_certificate", path), self.content)
-        return path
-
     @property
     def content(self) -> dict[str, Any]:
         """The content of its file."""
-        return {"format": FORMAT, "version": VERSION, **_encode(self.table, self.plant, self.tolerance)}
+        return _content(FORMAT, self.table, self.plant, self.tolerance)
 
 
-@dataclass(frozen=True, eq=False)
-class RefutedTable:
+@dataclass(frozen=True, eq=False, repr=False)
+class RefutedTable(AcceptedRefutation):
     """At `step`, at `time` [s], the table certainly violates a bound, or the dynamics, by at least `violation`.
 
     `what` describes the row or the state, which has this `index` in a `part` of the table.
@@ -103,26 +94,22 @@ class RefutedTable:
 
     @property
     def explanation(self) -> str:
+        """The violation in a sentence."""
         least = rounded_text(self.violation, "down")
         return f"at step {self.step} (t = {self.time:.6g} s) {self.what}, by at least {least}"
-
-    def save_counterexample(self, path: Path | str) -> Path:
-        """Write the table and its violation for `python -m trackably check`; return the path. Raises OSError."""
-        write_json(path := new_file("save_counterexample", path), self.content)
-        return path
 
     @property
     def content(self) -> dict[str, Any]:
         """The content of its file."""
         at = {"step": self.step, "part": self.part, "index": self.index, "violation": self.violation}
-        return {"format": REFUTED, "version": VERSION, **_encode(self.table, self.plant, self.tolerance), "at": at}
+        return {**_content(REFUTED, self.table, self.plant, self.tolerance), "at": at}
 
 
-def _encode(table: Table, plant: ConstrainedSystem, tolerance: float) -> dict[str, Any]:
+def _content(form: str, table: Table, plant: ConstrainedSystem, tolerance: float) -> dict[str, Any]:
     from trackably.codec import encode  # noqa: PLC0415  loaded for files only
 
     rows = {"first_step": table.first_step, "states": table.states.tolist(), "inputs": table.inputs.tolist()}
-    return {"table": rows, "plant": encode(plant), "tolerance": tolerance}
+    return {"format": form, "version": VERSION, "table": rows, "plant": encode(plant), "tolerance": tolerance}
 
 
 _SMALLEST = 5e-324  # a positive float64
@@ -137,46 +124,40 @@ def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> C
     ValueError: the table does not fit the plant, or the tolerance is not positive.
     """
     tolerance = _check(table, plant, tolerance)
+
+    def unproved(row: int, short: float, reason: str) -> Unproved:
+        t, bounds = (table.first_step + row) * plant.sampling_time, Interval(-tolerance, tolerance)
+        return Unproved("difference to the next state", bounds, (t, t), short, reason)
+
     try:
-        read = read_table(CertifiedTable(table, plant, tolerance, tolerance).content)
+        read = replace(read_table(_content(FORMAT, table, plant, tolerance)), tolerance=0.0)
     except UnreadableError as error:
-        return _make_unproved(plant, table.first_step, tolerance, inf, f"the checker does not read it: {error}")
-    broken, defect = list(_find_violations(read, plant)), Fraction(0)
-    for k in range(len(table.states) - 1):
-        try:
-            apart = _defects(read, k)
-        except UndefinedError as undefined:
-            return _make_unproved(plant, table.first_step + k, tolerance, inf, str(undefined))
-        for i, (name, (least, most)) in enumerate(zip(plant.system.states, apart, strict=True)):
-            defect = max(defect, most)
-            if (by := least - Fraction(tolerance)) > 0:
-                what = (
-                    f"the system leads to another {name} than that of the next step, beyond the tolerance {tolerance!r}"
-                )
-                broken.append((float(by) / tolerance, k, what, by, "dynamics", i))
-    if broken:
-        _, k, what, by, part, i = max(broken, key=lambda found: found[0])
-        step, below = table.first_step + k, max(nextafter(float(by), 0.0), _SMALLEST)
-        return _judge(RefutedTable(step, step * plant.sampling_time, what, below, part, i, table, plant, tolerance))
-    if defect > Fraction(tolerance):
-        short = float(defect - Fraction(tolerance))
-        return _make_unproved(plant, table.first_step, tolerance, short, "the tolerance is next to what f leads to")
-    return _judge(CertifiedTable(table, plant, tolerance, nextafter(float(defect), inf) if defect else 0.0))
-
-
-def _judge(found: CertifiedTable | RefutedTable) -> CertifiedTable | RefutedTable | Unproved:
-    """Return the result if the checker accepts it, and Unproved if it refuses it.
-
-    The defect is reported only if the checker also accepts it as a tolerance; otherwise the tolerance is reported.
-    """
-    _, verdict = judged_file(found.content)
-    if isinstance(found, CertifiedTable) and isinstance(verdict, Proved):
-        _, of_defect = judged_file(replace(found, tolerance=found.defect or _SMALLEST).content)
-        return found if isinstance(of_defect, Proved) else replace(found, defect=found.tolerance)
-    if isinstance(found, RefutedTable) and isinstance(verdict, Refuted):
-        return found
-    why = f"the checker does not accept it ({verdict})"
-    return _make_unproved(found.plant, found.table.first_step, found.tolerance, 0.0, why)
+        return unproved(0, inf, f"the checker does not read it: {error}")
+    broken, defect = [], Fraction(0)
+    for part, rows, limits in _parts(table, plant, tolerance):
+        for k in range(rows):
+            try:
+                found = _excesses(read, part, k)
+            except UndefinedError as undefined:
+                return unproved(k, inf, str(undefined))
+            for i, ((what, allowed, size), (least, most)) in enumerate(zip(limits, found, strict=True)):
+                if part == "dynamics":
+                    defect = max(defect, most)
+                if (by := least - Fraction(allowed)) > 0:
+                    broken.append((float(by) / size, k, what, by, part, i))
+    try:
+        if broken:
+            _, k, what, by, part, i = max(broken, key=lambda found: found[0])
+            step, below = table.first_step + k, max(nextafter(float(by), 0.0), _SMALLEST)
+            return RefutedTable(step, step * plant.sampling_time, what, below, part, i, table, plant, tolerance)
+        if (over := defect - Fraction(tolerance)) > 0:
+            return unproved(0, float(over), "the tolerance is next to what f leads to")
+        shown, above = tolerance, nextafter(float(defect), inf) if defect else 0.0
+        with suppress(NotAcceptedError):  # only a defect that the checker accepts as a tolerance is reported
+            shown = CertifiedTable(table, plant, above or _SMALLEST, above).defect
+        return CertifiedTable(table, plant, tolerance, shown)
+    except NotAcceptedError as refused:
+        return unproved(0, 0.0, str(refused))
 
 
 def _check(table: Table, plant: ConstrainedSystem, tolerance: float) -> float:
@@ -188,40 +169,40 @@ def _check(table: Table, plant: ConstrainedSystem, tolerance: float) -> float:
     return positive("certify_table: tolerance", tolerance)
 
 
-def _make_unproved(plant: ConstrainedSystem, step: int, tolerance: float, short: float, reason: str) -> Unproved:
-    t = step * plant.sampling_time
-    return Unproved("difference to the next state", Interval(-tolerance, tolerance), (t, t), short, reason)
+Limits = list[tuple[str, float, float]]
+"""For each limit, the sentence about its violation, how much of an excess is allowed, and what it is relative to."""
 
 
-def _find_violations(
-    table: checked.Table, plant: ConstrainedSystem
-) -> Iterator[tuple[float, int, str, Fraction, Part, int]]:
-    """Yield violations of bounds: size relative to the width, row, sentence, size, part and index."""
-    sides: tuple[tuple[Part, Side, tuple[tuple[float, ...], ...], Polytope], ...] = (
-        ("states", "state", table.states, table.state_set),
-        ("inputs", "input", table.inputs, table.input_set),
+def _parts(table: Table, plant: ConstrainedSystem, tolerance: float) -> tuple[tuple[Part, int, Limits], ...]:
+    """Return the parts of a table, each with the number of its rows and with its limits."""
+    states, inputs = (
+        [
+            (f"the {limit.name} breaks {limit.bounds.exactly}", 0.0, limit.bounds.width)
+            for limit in plant.given_constraints
+            if limit.side == side
+        ]
+        for side in ("state", "input")
     )
-    for part, side, values, bounded in sides:
-        limits = [limit for limit in plant.given_constraints if limit.side == side]
-        for i, (limit, bound) in enumerate(zip(limits, bounded.rows, strict=True)):
-            for k, row in enumerate(values):
-                value = value_of_row(bound, row)
-                if (by := max(Fraction(bound.lower) - value, value - Fraction(bound.upper))) > 0:
-                    what = f"the {limit.name} breaks {limit.bounds.exactly}"
-                    yield float(by) / limit.bounds.width, k, what, by, part, i
+    leads = "the system leads to another {} than that of the next step, beyond the tolerance {!r}"
+    dynamics = [(leads.format(name, tolerance), tolerance, tolerance) for name in plant.system.states]
+    return (
+        ("states", len(table.states), states),
+        ("inputs", len(table.inputs), inputs),
+        ("dynamics", len(table.states) - 1, dynamics),
+    )
 
 
-def _defects(table: checked.Table, row: int) -> list[tuple[Fraction, Fraction]]:
-    """Return lower and upper bounds of |x⁺ − f(x, u)| for each state, which are equal for linear systems.
+def _excesses(table: checked.Table, part: Part, row: int) -> list[tuple[Fraction, Fraction]]:
+    """Return lower and upper bounds of the excess over each limit in a row, which are equal where it is rational.
 
-    Raises UndefinedError.
+    Of dynamics with tolerance 0 these are bounds of |x⁺ − f(x, u)|. Raises UndefinedError.
     """
     try:
-        return [(a, a) if isinstance(a, Fraction) else _ends(a) for a in differences(table, row)]
+        return [(of, of) if isinstance(of, Fraction) else _ends(of) for of in checked.excesses(table, part, row)]
     except OverflowError:
         why = "its formula is too large for float64, or divides by something that may be zero"
         raise UndefinedError(why) from None
 
 
-def _ends(apart: Real) -> tuple[Fraction, Fraction]:
-    return Fraction(max(nextafter(float(apart.a), -inf), 0.0)), Fraction(nextafter(float(apart.b), inf))
+def _ends(excess: Real) -> tuple[Fraction, Fraction]:
+    return Fraction(nextafter(float(excess.a), -inf)), Fraction(nextafter(float(excess.b), inf))

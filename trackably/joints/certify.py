@@ -8,32 +8,26 @@ from fractions import Fraction
 from itertools import groupby
 from math import nextafter
 from operator import itemgetter
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
+from numpy.polynomial import Polynomial
+from numpy.polynomial.polynomial import polyder
 
 from trackably.arguments import instance, positive
-from trackably.arrays import Array
-from trackably.certificates.judge import judged_file
+from trackably.arrays import Array, Flags
 from trackably.certificates.outcome import Unproved
-from trackably.checker import Proved, Refuted, Verdict
 from trackably.checker.floats.intervals import bernstein
 from trackably.checker.floats.pieces import undecided
 from trackably.checker.joints import BROKEN, FORMAT, ORDERS, VERSION, read_joints, value
 from trackably.checker.joints import JointTrajectory as Subject
-from trackably.files import new_file, write_atomically
+from trackably.given.accepted import AcceptedProof, AcceptedRefutation, NotAcceptedError
 from trackably.joints.limits import Joints
-from trackably.joints.trajectory import JointTrajectory, derivative
+from trackably.joints.trajectory import JointTrajectory
 from trackably.systems.intervals import Interval, ends_shown, ends_within, rounded_text
 
 TOLERANCE = 1e-9
 """Largest jump between pieces that counts as rounding, in the unit of the derivative."""
-
-
-class NotAcceptedError(ValueError):
-    """The checker does not accept a statement about a trajectory; the message has its reason."""
 
 
 @dataclass(frozen=True)
@@ -50,8 +44,8 @@ class ObservedDistance:
         return f"about {self.most:.3g}, {self.rms:.3g} in the root mean square, as seen in float64 at many times"
 
 
-@dataclass(frozen=True, eq=False)
-class CertifiedTrajectory:
+@dataclass(frozen=True, eq=False, repr=False)
+class CertifiedTrajectory(AcceptedProof):
     """A `trajectory` that keeps all limits of `joints` between its points, as accepted by the checker.
 
     Derivatives below a joint's highest limited one jump by at most `tolerance` from piece to piece, each in its unit.
@@ -67,9 +61,6 @@ class CertifiedTrajectory:
     moved: Mapping[str, ObservedDistance] = field(default_factory=dict)
     factor: float = 1.0
 
-    def __post_init__(self) -> None:
-        _accept(self, Proved, FORMAT)
-
     @property
     def explanation(self) -> str:
         """The proved statement in a sentence."""
@@ -82,13 +73,10 @@ class CertifiedTrajectory:
         said += [f"{name} was moved by {moved}" for name, moved in self.moved.items() if moved.most > 0]
         return "; ".join(said + ([f"slowed down {self.factor!r} times"] if self.factor != 1 else []))
 
-    def save_certificate(self, path: Path | str) -> Path:
-        """Write the proof for `python -m trackably check FILE`; return the path. Raises OSError."""
-        write_atomically(file := new_file("save_certificate", path), vars(self)["accepted"])
-        return file
-
-    def __repr__(self) -> str:
-        return f"CertifiedTrajectory({self.explanation})"
+    @property
+    def content(self) -> dict[str, Any]:
+        """The content of its file."""
+        return _content(FORMAT, self.trajectory, self.joints, self.tolerance)
 
 
 @dataclass(frozen=True)
@@ -96,8 +84,8 @@ class BrokenLimit:
     """A violation of a joint's `limits` that begins at about `begins` [s]; at `time` [s] it is `violation`.
 
     It is about one piece, and `violation` is the largest one found there. If the derivative `jumps`, the limits of the
-    next higher derivative are violated beyond any number, and `violation` is the jump. The checker has accepted the
-    violation.
+    next higher derivative are violated beyond any number, and `violation` is the jump. `place` is where the checker
+    finds it.
     """
 
     joint: str
@@ -107,6 +95,7 @@ class BrokenLimit:
     time: float
     violation: float
     jumps: bool
+    place: Mapping[str, Any] = field(repr=False)
 
     def __str__(self) -> str:
         by = rounded_text(self.violation, "down")
@@ -118,8 +107,8 @@ class BrokenLimit:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class BrokenLimits:
+@dataclass(frozen=True, eq=False, repr=False)
+class BrokenLimits(AcceptedRefutation):
     """The first violation of each joint along a `trajectory`: an entry of `broken` for each joint
     that violates a limit.
 
@@ -130,10 +119,6 @@ class BrokenLimits:
     joints: Joints
     tolerance: float
     broken: tuple[BrokenLimit, ...]
-    places: tuple[Mapping[str, Any], ...]
-
-    def __post_init__(self) -> None:
-        _accept(self, Refuted, BROKEN, broken=[*map(dict, self.places)])
 
     @property
     def first(self) -> BrokenLimit:
@@ -145,13 +130,11 @@ class BrokenLimits:
         """The first violation of each joint, in the order of time."""
         return "; ".join(map(str, sorted(self.broken, key=lambda broken: broken.begins)))
 
-    def save_counterexample(self, path: Path | str) -> Path:
-        """Write the violations for `python -m trackably check FILE`; return the path. Raises OSError."""
-        write_atomically(file := new_file("save_counterexample", path), vars(self)["accepted"])
-        return file
-
-    def __repr__(self) -> str:
-        return f"BrokenLimits({self.explanation})"
+    @property
+    def content(self) -> dict[str, Any]:
+        """The content of its file."""
+        broken = [{**each.place, "violation": each.violation} for each in self.broken]
+        return {**_content(BROKEN, self.trajectory, self.joints, self.tolerance), "broken": broken}
 
 
 def certify_joints(
@@ -193,10 +176,9 @@ def certify_joints(
         return CertifiedTrajectory(given, joints, tolerance)
     except NotAcceptedError as refused:
         reason = str(refused)
-    found = list(_first_broken(given, joints, tolerance))
     try:
-        if found:
-            return BrokenLimits(given, joints, tolerance, *zip(*found, strict=True))
+        if found := tuple(_first_broken(given, joints, tolerance)):
+            return BrokenLimits(given, joints, tolerance, found)
     except NotAcceptedError as refused:
         reason = str(refused)
     return make_unproved(given, joints, reason)
@@ -239,10 +221,7 @@ def make_unproved(given: JointTrajectory, joints: Joints, reason: str) -> Unprov
 def fit_joints(trajectory: Any, joints: Joints) -> JointTrajectory:
     """Return a trajectory of exactly these joints, in their order. Raises as `certify_joints`."""
     instance("certify_joints: joints", joints, Joints, "Joints")
-    if not isinstance(trajectory, JointTrajectory):
-        named = None if isinstance(trajectory, Mapping) else joints.names
-        trajectory = JointTrajectory.of(trajectory, named)
-    given: JointTrajectory = trajectory
+    given = trajectory if isinstance(trajectory, JointTrajectory) else JointTrajectory.of(trajectory, joints.names)
     if given.names == joints.names:
         return given
     if {*given.names} != {*joints.names}:
@@ -252,17 +231,10 @@ def fit_joints(trajectory: Any, joints: Joints) -> JointTrajectory:
     return JointTrajectory(joints.names, given.breakpoints, given.coefficients[order], given.rests)
 
 
-def _accept(found: CertifiedTrajectory | BrokenLimits, wanted: type[Verdict], form: str, **more: object) -> None:
-    """Ask the checker, and store the bytes that it accepts. NotAcceptedError: it refuses them."""
-    data, verdict = judged_file({"format": form, **_content(found.trajectory, found.joints, found.tolerance), **more})
-    if not isinstance(verdict, wanted):
-        raise NotAcceptedError(f"the checker does not accept it ({verdict})")
-    object.__setattr__(found, "accepted", data)
-
-
-def _content(trajectory: JointTrajectory, joints: Joints, tolerance: float) -> dict[str, Any]:
+def _content(form: str, trajectory: JointTrajectory, joints: Joints, tolerance: float) -> dict[str, Any]:
     limits = joints.limits[: joints.order + 1].swapaxes(0, 1).tolist()
     return {
+        "format": form,
         "version": VERSION,
         "joints": [
             {"name": name, "limits": [end if np.isfinite(end[0]) else None for end in of]}
@@ -280,93 +252,82 @@ def _content(trajectory: JointTrajectory, joints: Joints, tolerance: float) -> d
 # What is broken is sought in float64, and told exactly.
 
 
-def _on_pieces(c: Array, widths: Array) -> Array:
-    """Return Bernstein coefficients on pieces, along the last axis.
+def _on_pieces(c: Array, r: int, widths: Array) -> Array:
+    """Return the Bernstein coefficients of r-th derivatives on pieces, along the last axis.
 
-    A polynomial lies between its least and largest one.
-
-    `c` has the shape (…, K, n), and `widths` (K,) [s].
+    A polynomial lies between its least and largest one. `c` has the shape (J, K, n), and `widths` (K,) [s].
     """
-    n = c.shape[-1]
-    return np.asarray((c * widths[:, None] ** np.arange(float(n))) @ bernstein(n).T)
+    d = polyder(c, r, axis=2)
+    n = d.shape[2]
+    return np.asarray((d * widths[:, None] ** np.arange(float(n))) @ bernstein(n).T)
 
 
-def room(c: Array, widths: Array, joints: Joints) -> Array:
-    """Return for each piece the least slack of its Bernstein coefficients, relative to each limit's width: (K,).
+def within_limits(c: Array, widths: Array, joints: Joints) -> Flags:
+    """Return for each piece whether its Bernstein coefficients, and so its derivatives, keep all limits: (K,).
 
-    If it is not negative, limits are kept, up to rounding.
+    Up to rounding. `c` has the shape (J, K, n), and `widths` (K,) [s].
     """
-    found = np.full(len(widths), np.inf)
+    kept = np.full(len(widths), True)
     for r in range(joints.order + 1):
-        low, high = np.moveaxis(joints.limits[r], -1, 0)[:, :, None, None]
-        b, some = _on_pieces(derivative(c, r), widths), np.isfinite(low)
-        with np.errstate(invalid="ignore"):
-            inside = np.where(some, np.minimum(b - low, high - b) / (high - low), np.inf)
-        found = np.minimum(found, np.min(inside, axis=(0, 2)))
-    return found
+        b, (low, high) = _on_pieces(c, r, widths), joints.limits[r].T[:, :, None, None]
+        kept &= np.all((low <= b) & (b <= high), axis=(0, 2))
+    return kept
 
 
-def extremes(polynomial: Array, width: float) -> Array:
+def _roots(p: Polynomial, width: float) -> list[float]:
+    """Return the times inside of a piece at which a polynomial is zero, up to rounding."""
+    sizes = np.abs(p.coef) * width ** np.arange(float(len(p.coef)))
+    used = np.flatnonzero(sizes > 1e-14 * np.max(sizes))
+    found = np.roots(p.coef[: used[-1] + 1][::-1]) if len(used) else np.zeros(0)
+    return sorted(found.real[(np.abs(found.imag) < 1e-6 * width) & (found.real > 0) & (found.real < width)].tolist())
+
+
+def extremes(p: Polynomial, width: float) -> Array:
     """Return the times since a breakpoint at which a polynomial may have its minimum or maximum, ends included."""
-    d = derivative(polynomial, 1)
-    used = np.flatnonzero(np.abs(d) * width ** np.arange(float(len(d))) > 1e-14 * np.max(np.abs(polynomial)))
-    inner = np.roots(d[: used[-1] + 1][::-1]) if len(used) and used[-1] else np.zeros(0)
-    real_ones = inner.real[(np.abs(inner.imag) < 1e-6 * width) & (inner.real > 0) & (inner.real < width)]
-    return np.array([0.0, *np.sort(real_ones), width])
+    return np.array([0.0, *_roots(p.deriv(), width), width])
 
 
-def _first_broken(
-    given: JointTrajectory, joints: Joints, tolerance: float
-) -> Iterator[tuple[BrokenLimit, dict[str, Any]]]:
-    """Yield the first violation of each joint, and its place as the checker finds it."""
-    subject: Subject = read_joints(_content(given, joints, tolerance))
+def _first_broken(given: JointTrajectory, joints: Joints, tolerance: float) -> Iterator[BrokenLimit]:
+    """Yield the first violation of each joint."""
+    subject: Subject = read_joints(_content(FORMAT, given, joints, tolerance))
     limits, jumps = undecided(subject)
     parts = [*((j, i, r, _outside) for j, r, i in limits), *((j, i, r, _jump) for j, r, i in jumps)]
-    done, place = set[int](), itemgetter(0, 1)
-    for (j, i), there in groupby(sorted(parts, key=place), place):
-        if j not in done and (found := [each for _, _, r, broken in there for each in broken(subject, j, r, i)]):
-            done.add(j)
-            yield min(found, key=lambda each: each[0].begins)
+    for j, of_joint in groupby(sorted(parts, key=itemgetter(0, 1)), itemgetter(0)):
+        for i, there in groupby(of_joint, itemgetter(1)):
+            if found := [*filter(None, (broken(subject, j, r, i) for _, _, r, broken in there))]:
+                yield min(found, key=lambda each: each.begins)
+                break
 
 
-def _jump(subject: Subject, j: int, r: int, i: int) -> Iterator[tuple[BrokenLimit, dict[str, Any]]]:
-    """Yield a violation if a derivative jumps at a breakpoint."""
+def _jump(subject: Subject, j: int, r: int, i: int) -> BrokenLimit | None:
+    """Return the jump of a derivative at a breakpoint; None if it is small enough."""
     by, t = abs(subject.jump(j, r, i)), subject.breakpoints[i]
-    if by > Fraction(subject.jumps[r]):
-        broken = BrokenLimit(subject.joints[j].name, ORDERS[r], None, t, t, _below(by), True)
-        yield broken, {"joint": j, "order": r, "jump": i, "violation": broken.violation}
+    if by <= Fraction(subject.jumps[r]):
+        return None
+    place = {"joint": j, "order": r, "jump": i}
+    return BrokenLimit(subject.joints[j].name, ORDERS[r], None, t, t, _below(by), True, place)
 
 
-def _outside(subject: Subject, j: int, r: int, i: int) -> Iterator[tuple[BrokenLimit, dict[str, Any]]]:
-    """Yield a violation if a derivative leaves its limits on a piece."""
-    limit, width = subject.joints[j].limits[r], subject.width(i)
+def _outside(subject: Subject, j: int, r: int, i: int) -> BrokenLimit | None:
+    """Return the violation of a derivative's limits on a piece; None if there is none."""
+    limit, width, t = subject.joints[j].limits[r], subject.width(i), subject.breakpoints[i]
     assert limit is not None, "it is one of those that are not decided"
-    exact = subject.polynomial(j, i, r)
-    low, high = map(Fraction, limit)
-    polynomial, h = np.array([float(c) for c in exact]), float(width)
+    exact, (low, high) = subject.polynomial(j, i, r), map(Fraction, limit)
+    p, h = Polynomial([float(c) for c in exact]), float(width)
     h = h if Fraction(h) <= width else nextafter(h, 0.0)
-    by, since = max(
-        (max(low - (x := value(exact, Fraction(t))), x - high), t) for t in extremes(polynomial, h).tolist()
-    )
+    by, since = max((max(low - (x := value(exact, Fraction(s))), x - high), s) for s in extremes(p, h).tolist())
     if by <= 0:
-        return
-    begins, violation, name, t = h, _below(by), subject.joints[j].name, subject.breakpoints[i]
-    for end, sign in zip(limit, (1.0, -1.0), strict=True):
-        begins = min(begins, _leaves(sign * (polynomial - end * (np.arange(len(polynomial)) == 0)), h))
-    broken = BrokenLimit(name, ORDERS[r], limit, t + begins, t + since, violation, False)
-    yield broken, {"joint": j, "order": r, "piece": i, "since": since, "violation": violation}
+        return None
+    begins, place = t + _begins(p, limit, h), {"joint": j, "order": r, "piece": i, "since": since}
+    return BrokenLimit(subject.joints[j].name, ORDERS[r], limit, begins, t + since, _below(by), False, place)
 
 
-def _leaves(margin: Array, h: float) -> float:
-    """Return the first time at which a polynomial becomes negative; h if it does not."""
-    times = extremes(margin, h)
-    values = np.polynomial.polynomial.polyval(times, margin)
-    if not np.any(values < 0):
-        return h
-    k = int(np.argmax(values < 0))
-    if k == 0:
-        return 0.0
-    return float(brentq(np.polynomial.Polynomial(margin), times[k - 1], times[k]))
+def _begins(p: Polynomial, limit: tuple[float, float], h: float) -> float:
+    """Return the first time at which a polynomial leaves its limits; h if it is not seen to do so."""
+    ends = np.sort([0.0, h, *(t for end in limit for t in _roots(p - end, h))])
+    between = p((ends[:-1] + ends[1:]) / 2)
+    outside = np.flatnonzero((between < limit[0]) | (between > limit[1]))
+    return float(ends[outside[0]] if len(outside) else h)
 
 
 def _below(by: Fraction) -> float:
@@ -377,18 +338,18 @@ def _least_factor(given: JointTrajectory, joints: Joints) -> float:
     """Return the least s ≥ 1 for which derivatives of order r, divided by s^r, are inside their limits."""
     widths, s = np.diff(given.breakpoints), 1.0
     for r in range(1, joints.order + 1):
-        d = derivative(given.coefficients, r)
-        for j, (low, high) in enumerate(joints.limits[r].tolist()):
-            if not low < 0 < high:
-                raise ValueError(
-                    f"stretch_joints: the limits of the {ORDERS[r]} of {joints.names[j]} must have 0 inside"
-                )
-            b = _on_pieces(d[j], widths)
-            most = np.max(np.maximum(b / high, b / low), axis=1)
-            for i in np.argsort(-most).tolist():
-                if most[i] <= s**r:
-                    break
-                times = extremes(d[j, i], float(widths[i]))
-                values = np.polynomial.polynomial.polyval(times, d[j, i])
-                s = max(s, float(np.max(np.maximum(values / high, values / low))) ** (1 / r))
+        low, high = joints.limits[r].T
+        if len(wrong := np.flatnonzero(~((low < 0) & (high > 0)))):
+            name = joints.names[wrong[0]]
+            raise ValueError(f"stretch_joints: the limits of the {ORDERS[r]} of {name} must have 0 inside")
+
+        def largest(values: Array, low: Any, high: Any) -> Any:
+            return np.max(np.maximum(values / high, values / low), axis=-1)
+
+        most = largest(_on_pieces(given.coefficients, r, widths), low[:, None, None], high[:, None, None])
+        for j, i in zip(*np.unravel_index(np.argsort(-most, axis=None), most.shape), strict=True):
+            if most[j, i] <= s**r:
+                break
+            p = Polynomial(given.coefficients[j, i]).deriv(r)
+            s = max(s, float(largest(p(extremes(p, widths[i])), low[j], high[j])) ** (1 / r))
     return s

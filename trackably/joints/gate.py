@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any, Literal
 
 import numpy as np
 
 from trackably.arguments import array, instance, positive, real
-from trackably.arrays import Array, ArrayLike
-from trackably.given.conversion import shift
-from trackably.joints.certify import TOLERANCE, CertifiedTrajectory, NotAcceptedError, fit_joints, room
+from trackably.arrays import ArrayLike
+from trackably.given.accepted import NotAcceptedError
+from trackably.joints.certify import TOLERANCE, CertifiedTrajectory, fit_joints, within_limits
 from trackably.joints.limits import Joints
 from trackably.joints.repair import repair_joints
-from trackably.joints.trajectory import JointTrajectory, at_ends, hermite, join, on_pieces
+from trackably.joints.trajectory import JointTrajectory, hermite
 
 _CLOSEST = 1e-6  # s; pieces are no shorter
 _SHORTEST, _LONGEST, _STOPS = 0.01, 20.0, 40
@@ -73,7 +73,7 @@ class Gate:
         for name, at, (low, high) in zip(self.joints.names, q.tolist(), self.joints.position.tolist(), strict=True):
             if not low <= at <= high:
                 raise ValueError(f"gate: the position of {name} must be in [{low:g}, {high:g}], got {at:g}")
-        return self._prove(t + np.array([0.0, 1.0]), q[:, None, None])
+        return self._prove(JointTrajectory(self.joints.names, [t, t + 1.0], q[:, None, None]))
 
     def __call__(self, chunk: Any, running: CertifiedTrajectory, now: float) -> GateAnswer:
         """Return the motion that runs from `now` [s] on, given a chunk in times of the same clock.
@@ -89,12 +89,10 @@ class Gate:
         given = self._turn(given, before)
         reason = "no point of the chunk can be reached"
         if (entry := self._entry(given, before)) is not None:
-            found = self._stopping(*entry)
-            if found is None:
-                reason = "no stop was found behind the chunk"
-            else:
+            reason = "no stop was found behind the chunk"
+            if (stopping := self._stopping(entry)) is not None:
                 try:
-                    return GateAnswer("stitched", self._prove(*_continue(before, *found)), "the chunk is reached")
+                    return GateAnswer("stitched", self._continue(before, stopping), "the chunk is reached")
                 except NotAcceptedError as refused:
                     reason = str(refused)
         left = self.budget - (perf_counter() - began)
@@ -108,19 +106,21 @@ class Gate:
         Raises as a call.
         """
         before = self._until(running, now)
-        end = self._brake(before.state(before.span[1], self._order)[:, None], before.breakpoints[-1:])
-        if end is not None and before.span[1] + end[0][0] < running.trajectory.span[1]:
+        stopped = self._braked(before, before.span[1])
+        if stopped is not None and stopped.span[1] < running.trajectory.span[1]:
             with suppress(NotAcceptedError):
-                found = self._prove(*_continue(before, before.span[1] + np.append(0.0, end[0]), end[1]))
-                return GateAnswer("stopped", found, "asked for")
+                return GateAnswer("stopped", self._prove(stopped), "asked for")
         return GateAnswer("kept", running, "no stop is shorter than the one that is proved")
 
     @property
     def _order(self) -> int:
         return max(self.joints.order, 1)
 
-    def _prove(self, ends: Array, c: Array) -> CertifiedTrajectory:
-        return CertifiedTrajectory(JointTrajectory(self.joints.names, ends, c), self.joints, self.tolerance)
+    def _prove(self, motion: JointTrajectory) -> CertifiedTrajectory:
+        return CertifiedTrajectory(replace(motion, rests=True), self.joints, self.tolerance)
+
+    def _continue(self, before: JointTrajectory, after: JointTrajectory) -> CertifiedTrajectory:
+        return self._prove(before.followed_by(after.breakpoints[1:], after.coefficients))
 
     def _until(self, running: CertifiedTrajectory, now: float) -> JointTrajectory:
         """Return the running motion from the piece at `now` up to the earliest time [s] at which
@@ -130,19 +130,15 @@ class Gate:
         motion, t = running.trajectory, real("gate: now", now)
         if not motion.rests or motion.names != self.joints.names:
             raise ValueError("gate: the running motion must end at rest, and have the joints of the gate")
-        start, (first, last) = t + self.lead, motion.span
+        start, (first, last), ends = t + self.lead, motion.span, motion.breakpoints
         if not first <= t:
             raise ValueError(f"gate: the running motion begins at {first:.9g} s, after now, {t:.9g} s")
-        ends, c = motion.breakpoints, motion.coefficients
-        if start >= last + _CLOSEST:  # at rest
-            q = np.zeros((*c.shape[:1], 1, c.shape[2]))
-            q[:, 0, 0] = motion(last)
-            ends, c = np.append(ends, start), np.concatenate([c, q], axis=1)
-        start = min(start, float(ends[-1]))
-        i = int(np.clip(np.searchsorted(ends, min(t, last), side="right") - 1, 0, len(ends) - 2))
-        k = max(int(np.searchsorted(ends, start - _CLOSEST, side="left")), i + 1)
-        start = max(start, float(ends[k - 1]) + _CLOSEST)
-        return JointTrajectory(motion.names, np.append(ends[i:k], start), c[:, i:k], rests=False)
+        if start < last + _CLOSEST:
+            start = min(start, last)
+        begins = ends[ends <= t][-1]
+        start = max(start, begins + _CLOSEST)
+        inner = ends[(begins < ends) & (ends < start - _CLOSEST)]
+        return replace(motion.on(np.array([begins, *inner, start])), rests=False)
 
     def _turn(self, given: JointTrajectory, before: JointTrajectory) -> JointTrajectory:
         """Return a chunk with continuous joints moved by whole turns to near their current positions."""
@@ -150,10 +146,10 @@ class Gate:
         turns = np.where(self.joints.is_turning, np.rint((before(before.span[1]) - given(t)) / (2 * np.pi)), 0.0)
         c = given.coefficients.copy()
         c[:, :, 0] += 2 * np.pi * turns[:, None]
-        return JointTrajectory(given.names, given.breakpoints, c, given.rests)
+        return replace(given, coefficients=c)
 
-    def _entry(self, given: JointTrajectory, before: JointTrajectory) -> tuple[Array, Array] | None:
-        """Return breakpoints and pieces from the end of the running motion to the end of the chunk.
+    def _entry(self, given: JointTrajectory, before: JointTrajectory) -> JointTrajectory | None:
+        """Return a motion from the end of the running one to the end of the chunk.
 
         None if there is no way.
         """
@@ -161,53 +157,44 @@ class Gate:
         state = before.state(start, R)
         ends = given.breakpoints
         if ends[0] <= start and np.all(np.abs(given.state(start, R) - state) <= self.tolerance / 2):
-            k = int(np.searchsorted(ends, start + _CLOSEST, side="left"))
-            first = shift(given.coefficients[:, k - 1], start - ends[k - 1])[:, None]
-            return np.append(start, ends[k:]), np.concatenate([first, given.coefficients[:, k:]], axis=1)
-        (later,) = np.nonzero(ends > start + _CLOSEST)
+            return given.on(np.append(start, ends[ends >= start + _CLOSEST]))
+        later = np.flatnonzero(ends > start + _CLOSEST)
         widths = ends[later] - start
-        there = np.stack([given(ends[later], r) for r in range(R)])  # (R, M, J)
+        there = given.state(ends[later], R)
         bridges = hermite(np.broadcast_to(state[:, None], there.shape), there, widths)
-        (open_,) = np.nonzero(room(bridges, widths, self.joints) >= 0)
+        open_ = np.flatnonzero(within_limits(bridges, widths, self.joints))
         if not len(open_):
             return None
-        k = later[open_[0]]
-        bridge, rest = bridges[:, open_[0], None], given.coefficients[:, k:]
-        return np.append(start, ends[k:]), join([bridge, rest], 1)
+        k, bridge = later[open_[0]], bridges[:, open_[:1]]
+        to_chunk = JointTrajectory(given.names, [start, ends[k]], bridge)
+        return to_chunk.followed_by(ends[k + 1 :], given.coefficients[:, k:])
 
-    def _stopping(self, ends: Array, c: Array) -> tuple[Array, Array] | None:
-        """Return pieces that end at rest, by a stop after the last piece from which one is possible."""
-        R = self._order
-        states = at_ends(ends, c, R)
-        if np.all(np.abs(states[1:, -1]) <= self.tolerance / 2):
-            return ends, c
-        for some in (slice(-1, None), slice(None)):  # the end first, which nearly always does
-            stop = self._brake(states[:, some], ends[1:][some])
-            if stop is not None:
-                widths, pieces, at = stop
-                last = len(ends) - 1 if some.start == -1 else at + 1
-                return np.append(ends[: last + 1], ends[last] + widths), join([c[:, :last], pieces], 1)
-        return None
+    def _stopping(self, motion: JointTrajectory) -> JointTrajectory | None:
+        """Return a motion that ends at rest, by a stop after the last piece from which one is possible."""
+        if np.all(np.abs(motion.at_ends(self._order)[1:, -1]) <= self.tolerance / 2):
+            return motion
+        return self._braked(motion, motion.span[0])
 
-    def _brake(self, states: Array, ends: Array) -> tuple[Array, Array, int] | None:
-        """Return the duration [s] and the pieces of a stop, and the index of its start: the last
-        possible of states (R, M, J).
+    def _braked(self, motion: JointTrajectory, since: float) -> JointTrajectory | None:
+        """Return a motion up to the last end of a piece at which a stop can begin, and the shortest stop there.
+
+        The stop does not begin before a time [s]. None if none is possible.
 
         The velocity is the polynomial of least degree with the derivatives of both ends; the end position follows. If
         only velocities are limited, they may jump, and a stop takes the shortest duration.
         """
-        R, M, J = states.shape
-        widths = np.tile(np.geomspace(_SHORTEST, _LONGEST, _STOPS), M)
-        of = np.repeat(np.arange(M), _STOPS)
-        start = states[1:, of]
-        velocity = hermite(start, np.zeros_like(start), widths) if R > 1 else np.zeros((J, len(of), 1))
-        powers = np.arange(1.0, velocity.shape[2] + 1)
-        c = np.concatenate([states[0, of].T[:, :, None], velocity / powers], axis=2)
-        (open_,) = np.nonzero(room(c, widths, self.joints) >= 0)
-        if not len(open_):
-            return None
-        best = open_[of[open_] == of[open_[-1]]][0]
-        return widths[[best]], c[:, [best]], int(of[best])
+        states, ends = motion.at_ends(self._order), motion.breakpoints[1:]
+        widths = np.geomspace(_SHORTEST, _LONGEST, _STOPS)
+        for k in reversed(np.flatnonzero(ends >= since).tolist()):
+            q, *start = np.repeat(states[:, [k]], _STOPS, axis=1)
+            velocity = hermite(np.array(start), np.zeros_like(start), widths) if start else np.zeros((*q.T.shape, 1))
+            powers = np.arange(1.0, velocity.shape[2] + 1)
+            c = np.concatenate([q.T[:, :, None], velocity / powers], axis=2)
+            open_ = np.flatnonzero(within_limits(c, widths, self.joints))
+            if len(open_):
+                best = open_[:1]
+                return motion.on(motion.breakpoints[: k + 2]).followed_by(ends[k] + widths[best], c[:, best])
+        return None
 
     def _repair(self, given: JointTrajectory, before: JointTrajectory, left: float) -> CertifiedTrajectory | None:
         """Return the motion nearest to a chunk from the end of the running one, with time for a stop after it."""
@@ -216,17 +203,9 @@ class Gate:
         ends = np.unique([start, *given.breakpoints[given.breakpoints > start + _CLOSEST]])
         pause = max(0.5 * (ends[-1] - ends[0]), 0.1)
         ends = np.append(ends, ends[-1] + pause * np.array([0.5, 1.0]))
-        c = on_pieces(ends, given.breakpoints, given.coefficients)
-        for k in np.flatnonzero((ends[:-1] >= given.span[1] - _CLOSEST) | (ends[1:] <= given.span[0] + _CLOSEST)):
-            c[:, k], c[:, k, 0] = 0.0, given(np.clip(ends[k], *given.span))
-        wanted = JointTrajectory(self.joints.names, ends, c)
+        wanted = replace(given.on(ends), rests=True)
         found = repair_joints(wanted, self.joints, state, self.tolerance / 4, left)
         if isinstance(found, CertifiedTrajectory):
             with suppress(NotAcceptedError):
-                return self._prove(*_continue(before, found.trajectory.breakpoints, found.trajectory.coefficients))
+                return self._continue(before, found.trajectory)
         return None
-
-
-def _continue(before: JointTrajectory, ends: Array, c: Array) -> tuple[Array, Array]:
-    """Return a motion followed by further pieces."""
-    return np.concatenate([before.breakpoints, ends[1:]]), join([before.coefficients, c], 1)

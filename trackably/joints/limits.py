@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -15,8 +14,7 @@ import numpy.typing as npt
 from trackably.arguments import is_number, names, numbers, real
 from trackably.arrays import Array
 from trackably.checker.joints import ORDERS
-from trackably.errors import InputError
-from trackably.files import path_of, read_bytes, read_yaml
+from trackably.files import errors_of, path_of, read_bytes, read_yaml
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem, require_names
 from trackably.systems.polytopes import Polytope
@@ -97,11 +95,9 @@ class Joints:
 
         ValueError: nothing is left inside.
         """
-        by = real("widened: part", part) * np.diff(self.limits, axis=2) / 2
-        with np.errstate(invalid="ignore"):
-            wide = np.where(np.isfinite(self.limits), self.limits + by * [-1.0, 1.0], self.limits)
-        each = (list(map(tuple, of)) for of in wide.tolist())
-        return type(self)(*each, names=self.names, continuous=tuple(self.continuous))
+        widths = np.nan_to_num(np.diff(self.limits, axis=2), posinf=0.0)
+        wide = self.limits + real("widened: part", part) * widths / 2 * [-1.0, 1.0]
+        return type(self)(*wide.tolist(), names=self.names, continuous=tuple(self.continuous))
 
     def plant(self, sampling_time: float) -> ConstrainedSystem:
         """Return the chains of integrators from the highest limited derivative, held over each step [s], to positions.
@@ -130,8 +126,8 @@ class Joints:
         one are left out. InputError: the file cannot be read, is no URDF, declares entities or a document type (which
         could be of any size), or has a joint without its limits.
         """
-        with _of_file(path) as file:
-            return cls(**_of_urdf(file), acceleration=acceleration, jerk=jerk, snap=snap)
+        with errors_of(path_of("joints", path)):
+            return cls(**_of_urdf(Path(path)), acceleration=acceleration, jerk=jerk, snap=snap)
 
     @classmethod
     def from_joint_limits_yaml(cls, path: Path | str) -> Self:
@@ -143,20 +139,28 @@ class Joints:
         and no limits of position are continuous. Effort and soft limits are not read. InputError: the file cannot be
         read, has another form, or a limit that it declares is missing or negative.
         """
-        with _of_file(path) as file:
-            return cls(**_of_yaml(file))
+        with errors_of(path_of("joints", path)):
+            return cls(**_of_yaml(Path(path)))
 
 
 def _names(given: Sequence[str] | None, limits: Mapping[str, Limits]) -> tuple[str, ...]:
     by_name = [[*of] for of in limits.values() if isinstance(of, Mapping)]
     if given is None and not by_name:
         raise ValueError(_NAMELESS)
-    known = names("joints: names", [*dict.fromkeys(name for of in by_name for name in of)] if given is None else given)
-    if not known or len({*known}) < len(known):
-        raise ValueError(f"joints: names must be different, one at least, got {', '.join(known) or 'none'}")
+    if given is None:
+        given = [*dict.fromkeys(name for of in by_name for name in of)]
+    known = different_names("joints: names", given)
     for name in known:
         if not (name and len(name) <= 60 and all(letter.isalnum() or letter in "_-./" for letter in name)):
             raise ValueError(f"joints: a name must be letters, digits, _, -, . and /, 60 at most, got {name!a:.80}")
+    return known
+
+
+def different_names(what: str, given: Any) -> tuple[str, ...]:
+    """Return the names of joints. TypeError: some are no names. ValueError: there are none, or some are equal."""
+    known = names(what, given)
+    if not known or len({*known}) < len(known):
+        raise ValueError(f"{what} must be different, one at least, got {', '.join(known) or 'none'}")
     return known
 
 
@@ -200,16 +204,6 @@ def _limit(what: str, given: Any) -> tuple[float, float]:
 
 
 # Files.
-
-
-@contextmanager
-def _of_file(path: Path | str) -> Iterator[Path]:
-    """Raise InputError, which names the file, if its content is invalid."""
-    file = path_of("joints", path)
-    try:
-        yield file
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{file}: {error}") from error
 
 
 def _of_urdf(path: Path) -> dict[str, Any]:

@@ -15,8 +15,8 @@ from trackably.arrays import Array
 from trackably.errors import InputError
 from trackably.exports import ros2
 from trackably.extras import optional
-from trackably.files import path_of, read_yaml
-from trackably.joints.trajectory import JointTrajectory, at_ends, join
+from trackably.files import errors_of, path_of, read_yaml
+from trackably.joints.trajectory import JointTrajectory, join
 
 FIELDS = ("positions", "velocities", "accelerations")
 _NANOSECONDS = 1_000_000_000
@@ -45,11 +45,8 @@ def read_joint_trajectory(
         content = _receive(file, topic, number)
     else:
         raise ValueError(f"read_joint_trajectory: expected the name of an .mcap or .yaml file, got {file}")
-    try:
-        joints, points = _points(content)
-        return _trajectory(joints, points, upsampled)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{file}: {error}") from error
+    with errors_of(file):
+        return _trajectory(*_points(content), upsampled)
 
 
 Point = tuple[int, list[Array]]
@@ -161,7 +158,7 @@ def write_joint_trajectory(trajectory: JointTrajectory, path: Path | str, topic:
     count = 1 + (trajectory.degree > 1) + (trajectory.degree > 3)
     ends = trajectory.breakpoints
     nanoseconds = [int(t) for t in np.rint((ends - ends[0]) * _NANOSECONDS).tolist()]
-    values, before = {}, at_ends(ends, trajectory.coefficients, count)
+    values, before = {}, trajectory.at_ends(count)
     for order, name in enumerate(FIELDS[:count]):
         after = replace(trajectory, rests=False)(ends, order)
         jump = float(np.max(np.abs(after[1:-1] - before[order, :-1]), initial=0.0))

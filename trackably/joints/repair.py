@@ -20,15 +20,14 @@ from scipy import sparse
 from scipy.interpolate import PPoly
 
 from trackably.arguments import array, numbers
-from trackably.arrays import Array
+from trackably.arrays import Array, subdivide
 from trackably.certificates.outcome import Unproved
 from trackably.checker.joints import ORDERS
-from trackably.control.programs import Program
-from trackably.given.repair import Splines
+from trackably.given.accepted import NotAcceptedError
+from trackably.given.repair import Splines, nearest
 from trackably.joints.certify import (
     TOLERANCE,
     CertifiedTrajectory,
-    NotAcceptedError,
     ObservedDistance,
     fit_joints,
     make_unproved,
@@ -90,7 +89,8 @@ def repair_joints(
             within = f"{seconds:g} s" if perf_counter() > until else "the same time within its limits"
             reason = f"no spline of {joints.names[len(columns)]} was found in {within}"
             break
-        found = splines.trajectory(np.array(columns), given)
+        parts = [PPoly.from_spline((splines.padded, c, _DEGREE)).c[::-1, _DEGREE : splines.count].T for c in columns]
+        found = JointTrajectory(given.names, splines.knots, np.stack(parts), given.rests)
         try:
             return CertifiedTrajectory(found, joints, tolerance, _distances(given, found))
         except NotAcceptedError as refused:
@@ -131,9 +131,7 @@ class HeldSplines(Splines):
         """Return splines with knots at the breakpoints of a trajectory, and some in between if these are few."""
         ends = given.breakpoints
         parts = np.maximum(np.ceil(_FEWEST * np.diff(ends) / (ends[-1] - ends[0])), 1).astype(int)
-        inner = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(ends[:-1], ends[1:], parts, strict=True)]
-        knots = np.append(np.concatenate(inner), ends[-1])
-        return cls(knots, _DEGREE, order=max(order, 1), rests=given.rests)
+        return cls(subdivide(ends, parts), _DEGREE, order=max(order, 1), rests=given.rests)
 
     @cached_property
     def coefficients_of(self) -> list[Any]:
@@ -142,17 +140,17 @@ class HeldSplines(Splines):
         for r in range(self.order):
             p, n = _DEGREE - r, self.count - r
             rate = p / (t[r + 1 + p : r + p + n] - t[r + 1 : r + n])
-            rows: Any = sparse.diags_array(rate) @ sparse.diags_array([-1.0, 1.0], offsets=[0, 1], shape=(n - 1, n))
-            found.append(sparse.csr_array(rows @ found[-1]))
+            found.append(sparse.csr_array(sparse.diags_array(rate) @ (found[-1][1:] - found[-1][:-1])))
         return found
 
     @cached_property
     def free(self) -> Any:
         """The matrix from the free coefficients to all coefficients; its rows for fixed coefficients are zero."""
-        last = self.count - (self.order - 1 if self.rests else 0)  # those from last − 1 on are equal
-        columns = np.minimum(np.arange(self.order, self.count), last - 1) - self.order
-        rows, ones = np.arange(self.order, self.count), np.ones(self.count - self.order)
-        return sparse.csc_array((ones, (rows, columns)), shape=(self.count, last - self.order))
+        found: Any = sparse.eye_array(self.count, format="csc")[:, self.order :]
+        if not self.rests:
+            return found
+        inner, end = found[:, : -self.order], found[:, -self.order :]
+        return sparse.hstack([inner, end @ np.ones((self.order, 1))], format="csc")
 
     def start_coefficients(self, state: Array) -> Array:
         """Return coefficients that begin with a state (R,), and are zero where they are free."""
@@ -162,40 +160,28 @@ class HeldSplines(Splines):
         c[:R] = np.linalg.solve(first, state[:R])
         return c
 
-    def trajectory(self, coefficients: Array, given: JointTrajectory) -> JointTrajectory:
-        """Return the splines with coefficients (J, count) as pieces."""
-        inside = slice(_DEGREE, self.count)
-        parts = [PPoly.from_spline((self.padded, c, _DEGREE)).c[::-1, inside].T for c in coefficients]
-        return JointTrajectory(given.names, self.knots, np.stack(parts), given.rests)
-
 
 def _solve(
     splines: HeldSplines, given: JointTrajectory, joints: Joints, held: Array, backoff: float, until: float
 ) -> Iterator[Array]:
     """Yield the coefficients of each joint in turn, until one has no solution or the time is over."""
-    times, E = splines.refine(splines.knots, _LOOKS), splines.free
-    wanted, design, scale = given(times), splines.basis(times), 1.0 / len(times)
-    A = [sparse.csr_array(D @ E) for D in splines.coefficients_of]
-    B = design @ E
-    P = sparse.csc_array(scale * (B.T @ B))
+    times, E = subdivide(splines.knots, _LOOKS), splines.free
+    free_of_limits = [(sparse.csr_array((1, E.shape[1])), np.ones(1))]
+    part = 1 / np.sqrt(2.0 * len(times))
+    wanted, design = part * given(times), part * splines.basis(times)
     for j in range(len(joints.names)):
         if perf_counter() > until:
             return
         fixed = splines.start_coefficients(held[:, j])
-        q = -scale * (B.T @ (wanted[:, j] - design @ fixed))
-        rows, limits = list[sparse.csr_array](), list[Array]()
-        for r, (low, high) in enumerate(joints.limits[: joints.order + 1, j].tolist()):
+        at_most = []
+        for D, (low, high) in zip(splines.coefficients_of, joints.limits[:, j].tolist(), strict=False):
             if not np.isfinite(low):
                 continue
-            moves = np.diff(A[r].indptr) > 0
-            offset = (splines.coefficients_of[r] @ fixed)[moves]
-            width = high - low
-            rows += [A[r][moves] / width, -A[r][moves] / width]
-            limits += [(high - offset) / width - backoff, (offset - low) / width - backoff]
-        if not rows:
-            rows, limits = [sparse.csr_array((1, E.shape[1]))], [np.ones(1)]
-        program = Program(P, q, sparse.csr_array(sparse.vstack(rows)), 0)
-        found = program.solve(np.concatenate(limits), (1e-8,), ("Solved", "AlmostSolved"))
+            A, offset, width = sparse.csr_array(D @ E), D @ fixed, high - low
+            free = np.diff(A.indptr) > 0
+            row, offset = A[free] / width, offset[free] / width
+            at_most += [(row, high / width - offset - backoff), (-row, offset - low / width - backoff)]
+        found = nearest((design @ E, wanted[:, j] - design @ fixed), [], at_most or free_of_limits)
         if found is None:
             return
         yield fixed + E @ found

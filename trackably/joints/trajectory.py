@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
-from itertools import pairwise
-from math import comb, perm
 from reprlib import repr as short
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
+from numpy.polynomial.polynomial import polyder
 from scipy.interpolate import CubicSpline, PPoly
+from scipy.special import comb, factorial
 
-from trackably.arguments import array, names, numbers, positive, real
+from trackably.arguments import array, positive, real
 from trackably.arrays import Array, ArrayLike
 from trackably.given.conversion import shift
+from trackably.joints.limits import different_names
 from trackably.systems.pieces import is_spline, pieces_of_spline
 
 _ACCEPTED = (
@@ -47,18 +47,10 @@ class JointTrajectory:
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        known, ends = names("trajectory: names", self.names), numbers("trajectory: breakpoints", self.breakpoints)
-        if not known or len({*known}) < len(known):
-            raise ValueError(f"trajectory: names must be different, one at least, got {', '.join(known) or 'none'}")
-        if ends.ndim != 1 or len(ends) < 2 or not np.all(np.isfinite(ends)) or not np.all(np.diff(ends) > 0):
-            raise ValueError(
-                f"trajectory: times must be two finite numbers at least, each larger than the one before, got "
-                f"{short(ends.tolist())}"
-            )
+        known, ends = different_names("trajectory: names", self.names), _rising(self.breakpoints)
         c = array("trajectory: coefficients", self.coefficients, len(known), len(ends) - 1, None)
         if not isinstance(self.rests, bool):
             raise TypeError(f"trajectory: rests: expected True or False, got {self.rests!r}")
-        ends.flags.writeable = False
         for name, given in (("names", known), ("breakpoints", ends), ("coefficients", c)):
             object.__setattr__(self, name, given)
 
@@ -77,17 +69,11 @@ class JointTrajectory:
         if isinstance(given, JointTrajectory):
             return replace(given, rests=rests)  # type: ignore[return-value]
         if isinstance(given, Mapping):
-            parts = [cls._of_one(curve, [name], rests) for name, curve in given.items()]
+            parts = [cls.of(curve, [name], rests) for name, curve in given.items()]
             if not parts:
                 raise ValueError("trajectory: no joint is given")
             ends = _shared_breakpoints([part.breakpoints for part in parts])
-            return cls(
-                [*given], ends, join([on_pieces(ends, part.breakpoints, part.coefficients) for part in parts]), rests
-            )
-        return cls._of_one(given, names, rests)
-
-    @classmethod
-    def _of_one(cls, given: Any, names: Sequence[str] | None, rests: bool) -> Self:
+            return cls([*given], ends, join([part.on(ends).coefficients for part in parts]), rests)
         given = getattr(given, "cspl", given)  # TOPP-RA's splines
         if hasattr(given, "profiles") and hasattr(given, "at_time"):
             ends, c = _of_ruckig(given)
@@ -127,9 +113,7 @@ class JointTrajectory:
         ValueError: shapes do not fit, times do not increase, or there are accelerations without velocities (for which
         the controller commands zero positions).
         """
-        t = array("trajectory: times", times, None)
-        if len(t) < 2 or not np.all(np.diff(t) > 0):
-            raise ValueError(f"trajectory: times must be two at least, and increase, got {short(t.tolist())}")
+        t = _rising(times)
         q = array("trajectory: positions", positions, len(t), None)
         given = {"velocities": velocities, "accelerations": accelerations}
         fields = [q, *(array(f"trajectory: {name}", of, *q.shape) for name, of in given.items() if of is not None)]
@@ -163,9 +147,32 @@ class JointTrajectory:
             found = np.where(np.asarray(t)[..., None] >= self.span[1], 0.0, found)
         return np.asarray(found)
 
-    def state(self, t: float, orders: int) -> Array:
-        """Return positions and their derivatives below order `orders` at one time [s]: shape (orders, J)."""
+    def state(self, t: ArrayLike, orders: int) -> Array:
+        """Return positions and their derivatives below order `orders` at t [s]: shape (orders, *t.shape, J)."""
         return np.stack([self(t, order) for order in range(orders)])
+
+    def at_ends(self, orders: int) -> Array:
+        """Return the derivatives below an order at the end of each piece: shape (orders, K, J)."""
+        moved = shift(self.coefficients, np.diff(self.breakpoints))
+        return np.stack([polyder(moved, r, axis=2)[:, :, 0].T for r in range(orders)])
+
+    def on(self, ends: Array) -> Self:
+        """Return the motion with these breakpoints [s], at rest where it is not defined.
+
+        Between the first and the last one, its own are among them up to rounding.
+        """
+        own, middle = self.breakpoints, (ends[:-1] + ends[1:]) / 2
+        i = np.clip(np.searchsorted(own, middle, side="right") - 1, 0, len(own) - 2)
+        c = shift(self.coefficients[:, i], ends[:-1] - own[i])
+        rests = (middle < own[0]) | (middle > own[-1])
+        c[:, rests], c[:, rests, 0] = 0.0, self(middle[rests]).T
+        return replace(self, breakpoints=ends, coefficients=c)
+
+    def followed_by(self, ends: Array, c: Array) -> Self:
+        """Return the motion with further pieces, of which these are the last times [s] and the coefficients."""
+        return replace(
+            self, breakpoints=np.append(self.breakpoints, ends), coefficients=join([self.coefficients, c], axis=1)
+        )
 
     def slowed(self, factor: float) -> Self:
         """Return the same path with `factor` times the duration, from the same start on.
@@ -185,72 +192,48 @@ def _known(names: Sequence[str] | None, count: int) -> Sequence[str]:
     return [f"q{j + 1}" for j in range(count)] if names is None else names
 
 
-def derivative(c: Array, order: int) -> Array:
-    """Return the coefficients of a derivative, along the last axis."""
-    n = c.shape[-1]
-    if order >= n:
-        return np.zeros((*c.shape[:-1], 1))
-    return np.asarray(c[..., order:] * np.array([float(perm(k, order)) for k in range(order, n)]))
+def _rising(given: ArrayLike) -> Array:
+    """Return increasing times [s]. ValueError: there are less than two, or they do not increase."""
+    t = array("trajectory: times", given, None)
+    if len(t) < 2 or not np.all(np.diff(t) > 0):
+        raise ValueError(
+            f"trajectory: times must be two at least, each larger than the one before, got {short(t.tolist())}"
+        )
+    return t
 
 
 def hermite(start: Array, end: Array, widths: Array) -> Array:
     """Return polynomials with these values and derivatives at both ends of pieces: (J, K, 2 R).
 
     Shapes: start and end (R, K, J), by order of the derivative, and widths (K,) [s]. With x = t/h, the lower half of
-    the coefficients of x^k are h^k q^(k)/k! at the start; the upper half solves the conditions at x = 1.
+    the coefficients of x^k are h^k q^(k)/k! at the start; the upper half solves the conditions at x = 1, where the
+    derivative of x^k is r! times k over r.
     """
     R = len(start)
-    scale = widths[:, None] ** np.arange(float(R)) / np.array([perm(k, k) for k in range(R)])  # (K, R)
-    low, wanted = start * scale.T[:, :, None], end * scale.T[:, :, None]
-    lower, inverse = _at_end(R)
-    high = np.tensordot(inverse, wanted - np.tensordot(lower, low, axes=1), axes=1)
-    powers = widths[:, None] ** np.arange(2.0 * R)
-    low = start / np.array([perm(k, k) for k in range(R)])[:, None, None]
-    return np.concatenate([np.transpose(low, (2, 1, 0)), np.transpose(high, (2, 1, 0)) / powers[:, R:]], axis=2)
-
-
-@cache
-def _at_end(R: int) -> tuple[Array, Array]:
-    """Return the matrix from lower powers of x to derivatives at x = 1, C(k, r), and the inverse
-    of that for upper powers.
-    """
-    lower, upper = (np.array([[comb(k, r) for k in of] for r in range(R)], dtype=float)
-                    for of in (range(R), range(R, 2 * R)))  # fmt: skip
-    return lower, np.rint(np.linalg.inv(upper))
+    low, high = slice(R), slice(R, 2 * R)
+    powers = (widths ** np.arange(2.0 * R)[:, None])[:, :, None]
+    factorials = factorial(np.arange(R))[:, None, None]
+    at_end = comb(np.arange(2 * R), np.arange(R)[:, None])
+    known, wanted = (of * (powers[low] / factorials) for of in (start, end))
+    left = wanted - np.tensordot(at_end[:, low], known, axes=1)
+    found = np.tensordot(np.rint(np.linalg.inv(at_end[:, high])), left, axes=1)
+    return np.concatenate([start / factorials, found / powers[high]]).T
 
 
 def _shared_breakpoints(ends: Sequence[Array]) -> Array:
-    """Return all breakpoints from the latest first to the earliest last one [s]."""
+    """Return all breakpoints from the latest first to the earliest last one [s], once if they agree up to rounding."""
     first, last = max(of[0] for of in ends), min(of[-1] for of in ends)
     if not first < last:
         raise ValueError("trajectory: the joints' curves have no time in common")
-    every = np.unique(np.concatenate(ends))
-    every = every[(every > first) & (every < last)]
-    closest = 1e-9 * (last - first)
-    kept = every[(np.diff(every, prepend=first) > closest) & (last - every > closest)]
-    return np.concatenate([[first], kept, [last]])
-
-
-def on_pieces(ends: Array, own: Array, c: Array) -> Array:
-    """Return the coefficients of a curve on finer pieces, (J, K, n).
-
-    Breakpoints that agree up to rounding count as equal.
-    """
-    middle = (ends[:-1] + ends[1:]) / 2
-    i = np.clip(np.searchsorted(own, middle, side="right") - 1, 0, len(own) - 2)
-    return shift(c[:, i], ends[:-1] - own[i])
+    every, closest = np.unique(np.concatenate(ends)), 1e-9 * (last - first)
+    inner = every[(every > first + closest) & (every < last - closest)]
+    return np.array([first, *inner[np.diff(inner, prepend=first) > closest], last])
 
 
 def join(parts: Sequence[Array], axis: int = 0) -> Array:
     """Return pieces (J, K, n) of several degrees as one array: of more joints, or along axis 1 of more times."""
     n = max(part.shape[2] for part in parts)
     return np.concatenate([np.pad(part, ((0, 0), (0, 0), (0, n - part.shape[2]))) for part in parts], axis)
-
-
-def at_ends(ends: Array, c: Array, orders: int) -> Array:
-    """Return the derivatives below an order at the end of each piece: shape (orders, K, J)."""
-    moved = shift(c, np.diff(ends))
-    return np.stack([derivative(moved, r)[:, :, 0].T for r in range(orders)])
 
 
 def _of_spline(given: Any) -> tuple[Array, Array]:
@@ -261,23 +244,15 @@ def _of_spline(given: Any) -> tuple[Array, Array]:
 
 
 def _of_ruckig(given: Any) -> tuple[Array, Array]:
-    """Return the pieces of constant jerk of Ruckig's profiles, on all breakpoints of all joints."""
+    """Return pieces of constant jerk between the times at which the jerk of some joint changes."""
     if len(given.profiles) != 1:
         raise ValueError("trajectory: a trajectory of Ruckig must have one profile, so no intermediate waypoints")
-    end, parts = float(given.duration), []
-    for profile in given.profiles[0]:
-        times, rows = [0.0], []
-        for of in (profile.brake, profile):
-            for t, j, a, v, p in zip(of.t, of.j, of.a, of.v, of.p, strict=False):
-                if t > 0:
-                    times.append(times[-1] + t)
-                    rows.append([p, v, a / 2, j / 6])
-        if end > times[-1] + 1e-12 or not rows:  # it waits for the others
-            last = [float(profile.pf), float(profile.vf), float(profile.af) / 2, 0.0]
-            times, rows = ([*times, end], [*rows, last]) if end > times[-1] else ([0.0, 1e-3], [last])
-        parts.append((np.array([*times[:-1], max(end, times[-1])]), np.array([rows])))
-    ends = _shared_breakpoints([times for times, _ in parts])
-    c = join([on_pieces(ends, *part) for part in parts])
+    end, changes = given.duration, [np.cumsum([0.0, *of.brake.t, *of.t]) for of in given.profiles[0]]
+    ends = _shared_breakpoints([np.append(times[times < end], end) for times in changes])
+    part = np.diff(ends) / 4
+    inside = (np.array([given.at_time(t)[:3] for t in ends[:-1] + k * part]) for k in (1, 3))
+    (q, v, a), (_, _, later) = (np.moveaxis(states, 0, 2) for states in inside)
+    c = shift(np.stack([q, v, a / 2, (later - a) / (12 * part)], axis=2), -part)
     return _verify(ends, c, lambda t: given.at_time(t)[0], "Ruckig")
 
 
@@ -287,33 +262,21 @@ def _of_toppra(given: Any) -> tuple[Array, Array]:
     if path is None:
         raise ValueError("trajectory: a path of TOPP-RA must be one of its SplineInterpolator")
     knots, cubic = _of_spline(path)
-    times: list[float] = []
-    rows = []
-    grid = zip(given._ss[:-1], given._ss[1:], given._velocities, given._velocities[1:], given._ts, given._ts[1:],
-               strict=False)  # fmt: skip
-    for s0, s1, v, v1, t0, t1 in grid:
-        if not t1 > t0:
-            continue
-        u = (v1 - v) / (t1 - t0)
-        inner = knots[(knots > s0 + 1e-12) & (knots < s1 - 1e-12)]
-        since = [0.0, *(2 * (s - s0) / (v + np.sqrt(v * v + 2 * u * (s - s0))) for s in inner), t1 - t0]
-        for a, b in pairwise(since):
-            s, rate = s0 + a * v + u * a * a / 2, v + u * a
-            middle = s0 + (a + b) / 2 * v + u * (a + b) ** 2 / 8
-            i = min(max(int(np.searchsorted(knots, middle, side="right")) - 1, 0), len(knots) - 2)
-            times.append(t0 + a)
-            rows.append(_compose(cubic[:, i], np.array([s - knots[i], rate, u / 2])))
-    ends = np.append(times, given._ts[-1])
-    return _verify(ends, np.stack(rows, axis=1), given, "TOPP-RA")
-
-
-def _compose(p: Array, inner: Array) -> Array:
-    """Return the coefficients of p(inner(t)) of some polynomials p, (J, n), by Horner's rule."""
-    found = p[:, -1:]
-    for k in range(p.shape[1] - 2, -1, -1):
-        found = np.stack([np.convolve(row, inner) for row in found])
-        found[:, 0] += p[:, k]
-    return found
+    grid, speeds, times = np.array([given._ss, given._velocities, given._ts])[
+        :, np.append(True, np.diff(given._ts) > 0)
+    ]
+    s = _shared_breakpoints([grid, knots])
+    i = np.clip(np.searchsorted(grid, s, side="right") - 1, 0, len(grid) - 2)
+    v = np.sqrt(np.interp(s, grid, speeds**2))  # of constant accelerations, the square of the speed is linear in s
+    t = times[i] + 2 * (s - grid[i]) / np.maximum(speeds[i] + v, np.finfo(float).tiny)
+    k = np.clip(np.searchsorted(knots, (s[:-1] + s[1:]) / 2, side="right") - 1, 0, len(knots) - 2)
+    path, half = shift(cubic[:, k], s[:-1] - knots[k]), np.diff(v) / np.diff(t) / 2
+    c = np.zeros((*path.shape[:2], 2 * path.shape[2] - 1))
+    for power in reversed(range(path.shape[2])):  # Horner's rule with s = v t + half t²
+        moved = v[:-1, None] * c[:, :, :-1]
+        moved[:, :, 1:] += half[:, None] * c[:, :, :-2]
+        c[:, :, 0], c[:, :, 1:] = path[:, :, power], moved
+    return _verify(t, c, given, "TOPP-RA")
 
 
 def _verify(ends: Array, c: Array, values: Any, planner: str) -> tuple[Array, Array]:

@@ -4,7 +4,7 @@ import inspect
 import json
 import re
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -56,10 +56,10 @@ from trackably.certificates.judge import accepted_file
 from trackably.certificates.outcome import NotExcluded, OutOfReach, TooFar
 from trackably.checker import Contradicted, Failed, Proved, Refuted, check
 from trackably.given import table as table_module
-from trackably.given.certify import CertifiedReference
+from trackably.given.accepted import NotAcceptedError
 from trackably.gp.signal import KernelSum
-from trackably.joints.certify import NotAcceptedError
 from trackably.learning.problem import NoFunction, NoSolution, NothingFactored, NothingFeasible, OutOfTime, UnmetBounds
+from trackably.proved import ProvedReference
 from trackably.reference import TrackableReference
 from trackably.streams.reference import StreamReference
 
@@ -137,8 +137,8 @@ def test_nothing_false_of_any_kind_is_handed_out_whatever_lies(kind, monkeypatch
 @pytest.mark.parametrize("factor", [0.0, 0.5, 0.999, 2.0])
 def test_no_table_is_proved_or_refuted_falsely_whatever_lies(factor, monkeypatch):
     """What is made of a step is off by 0.01; what proposes says that it is off by another number."""
-    table, honest, lie = Table([[0.0, 0.0], [0.0, 0.01]], [[0.0]]), table_module._defects, Fraction(factor)
-    monkeypatch.setattr(table_module, "_defects", lambda *of: [(lie * low, lie * high) for low, high in honest(*of)])
+    table, honest, lie = Table([[0.0, 0.0], [0.0, 0.01]], [[0.0]]), table_module._excesses, Fraction(factor)
+    monkeypatch.setattr(table_module, "_excesses", lambda *of: [(lie * low, lie * high) for low, high in honest(*of)])
     for tolerance in (0.004, 0.0099, 0.011, 0.03):
         found = certify_table(table, AXIS, tolerance)
         if isinstance(found, trackably.CertifiedTable):
@@ -281,11 +281,20 @@ def test_every_public_name_that_may_claim_something_is_asked():
     assert asked <= {*trackably.__all__}
 
 
+@dataclass(frozen=True)
+class Apart(ProvedReference):
+    """A reference beside its certificate, as what was learned is beside its own."""
+
+    reference: Any = None
+    certificate: Any = None
+    explanation = ""
+
+
 def test_the_certificate_of_another_reference_is_refused():
     one, other = certified("example1"), certified("example2")
     with pytest.raises(ValueError, match="another reference"):
-        CertifiedReference(one.reference, other.certificate)
-    assert CertifiedReference(replace(one.reference), one.certificate).certificate is one.certificate
+        Apart(one.reference, other.certificate)
+    assert Apart(replace(one.reference), one.certificate).certificate is one.certificate
 
 
 def test_what_was_accepted_cannot_be_written_to():

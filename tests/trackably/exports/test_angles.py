@@ -22,7 +22,7 @@ K = np.arange(300)
 def robot() -> CertifiedReference:
     proof = prove(eight())
     assert isinstance(proof, Certificate)
-    return CertifiedReference(eight(), proof)
+    return CertifiedReference(proof)
 
 
 def headings() -> Array:

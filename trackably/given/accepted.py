@@ -1,0 +1,66 @@
+"""Answers about tables and joints, which exist only with the file that the checker has accepted."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+from trackably.certificates.judge import judged_file
+from trackably.checker import Proved, Refuted, Verdict
+from trackably.files import new_file, write_atomically
+
+
+class NotAcceptedError(ValueError):
+    """The checker does not accept a statement; the message has its reason."""
+
+
+class AcceptedAnswer(ABC):
+    """An answer whose file has the `content` that the checker judges, with the `verdict` that it has to give.
+
+    NotAcceptedError: the checker gives another one.
+    """
+
+    verdict: ClassVar[type[Verdict]]
+
+    def __post_init__(self) -> None:
+        data, verdict = judged_file(self.content)
+        if not isinstance(verdict, self.verdict):
+            raise NotAcceptedError(f"the checker does not accept it ({verdict})")
+        object.__setattr__(self, "_accepted", data)
+
+    @property
+    @abstractmethod
+    def content(self) -> Mapping[str, Any]:
+        """The content of its file."""
+
+    @property
+    @abstractmethod
+    def explanation(self) -> str:
+        """The accepted statement in a sentence."""
+
+    def _save(self, what: str, path: Path | str) -> Path:
+        write_atomically(file := new_file(what, path), vars(self)["_accepted"])
+        return file
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.explanation})"
+
+
+class AcceptedProof(AcceptedAnswer):
+    """A statement that is proved."""
+
+    verdict = Proved
+
+    def save_certificate(self, path: Path | str) -> Path:
+        """Write the proof for `python -m trackably check FILE`; return the path. Raises OSError."""
+        return self._save("save_certificate", path)
+
+
+class AcceptedRefutation(AcceptedAnswer):
+    """Violations that are certain."""
+
+    verdict = Refuted
+
+    def save_counterexample(self, path: Path | str) -> Path:
+        """Write the violations for `python -m trackably check FILE`; return the path. Raises OSError."""
+        return self._save("save_counterexample", path)
