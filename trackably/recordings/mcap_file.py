@@ -27,7 +27,7 @@ from zstandard import ZstdDecompressor
 
 from trackably.arguments import instance, text
 from trackably.errors import InputError
-from trackably.files import errors_of, open_input, path_of
+from trackably.files import open_input, path_of
 from trackably.recordings.clocks import EXACT, NANOSECOND, RECORDED, Clock, Origin, clock_named, exact, shorten
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
@@ -444,10 +444,14 @@ def _table(source: str, reading: Reading, messages: Sequence[Received], time: Me
         content = message.content()
         for name, path in paths.items():
             value = None
-            with errors_of(f"{message.place}, field {path!r}"), suppress(LookupError):
+            try:
                 value = time.of(message, content) if name == reading.time else find(content, name)
                 missing.discard(name)
                 _refuse_other_frame(path or "", content, frames)
+            except LookupError:
+                pass
+            except ValueError as error:
+                raise InputError(f"{message.place}, field {path!r}: {error}") from error
             columns[name].append(None if is_none(value) else value)
     if absent := [path for name, path in paths.items() if name in missing]:
         has = ", ".join(leaves(messages[0].content()))
@@ -457,6 +461,8 @@ def _table(source: str, reading: Reading, messages: Sequence[Received], time: Me
 
 def _refuse_other_frame(path: str, content: object, frames: dict[str, tuple[str, ...]]) -> None:
     """Raise ValueError if the number in a path selects another frame than before, as may happen on `/tf`."""
+    if "[" not in path:
+        return
     found = labels(content, path)
     named = tuple(label for label, _ in found)
     if (before := frames.setdefault(path, named)) != named:
