@@ -134,7 +134,7 @@ BREATHING = ROOT / "data" / "recordings" / "breathing.csv"
 def tracked(path=BREATHING, start: float = 0.0) -> Samples:
     """Return half a minute of a tracker's recording [mm], from `start` [s] on."""
     layout = CsvLayout(separator=";", decimal=",")
-    return read_csv(path, "Timestamp", "ms", {"z": "z"}, layout, REPAIRS)["z"].select(start, start + 30.0).samples()
+    return read_csv(path, "Timestamp", "ms", {"z": "z"}, layout, REPAIRS).select(start, start + 30.0)["z"]
 
 
 _FINE, _SMOOTH = 0.05, 3.0  # s

@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from math import inf
 
 import numpy as np
@@ -16,7 +17,9 @@ from trackably.errors import DoubtfulInputWarning, InputError
 from trackably.gp.samples import Samples
 from trackably.input_warnings import doubts
 from trackably.learning.problem import ConstrainedProblem
-from trackably.recordings import Column, CsvLayout, Field, Signal, read_csv, read_mcap
+from trackably.recordings import Column, CsvLayout, read_csv
+from trackably.recordings.mcap_file import Field, read_mcap
+from trackably.recordings.recording import select, thin_out
 from trackably.systems.sampling import kinds_by_name, sampled_signals
 
 _SIGNAL = "signal"
@@ -74,11 +77,8 @@ def _measured(experiment: Experiment) -> tuple[dict[str, Samples], dict[str, Sam
             times = source.steps.times(plant.sampling_time)
             learned[name] = draw(GROUND_TRUTHS[source.ground_truth], times, source.noise_std, source.seed)
             continue
-        signal = _read_csv(source, plant.sampling_time) if isinstance(source, CsvColumn) else _read_mcap(source)
-        try:
-            learned[name], later = _excerpt(signal, source.excerpt)
-        except InputError as error:
-            raise InputError(f"{source.file}: {error}") from error
+        recorded = _read_csv(source, plant.sampling_time) if isinstance(source, CsvColumn) else _read_mcap(source)
+        learned[name], later = _excerpt(f"{source.file}: excerpt", recorded, source.excerpt)
         if later:
             held_out[name] = later
     return learned, held_out
@@ -96,7 +96,7 @@ def _fewer(experiment: Experiment, samples: Mapping[str, Samples]) -> dict[str, 
     return condense_by_name(samples, kinds, experiment.centres, noise)
 
 
-def _read_csv(source: CsvColumn, sampling_time: float) -> Signal:
+def _read_csv(source: CsvColumn, sampling_time: float) -> Samples:
     column = Column(source.value_column, _scale(source), source.noise_column)
     layout = CsvLayout(
         source.separator,
@@ -109,11 +109,11 @@ def _read_csv(source: CsvColumn, sampling_time: float) -> Signal:
     counts_steps = source.time_unit == STEPS
     unit, between = "s" if counts_steps else source.time_unit, _between(source, sampling_time if counts_steps else 1.0)
     read = read_csv(source.csv, source.time_column, unit, {_SIGNAL: column}, layout, source.repairs, between=between)
-    signal = read[_SIGNAL]
-    return Signal(signal.times * sampling_time, signal.values, signal.noise_std) if counts_steps else signal
+    found = read[_SIGNAL]
+    return replace(found, times=found.times * sampling_time) if counts_steps else found
 
 
-def _read_mcap(source: McapField) -> Signal:
+def _read_mcap(source: McapField) -> Samples:
     field = Field(source.topic, source.field, _scale(source), source.time, source.noise_field)
     return read_mcap(source.mcap, {_SIGNAL: field}, source.repairs, between=_between(source))[_SIGNAL]
 
@@ -132,28 +132,27 @@ def _scale(source: CsvColumn | McapField) -> float:
     return source.excerpt.scale if source.excerpt else 1.0
 
 
-def _refuse_beyond(signal: Signal, wanted: Excerpt) -> None:
+def _refuse_beyond(what: str, recorded: Samples, wanted: Excerpt) -> None:
     """Raise InputError where samples are to be held out that the recording does not have."""
-    last, until = float(signal.times[-1]), wanted.end + wanted.held_out
+    last, until = float(recorded.times[-1]), wanted.end + wanted.held_out
     if not last > wanted.end or until - last > _MISSING * wanted.held_out:
         raise InputError(
-            f"excerpt: held_out: expected samples up to {until:g} s, {wanted.held_out:g} s after the end of what is "
+            f"{what}: held_out: expected samples up to {until:g} s, {wanted.held_out:g} s after the end of what is "
             f"learned from, but the recording ends at {last:g} s"
         )
 
 
-def _excerpt(signal: Signal, wanted: Excerpt | None) -> tuple[Samples, Samples | None]:
+def _excerpt(what: str, recorded: Samples, wanted: Excerpt | None) -> tuple[Samples, Samples | None]:
     """Return the samples to learn from and those that follow. Times of both count from the start of the excerpt."""
     if wanted is None:
-        return signal.samples(), None
-    learned = signal.select(wanted.start, wanted.end)
-    learned = learned.every(wanted.every) if wanted.every else learned
+        return recorded, None
+    learned = select(what, recorded, wanted.start, wanted.end)
+    learned = thin_out(learned, wanted.every) if wanted.every else learned
     level = float(np.median(learned.values)) if wanted.level == "median" else wanted.level
     later = None
     if wanted.held_out:
-        _refuse_beyond(signal, wanted)
-        following = signal.select(wanted.end, wanted.end + wanted.held_out)
+        _refuse_beyond(what, recorded, wanted)
+        following = select(what, recorded, wanted.end, wanted.end + wanted.held_out)
         after = following.times > wanted.end
         later = Samples(following.times[after] - wanted.start, following.values[after] - level)
-    samples = learned.samples()
-    return Samples(samples.times - wanted.start, samples.values - level, samples.relative_noise), later
+    return replace(learned, times=learned.times - wanted.start, values=learned.values - level), later

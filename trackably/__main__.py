@@ -7,7 +7,6 @@ if __name__ == "__main__" and signal.getsignal(signal.SIGINT) is not signal.SIG_
 
 import argparse
 import logging
-import math
 import sys
 from pathlib import Path
 
@@ -48,9 +47,7 @@ def main(arguments: list[str]) -> int:
         epilog=_CODES,
         parents=[proof],
     )
-    checking.add_argument(
-        "--seconds", type=_positive, metavar="N", help="answer within about this time: 3 if undecided"
-    )
+    checking.add_argument("--seconds", type=float, metavar="N", help="answer within about this time: 3 if undecided")
     checking.add_argument("--exact", action="store_true", help="without float64 intervals; takes longer")
     certifying = commands.add_parser("certify", help="prove or refute a trajectory that is given", epilog=_ANSWERS)
     _certify_arguments(certifying)
@@ -70,7 +67,7 @@ def main(arguments: list[str]) -> int:
         if given.command == "theorem":
             return _state(given.file, given.output or Path(f"{given.file.stem}.v"), given.emulated)
         return report(check(given.file, given.seconds, given.exact), given.file)
-    except InputError as error:
+    except (InputError, ValueError) as error:
         print(f"error: {error}", file=sys.stderr)
         return UNUSABLE
 
@@ -99,17 +96,6 @@ def _state(file: Path, output: Path, emulated: bool) -> int:
     print(f"wrote {output}. With Coq's files of `theorem/`, which `make theorem` compiles, this proves it:")
     print(f"  coqc -Q theorem Trackably {output}\nIts statement has the SHA-256 {stated.fingerprint}. {SILENT}")
     return 0
-
-
-def _positive(text: str) -> float:
-    """Parse a positive number for argparse, which adds the name of the option to the error."""
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = math.nan
-    if not (seconds > 0 and math.isfinite(seconds)):
-        raise argparse.ArgumentTypeError(f"must be a positive number, got {text!r}")
-    return seconds
 
 
 if __name__ == "__main__":

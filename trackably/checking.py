@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -10,10 +9,11 @@ from trackably import checker
 from trackably.arguments import real
 from trackably.checker import Contradicted, Failed, NotACertificate, Proved, Refuted, Undecided, Verdict
 from trackably.checker.limits import BYTES
-from trackably.checker.watch import ProgressLine
 from trackably.errors import InputError, NoReferenceError
 from trackably.files import from_json, path_of, read_bytes
-from trackably.progress import Messages
+from trackably.progress import line_of
+
+_PATIENCE = 3.0  # seconds before a terminal shows a line
 
 
 def check(certificate: Path | str | Mapping[str, object], seconds: float | None = None, exact: bool = False) -> Verdict:
@@ -27,17 +27,13 @@ def check(certificate: Path | str | Mapping[str, object], seconds: float | None 
     if seconds is not None and not real("check: seconds", seconds) > 0:
         raise ValueError(f"check: seconds must be positive, got {seconds:g}")
     content = certificate if isinstance(certificate, Mapping) else read(path_of("certificate", certificate))
-    line, messages = ProgressLine(), Messages()
+    with line_of("{desc} {n_fmt} of {total_fmt}", "checked", delay=_PATIENCE, leave=False) as line:
 
-    def progress(done: int, of: int) -> None:
-        line(done, of)
-        if not sys.stderr.isatty():
-            messages(lambda: f"checked {done} of {of}")
+        def progress(done: int, of: int) -> None:
+            line.total = of
+            line.update(done - line.n)
 
-    try:
         return checker.check(content, seconds, progress, exact)
-    finally:
-        line.clear()
 
 
 def check_file(path: Path | str) -> str:

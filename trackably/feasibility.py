@@ -55,8 +55,7 @@ class Steps:
 
     @property
     def names(self) -> tuple[str, ...]:
-        system = self.plant.system
-        return (*system.states, *system.inputs)
+        return self.plant.names
 
     @property
     def rows(self) -> scipy.sparse.csr_array:

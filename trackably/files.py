@@ -128,10 +128,8 @@ def write_json(path: Path, value: object) -> None:
 
 def read_json(path: Path) -> object:
     """Return the parsed content of a JSON file. InputError: it cannot be read, or is not JSON."""
-    try:
+    with errors_of(path):
         return from_json(read_bytes(path))
-    except ValueError as error:
-        raise InputError(f"{path}: {error}") from error
 
 
 def read_yaml(path: Path, most: int | None = None) -> object:

@@ -3,37 +3,53 @@
 Log messages are INFO of the logger "trackably".
 """
 
+from __future__ import annotations
+
 import logging
+import sys
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from time import monotonic
+from typing import TYPE_CHECKING, Any
 
 from trackably.work import Work, watch
+
+if TYPE_CHECKING:
+    from tqdm import tqdm
 
 LOG = logging.getLogger("trackably")
 
 _EVERY = 10.0  # seconds before the first message, and between two
 
 
-class Messages:
-    """Log the progress of some work at intervals of a few seconds, the first time once it has taken that long."""
+class _LogFile:
+    """A file that logs each line written to it."""
 
-    def __init__(self) -> None:
-        self._began = monotonic()
-        self._next = self._began + _EVERY
+    def write(self, text: str) -> None:
+        if line := text.strip():
+            LOG.info(line)
 
-    def __call__(self, say: Callable[[], str]) -> None:
-        """Log the text that `say` returns, and the time since the work began, unless the last message is too recent."""
-        now = monotonic()
-        if now >= self._next:
-            self._next = now + _EVERY
-            LOG.info("%s [%.0f s]", say(), now - self._began)
+    def flush(self) -> None:
+        """Do nothing: messages are not kept back."""
 
-    @property
-    def are_heard(self) -> bool:
-        """Whether messages of this level are logged."""
-        return LOG.isEnabledFor(logging.INFO)
+
+@contextmanager
+def line_of(
+    content: str, title: str, total: int | None = None, *, shown: bool = True, **more: Any
+) -> Iterator[tqdm[Any]]:
+    """Yield a progress bar that shows `content`, a format of tqdm, and the time; `more` are its options on a terminal.
+
+    Elsewhere it logs its lines, the first one after 10 s. It is disabled if nobody would see it.
+    """
+    from tqdm import tqdm  # noqa: PLC0415  loading the library shall not take longer for a bar
+
+    is_seen = sys.stderr.isatty()
+    if not is_seen:
+        more = {"file": _LogFile(), "mininterval": _EVERY, "delay": _EVERY}
+    hidden = not shown or not (is_seen or LOG.isEnabledFor(logging.INFO))
+    form = f"{content} [{{elapsed_s:.0f}} s]"
+    with tqdm(desc=title, total=total, bar_format=form, miniters=1, disable=hidden, **more) as bar:
+        yield bar
 
 
 _NAMES: dict[Work, str] = {"fit": "fits", "evaluation": "evaluations", "box": "boxes proved"}
@@ -42,48 +58,17 @@ _NAMES: dict[Work, str] = {"fit": "fits", "evaluation": "evaluations", "box": "b
 @contextmanager
 def progress_bar(title: str, *, shown: bool = True) -> Iterator[None]:
     """Count the work done in this context (fits, evaluations, boxes), in a line on a terminal or in a log."""
-    if not shown:
-        yield
-        return
-    from tqdm import tqdm  # noqa: PLC0415  loading the library shall not take longer for a bar
-
-    counts, messages = Counter[Work](), Messages()
-
-    def tell() -> str:
-        return f"{title}, {', '.join(f'{name}: {counts[each]}' for each, name in _NAMES.items())}"
-
-    with tqdm(desc=title, bar_format="{desc} [{elapsed}]", miniters=1, disable=None) as bar:
+    counts = Counter[Work]()
+    with line_of("{desc}", title, shown=shown) as bar:
 
         def count(work: Work) -> None:
             counts[work] += 1
-            if bar.disable:
-                messages(tell)
-            else:
-                bar.set_description_str(tell(), refresh=False)
-                bar.update()
+            done = ", ".join(f"{name}: {counts[each]}" for each, name in _NAMES.items())
+            bar.set_description_str(f"{title}, {done}", refresh=False)
+            bar.update()
 
-        if messages.are_heard or not bar.disable:
+        if bar.disable:
+            yield
+        else:
             with watch(count):
                 yield
-        else:
-            yield
-
-
-@contextmanager
-def recordings_bar(title: str, total: int, *, shown: bool = True) -> Iterator[Callable[[], object]]:
-    """Yield a function to call after each of `total` recordings: it shows their count as
-    `progress_bar` shows that of work.
-    """
-    from tqdm import tqdm  # noqa: PLC0415  as above
-
-    messages, ready = Messages(), 0
-    with tqdm(desc=title, total=total, unit=" recordings", disable=None if shown else True) as bar:
-
-        def count() -> None:
-            nonlocal ready
-            ready += 1
-            bar.update()
-            if shown and bar.disable:
-                messages(lambda: f"{title}: {ready} of {total} recordings")
-
-        yield count

@@ -15,7 +15,7 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import as_subject
 from trackably.certificates.judge import accepted_file, found_or_raise, judge
 from trackably.exports.proved import Proved, proved_times
-from trackably.files import new_file, path_of, write_atomically
+from trackably.files import new_file, write_atomically, write_text
 from trackably.gp.samples import Samples
 from trackably.systems.reference import Reference, Window
 
@@ -155,14 +155,10 @@ class ExportMixin:
         The proof holds at the points. Between them a ROS controller interpolates in its own way. MissingExtra: an MCAP
         file needs mcap-ros2-support.
         """
-        from trackably.exports.ros2 import write_mcap, write_yaml  # noqa: PLC0415
+        from trackably.exports.ros2 import joint_points, write  # noqa: PLC0415
 
-        match path_of("to_ros2", path).suffix:
-            case ".yaml" | ".yml":
-                return write_yaml(self, path, joints, first, count)
-            case ".mcap":
-                return write_mcap(self, path, joints, first, count, topic, stamp)
-        raise ValueError(f"to_ros2: expected the name of an .mcap or .yaml file, got {path}")
+        points = joint_points(self, joints, first, count)
+        return write("to_ros2", points, path, topic, stamp, self.certificate.explanation)
 
     def to_c(self: Proved, path: Path | str, name: str = "reference") -> Path:
         """Write a header in plain C99 with coefficients and functions; return its path.
@@ -172,9 +168,10 @@ class ExportMixin:
         return 1 and no values. Of redundant inputs they give the smallest, as `input` does. ValueError: a formula has
         no counterpart in C.
         """
-        from trackably.exports.c99 import write_header  # noqa: PLC0415
+        from trackably.exports.c99 import header  # noqa: PLC0415
 
-        return write_header(self, path, name)
+        write_text(file := new_file("to_c", path), header(self, name))
+        return file
 
 
 class ProvedReference(ExportMixin, ABC):

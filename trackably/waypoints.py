@@ -54,8 +54,7 @@ def _waypoint(
         raise ValueError(f"at: {time:g} s is outside of the times that are claimed, from {first:g} s to {last:g} s")
     if values == "rest":
         _refuse_restless(time, plant)
-        names = (*plant.system.states, *plant.system.inputs)
-        return Waypoint(time, {}, {name: _tolerance(tolerance, name, extent(plant, name)) for name in names})
+        return Waypoint(time, {}, {name: _tolerance(tolerance, name, extent(plant, name)) for name in plant.names})
     if not isinstance(values, Mapping):
         raise TypeError(
             f'at: expected values by name of a state or an input, or "rest", at {time:g} s, got {short(values)}'
@@ -95,10 +94,9 @@ def _refuse_restless(time: float, plant: ConstrainedSystem) -> None:
 
 
 def _refuse_unknown(argument: str, values: Mapping[str, float], plant: ConstrainedSystem) -> None:
-    known = (*plant.system.states, *plant.system.inputs)
     for name in values:
-        if name not in known:
-            raise ValueError(f"{argument}: {name} is neither a state nor an input ({', '.join(known)})")
+        if name not in plant.names:
+            raise ValueError(f"{argument}: {name} is neither a state nor an input ({', '.join(plant.names)})")
         if name in plant.system.inputs and plant.allocation is not None:
             raise ValueError(
                 f"{argument}: {name} is one of several inputs that act alike; only their effect is learned, so give "

@@ -8,9 +8,9 @@ from pydantic import BeforeValidator, NonNegativeFloat, NonNegativeInt, Positive
 
 from pipeline.experiments.fields import GroundTruthName, ProjectPath, Steps, as_tuple
 from pipeline.yaml_file import Fields
-from trackably.errors import InputError
-from trackably.recordings import CLOCKS, LOG_TIME, PUBLISH_TIME, REPAIRS, DateTimes, MessageTime, Stamp
+from trackably.recordings import CLOCKS, REPAIRS, DateTimes
 from trackably.recordings.csv_file import MISSING
+from trackably.recordings.mcap_file import LOG_TIME, PUBLISH_TIME, MessageTime, Stamp
 
 STEPS = "steps"
 """The time unit of stamps that count sampling steps."""
@@ -68,17 +68,10 @@ def _known_clock(written: object) -> object:
         case str() if written in CLOCKS or written == STEPS:
             return written
         case {"date_format": str(form), "zone": str(zone), **rest} if not rest:
-            return _dates(form, zone)
+            return DateTimes(form, zone)
         case {"date_format": str(form), **rest} if not rest:
-            return _dates(form)
+            return DateTimes(form)
     raise ValueError(f"expected one of {STEPS}, {', '.join(CLOCKS)}, or {{date_format: ..., zone: ...}}")
-
-
-def _dates(form: str, zone: str = "Z") -> DateTimes:
-    try:
-        return DateTimes(form, zone)
-    except InputError as error:
-        raise ValueError(str(error)) from error
 
 
 def _message_time(written: object) -> object:

@@ -583,7 +583,7 @@ RECORDINGS: dict[str, Packed] = {
     "a long number in CSV": Packed(
         "x.csv",
         lambda p: p.write_text(f"t,x\n1e9999,1\n{'9' * 100_000},2\n"),
-        "expected a number of 1000 digits at most, got",
+        "expected a finite number, got '1e9999' of more than 1000 digits",
     ),
 }
 """What unpacks, or is written out, to gigabytes: by what is large in it."""
@@ -593,7 +593,8 @@ import sys
 from pathlib import Path
 from trackably.errors import InputError
 from trackably.given.command import read_plant
-from trackably.recordings import Field, Stamp, read_csv, read_mcap
+from trackably.recordings import read_csv
+from trackably.recordings.mcap_file import Field, Stamp, read_mcap
 
 path = Path(sys.argv[1])
 try:

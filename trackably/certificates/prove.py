@@ -9,10 +9,10 @@ from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property as cached
 
 import numpy as np
 
-from trackably.cached import cached
 from trackably.certificates.certificate import TIME_TOLERANCE_OF_PIECES, Certificate
 from trackably.certificates.claim import as_claim
 from trackably.certificates.cover import UncoveredBox, cover

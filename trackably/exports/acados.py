@@ -1,7 +1,7 @@
 """References for acados: yref of each stage and yref_e of the last, for the horizon at each step."""
 
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -9,12 +9,6 @@ from trackably.arguments import whole
 from trackably.arrays import Array
 from trackably.control.references import unwrap_near
 from trackably.exports.proved import Proved, proved_steps
-
-
-class Solver(Protocol):
-    """The part of an `AcadosOcpSolver` that is used."""
-
-    def set(self, stage: int, field: str, value: Array, /) -> None: ...
 
 
 class StageReferences(NamedTuple):
@@ -46,8 +40,8 @@ class SlidingReferences:
         states, inputs = window if state is None else unwrap_near(self.proved.reference.plant, window, state)
         return StageReferences(np.concatenate([states[:-1], inputs], axis=-1), states[-1])
 
-    def set_in(self, solver: Solver, k: int, state: Array | None = None) -> None:
-        """Set the references at step k in a solver; call it once before each `solve`.
+    def set_in(self, solver: Any, k: int, state: Array | None = None) -> None:
+        """Set the references at step k in an `AcadosOcpSolver`; call it once before each `solve`.
 
         `state` and ValueError as in `at`.
         """

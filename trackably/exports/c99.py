@@ -6,14 +6,12 @@ from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from functools import partial
 from math import tau
-from pathlib import Path
 
 from trackably.arguments import text
 from trackably.certificates.certificate import Certificate
 from trackably.checker.certificate import Instants
 from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power
 from trackably.exports.proved import Proved
-from trackably.files import new_file, write_text
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.matern import Matern
 from trackably.gp.kernels.periodic import Periodic
@@ -39,17 +37,16 @@ def number(value: float) -> str:
     return f"({text})" if text.startswith("-") else text
 
 
-def array(name: str, values: Iterable[float]) -> list[str]:
-    """Return the lines that define a constant array of doubles."""
+def array(name: str, values: Iterable[float]) -> str:
+    """Return the definition of a constant array of doubles."""
     literals = [float(value).hex() for value in values]
-    rows = [", ".join(literals[i : i + _A_LINE]) for i in range(0, len(literals), _A_LINE)]
-    return [f"static const double {name}[{len(literals)}] = {{", *(f"    {row}," for row in rows), "};"]
+    rows = "".join(f"    {', '.join(literals[i : i + _A_LINE])},\n" for i in range(0, len(literals), _A_LINE))
+    return f"static const double {name}[{len(literals)}] = {{\n{rows}}};\n"
 
 
-def _filled(template: str, **words: object) -> list[str]:
-    """Return the lines of a template in C, with a value in the place of each word."""
-    text = re.sub("|".join(words), lambda word: str(words[word[0]]), template)
-    return [*text.splitlines(), ""]
+def _filled(template: str, **words: object) -> str:
+    """Return a template in C with a value in the place of each word, and an empty line behind it."""
+    return re.sub("|".join(words), lambda word: str(words[word[0]]), template) + "\n"
 
 
 _KERNEL = """\
@@ -77,15 +74,15 @@ static inline double NAME(double r)
 """
 
 
-def kernel_function(kernel: Kernel, name: str) -> list[str]:
-    """Return the lines of functions, the last of which is `static inline double name(double r)`.
+def kernel_function(kernel: Kernel, name: str) -> str:
+    """Return functions, the last of which is `static inline double name(double r)`.
 
     ValueError: the kernel has no formula here.
     """
     match kernel:
         case Sum(left, right) | Product(left, right):
-            parts = [*kernel_function(left, f"{name}_left"), *kernel_function(right, f"{name}_right")]
-            return [*parts, *_filled(_PAIR, NAME=name, OPERATOR="+" if isinstance(kernel, Sum) else "*")]
+            parts = kernel_function(left, f"{name}_left") + kernel_function(right, f"{name}_right")
+            return parts + _filled(_PAIR, NAME=name, OPERATOR="+" if isinstance(kernel, Sum) else "*")
         case Periodic():
             rate, sharpness = tau / kernel.period / 2, 2 * kernel.lengthscale**-2
             words = {"RATE": number(rate), "SHARPNESS": number(sharpness)}
@@ -110,7 +107,7 @@ def kernel_function(kernel: Kernel, name: str) -> list[str]:
         case _:
             raise ValueError(f"to_c: there is no formula in C for {type(kernel).__name__}")
     words = {"LENGTHSCALE": number(kernel.lengthscale), "VARIANCE": number(kernel.signal_std**2)}
-    return _filled(_KERNEL, NAME=name, BODY="\n".join(f"    {line}" for line in body), **words)
+    return _filled(_KERNEL, NAME=name, BODY=_indented(body), **words)
 
 
 def horner(coefficients: Sequence[float], x: str) -> str:
@@ -132,15 +129,12 @@ static inline double NAME(double t)
 """
 
 
-def kernel_sum_function(signal: KernelSum, name: str) -> list[str]:
-    """Return the lines of `static inline double name(double t)`, preceded by the arrays and functions that it needs."""
-    return [
-        *array(f"{name}_centres", signal.centres.tolist()),
-        *array(f"{name}_weights", signal.weights.tolist()),
-        "",
-        *kernel_function(signal.kernel, f"{name}_kernel"),
-        *_filled(_KERNEL_SUM, NAME=name, COUNT=signal.weights.size, MEAN=number(signal.mean)),
-    ]
+def kernel_sum_function(signal: KernelSum, name: str) -> str:
+    """Return `static inline double name(double t)`, preceded by the arrays and functions that it needs."""
+    arrays = array(f"{name}_centres", signal.centres.tolist()) + array(f"{name}_weights", signal.weights.tolist())
+    size, mean = signal.weights.size, number(signal.mean)
+    function = _filled(_KERNEL_SUM, NAME=name, COUNT=size, MEAN=mean)
+    return f"{arrays}\n{kernel_function(signal.kernel, f'{name}_kernel')}{function}"
 
 
 _SMALLEST = """\
@@ -187,14 +181,14 @@ static inline void NAME_smallest(double *u)
 """
 
 
-def allocation_function(allocation: Allocation, name: str) -> list[str]:
-    """Return the lines of `static inline void name_smallest(double *u)` and of its arrays."""
+def allocation_function(allocation: Allocation, name: str) -> str:
+    """Return `static inline void name_smallest(double *u)`, preceded by its arrays."""
     laws, bounded = allocation.laws, allocation.input_set
     numbers = {"rows": bounded.rows, "lower": bounded.lower, "upper": bounded.upper}
     numbers |= {"gains": laws.gains, "shifts": laws.shifts}
-    found = [line for what, values in numbers.items() for line in array(f"{name}_{what}", values.ravel().tolist())]
+    arrays = "".join(array(f"{name}_{what}", values.ravel().tolist()) for what, values in numbers.items())
     sizes = {"ROWS": len(bounded.rows), "COUNT": bounded.dimension, "LAWS": len(laws.shifts)}
-    return [*found, "", *_filled(_SMALLEST, NAME=name, TOLERATED=number(ROUNDING), **sizes)]
+    return f"{arrays}\n{_filled(_SMALLEST, NAME=name, TOLERATED=number(ROUNDING), **sizes)}"
 
 
 _FUNCTIONS = frozenset({"exp", "log", "sqrt", "sin", "cos", "atan"})
@@ -367,19 +361,16 @@ _PIECE = """\
 """
 
 
-def pieces_function(signal: PolynomialPieces, prefix: str, name: str) -> list[str]:
-    """Return the lines of `static inline prefix_dd name(prefix_time t)`, and of its arrays.
+def pieces_function(signal: PolynomialPieces, prefix: str, name: str) -> str:
+    """Return `static inline prefix_dd name(prefix_time t)`, preceded by its arrays.
 
     Bisection finds the breakpoint before t; then Horner's rule evaluates the piece.
     """
     (count, width), ends = signal.coefficients.shape, signal.breakpoints
     first, last = float(ends[0]), float(ends[-1])
-    found = [
-        *array(f"{name}_breakpoints", ends.tolist()),
-        *array(f"{name}_coefficients", signal.coefficients.ravel().tolist()),
-        "",
-    ]
-    return found + _filled(
+    arrays = array(f"{name}_breakpoints", ends.tolist())
+    arrays += array(f"{name}_coefficients", signal.coefficients.ravel().tolist())
+    return f"{arrays}\n" + _filled(
         "static inline PREFIX_dd NAME(PREFIX_time t)\n{\n" + _BEYOND[signal.beyond] + _PIECE,
         **{"PREFIX": prefix, "NAME": name, "COUNT": count, "WIDTH": width, "DEGREE": width - 1, "BELOW": width - 2},
         **{"LESS_FIRST": number(-first), "FIRST": number(first), "LESS_LAST": number(-last), "LAST": number(last)},
@@ -422,38 +413,36 @@ _HEAD = """\
 """
 
 
-def write_header(proved: Proved, path: Path | str, name: str) -> Path:
-    """Write a header; see `ExportMixin.to_c`."""
-    write_text(file := new_file("to_c", path), header(proved, name))
-    return file
-
-
 def header(proved: Proved, name: str) -> str:
     """Return the text of a header whose names begin with `name`. Raises as `ExportMixin.to_c`."""
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", text("to_c: name", name)):
         raise ValueError(f"to_c: name must be an identifier in C, such as axis, got {name!r}")
     plant = proved.reference.plant
     sizes = {"STATE_COUNT": len(plant.system.states), "INPUT_COUNT": len(plant.system.inputs)}
-    parts = [
-        *_story(proved, name),
-        *_filled(_HEAD, UPPER=name.upper(), SECONDS=number(plant.sampling_time), **sizes),
-        *_signals(proved.reference, name),
-        *_values(proved.reference, name),
-        *_guarded_functions(proved, name),
-        f"#endif // TRACKABLY_{name.upper()}_H",
-    ]
-    return "\n".join(parts) + "\n"
+    return (
+        _story(proved, name)
+        + _filled(_HEAD, UPPER=name.upper(), SECONDS=number(plant.sampling_time), **sizes)
+        + _signals(proved.reference, name)
+        + _values(proved.reference, name)
+        + _guarded_functions(proved, name)
+        + f"#endif // TRACKABLY_{name.upper()}_H\n"
+    )
 
 
-def _story(proved: Proved, name: str) -> list[str]:
+def _story(proved: Proved, name: str) -> str:
     reference, certificate = proved.reference, proved.certificate
     system = reference.plant.system
+    answers = f"{name}_at(t, x, u) and {name}_step(k, x, u) return 0, and fill x and u at t [s] or at k T_s, where"
+    refusals = "that is proved. Elsewhere they return 1 and leave x and u as they are."
+    if isinstance(certificate.claim, Instants):
+        answers = f"{name}_step(k, x, u) returns 0, and fills x and u at k T_s, where"
+        refusals = "that is proved. Elsewhere it returns 1 and leaves x and u as they are."
     said = [
         f"A reference of {', '.join(system.states)} [x] and {', '.join(system.inputs)} [u].",
         *certificate.explanation.splitlines(),
         "",
-        f"{name}_at(t, x, u) and {name}_step(k, x, u) return 0, and fill x and u at t [s] or at k T_s, where",
-        "that is proved. Elsewhere they return 1 and leave x and u as they are.",
+        answers,
+        refusals,
         *_at_ends(certificate),
         "The input u, held for one sampling time, takes x(t) to x(t + T_s).",
         "",
@@ -466,10 +455,7 @@ def _story(proved: Proved, name: str) -> list[str]:
         ),
         *(f"u[{i}] {given}" for i, given in enumerate(system.inputs)),
     ]
-    if isinstance(certificate.claim, Instants):
-        said[said.index("") + 1] = f"{name}_step(k, x, u) returns 0, and fills x and u at k T_s, where"
-        said[said.index("") + 2] = "that is proved. Elsewhere it returns 1 and leaves x and u as they are."
-    return [f"// {line}".rstrip() for line in said]
+    return "".join(f"// {line}".rstrip() + "\n" for line in said)
 
 
 def _at_ends(certificate: Certificate) -> list[str]:
@@ -482,26 +468,35 @@ def _at_ends(certificate: Certificate) -> list[str]:
     ]
 
 
-def _signals(reference: Reference, name: str) -> list[str]:
+def _signals(reference: Reference, name: str) -> str:
     """Return the functions name_z0, … of the signals, of a double or of an exact time; and name_smallest."""
-    found = _filled(f"{_PRODUCT}\n{_SUMS}", NAME=name) if reference.pieces else []
-    for c, pieces in enumerate(reference.pieces):
-        found += pieces_function(pieces, name, f"{name}_z{c}")
-    for c, signal in enumerate(() if reference.pieces else reference.kernel_sums):
-        found += kernel_sum_function(signal, f"{name}_z{c}")
+    found = _filled(f"{_PRODUCT}\n{_SUMS}", NAME=name) if reference.pieces else ""
+    for c, signal in enumerate(reference.signals):
+        if isinstance(signal, PolynomialPieces):
+            found += pieces_function(signal, name, f"{name}_z{c}")
+        else:
+            found += kernel_sum_function(signal, f"{name}_z{c}")
     if reference.period:
         found += _filled(f"{_PRODUCT}\n{_PHASE}", NAME=name, PERIOD=number(reference.period))
     allocation = reference.plant.allocation
-    return [*found, *allocation_function(allocation, name)] if allocation else found
+    return found + allocation_function(allocation, name) if allocation else found
 
 
-def _values(reference: Reference, name: str) -> list[str]:
+_VALUES = """\
+static inline void NAME_values(TIME t, double *x, double *u)
+{
+BODY
+}
+"""
+
+
+def _values(reference: Reference, name: str) -> str:
     """Return the function that evaluates at any time, proved or not; only name_at and name_step may call it."""
     step, coordinates = number(reference.plant.sampling_time), reference.plant.coordinates
     needed = counts((*coordinates["state"], *coordinates["input"]), len(reference.signals))
-    kind, ahead, written = "double", f"t + j * {step}", plain_sum
+    time, kind, ahead, written = "double", "double", f"t + j * {step}", plain_sum
     if reference.pieces:
-        kind, ahead = f"{name}_dd", f"{name}_plus_product(t, j, {step})"
+        time, kind, ahead = f"{name}_time", f"{name}_dd", f"{name}_plus_product(t, j, {step})"
         written = partial(precise_sum, prefix=name)
     body = [f"{kind} z{c}[{count}];" for c, count in enumerate(needed)]
     for c, count in enumerate(needed):
@@ -511,14 +506,11 @@ def _values(reference: Reference, name: str) -> list[str]:
             body += assignment_lines(coordinate, f"{symbol}[{i}]", written)
     if reference.plant.allocation is not None:
         body.append(f"{name}_smallest(u);")
-    time = f"{name}_time" if reference.pieces else "double"
-    return [
-        f"static inline void {name}_values({time} t, double *x, double *u)",
-        "{",
-        *(f"    {line}" for line in body),
-        "}",
-        "",
-    ]
+    return _filled(_VALUES, NAME=name, TIME=time, BODY=_indented(body))
+
+
+def _indented(lines: Iterable[str]) -> str:
+    return "\n".join(f"    {line}" for line in lines)
 
 
 _AT = """\
@@ -541,7 +533,7 @@ REFUSAL
 """
 
 
-def _guarded_functions(proved: Proved, name: str) -> list[str]:
+def _guarded_functions(proved: Proved, name: str) -> str:
     reference, certificate = proved.reference, proved.certificate
     at_t, at_step = "t", "t"
     if reference.pieces:
@@ -552,7 +544,7 @@ def _guarded_functions(proved: Proved, name: str) -> list[str]:
     # Of times other than steps the tolerance is not zero for polynomial pieces, whose proof includes it. Between
     # instants nothing is proved.
     of_times = [(_AT, at_t, tolerance if reference.pieces else 0.0)]
-    found = []
+    found = ""
     for template, time, of in [*of_times[isinstance(certificate.claim, Instants) :], (_STEP, at_step, tolerance)]:
         text = template.replace("TIME", time).replace("REFUSAL", _refusal(certificate, of))
         found += _filled(text, NAME=name, SECONDS=number(reference.plant.sampling_time))

@@ -35,19 +35,9 @@ class TimeResponse:
 
 @dataclass(frozen=True, eq=False)
 class FlatTrajectory:
-    """A reference with the methods of `control.flatsys.SystemTrajectory`."""
+    """A reference with the methods `eval` and `response` of `control.flatsys.SystemTrajectory`."""
 
     proved: Proved
-
-    @property
-    def nstates(self) -> int:
-        """The number n of states."""
-        return len(self.proved.reference.plant.system.states)
-
-    @property
-    def ninputs(self) -> int:
-        """The number m of inputs."""
-        return len(self.proved.reference.plant.system.inputs)
 
     def eval(self, tlist: ArrayLike) -> tuple[Array, Array]:
         """Return states (n, N) and inputs (m, N) at N times [s]; angles do not jump between them.

@@ -10,7 +10,7 @@ import numpy as np
 
 from trackably.arguments import real
 from trackably.arrays import Array, ArrayLike
-from trackably.exports.proved import Proved, places, proved_times, require_known
+from trackably.exports.proved import Proved, places, proved_times, require_known, values_at
 
 Parameters = Mapping[str, str | Sequence[str]]
 """For each time-varying parameter of a model, the state or input that it holds, or several of them."""
@@ -39,8 +39,11 @@ def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None,
     def tvp_fun(t_now: ArrayLike) -> Any:
         elapsed = _elapsed_steps(t_now, step)
         steps = first + elapsed + np.arange(1.0 if horizon is None else horizon + 1.0)
-        proved_times(proved, proved.reference.instants(steps))
-        values = np.concatenate([_states(proved, steps, elapsed), proved.reference.input(steps)], axis=-1)
+        # Angles are continuous since the controller started.
+        before = steps[0] - np.arange(elapsed, 0.0, -1.0) if plant.angles else steps[:0]
+        every = np.concatenate([before, steps])
+        proved_times(proved, proved.reference.instants(every))
+        values = values_at(proved, every)[len(before) :]
         template = controller.get_tvp_template()
         for name, chosen in columns.items():
             for k, row in enumerate(values[:, chosen]):
@@ -48,16 +51,6 @@ def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None,
         return template
 
     return tvp_fun
-
-
-def _states(proved: Proved, steps: Array, elapsed: float) -> Array:
-    """Return the states at steps, with angles that are continuous since the controller started, `elapsed` steps ago."""
-    reference = proved.reference
-    if elapsed <= 0 or not reference.plant.angles:
-        return reference.plant.unwrap(reference.state(steps))
-    before = steps[0] - np.arange(elapsed, 0.0, -1.0)
-    proved_times(proved, reference.instants(before))
-    return reference.plant.unwrap(reference.state(np.concatenate([before, steps])))[len(before) :]
 
 
 def _elapsed_steps(t_now: ArrayLike, step: float) -> float:

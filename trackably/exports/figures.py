@@ -92,7 +92,7 @@ def tracking(
     or inputs are not drawn.
     """
     plant = next(iter(references.values())).plant
-    names, bounds = coordinates(plant), bounds_of(plant)
+    names, bounds = plant.names, bounds_of(plant)
     figure = Figure(figsize=(PAGE, 0.7 + 1.25 * len(names)))
     panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
     for i, (axes, name) in enumerate(zip(panels, names, strict=True)):
@@ -127,7 +127,7 @@ def _draw_observed(axes: Axes, observed: Observed, times: Array) -> None:
 
 def coordinates(plant: ConstrainedSystem) -> tuple[str, ...]:
     """Return the names of the states, then those of the inputs."""
-    return (*plant.system.states, *plant.system.inputs)
+    return plant.names
 
 
 def axis_label(name: str, units: Units) -> str:

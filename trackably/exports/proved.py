@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from html import escape
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -73,12 +74,15 @@ class Reached:
     times: Array
     values: Array
 
+    @cached_property
+    def margins(self) -> Array:
+        """The margins at the times, in the unit of the quantity."""
+        return self.quantity.bounds.margin(self.values, self.times)
+
     @property
-    def least(self) -> tuple[float, float]:
-        """The least margin found, in the unit of the quantity, and its time [s]."""
-        margins = self.quantity.bounds.margin(self.values, self.times)
-        i = int(np.argmin(margins))
-        return float(margins[i]), float(self.times[i])
+    def nearest(self) -> int:
+        """The index of the least margin."""
+        return int(np.argmin(self.margins))
 
 
 def ends(proved: Proved) -> tuple[float, float]:
@@ -123,8 +127,7 @@ _TINY = 1e-9  # of a sampling time
 
 def places(proved: Proved) -> dict[str, int]:
     """Return the index of each name in the vector of states followed by inputs."""
-    system = proved.reference.plant.system
-    return {name: i for i, name in enumerate((*system.states, *system.inputs))}
+    return {name: i for i, name in enumerate(proved.reference.plant.names)}
 
 
 def values_at(proved: Proved, steps: Array) -> Array:
@@ -155,6 +158,8 @@ def require_known(what: str, named: Mapping[str, object], proved: Proved) -> Non
 
 _WIDTH, _HEIGHT, _EDGE = 160.0, 34.0, 4.0
 _POINTS = 160
+_SOLID = 'stroke="currentColor" stroke-width="1.4"'
+_DASHED = 'stroke="currentColor" stroke-opacity="0.45" stroke-dasharray="3 2"'
 
 
 def curve(reached: Reached) -> str:
@@ -162,32 +167,26 @@ def curve(reached: Reached) -> str:
 
     Lines have the colour of the surrounding text, so that the picture suits light and dark pages.
     """
-    bounds = reached.quantity.bounds
-    low, high = _vertical_ends(reached)
-    x = _scale(reached.times, reached.times[0], reached.times[-1], 0.0, _WIDTH)
-    y = _scale(reached.values, low, high, _HEIGHT - _EDGE, _EDGE)
-    chosen = np.unique(np.linspace(0, x.size - 1, _POINTS).round().astype(int))
-    points = " ".join(f"{x[i]:.1f},{y[i]:.1f}" for i in chosen)
-    ends = (end for end in bounds.ends(reached.times) if np.any((low <= end) & (end <= high)))
-    scaled = (_scale(np.clip(end, low, high), low, high, _HEIGHT - _EDGE, _EDGE) for end in ends)
-    levels = [np.broadcast_to(level, x.shape) for level in scaled]
-    lines = "".join(map(_dashed_line, [x[chosen]] * len(levels), [level[chosen] for level in levels]))
-    nearest = int(np.argmin(bounds.margin(reached.values, reached.times)))
+    t, (low, high) = reached.times, _vertical_ends(reached)
+    every = np.unique(np.linspace(0, t.size - 1, _POINTS).round().astype(int))
+
+    def points(values: Array, at: Any) -> list[tuple[str, str]]:
+        x = np.interp(t[at], t[[0, -1]], (0.0, _WIDTH))
+        y = np.interp(values[at], (low, high), (_HEIGHT - _EDGE, _EDGE))
+        return [(f"{a:.1f}", f"{b:.1f}") for a, b in zip(x, y, strict=True)]
+
+    def line(values: Array, style: str) -> str:
+        at = every if np.any(values != values[0]) else [0, -1]
+        return f'<polyline points="{" ".join(map(",".join, points(values, at)))}" fill="none" {style}/>'
+
+    bounds = (np.broadcast_to(end, t.shape) for end in reached.quantity.bounds.ends(t))
+    lines = "".join(line(end, _DASHED) for end in bounds if np.any((low <= end) & (end <= high)))
+    ((x, y),) = points(reached.values, [reached.nearest])
     return (
         f'<svg width="{_WIDTH:g}" height="{_HEIGHT:g}" viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" '
         f'role="img" aria-label="curve between its bounds" style="overflow:visible">{lines}'
-        f'<polyline points="{points}" fill="none" stroke="currentColor" stroke-width="1.4"/>'
-        f'<circle cx="{x[nearest]:.1f}" cy="{y[nearest]:.1f}" r="2.6" fill="#d55e00"/></svg>'
+        f'{line(reached.values, _SOLID)}<circle cx="{x}" cy="{y}" r="2.6" fill="#d55e00"/></svg>'
     )
-
-
-def _dashed_line(x: np.ndarray, y: np.ndarray) -> str:
-    """Return a bound: a line, of its two ends where it is level."""
-    style = 'stroke="currentColor" stroke-opacity="0.45" stroke-dasharray="3 2"'
-    if np.all(y == y[0]):
-        return f'<line x1="0" x2="{_WIDTH:g}" y1="{y[0]:.1f}" y2="{y[0]:.1f}" {style}/>'
-    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
-    return f'<polyline points="{points}" fill="none" {style}/>'
 
 
 def _vertical_ends(reached: Reached) -> tuple[float, float]:
@@ -198,10 +197,6 @@ def _vertical_ends(reached: Reached) -> tuple[float, float]:
     low = bounds.lower if least - bounds.lower <= 2 * reach else least
     high = bounds.upper if bounds.upper - most <= 2 * reach else most
     return (low, high) if low < high else (low - reach, high + reach)
-
-
-def _scale(values: np.ndarray, low: float, high: float, first: float, last: float) -> np.ndarray:
-    return np.asarray(first + (values - low) / (high - low) * (last - first))
 
 
 _HEADINGS = ("", "bounds", "from", "to", "least margin", "at", "")
@@ -232,15 +227,14 @@ def html(proved: Proved) -> str:
 
 
 def _row(found: Reached) -> str:
-    margin, time = found.least
-    bounds = found.quantity.bounds
+    nearest = found.nearest
     cells = (
         f"<strong>{escape(found.quantity.name)}</strong>",
-        escape(str(bounds)),
+        escape(str(found.quantity.bounds)),
         f"{found.values.min():.4g}",
         f"{found.values.max():.4g}",
-        f"{margin:.3g}",
-        f"{time:.4g} s",
+        f"{found.margins[nearest]:.3g}",
+        f"{found.times[nearest]:.4g} s",
         curve(found),
     )
     return f"<tr>{''.join(f'<td {_style(i)}>{cell}</td>' for i, cell in enumerate(cells))}</tr>"

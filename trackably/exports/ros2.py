@@ -1,7 +1,7 @@
 """References as trajectories of joints, `trajectory_msgs/msg/JointTrajectory` of ROS 2, without any part of ROS."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -26,7 +26,7 @@ _NANOSECONDS: Final = 1_000_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class JointTrajectory:
+class JointPoints:
     """Points at `nanoseconds` (K,) from the start, with `values` (K, J) of the `joints` by field.
 
     Empty fields are left out.
@@ -49,7 +49,7 @@ class JointTrajectory:
         return {"header": header, "joint_names": [*self.joints], "points": points}
 
 
-def joint_trajectory(proved: Proved, joints: Joints, first: int | None, count: int | None) -> JointTrajectory:
+def joint_points(proved: Proved, joints: Joints, first: int | None, count: int | None) -> JointPoints:
     """Return points at steps of a reference; their times count from the first one, rounded to nanoseconds.
 
     ValueError: no joint, an unknown field or name, fields that differ between joints, or steps that are not proved.
@@ -59,11 +59,11 @@ def joint_trajectory(proved: Proved, joints: Joints, first: int | None, count: i
     values = values_at(proved, steps)
     since = np.rint((steps - steps[0]) * proved.reference.plant.sampling_time * _NANOSECONDS)
     by_field = {name: values[:, [place[of[name]] for of in joints.values()]] for name in fields}
-    return JointTrajectory(tuple(joints), [int(t) for t in since.tolist()], by_field)
+    return JointPoints(tuple(joints), [int(t) for t in since.tolist()], by_field)
 
 
 def _fields(joints: Joints, proved: Proved) -> list[str]:
-    """Return the fields that all joints have, in the order of the message. Raises as `joint_trajectory`."""
+    """Return the fields that all joints have, in the order of the message. Raises as `joint_points`."""
     instance("joints", joints, Mapping, f"mappings such as {_EXAMPLE}")
     for of in joints.values():
         instance("joints", of, Mapping, f"mappings such as {_EXAMPLE}")
@@ -117,53 +117,45 @@ uint32 nanosec
 """The message and all types that it contains, in the form of MCAP's `ros2msg` schemas."""
 
 
-def write_yaml(proved: Proved, path: Path | str, joints: Joints, first: int | None, count: int | None) -> Path:
-    """Write the message as YAML, one point a line, for `ros2 topic pub`."""
-    return put_yaml(
-        joint_trajectory(proved, joints, first, count), path, [NAME, *proved.certificate.explanation.splitlines()]
-    )
+def write(
+    what: str, points: JointPoints, path: Path | str, topic: str = "", stamp: int = 0, statement: str = ""
+) -> Path:
+    """Write a message with all points to an .mcap or .yaml file for the function `what`; return the path.
 
-
-def put_yaml(trajectory: JointTrajectory, path: Path | str, story: Sequence[str]) -> Path:
-    """Write points as YAML, after the lines of `story` as comments."""
-    message = trajectory.message("", 0)
-    points = message.pop("points")
-    lines = [f"# {line}" for line in story]
-    lines += [f"{key}: {_flow(value)}" for key, value in message.items()]
-    lines += ["points:", *(f"  - {_flow(point)}" for point in points)]
-    write_text(file := new_file("to_ros2", path), "\n".join(lines) + "\n")
+    In an MCAP file it has the time `stamp` [ns] on `topic`, and what is proved stands in the metadata; it is
+    uncompressed, so that the bytes are reproducible. In YAML, for `ros2 topic pub`, there is one point a line, and what
+    is proved stands in comments. ValueError: the name of the file has another ending. Raises OSError.
+    """
+    file, stamp = new_file(what, path), whole(f"{what}: stamp", stamp, least=0)
+    match file.suffix:
+        case ".yaml" | ".yml":
+            write_text(file, _yaml(points, statement))
+        case ".mcap":
+            write_atomically(file, _mcap(what, points, text(f"{what}: topic", topic), stamp, statement))
+        case _:
+            raise ValueError(f"{what}: expected the name of an .mcap or .yaml file, got {file}")
     return file
 
 
-def write_mcap(
-    proved: Proved,
-    path: Path | str,
-    joints: Joints,
-    first: int | None,
-    count: int | None,
-    topic: str,
-    stamp: int,
-) -> Path:
-    """Write one message of the whole trajectory at time `stamp` [ns], uncompressed, so that the
-    bytes are reproducible.
-    """
-    whole("to_ros2: stamp", stamp, least=0)
-    trajectory = joint_trajectory(proved, joints, first, count)
-    return put_mcap(trajectory, path, topic, stamp, {"statement": proved.certificate.explanation})
+def _yaml(of: JointPoints, statement: str) -> str:
+    message = of.message("", 0)
+    points = message.pop("points")
+    lines = [f"# {line}" for line in (NAME, *statement.splitlines())]
+    lines += [f"{key}: {_flow(value)}" for key, value in message.items()]
+    lines += ["points:", *(f"  - {_flow(point)}" for point in points)]
+    return "\n".join(lines) + "\n"
 
 
-def put_mcap(trajectory: JointTrajectory, path: Path | str, topic: str, stamp: int, said: Mapping[str, str]) -> Path:
-    """Write points as one message, with `said` as metadata."""
-    with optional("to_ros2"):
+def _mcap(what: str, points: JointPoints, topic: str, stamp: int, statement: str) -> bytes:
+    with optional(what):
         from mcap.writer import CompressionType  # noqa: PLC0415
         from mcap_ros2.writer import Writer  # noqa: PLC0415
     content = BytesIO()
     with Writer(content, compression=CompressionType.NONE) as writer:
         schema = writer.register_msgdef(NAME, DEFINITION)
-        writer.write_message(topic, schema, trajectory.message("", stamp), log_time=stamp, publish_time=stamp)
-        writer.add_metadata("trackably", dict(said))
-    write_atomically(file := new_file("to_ros2", path), content.getvalue())
-    return file
+        writer.write_message(topic, schema, points.message("", stamp), log_time=stamp, publish_time=stamp)
+        writer.add_metadata("trackably", {"statement": statement} if statement else {})
+    return content.getvalue()
 
 
 def _flow(value: Any) -> str:

@@ -4,6 +4,7 @@ import csv
 from collections.abc import Mapping
 from io import StringIO
 from pathlib import Path
+from typing import Any
 
 from trackably.arguments import text
 from trackably.arrays import Array
@@ -52,7 +53,6 @@ def write_parquet(proved: Proved, path: Path | str, first: int | None, count: in
     """
     with optional("to_parquet"):
         import pyarrow as pa  # noqa: PLC0415
-        from pyarrow import parquet  # noqa: PLC0415
     table, of_column = columns(proved, first, count, units), {f"{_TIME} [s]": "s"}
     of_column |= {_head(name, units or {}): unit for name, unit in (units or {}).items()}
     statement = {
@@ -63,10 +63,20 @@ def write_parquet(proved: Proved, path: Path | str, first: int | None, count: in
         pa.field(head, pa.float64(), nullable=False, metadata={"unit": of_column[head]} if head in of_column else None)
         for head in table
     ]
-    buffer = pa.BufferOutputStream()
-    arrays = [pa.array(column) for column in table.values()]
-    parquet.write_table(pa.Table.from_arrays(arrays, schema=pa.schema(fields, metadata=statement)), buffer)
-    write_atomically(file := new_file("to_parquet", path), buffer.getvalue().to_pybytes())
+    return put_parquet(table, path, pa.schema(fields, metadata=statement))
+
+
+def put_parquet(table: Mapping[str, Any], path: Path | str, schema: Any = None) -> Path:
+    """Write columns as Parquet, with the types and metadata of a `schema` if there is one; return the path.
+
+    MissingExtra: pyarrow is not installed.
+    """
+    with optional("to_parquet"):
+        import pyarrow as pa  # noqa: PLC0415
+        from pyarrow import parquet  # noqa: PLC0415
+    content = pa.BufferOutputStream()
+    parquet.write_table(pa.table(dict(table), schema=schema), content)
+    write_atomically(file := new_file("to_parquet", path), content.getvalue().to_pybytes())
     return file
 
 

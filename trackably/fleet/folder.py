@@ -12,8 +12,6 @@ from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.codec import dumps, loads
 from trackably.errors import InputError
 from trackably.files import read_bytes, write_atomically
-from trackably.reference import TrackableReference
-from trackably.streams.reference import StreamReference
 
 Outcome = Literal["proved", "infeasible", "unproved", "refuted", "unusable"]
 """The result for a recording.
@@ -49,35 +47,6 @@ class Row:
     fingerprint: str | None = None
     questions: tuple[str, ...] = ()
     files: Mapping[str, str] = field(default_factory=dict)
-
-    @classmethod
-    def of_proved(
-        cls,
-        name: str,
-        request: str,
-        reference: TrackableReference | StreamReference,
-        questions: tuple[str, ...],
-        files: Mapping[str, str],
-    ) -> "Row":
-        """Return the row of a reference with a proof."""
-        of_function = {
-            name: getattr(reference, name)
-            for name in ("method", "objective", "price", "unconstrained_misfit")
-            if isinstance(reference, TrackableReference)
-        }
-        return cls(
-            name,
-            "proved",
-            reference.certificate.explanation,
-            request,
-            sum(map(len, reference.samples)),
-            misfit=reference.misfit,
-            hyperparameters=reference.hyperparameters,
-            fingerprint=reference.fingerprint,
-            questions=questions,
-            files=files,
-            **{"method": STREAM, **of_function},
-        )
 
     def columns(self) -> dict[str, str | float | int | None]:
         """Return the cells of the table by the names of its columns; `request` and `files` are only in row.json."""
@@ -124,7 +93,8 @@ _UNSAFE = rb"[^A-Za-z0-9_.~ -]|\A\.|[. ]\Z"
 """Bytes that some file system refuses, hides, drops at the end, or encodes in two ways (such as those of \u00e4)."""
 
 _TAKEN = re.compile(
-    r"(con|prn|aux|nul|(com|lpt)[0-9]) *(\..*)?|(row|reference|certificate|counterexample)\.json|fleet\.csv",
+    r"(con|prn|aux|nul|(com|lpt)[0-9]) *(\..*)?"
+    r"|(row|reference|certificate(\.at[0-9]+)?|counterexample)\.json|fleet\.csv",
     re.IGNORECASE | re.DOTALL,
 )
 """Names of devices on Windows, and of files that a fleet writes."""

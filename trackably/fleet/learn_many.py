@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import errno
-import hashlib
 import inspect
 import json
 import os
@@ -32,14 +31,15 @@ from trackably.certificates.outcome import Counterexample
 from trackably.codec import encode
 from trackably.errors import DoubtfulInputWarning, InputError
 from trackably.explanation import IgnoresSamplesWarning
+from trackably.exports.table import put_parquet
 from trackably.extras import optional
-from trackably.files import new_file, path_of, read_bytes, write_atomically
+from trackably.files import path_of, read_bytes
 from trackably.fleet.folder import STREAM, TABLE, FleetFolder, Row, columns, digest, outcome_of
 from trackably.fleet.sources import Measured, Source, sources_of
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.samples import Samples
 from trackably.learn import learn_reference
-from trackably.progress import recordings_bar
+from trackably.progress import line_of
 from trackably.recordings.recording import Recording
 from trackably.reference import TrackableReference
 from trackably.streams.learn import learn_stream
@@ -78,21 +78,13 @@ class Request:
 
     @cached_property
     def _shared(self) -> Any:
-        return _plain(
-            {
-                "trackably": version("trackably"),
-                "learn": getattr(self.learn, "__name__", ""),
-                "plant": self.plant,
-                "kernel": self.kernel,
-                "claim": self.claim,
-                "options": dict(self.options),
-            }
-        )
+        what = (version("trackably"), self.learn.__name__, self.plant, self.kernel, self.claim, self.options)
+        return _plain(what)
 
     def fingerprint(self, samples: Samples | Mapping[str, Samples]) -> str:
         """Return the SHA-256 of all data that the answer for these samples depends on, as 64 hexadecimal digits."""
         content = json.dumps([self._shared, _plain(samples)], sort_keys=True, separators=(",", ":"))
-        return hashlib.sha256(content.encode()).hexdigest()
+        return digest(content.encode())
 
     def learn_from(self, samples: Samples | Mapping[str, Samples]) -> Learned:
         """Return the reference of one recording. Raises and warns as `learn` does."""
@@ -151,15 +143,29 @@ def answer(source: Source, request: Request, kept: Row | None) -> Answer:
         except (ValueError, ArithmeticError) as error:
             return Answer(Row(source.name, "unusable", str(error), fingerprint), {})
     files = _file_contents(certificate=reference.save_certificate, reference=reference.save)
-    return Answer(Row.of_proved(source.name, fingerprint, reference, tuple(questions), _digests(files)), files)
+    row = Row(
+        source.name,
+        "proved",
+        reference.certificate.explanation,
+        fingerprint,
+        sum(map(len, reference.samples)),
+        STREAM,
+        misfit=reference.misfit,
+        hyperparameters=reference.hyperparameters,
+        fingerprint=reference.fingerprint,
+        questions=tuple(questions),
+        files=_digests(files),
+    )
+    if isinstance(reference, TrackableReference):
+        of_function = ("method", "objective", "price", "unconstrained_misfit")
+        row = dataclasses.replace(row, **{name: getattr(reference, name) for name in of_function})
+    return Answer(row, files)
 
 
 def _samples(measured: Measured) -> Samples | Mapping[str, Samples]:
-    if isinstance(measured, Recording):
-        return {name: measured.samples(name) for name in measured.signals}
-    if isinstance(measured, Samples | Mapping):
-        return measured
-    raise TypeError(f"expected Samples, samples by name or a Recording, got {type(measured).__name__}")
+    found = measured.signals if isinstance(measured, Recording) else measured
+    instance("recording", found, Samples | Mapping, "Samples, samples by name or a Recording")
+    return found
 
 
 @contextmanager
@@ -180,12 +186,11 @@ _OURS = (DoubtfulInputWarning, IgnoresSamplesWarning)
 
 
 def _file_contents(**saves: Callable[[Path], object]) -> dict[str, bytes]:
-    """Return the contents that each of these functions writes to `name`.json."""
+    """Return the contents of the files that each of these functions writes to `name`.json, and beside it."""
     with TemporaryDirectory() as folder:
-        paths = {Path(folder) / f"{name}.json": save for name, save in saves.items()}
-        for path, save in paths.items():
-            save(path)
-        return {path.name: path.read_bytes() for path in paths}
+        for name, save in saves.items():
+            save(Path(folder) / f"{name}.json")
+        return {path.name: path.read_bytes() for path in sorted(Path(folder).iterdir())}
 
 
 def _digests(files: Mapping[str, bytes]) -> dict[str, str]:
@@ -253,10 +258,11 @@ def _on(cluster: str | None) -> Iterator[None]:
         yield
 
 
+_COUNTED = "{desc}: {n_fmt} of {total_fmt} recordings"
 _MOST_SHOWN = 5  # of the failures, and of the questions
 _OF_ONE_NAME = {errno.ENAMETOOLONG, errno.ENOTDIR, errno.EISDIR, errno.EEXIST}  # the rest concerns all recordings
 
-L = TypeVar("L", bound=Learned)
+L = TypeVar("L", TrackableReference, StreamReference)
 
 
 @dataclass(frozen=True)
@@ -264,6 +270,7 @@ class Fleet:
     """The results for all recordings, in the order given: `rows`, and in `folder` the files of each and one table.
 
     A recording NAME has folder/NAME/reference.json, folder/NAME/certificate.json (or counterexample.json) and row.json.
+    Certificates of waypoints are beside it: certificate.at1.json, certificate.at2.json, …
     In NAME, bytes that some file systems refuse are written as %XX, and an empty part between slashes as %. A part with
     capital letters ends with ^ and a number that gives their positions: "/Monday" is folder/%/Monday^1. Files in other
     places, which versions before this rule wrote, are neither read nor removed.
@@ -291,25 +298,24 @@ class Fleet:
 
         InputError: it has none, or the file has changed.
         """
-        return self._load(name, TrackableReference.load, is_stream=False)
+        return self._load(name, TrackableReference)
 
     def stream(self, name: str) -> StreamReference:
         """Return the reference of a recording that was learned by `learn_stream`. InputError as for `reference`."""
-        return self._load(name, StreamReference.load, is_stream=True)
+        return self._load(name, StreamReference)
 
-    def _load(self, name: str, load: Callable[[Path], L], *, is_stream: bool) -> L:
+    def _load(self, name: str, kind: type[L]) -> L:
         row = next((row for row in self.rows if row.name == name), None)
         if row is None:
             raise InputError(f"there is no recording {name!r} in {self.folder}")
         if row.outcome != "proved":
             raise InputError(f"{name} is {row.outcome}: {row.sentence}")
-        if (row.method == STREAM) is not is_stream:
-            raise InputError(
-                f"{name}: call fleet.{'reference' if is_stream else 'stream'}({name!r}), as it was learned"
-            )
+        method, learned = ("stream", StreamReference) if row.method == STREAM else ("reference", TrackableReference)
+        if kind is not learned:
+            raise InputError(f"{name}: call fleet.{method}({name!r}), as it was learned")
         path = FleetFolder(self.folder).of(name) / "reference.json"
         is_same = digest(read_bytes(path)) == row.files.get(path.name)
-        found = load(path) if is_same else None
+        found = kind.load(path) if is_same else None
         if found is None or found.fingerprint != row.fingerprint:
             raise InputError(f"{path}: was changed since the row of {name!r} was written; call learn_many again")
         return found
@@ -320,12 +326,7 @@ class Fleet:
 
     def to_parquet(self, path: Path | str) -> None:
         """Write the table as Parquet. MissingExtra: pyarrow is not installed. Raises OSError."""
-        with optional("to_parquet"):
-            import pyarrow  # noqa: PLC0415
-            from pyarrow import parquet  # noqa: PLC0415
-        content = pyarrow.BufferOutputStream()
-        parquet.write_table(pyarrow.table(self.columns()), content)
-        write_atomically(new_file("to_parquet", path), content.getvalue().to_pybytes())
+        put_parquet(self.columns(), path)
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -412,12 +413,12 @@ def learn_many(
     where.path.mkdir(parents=True, exist_ok=True)
     try:
         with (
-            recordings_bar("learn references", len(sources), shown=progress) as count,
+            line_of(_COUNTED, "learn references", len(sources), shown=progress) as line,
             closing(answers(asked, request, processes, address)) as answered,
         ):
             for each in answered:
                 found[each.row.name] = each.row if each.is_kept else _write_answer(where, each)
-                count()
+                line.update()
     except KeyboardInterrupt:
         kept = f"{len(found)} of {len(sources)} recordings are answered and kept in {where.path}"
         raise KeyboardInterrupt(f"learn_many: {kept}; the same call goes on from there") from None

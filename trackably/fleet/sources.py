@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,7 +21,7 @@ from trackably.recordings.csv_file import PLAIN, CsvLayout, csv_table
 from trackably.recordings.parquet_file import parquet_table
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
-from trackably.recordings.tables import Cells, Column, TableReading, path_given, recording_of
+from trackably.recordings.tables import Column, Reading, Table, recording_of
 
 if TYPE_CHECKING:
     from trackably.recordings.mcap_file import Field
@@ -48,7 +50,8 @@ def recordings_in(where: Path | str, read: Callable[[Path], Measured]) -> tuple[
     folders whose names begin with a dot are left out. InputError: there is no such file.
     """
     where = path_of("recordings_in", where)
-    folder, pattern = (where, "*") if where.is_dir() else _split_pattern(where)
+    folder = where if where.is_dir() else Path(*takewhile(lambda part: not set(part) & {*"*?["}, where.parent.parts))
+    pattern = "*" if where.is_dir() else str(where.relative_to(folder))
     found = sorted(
         path
         for path in folder.glob(pattern)
@@ -56,17 +59,10 @@ def recordings_in(where: Path | str, read: Callable[[Path], Measured]) -> tuple[
     )
     if not found:
         raise InputError(f"{where}: there is no such file")
-    short = [path.relative_to(folder).with_suffix("").as_posix() for path in found]
-    full = [path.relative_to(folder).as_posix() for path in found]
+    full = [path.relative_to(folder) for path in found]
+    short = [name.with_suffix("") for name in full]
     names = short if len({*short}) == len(short) else full
-    return tuple(Source(name, partial(read, path)) for name, path in zip(names, found, strict=True))
-
-
-def _split_pattern(pattern: Path) -> tuple[Path, str]:
-    """Return the folder before the first part with a wildcard, and the rest."""
-    parts = pattern.parts
-    first = next((i for i, part in enumerate(parts) if any(mark in part for mark in "*?[")), len(parts) - 1)
-    return Path(*parts[:first]), str(Path(*parts[first:]))
+    return tuple(Source(name.as_posix(), partial(read, path)) for name, path in zip(names, found, strict=True))
 
 
 def _measured_values(measured: Measured) -> Measured:
@@ -78,26 +74,20 @@ def sources_of(recordings: Mapping[str, Measured] | Iterable[Source]) -> tuple[S
 
     TypeError: one is no source. ValueError: there is none, or a name appears twice.
     """
+    described = "samples by name, or sources such as `recordings_in(folder, read)`"
+    instance("recordings", recordings, Iterable, described)
     if isinstance(recordings, Mapping):
-        found = tuple(
-            Source(text("recordings", name), partial(_measured_values, of_name)) for name, of_name in recordings.items()
-        )
-    else:
-        instance(
-            "recordings", recordings, Iterable, "samples by name, or sources such as `recordings_in(folder, read)`"
-        )
-        found = tuple(recordings)
-    for i, source in enumerate(found):
-        if not isinstance(source, Source):
-            raise TypeError(f"recordings[{i}]: expected a Source, got {type(source).__name__}")
-        if not text(f"recordings[{i}]", source.name):
-            raise ValueError(f"recordings[{i}]: a name is needed")
+        recordings = [Source(name, partial(_measured_values, of_name)) for name, of_name in recordings.items()]
+    found = tuple(recordings)
     if not found:
         raise ValueError("recordings: one at least is needed, got none")
-    names = [source.name for source in found]
-    if len({*names}) < len(names):
-        twice = next(name for i, name in enumerate(names) if name in names[:i])
-        raise ValueError(f"recordings: each needs a name of its own, but {twice!r} appears twice")
+    for i, source in enumerate(found):
+        instance(f"recordings[{i}]", source, Source, "a Source")
+        if not text(f"recordings[{i}]: name", source.name):
+            raise ValueError(f"recordings[{i}]: a name is needed")
+    name, count = Counter(source.name for source in found).most_common(1)[0]
+    if count > 1:
+        raise ValueError(f"recordings: each needs a name of its own, but {name!r} appears {count} times")
     return found
 
 
@@ -119,13 +109,14 @@ def parts_of_csv(
     The file is read once, here; workers convert its cells to numbers. InputError: the file is unreadable, lacks a
     column, or a row has no name.
     """
-    return _parts(*csv_table(path, time, time_unit, signals, layout, repairs, origin, also=[by]), by)
+    reading = Reading(time, time_unit, signals, repairs, origin)
+    return _parts(reading, csv_table(path, layout, [*dict.fromkeys((*reading.names, by))]), by)
 
 
 def parts_of_parquet(
     path: str | Path,
     by: str,
-    time: str,
+    time: str | None,
     time_unit: str | Clock,
     signals: Mapping[str, Column | str],
     repairs: Sequence[Repair | str] = (),
@@ -135,7 +126,8 @@ def parts_of_parquet(
 
     InputError: the file is unreadable, lacks a column, or a row has no name; or pyarrow is not installed.
     """
-    return _parts(*parquet_table(path, time, time_unit, signals, repairs, origin, also=[by]), by)
+    reading = Reading(time, time_unit, signals, repairs, origin)
+    return _parts(reading, parquet_table(path, [*dict.fromkeys((*reading.names, by))]), by)
 
 
 def topics_of(
@@ -149,7 +141,7 @@ def topics_of(
     """
     with optional("topics_of"):
         from trackably.recordings.mcap_file import read_mcap, topics_in  # noqa: PLC0415
-    path = path_given(path)
+    path = path_of("path", path)
     if without := [field.topic for field in signals.values() if field.topic.count(_NAME) != 1]:
         raise InputError(f"topics_of: expected {_NAME} once in each topic, got {without[0]!r}")
     topics = topics_in(path)
@@ -171,12 +163,12 @@ def _names(pattern: str, topics: Sequence[str]) -> list[str]:
     return [match[1] for match in matches if match]
 
 
-def _parts(reading: TableReading, cells: Cells, by: str) -> tuple[Source, ...]:
+def _parts(reading: Reading, table: Table, by: str) -> tuple[Source, ...]:
     """Return a source for each name in a column, in the order of first appearance, with the rows of this name."""
     rows: dict[str, list[int]] = {}
-    for row, (place, name) in enumerate(zip(cells.places, cells.columns[by], strict=True)):
-        if reading.form.is_missing(name) or not isinstance(name, str | int) or not str(name).strip():
-            got = "none" if reading.form.is_missing(name) else repr(name)
-            raise InputError(f"{reading.source}, {place}, column {by!r}: expected the name of a recording, got {got}")
+    for row, (place, name) in enumerate(zip(table.places, table.columns[by], strict=True)):
+        if not isinstance(name, str | int) or not str(name).strip():
+            got = "none" if name is None else repr(name)
+            raise InputError(f"{table.source}, {place}, column {by!r}: expected the name of a recording, got {got}")
         rows.setdefault(str(name).strip(), []).append(row)
-    return tuple(Source(name, partial(recording_of, (reading, cells.part(of)))) for name, of in rows.items())
+    return tuple(Source(name, partial(recording_of, (reading, table.part(of)))) for name, of in rows.items())

@@ -6,7 +6,7 @@ FILE holds a system with its sets, in the form of params.yaml, and TABLE rows of
 import sys
 from argparse import Namespace
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +20,7 @@ from trackably.given.certify import CertifiedReference, certify
 from trackably.given.table import CertifiedTable, RefutedTable, Table, certify_table
 from trackably.gp.samples import Samples
 from trackably.progress import progress_bar
-from trackably.recordings.clocks import POINT, parse, scale_once
-from trackably.recordings.csv_file import CsvLayout, read_cells
+from trackably.recordings.csv_file import CsvLayout, csv_table
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.sampling import sampled_names
@@ -170,19 +169,12 @@ def read_columns(path: Path) -> Columns:
 
     InputError says what is wrong in it.
     """
-    cells = read_cells(path, _LAYOUT)
-    rows = zip(*cells.columns.values(), strict=True)
-    cells = cells.part([i for i, row in enumerate(rows) if not all(map(_LAYOUT.is_missing, row))])
-    if (count := len(cells.places)) < 2:
-        raise InputError(f"{path}: expected a header and two rows at least, got {count} rows that are not empty")
-    heads = [head.partition("[")[0].strip() for head in cells.columns]
+    table = csv_table(path, _LAYOUT)
+    filled = [i for i, row in enumerate(zip(*table.columns.values(), strict=True)) if any(row)]
+    if len(filled) < 2:
+        raise InputError(f"{path}: expected a header and two rows at least, got {len(filled)} rows that are not empty")
+    heads = [head.partition("[")[0].strip() for head in table.columns]
     if twice := [head for i, head in enumerate(heads) if head in heads[:i]]:
         raise InputError(f"{path}: expected a header of different names, but {twice[0]!r} is there twice")
-    values = {}
-    for head, column in zip(heads, cells.columns.values(), strict=True):
-        values[head] = np.full(count, np.nan)
-        for i, (place, cell) in enumerate(zip(cells.places, column, strict=True)):
-            if not _LAYOUT.is_missing(cell):
-                with errors_of(f"{path}, {place}"):
-                    values[head][i] = scale_once(parse(cell, POINT), 1.0)
-    return Columns(values, cells.places)
+    table = replace(table.part(filled), advice="")  # there is no layout to change
+    return Columns(dict(zip(heads, map(table.numbers, table.columns), strict=True)), table.places)

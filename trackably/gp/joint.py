@@ -2,12 +2,12 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property as cached
 from typing import Self
 
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.cached import cached
 from trackably.gp.hyperparameter import Learned, Scales, Search
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.posterior import Posterior

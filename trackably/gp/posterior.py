@@ -2,13 +2,13 @@
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property as cached
 from functools import partial
 from typing import Self
 
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.cached import cached
 from trackably.gp.factorise import factorise, factorise_kinds, noise_variance
 from trackably.gp.factors.factorisation import Factorisation
 from trackably.gp.prior import Prior

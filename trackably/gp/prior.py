@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from functools import cached_property as cached
 from typing import Self
 
 import numpy as np
@@ -9,7 +10,6 @@ import numpy.typing as npt
 
 from trackably.arguments import real
 from trackably.arrays import Array
-from trackably.cached import cached
 from trackably.gp.hyperparameter import Hyperparameter, Learned, Scales, Search, as_learned, noise, with_value
 from trackably.gp.kernels.base import Kernel
 

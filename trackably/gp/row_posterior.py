@@ -1,11 +1,11 @@
 """The posterior of rows given samples: mean, covariance, and the function for given multipliers of the rows."""
 
 from dataclasses import dataclass
+from functools import cached_property as cached
 
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.cached import cached
 from trackably.gp.joint import JointPosterior
 from trackably.gp.row_system import RowSystem
 from trackably.gp.rows import RowKernel, Rows, row_kernel

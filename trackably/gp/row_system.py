@@ -7,13 +7,13 @@ quasiseparable: a row is a sum of values within a few steps, and rows are sorted
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property as cached
 from typing import Self
 
 import numpy as np
 import numpy.typing as npt
 
 from trackably.arrays import Array
-from trackably.cached import cached
 from trackably.gp.factorise import noise_variance, terms_of
 from trackably.gp.factors.quasiseparable import Block, Cut, Quasiseparable, blocks, row_blocks, times
 from trackably.gp.posterior import Posterior

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property as cached
 from math import factorial
 from typing import Self
 
@@ -11,7 +12,6 @@ import numpy.typing as npt
 from numpy.lib.stride_tricks import sliding_window_view
 
 from trackably.arrays import Array
-from trackably.cached import cached
 from trackably.gp.kernels.base import Kernel, sum_by_moments
 from trackably.gp.signal import in_blocks
 

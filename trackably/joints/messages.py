@@ -165,10 +165,5 @@ def write_joint_trajectory(trajectory: JointTrajectory, path: Path | str, topic:
         if jump > _MOST_JUMPED:
             raise ValueError(f"write_joint_trajectory: {name} jump by {jump:.3g}, and a point has one value only")
         values[name] = after
-    message = ros2.JointTrajectory(trajectory.names, nanoseconds, values)
-    file = path_of("write_joint_trajectory", path)
-    if file.suffix in (".yaml", ".yml"):
-        return ros2.put_yaml(message, file, [ros2.NAME])
-    if file.suffix == ".mcap":
-        return ros2.put_mcap(message, file, text("write_joint_trajectory: topic", topic), 0, {})
-    raise ValueError(f"write_joint_trajectory: expected the name of an .mcap or .yaml file, got {file}")
+    points = ros2.JointPoints(trajectory.names, nanoseconds, values)
+    return ros2.write("write_joint_trajectory", points, path, topic)

@@ -19,6 +19,7 @@ h it asks for the shortest y in a polyhedron.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property as cached
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -27,7 +28,6 @@ import scipy
 from scipy.linalg.lapack import dpotrf, dtrtri
 
 from trackably.arrays import Array
-from trackably.cached import cached
 
 FEASIBLE = 1e-12
 _PIVOTS = 100  # for each row of a quadratic program: SciPy's own 3 are too few where bounds nearly coincide

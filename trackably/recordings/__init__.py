@@ -1,70 +1,28 @@
-"""Read measured samples from CSV and MCAP files: signals over time, and a report of what was repaired.
+"""Read measured samples from CSV, MCAP and Parquet files: signals over time, and a report of what was repaired.
 
-`read_mcap` and what belongs to it are loaded on first use: reading CSV needs no MCAP library.
+What belongs to MCAP is in `mcap_file`, and to Parquet in `parquet_file`: reading CSV needs none of their packages.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
-from trackably.extras import optional
-from trackably.recordings.clocks import CLOCKS, Clock, DateTimes, Ticks, frames
-from trackably.recordings.csv_file import KITTI, TUM, CsvLayout, read_csv
-from trackably.recordings.recording import Cleaning, Finding, Recording, Signal
-from trackably.recordings.rows import (
-    REPAIRS,
-    Repair,
-    Rows,
-    average_repeated,
-    drop_rows_out_of_order,
-    drop_rows_without_time,
-    drop_zero_rows,
-    keep_first_of_repeated,
-    keep_last_of_repeated,
-    sort_rows,
-)
-from trackably.recordings.tables import Column
-
-if TYPE_CHECKING:
-    from trackably.recordings.mcap_file import LOG_TIME, PUBLISH_TIME, Field, MessageTime, Stamp, read_mcap
-
-_OF_MCAP = frozenset({"LOG_TIME", "PUBLISH_TIME", "Field", "MessageTime", "Stamp", "read_mcap"})
-
-__all__ = [
-    "CLOCKS",
-    "KITTI",
-    "LOG_TIME",
-    "PUBLISH_TIME",
-    "REPAIRS",
-    "TUM",
-    "Cleaning",
-    "Clock",
-    "Column",
-    "CsvLayout",
-    "DateTimes",
-    "Field",
-    "Finding",
-    "MessageTime",
-    "Recording",
-    "Repair",
-    "Rows",
-    "Signal",
-    "Stamp",
-    "Ticks",
-    "average_repeated",
-    "drop_rows_out_of_order",
-    "drop_rows_without_time",
-    "drop_zero_rows",
-    "frames",
-    "keep_first_of_repeated",
-    "keep_last_of_repeated",
-    "read_csv",
-    "read_mcap",
-    "sort_rows",
-]
-
-
-def __getattr__(name: str) -> Any:
-    if name in _OF_MCAP:
-        with optional(name):
-            return getattr(import_module(f"{__name__}.mcap_file"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+from trackably.recordings.clocks import CLOCKS as CLOCKS
+from trackably.recordings.clocks import Clock as Clock
+from trackably.recordings.clocks import DateTimes as DateTimes
+from trackably.recordings.clocks import Ticks as Ticks
+from trackably.recordings.clocks import frames as frames
+from trackably.recordings.csv_file import KITTI as KITTI
+from trackably.recordings.csv_file import TUM as TUM
+from trackably.recordings.csv_file import CsvLayout as CsvLayout
+from trackably.recordings.csv_file import read_csv as read_csv
+from trackably.recordings.recording import Cleaning as Cleaning
+from trackably.recordings.recording import Finding as Finding
+from trackably.recordings.recording import Recording as Recording
+from trackably.recordings.rows import REPAIRS as REPAIRS
+from trackably.recordings.rows import Repair as Repair
+from trackably.recordings.rows import Rows as Rows
+from trackably.recordings.rows import average_repeated as average_repeated
+from trackably.recordings.rows import drop_rows_out_of_order as drop_rows_out_of_order
+from trackably.recordings.rows import drop_rows_without_time as drop_rows_without_time
+from trackably.recordings.rows import drop_zero_rows as drop_zero_rows
+from trackably.recordings.rows import keep_first_of_repeated as keep_first_of_repeated
+from trackably.recordings.rows import keep_last_of_repeated as keep_last_of_repeated
+from trackably.recordings.rows import sort_rows as sort_rows
+from trackably.recordings.tables import Column as Column

@@ -9,10 +9,7 @@ from decimal import ROUND_FLOOR, Context, Decimal
 from functools import cached_property
 from typing import ClassVar, Literal
 
-import numpy as np
-
-from trackably.arguments import is_number
-from trackably.errors import InputError
+from trackably.arguments import positive
 
 # Numbers as written in a file: kept exactly, and rounded to float64 once, at the end.
 #
@@ -24,33 +21,36 @@ EXACT = Context(prec=1100)
 NANOSECOND = Decimal("1e-9")
 POINT, COMMA = ".", ","
 DECIMAL_MARKS = (POINT, COMMA)
+_SWAPPED = str.maketrans(".,", ",.")
 
+_BEGINS_AS_DATE = re.compile(r"\s*\d{4}-\d\d-\d\d")
 # float() would accept "1_000", "infinity" and digits of any script; an exponent of five digits is no measurement.
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 _LONGEST = 1000  # digits, before and behind the point: a float64 has no more, and `EXACT` loses none of so many
 
 
-def parse(text: str, mark: str) -> Decimal:
-    """Read the finite number in `text`, with `mark` in front of the fraction. ValueError: anything else."""
-    stripped = text.strip()
-    other = COMMA if mark == POINT else POINT
-    if _is_number(stripped, mark):
-        if not _is_short(number := Decimal(stripped.replace(mark, POINT))):
-            raise ValueError(f"expected a number of {_LONGEST} digits at most, got {shorten(text)}")
-        return number
-    hint = f' (with layout=CsvLayout(decimal="{other}") it would be one)' if _is_number(stripped, other) else ""
-    if _ISO.fullmatch(stripped):
-        hint = ' (times of this form have the unit "ISO 8601")'
-    raise ValueError(f"expected a number, got {shorten(text)}{hint}")
+def exact(value: object, mark: str | None = None) -> Decimal:
+    """Return a number of a file without rounding. ValueError: it is no finite number of at most 1000 digits.
 
-
-def exact(value: object) -> Decimal:
-    """Convert a decoded number without rounding. ValueError: it is no finite number."""
-    if isinstance(value, int | float | Decimal) and not isinstance(value, bool):
-        number = Decimal(value)
-        if number.is_finite() and _is_short(number):
-            return number
-    raise ValueError(f"expected a finite number, got {shorten(value)}")
+    In a text, `mark` stands in front of the fraction; without a mark, texts are no numbers.
+    """
+    number, hint = value, ""
+    if isinstance(value, str):
+        text, swapped = value.strip(), value.strip().translate(_SWAPPED)
+        text, other = (swapped, text) if mark == COMMA else (text, swapped)
+        if mark and _NUMBER.fullmatch(text):
+            number = Decimal(text)
+        elif _BEGINS_AS_DATE.match(value):
+            hint = ' (dates have the unit "ISO 8601")'
+        elif mark and _NUMBER.fullmatch(other):
+            hint = f' (with layout=CsvLayout(decimal="{POINT if mark == COMMA else COMMA}") it would be one)'
+    if isinstance(number, int | float | Decimal) and not isinstance(number, bool):
+        found = Decimal(number)
+        if abs(found.adjusted()) >= _LONGEST or len(found.as_tuple().digits) > _LONGEST:
+            hint = f" of more than {_LONGEST} digits"
+        elif found.is_finite():
+            return found
+    raise ValueError(f"expected a finite number, got {shorten(value)}{hint}")
 
 
 def scale_once(number: Decimal, scale: float, offset: float = 0.0) -> float:
@@ -65,16 +65,6 @@ def scale_once(number: Decimal, scale: float, offset: float = 0.0) -> float:
     return result
 
 
-def check_scale(name: str, scale: object, offset: object = 0.0) -> None:
-    """Raise InputError if `scale` or `offset` for the values of `name` is no finite number, or the scale is zero."""
-    if not is_number(offset) or not math.isfinite(offset):
-        raise InputError(f"{name!r}: expected a finite number as offset, got {offset!r}")
-    if not is_number(scale):
-        raise InputError(f"{name!r}: expected a number as scale, got {scale!r}")
-    if not 0 < abs(scale) < math.inf:
-        raise InputError(f"{name!r}: expected a scale other than zero, got {scale}")
-
-
 def plain(number: Decimal) -> str:
     """Format a number for a message: without exponent and trailing zeros."""
     text = f"{number:f}" if abs(number.adjusted()) < 40 else f"{number:.17e}"
@@ -87,21 +77,7 @@ def shorten(value: object) -> str:
     return text if len(text) <= 80 else f"{text[:79]}…"
 
 
-def _is_short(number: Decimal) -> bool:
-    return abs(number.adjusted()) < _LONGEST and len(number.as_tuple().digits) <= _LONGEST
-
-
-def _is_number(text: str, mark: str) -> bool:
-    if mark == COMMA:
-        return POINT not in text and _is_number(text.replace(COMMA, POINT), POINT)
-    return _NUMBER.fullmatch(text) is not None
-
-
-_ZONE = r"Z|[+-][\d:]+"
-_DAY = re.compile(r"\d{4}-\d\d-\d\d", re.ASCII)
-_ISO = re.compile(
-    rf"(?P<start>\d{{4}}-?\d\d-?\d\d[T ]\d\d:?\d\d:?\d\d)(?:[.,](?P<fraction>\d+))?(?P<zone>{_ZONE})?", re.ASCII
-)
+_FRACTION = re.compile(r"[T ]\d\d:?\d\d:?\d\d[.,](\d+)", re.ASCII)
 _WITH_FRACTION = re.compile(r"(?P<whole>.*)[.,](?P<fraction>\d+)", re.ASCII)
 _FRACTION_AT_END = re.compile(r"(?<=%S)[.,]%f$")
 _TIME = re.compile("%[HIMSpfXcT]")
@@ -120,7 +96,7 @@ class DateTimes:
     "%d.%m.%Y %H:%M:%S". If the format ends with seconds, a stamp may have a fraction of any length after a point or a
     comma. Stamps that name no zone are in `zone`: "Z", which is UTC, or a fixed offset like "+01:00".
 
-    InputError: a format without a complete date, or an invalid zone.
+    ValueError: a format without a complete date, or an invalid zone.
     """
 
     format: str | None = None
@@ -129,19 +105,22 @@ class DateTimes:
 
     def __post_init__(self) -> None:
         if self._tzinfo is None:
-            raise InputError(f'clock: expected a zone like "Z" or "+01:00", got {self.zone!r}')
+            raise ValueError(f'clock: expected a zone like "Z" or "+01:00", got {self.zone!r}')
         if self.format is not None and not _tells_a_date(self._whole):
-            raise InputError(
+            raise ValueError(
                 f"clock: expected a format with day, month and year (and hour), and without the name of a zone, "
                 f"like {_GERMAN}, got {self.format!r}"
             )
 
-    def seconds(self, stamp: str) -> Decimal:
-        """Return the time [s] since 1970, UTC, exactly. ValueError: the text is no such stamp."""
+    def seconds(self, stamp: object, _mark: str | None = None) -> Decimal:
+        """Return the time [s] since 1970, UTC, exactly. ValueError: this is no text, or no such stamp."""
+        if not isinstance(stamp, str):
+            raise ValueError(f"expected a date and a time of day as text, got {shorten(stamp)}")
         try:
-            moment, fraction = self._read_iso(stamp.strip()) if self.format is None else self._read(stamp.strip())
+            moment, fraction = (_read_iso if self.format is None else self._read)(stamp.strip())
         except ValueError:
             raise ValueError(f"expected a stamp like {self._example}, got {stamp!r}{self._hint}") from None
+        moment = moment if moment.tzinfo else moment.replace(tzinfo=self._tzinfo)
         whole = EXACT.multiply(Decimal((moment - _EPOCH_UTC) // _MICROSECOND), Decimal("1e-6"))
         return EXACT.add(whole, Decimal(f"0.{fraction}"))
 
@@ -153,8 +132,7 @@ class DateTimes:
     @cached_property
     def _tzinfo(self) -> tzinfo | None:
         try:
-            zone = re.fullmatch(_ZONE, self.zone, re.ASCII)
-            return datetime.fromisoformat(f"2024-05-01T13:00:00{self.zone}").tzinfo if zone else None
+            return datetime.fromisoformat(f"2024-05-01T13:00:00{self.zone}").tzinfo
         except ValueError:  # an offset longer than a day
             return None
 
@@ -166,15 +144,6 @@ class DateTimes:
     def _hint(self) -> str:
         return f" (DateTimes({_GERMAN}) as time unit reads other formats)" if self.format is None else ""
 
-    def _read_iso(self, text: str) -> tuple[datetime, str]:
-        if _DAY.fullmatch(text):
-            return datetime.fromisoformat(f"{text}T00:00:00{self.zone}"), "0"
-        match = _ISO.fullmatch(text)
-        if match is None:
-            raise ValueError
-        # datetime would silently cut the fraction after six digits.
-        return datetime.fromisoformat(match["start"] + (match["zone"] or self.zone)), match["fraction"] or "0"
-
     def _read(self, text: str) -> tuple[datetime, str]:
         fraction = "0"
         try:
@@ -185,7 +154,16 @@ class DateTimes:
             if match is None:
                 raise
             moment, fraction = datetime.strptime(match["whole"], self._whole), match["fraction"]
-        return (moment if moment.tzinfo else moment.replace(tzinfo=self._tzinfo)), fraction
+        return moment, fraction
+
+
+def _read_iso(text: str) -> tuple[datetime, str]:
+    """Return a stamp in whole seconds, and the digits of its fraction: datetime would cut these after six."""
+    moment, match = datetime.fromisoformat(text), _FRACTION.search(text)
+    fraction = match[1] if match else "0"
+    if moment.microsecond != int(f"{fraction:0<6.6}"):  # it is one of minutes
+        raise ValueError
+    return moment.replace(microsecond=0), fraction
 
 
 def _tells_a_date(format_: str) -> bool:
@@ -207,7 +185,7 @@ def _tells_a_date(format_: str) -> bool:
 class Ticks:
     """Stamps that count ticks of `length` [s] since some zero; `absolute` if this zero is 1970-01-01 00:00 UTC.
 
-    InputError: the length is not positive and finite.
+    ValueError: the length is not positive and finite.
     """
 
     length: Decimal
@@ -215,11 +193,11 @@ class Ticks:
 
     def __post_init__(self) -> None:
         if not (self.length.is_finite() and self.length > 0):
-            raise InputError(f"clock: a tick must take a positive finite time, got {self.length} s")
+            raise ValueError(f"clock: a tick must take a positive finite time, got {self.length} s")
 
-    def seconds(self, stamp: Decimal) -> Decimal:
-        """Return the time [s] since zero, exactly."""
-        return EXACT.multiply(stamp, self.length)
+    def seconds(self, stamp: object, mark: str | None = None) -> Decimal:
+        """Return the time [s] since zero, exactly. ValueError: this is no number."""
+        return EXACT.multiply(exact(stamp, mark), self.length)
 
 
 Clock = Ticks | DateTimes
@@ -243,13 +221,10 @@ RECORDED = Ticks(NANOSECOND, absolute=True)
 def frames(rate: float) -> Ticks:
     """Return the clock of stamps that count frames or steps, `rate` [1/s] of them each second.
 
-    InputError: a rate that is not positive and finite.
+    TypeError, ValueError: a rate that is not positive and finite.
     """
-    if not (is_number(rate) and 0 < rate < math.inf):
-        raise InputError(f"clock: expected a positive finite number of frames per second, got {rate!r}")
-    return Ticks(
-        Context(prec=50).divide(Decimal(1), Decimal(repr(float(rate))))
-    )  # 50 digits: far more than a float64 has
+    written = Decimal(repr(positive("frames: rate", rate)))
+    return Ticks(Context(prec=50).divide(Decimal(1), written))  # 50 digits: far more than a float64 has
 
 
 def doubt(clock: Clock, first: Decimal) -> str | None:
@@ -279,11 +254,11 @@ def _is_likely(seconds: Decimal) -> bool:
 
 
 def clock_named(clock: object) -> Clock:
-    """Return the clock of that name in `CLOCKS`, or a clock as it is. InputError lists the names."""
-    if isinstance(clock, Ticks | DateTimes):
+    """Return the clock of that name in `CLOCKS`, or a clock as it is. ValueError lists the names."""
+    if isinstance(clock, Clock):
         return clock
     if not isinstance(clock, str) or clock not in CLOCKS:
-        raise InputError(f"expected a time unit, one of {', '.join(CLOCKS)}, got {clock!r}")
+        raise ValueError(f"expected a time unit, one of {', '.join(CLOCKS)}, got {clock!r}")
     return CLOCKS[clock]
 
 
@@ -291,18 +266,6 @@ Origin = int | Literal["first"] | None
 """The time zero [ns] on the file's own clock; or the first sample of all signals; or None: the clock's default."""
 
 _EPOCH = datetime(1970, 1, 1)
-
-
-def checked_origin(origin: object) -> Origin:
-    """Return the origin, with a NumPy integer as int. InputError: it is no origin."""
-    match origin:
-        case None | "first":
-            return origin
-        case int() | np.integer() if not isinstance(origin, bool):
-            return int(origin)
-    raise InputError(
-        f'origin: expected a whole number of nanoseconds, "first" (the first sample of all) or None, got {origin!r}'
-    )
 
 
 def zero_of(origin: Origin, absolute: bool, first: Decimal) -> int:

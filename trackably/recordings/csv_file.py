@@ -6,29 +6,27 @@ import codecs
 import csv
 import gzip
 import io
+import re
 import zlib
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
 from io import BytesIO
 from itertools import islice
 from pathlib import Path
 
+from trackably.arguments import instance, names, text
 from trackably.errors import InputError
-from trackably.files import read_bytes
-from trackably.recordings.clocks import DECIMAL_MARKS, POINT, Clock, DateTimes, Origin, parse
+from trackably.files import path_of, read_bytes
+from trackably.recordings.clocks import DECIMAL_MARKS, POINT, Clock, Origin
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
 from trackably.recordings.tables import (
     GZIP,
     LARGEST,
-    MCAP,
-    Cells,
     Column,
-    Form,
-    TableReading,
-    path_given,
+    Reading,
+    Table,
     recording_of,
     refuse_other_kinds,
 )
@@ -69,8 +67,6 @@ def _unpack(path: Path, data: bytes) -> bytes:
 
 
 def _refuse_no_text(path: Path, data: bytes, encoding: str) -> None:
-    if data.startswith(MCAP):
-        raise InputError(f"{path}: this is an MCAP file, which read_mcap reads")
     refuse_other_kinds(path, data)
     if data.startswith(_UTF8_MARK) and codecs.lookup(encoding).name not in _UTF8:
         raise InputError(f"{path}: it begins with the mark of UTF-8, but its encoding is said to be {encoding!r}")
@@ -106,7 +102,7 @@ class CsvLayout:
     ",". `encoding`: its name in Python. `comment`: lines that start with it are ignored; empty for none. `skip`:
     numbers, from 1, of further lines to ignore, such as units below the header. `missing`: texts that mean a missing
     value, in upper or lower case. `columns`: the names of the columns of a file without a header. Messages about files
-    use these names, which are the same in files that describe recordings. InputError: a value is invalid.
+    use these names, which are the same in files that describe recordings. TypeError, ValueError: a value is invalid.
     """
 
     separator: str | None = None
@@ -118,33 +114,18 @@ class CsvLayout:
     columns: Collection[str] = ()
 
     def __post_init__(self) -> None:
-        for name, wanted, described in (
-            ("separator", str | None, "one character, or None"),
-            ("encoding", str, "an encoding like 'utf-8' or 'latin-1'"),
-            ("comment", str, "the beginning of lines to ignore"),
-            ("skip", Collection, "the numbers of lines"),
-            ("missing", Collection, "a list of texts that stand for no value"),
-            ("columns", Collection, "a list of names"),
-        ):
-            if not isinstance(given := getattr(self, name), wanted) or (
-                wanted is Collection and isinstance(given, str)
-            ):
-                raise InputError(f"CSV layout: {name}: expected {described}, got {given!r}")
-        for name in ("missing", "columns"):
-            if wrong := [entry for entry in getattr(self, name) if not isinstance(entry, str)]:
-                raise InputError(f"CSV layout: {name}: expected texts, got {wrong[0]!r}")
+        text("CSV layout: encoding", self.encoding)
+        text("CSV layout: comment", self.comment)
+        for name in ("skip", "missing", "columns"):
+            given = getattr(self, name)
+            if isinstance(given, str) or not isinstance(given, Collection):
+                raise TypeError(f"CSV layout: {name}: expected a list, got {given!r}")
+        names("CSV layout: missing", [*self.missing])
+        names("CSV layout: columns", [*self.columns])
         if self.decimal not in DECIMAL_MARKS:
-            raise InputError(f"CSV layout: expected a point or a comma as decimal mark, got {self.decimal!r}")
-        if self.separator is not None and (len(self.separator) != 1 or self.separator in '"\r\n'):
-            raise InputError(f"CSV layout: expected one character as separator, got {self.separator!r}")
-
-    def is_missing(self, cell: str) -> bool:
-        """Whether the cell means a missing value."""
-        return cell.strip().casefold() in self._missing
-
-    @cached_property
-    def _missing(self) -> frozenset[str]:
-        return frozenset(text.casefold() for text in self.missing)
+            raise ValueError(f"CSV layout: expected a point or a comma as decimal mark, got {self.decimal!r}")
+        if self.separator is not None and not re.fullmatch(r'[^"\r\n]', text("CSV layout: separator", self.separator)):
+            raise ValueError(f"CSV layout: expected one character as separator, got {self.separator!r}")
 
 
 PLAIN = CsvLayout()
@@ -157,64 +138,37 @@ KITTI = CsvLayout(" ", columns=("r11", "r12", "r13", "x", "r21", "r22", "r23", "
 """Poses of the KITTI odometry benchmark: the rows of [R t], one pose a frame; neither header nor stamps."""
 
 
-def read_cells(path: Path, layout: CsvLayout, names: Collection[str] | None = None) -> Cells:
-    """Read the columns `names`, by default all.
+def csv_table(path: str | Path, layout: CsvLayout, wanted: Collection[str] | None = None) -> Table:
+    """Read the columns `wanted`, by default all.
 
     InputError: a row is unreadable or too short, or a column is missing or repeated.
     """
-    text = read_text(path, layout.encoding)
-    separator, header = _header(path, text, layout, names)
-    lines, rows = [], []
-    try:
-        for line, row in islice(_records(text, layout, separator), 0 if layout.columns else 1, None):
-            if len(row) < len(header) or any(row[len(header) :]):
-                named = "the layout names" if layout.columns else "in the header"
-                raise InputError(
-                    f"{path}, line {line}: expected {len(header)} cells, as {named}, got {len(row)}: is it whole?"
-                )
-            lines.append(line)
-            rows.append(row)
-    except csv.Error as error:
-        raise InputError(f"{path}, {error}") from error
+    instance("layout", layout, CsvLayout, "a CsvLayout, as CsvLayout(separator=';')")
+    path = path_of("path", path)
+    content = read_text(path, layout.encoding)
+    separator, header = _header(path, content, layout, wanted)
+    places, rows = [], []
+    for line, row in islice(_records(path, content, layout, separator), 0 if layout.columns else 1, None):
+        if len(row) < len(header) or any(row[len(header) :]):
+            named = "the layout names" if layout.columns else "in the header"
+            raise InputError(
+                f"{path}, line {line}: expected {len(header)} cells, as {named}, got {len(row)}: is it whole?"
+            )
+        places.append(f"line {line}")
+        rows.append(row)
     if not rows:
         raise InputError(f"{path}: there are no rows{'' if layout.columns else ' below the header'}")
-    at = {name: header.index(name) for name in (header if names is None else names)}
-    return Cells({name: [row[i] for row in rows] for name, i in at.items()}, [f"line {line}" for line in lines])
-
-
-def csv_table(
-    path: str | Path,
-    time: str | None,
-    time_unit: str | Clock,
-    signals: Mapping[str, Column | str],
-    layout: CsvLayout,
-    repairs: Sequence[Repair | str],
-    origin: Origin,
-    between: tuple[float, float] | None = None,
-    also: Sequence[str] = (),
-) -> tuple[TableReading, Cells]:
-    """Return the arguments of `read_csv`, checked, and the cells of its columns and of those in `also`.
-
-    Raises InputError.
-    """
-    if not isinstance(layout, CsvLayout):
-        raise InputError(f"layout: expected a CsvLayout, as CsvLayout(separator=';'), got {layout!r}")
-    if not isinstance(time, str | None):
-        raise InputError(f"time: expected the name of a column, or None to count rows, got {time!r}")
-
-    def hint(cell: str) -> str:
-        if cell.strip().lstrip("+-.,")[:1].isdigit():
-            return ""  # a value, but in another format
-        others = ", ".join(map(repr, layout.missing)) or "nothing"
-        return (
-            f"; if it stands for no value, name it in `missing` of the layout beside {others}; if the line holds units "
-            "or notes, name its number in `skip`"
-        )
-
-    form = Form("column", layout.is_missing, lambda cell: parse(cell, layout.decimal), DateTimes.seconds, hint)
-    file = path_given(path)
-    reading = TableReading.of(str(file), form, time, time_unit, signals, repairs, origin, between)
-    return reading, read_cells(file, layout, [*dict.fromkeys((*reading.names, *also))])
+    missing = {text.casefold() for text in layout.missing}
+    columns = {
+        name: [None if (cell := row[i]).strip().casefold() in missing else cell for row in rows]
+        for name, i in ((name, header.index(name)) for name in (header if wanted is None else wanted))
+    }
+    others = ", ".join(map(repr, layout.missing)) or "nothing"
+    advice = (
+        f"; if it stands for no value, name it in `missing` of the layout beside {others}; if the line holds units or "
+        "notes, name its number in `skip`"
+    )
+    return Table(str(path), places, columns, layout.decimal, advice=advice)
 
 
 def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | None) -> tuple[str, list[str]]:
@@ -225,11 +179,11 @@ def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | 
     names, firsts, refused = () if layout.columns else wanted or (), {}, []
     for separator in _separators(layout):
         try:
-            firsts[separator] = [cell.strip() for cell in next(_records(text, layout, separator), (0, []))[1]]
-        except csv.Error as error:
+            firsts[separator] = [cell.strip() for cell in next(_records(path, text, layout, separator), (0, []))[1]]
+        except InputError as error:
             refused.append(error)  # as when another separator follows a quoted name
     if not firsts:
-        raise InputError(f"{path}, {refused[0]}") from refused[0]
+        raise refused[0]
     if not any(firsts.values()):
         raise InputError(f"{path}: expected a header that names the columns, got an empty file")
     separator = max(firsts, key=lambda separator: (sum(name in firsts[separator] for name in names),
@@ -240,7 +194,7 @@ def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | 
             listed, hint = ", ".join(map(repr, header)), ""
             if not layout.columns:
                 is_value = all(name[:1] in {*"+-.0123456789"} for name in header)
-                hint = _NO_HEADER if is_value else _header_below(text, layout, names)
+                hint = _NO_HEADER if is_value else _header_below(path, text, layout, names)
             raise InputError(
                 f"{path}: there is no column {name!r}; with the separator {separator!r} there are {listed}{hint}"
             )
@@ -249,14 +203,14 @@ def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | 
     return separator, header
 
 
-def _header_below(text: str, layout: CsvLayout, names: Collection[str]) -> str:
+def _header_below(path: Path, text: str, layout: CsvLayout, names: Collection[str]) -> str:
     """Return a hint at the first later line that names all columns, such as a header below a title.
 
     "" if there is none.
     """
     for separator in _separators(layout):
-        with suppress(csv.Error):
-            for line, cells in islice(_records(text, layout, separator), 1, _TITLE):
+        with suppress(InputError):
+            for line, cells in islice(_records(path, text, layout, separator), 1, _TITLE):
                 if {cell.strip() for cell in cells}.issuperset(names):
                     return f"; line {line} names all of them: `skip` of the layout leaves out the lines above it"
     return ""
@@ -266,10 +220,10 @@ def _separators(layout: CsvLayout) -> Sequence[str]:
     return SEPARATORS if layout.separator is None else (layout.separator,)
 
 
-def _records(text: str, layout: CsvLayout, separator: str) -> Iterator[tuple[int, list[str]]]:
+def _records(path: Path, text: str, layout: CsvLayout, separator: str) -> Iterator[tuple[int, list[str]]]:
     """Yield each row that is not blank, with the number of the line on which it ends.
 
-    csv.Error: a line is not valid CSV; the message begins with its number.
+    InputError: a line is not valid CSV.
     """
     line = 0
 
@@ -285,7 +239,7 @@ def _records(text: str, layout: CsvLayout, separator: str) -> Iterator[tuple[int
             if row and (len(row) > 1 or row[0].strip()):
                 yield line, row
     except csv.Error as error:
-        raise csv.Error(f"line {line}: no CSV with the separator {separator!r} ({error})") from error
+        raise InputError(f"{path}, line {line}: no CSV with the separator {separator!r} ({error})") from error
 
 
 def read_csv(
@@ -333,5 +287,8 @@ def read_csv(
     ------
     InputError
         For a file that cannot be read, and for any error in it that no repair removes; names file and line.
+    TypeError, ValueError
+        For a wrong argument, before anything is read.
     """
-    return recording_of(csv_table(path, time, time_unit, signals, layout, repairs, origin, between))
+    reading = Reading(time, time_unit, signals, repairs, origin, between)
+    return recording_of((reading, csv_table(path, layout, reading.names)))

@@ -25,38 +25,25 @@ from mcap_protobuf.decoder import DecoderFactory as ProtobufDecoders
 from mcap_ros2.decoder import DecoderFactory as Ros2Decoders
 from zstandard import ZstdDecompressor
 
+from trackably.arguments import instance, text
 from trackably.errors import InputError
-from trackably.files import open_input
-from trackably.recordings.clocks import (
-    EXACT,
-    NANOSECOND,
-    RECORDED,
-    Clock,
-    Origin,
-    check_scale,
-    clock_named,
-    exact,
-    shorten,
-)
+from trackably.files import open_input, path_of
+from trackably.recordings.clocks import EXACT, NANOSECOND, RECORDED, Clock, Origin, clock_named, exact, shorten
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
 from trackably.recordings.tables import (
     LARGEST,
-    Cells,
     Column,
-    Form,
-    TableReading,
-    check_mapping,
-    date_in_text,
+    Reading,
+    Table,
+    check_signals,
     is_none,
-    path_given,
     recording_of,
     refuse_no_mcap,
 )
 
-_INDEX = re.compile(r"\[(\d+)\]\.?", re.ASCII)
+_ENTRY = re.compile(r"\[(?:(?P<index>[0-9]+)|(?P<field>[^=\[\]]+)=(?P<value>[^\]]*))\]\.?")
 _NUMBERED = re.compile(r"\[\d+\]", re.ASCII)
-_NAMED = re.compile(r"\[(?P<field>[^=\[\]]+)=(?P<value>[^\]]*)\]\.?")
 _LABELS = ("child_frame_id", "name")
 _DEPTH = 8
 _LISTED = 60
@@ -76,13 +63,13 @@ def find(node: object, path: str) -> object:
         for name, rest in _splits(path):
             if name in fields:
                 return find(fields[name], rest)
-    if isinstance(node, Sequence) and not isinstance(node, str):
-        if named := _NAMED.match(path):
-            return find(_entry(node, named["field"], named["value"]), path[named.end() :])
-        index = _INDEX.match(path)
-        if index is None:
-            raise LookupError(path)
-        return find(node[int(index[1])], path[index.end() :])
+    elif isinstance(node, Sequence) and not isinstance(node, str) and (entry := _ENTRY.match(path)):
+        index, field, value = entry.groups()
+        found = [node[int(index)]] if index else [each for each in node if _text(each, field) == value]
+        if len(found) > 1:
+            raise ValueError(f"expected one entry with {field} = {value!r}, got {len(found)}")
+        if found:
+            return find(found[0], path[entry.end() :])
     raise LookupError(path)
 
 
@@ -110,24 +97,11 @@ def labels(message: object, path: str) -> list[tuple[str, str]]:
 
 
 def _text(entry: object, name: str) -> str:
-    try:
-        found = find(entry, name)
-    except LookupError:
-        return ""
-    return found if isinstance(found, str) else ""
-
-
-def _entry(entries: Sequence[object], field: str, value: str) -> object:
-    """Return the entry of a list with this text in a field.
-
-    LookupError: there is none. ValueError: there are several.
-    """
-    found = [entry for entry in entries if _text(entry, field) == value]
-    if len(found) > 1:
-        raise ValueError(f"expected one entry with {field} = {value!r}, got {len(found)}")
-    if not found:
-        raise LookupError(value)
-    return found[0]
+    """Return the text in a field; "" if there is none."""
+    with suppress(LookupError):
+        if isinstance(found := find(entry, name), str):
+            return found
+    return ""
 
 
 def _splits(path: str) -> Iterator[tuple[str, str]]:
@@ -176,20 +150,18 @@ _START = 512  # bytes that tell what kind of file it is
 
 @dataclass(frozen=True)
 class Received:
-    """An undecoded message: its `place` for error messages, and its times [ns] since the
+    """An undecoded message, and its `place` for error messages; its times [ns] count from the
     recorder's zero, often 1970.
     """
 
     place: str
-    log_time: int
-    publish_time: int
-    data: bytes
+    message: Message
     decode: Decode
 
     def content(self) -> object:
         """Decode the message: dictionaries and lists, a Protobuf or a ROS 2 message. InputError: it is damaged."""
         try:
-            return self.decode(self.data)
+            return self.decode(self.message.data)
         except Exception as error:  # decoders raise undocumented errors, some of private classes
             raise InputError(f"{self.place}: it cannot be decoded ({_reason(error)})") from error
 
@@ -211,11 +183,11 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
                 schemas[record.id] = record
             case Channel():
                 channels[record.id] = record
-            case Message():
-                if record.channel_id not in channels:
-                    raise InputError(f"{path}: a message is of channel {record.channel_id}, which is not described")
-                counts[record.channel_id] += 1
-                if (topic := channels[record.channel_id].topic) in messages:
+            case Message(channel_id=number) if number not in channels:
+                raise InputError(f"{path}: a message is of channel {number}, which is not described")
+            case Message(channel_id=number):
+                counts[number] += 1
+                if (topic := channels[number].topic) in messages:
                     messages[topic].append(record)
                     kept += _MESSAGE + len(record.data)
                     if kept > LARGEST:
@@ -228,11 +200,14 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
             known = any(channel.topic == topic for channel in channels.values())
             lacks = f"there are no messages on the topic {topic!r}" if known else f"there is no topic {topic!r}"
             raise InputError(f"{path}: {lacks}; there are {listed or 'none'}")
-    ids = {record.channel_id for received in messages.values() for record in received}
-    decoders = {i: _decoder(path, channels[i], schemas.get(channels[i].schema_id)) for i in ids}
+    decoders = {
+        i: _decoder(path, channel, schemas.get(channel.schema_id))
+        for i, channel in channels.items()
+        if channel.topic in messages and counts[i]
+    }
     return {
         topic: [
-            Received(f"{path}, {topic}, message {number}", r.log_time, r.publish_time, r.data, decoders[r.channel_id])
+            Received(f"{path}, {topic}, message {number}", r, decoders[r.channel_id])
             for number, r in enumerate(sorted(received, key=lambda r: r.log_time), start=1)
         ]
         for topic, received in messages.items()
@@ -333,7 +308,7 @@ class RecordTime:
 
     def of(self, message: Received, _content: object) -> object:
         """Return the time stamp of a message, on the clock."""
-        return getattr(message, self.attribute)
+        return getattr(message.message, self.attribute)
 
 
 @dataclass(frozen=True)
@@ -341,17 +316,15 @@ class Stamp:
     """The time stamp in the `field` of a message.
 
     `unit` is the name of a clock in `CLOCKS`, or a clock. Without one, the field has seconds and nanoseconds, as stamps
-    of ROS and Protobuf have. InputError: an unknown name.
+    of ROS and Protobuf have. TypeError: the field is no text. ValueError: an unknown name.
     """
 
     field: str
     unit: str | Clock | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.field, str):
-            raise InputError(f"Stamp: field: expected the path of a field, as 'header.stamp', got {self.field!r}")
-        if self.unit is not None:
-            object.__setattr__(self, "unit", clock_named(self.unit))
+        instance("Stamp: field", self.field, str, "the path of a field, as 'header.stamp'")
+        _ = self.clock
 
     @property
     def clock(self) -> Clock:
@@ -382,9 +355,6 @@ def _pair(stamp: object) -> Decimal:
     raise ValueError(f"expected seconds and nanoseconds, got {shorten(stamp)} (a number or a text needs its unit said)")
 
 
-_FORM = Form("field", is_none, exact, date_in_text, lambda _: "")
-
-
 @dataclass(frozen=True)
 class Field:
     """The number at `path` in the messages on `topic`, multiplied by `scale` (1e-3 converts millimetres to metres).
@@ -393,7 +363,7 @@ class Field:
     A path is `pose.position.x`, `joints[2].angle`, or `transforms[child_frame_id=base].transform.translation.x` for the
     entry of a list that has this name. `time` selects the time of a message: LOG_TIME, PUBLISH_TIME or a
     `Stamp` in it. `noise_std` is the path of the standard deviation of each sample, in the unit of the message; it is
-    scaled too. InputError: a scale or an offset that is not finite, a scale of zero, or paths that are no texts.
+    scaled too. TypeError, ValueError: as for a `Column`, or topic or time are of another kind.
     """
 
     topic: str
@@ -404,14 +374,14 @@ class Field:
     offset: float = 0.0
 
     def __post_init__(self) -> None:
-        for what, given in (("topic", self.topic), ("path", self.path), ("noise_std", self.noise_std)):
-            if not (isinstance(given, str) and given) and not (what == "noise_std" and given is None):
-                raise InputError(f"Field: {what}: expected a text that is not empty, got {given!r}")
-        if not isinstance(self.time, MessageTime):
-            raise InputError(
-                f'Field: time: expected LOG_TIME, PUBLISH_TIME or Stamp("header.stamp"), got {self.time!r}'
-            )
-        check_scale(f"{self.topic} {self.path}", self.scale, self.offset)
+        text("Field: topic", self.topic)
+        instance("Field: time", self.time, MessageTime, 'LOG_TIME, PUBLISH_TIME or a Stamp, as Stamp("header.stamp")')
+        _ = self.column
+
+    @property
+    def column(self) -> Column:
+        """The field as a column of the messages on its topic."""
+        return Column(self.path, self.scale, self.noise_std, self.offset)
 
 
 def read_mcap(
@@ -444,30 +414,28 @@ def read_mcap(
     ------
     InputError
         For a file that cannot be read, and for any error in it that no repair removes; names file, topic, message.
+    TypeError, ValueError
+        For a wrong argument, before anything is read.
     """
-    path = path_given(path)
-    check_mapping(str(path), signals, 'a mapping from names to fields, as {"position": Field("/topic", "x")}')
-    for name, wanted in signals.items():
-        if not isinstance(wanted, Field):
-            raise InputError(
-                f'signal {name!r}: expected a Field, as Field("/topic", "path.in.message"), got {wanted!r}'
-            )
-    if len({field.time.clock.absolute for field in signals.values()}) > 1:
-        raise InputError(f"{path}: signals are timed by clocks with different zeros; read them one by one")
+    path = path_of("path", path)
+    check_signals(signals, Field, 'a Field, as {"position": Field("/topic", "path.in.message")}')
     groups: dict[tuple[str, MessageTime], dict[str, Column]] = {}
     for name, of in signals.items():
-        column = Column(of.path, of.scale, of.noise_std, of.offset)
-        groups.setdefault((of.topic, of.time), {})[name] = column
-    readings = [
-        (topic, time, TableReading.of(f"{path}, {topic}", _FORM, repr(time), time.clock, of, repairs, origin, between))
+        groups.setdefault((of.topic, of.time), {})[name] = of.column
+    readings = {
+        (topic, time): Reading(repr(time), time.clock, of, repairs, origin, between)
         for (topic, time), of in groups.items()
-    ]
-    messages = read_messages(path, {topic for topic, _, _ in readings})
-    found = recording_of(*((of, _cells(of, messages[topic], time)) for topic, time, of in readings))
+    }
+    if len({of.clock.absolute for of in readings.values()}) > 1:
+        raise ValueError("signals: they are timed by clocks with different zeros; read them one by one")
+    messages = read_messages(path, {topic for topic, _ in readings})
+    found = recording_of(
+        *((of, _table(f"{path}, {topic}", of, messages[topic], time)) for (topic, time), of in readings.items())
+    )
     return replace(found, signals={name: found[name] for name in signals})
 
 
-def _cells(reading: TableReading, messages: Sequence[Received], time: MessageTime) -> Cells:
+def _table(source: str, reading: Reading, messages: Sequence[Received], time: MessageTime) -> Table:
     """Return a row for each message, None where it lacks a field. InputError: no message has one, or one is damaged."""
     paths = {name: time.field if name == reading.time else name for name in reading.names}
     columns: dict[str, list[object]] = {name: [] for name in paths}
@@ -484,11 +452,11 @@ def _cells(reading: TableReading, messages: Sequence[Received], time: MessageTim
                 pass
             except ValueError as error:
                 raise InputError(f"{message.place}, field {path!r}: {error}") from error
-            columns[name].append(value)
+            columns[name].append(None if is_none(value) else value)
     if absent := [path for name, path in paths.items() if name in missing]:
         has = ", ".join(leaves(messages[0].content()))
-        raise InputError(f"{reading.source}: there is no field {absent[0]!r}; the first message has {has}")
-    return Cells(columns, [f"message {number}" for number in range(1, len(messages) + 1)])
+        raise InputError(f"{source}: there is no field {absent[0]!r}; the first message has {has}")
+    return Table(source, [f"message {number}" for number in range(1, len(messages) + 1)], columns, what="field")
 
 
 def _refuse_other_frame(path: str, content: object, frames: dict[str, tuple[str, ...]]) -> None:

@@ -1,4 +1,4 @@
-"""A recording: named signals, each with its own times, one common time origin, and a report of repairs."""
+"""A recording: named samples, each with their own times, one common time origin, and a report of repairs."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from trackably.arguments import array, is_number
-from trackably.arrays import Array
+from trackably.arguments import numbers, positive
 from trackably.errors import InputError
 from trackably.gp.samples import Samples
 from trackably.recordings.clocks import describe_origin
@@ -53,117 +52,39 @@ class Cleaning:
 
 
 @dataclass(frozen=True)
-class Signal:
-    """`values` at strictly increasing `times` [s], both of shape (n,), n ≥ 1.
-
-    `noise_std` (n,) is the standard deviation of each sample, in the unit of the values; None if it is not known.
-    ValueError, which names the first wrong entry: shapes or order are wrong, or numbers are not finite or positive.
-    """
-
-    times: Array
-    values: Array
-    noise_std: Array | None = None
-
-    def __post_init__(self) -> None:
-        samples = Samples(self.times, self.values)
-        object.__setattr__(self, "times", samples.times)
-        object.__setattr__(self, "values", samples.values)
-        if self.noise_std is not None:
-            noise_std = array("signal: noise_std", self.noise_std, len(samples.times))
-            if bad := np.flatnonzero(noise_std <= 0).tolist():
-                raise ValueError(f"signal: noise_std[{bad[0]}] must be positive, got {noise_std[bad[0]]}")
-            object.__setattr__(self, "noise_std", noise_std)
-
-    def __len__(self) -> int:
-        return self.times.size
-
-    def __repr__(self) -> str:
-        return repr(self.samples()).replace("Samples", "Signal", 1)
-
-    def samples(self) -> Samples:
-        """Return samples to learn from; `noise_std`, if known, is their `relative_noise`, for noise_std = 1."""
-        if self.noise_std is None:
-            return Samples(self.times, self.values)
-        return Samples(self.times, self.values, self.noise_std)
-
-    def select(self, start: float, end: float) -> "Signal":
-        """Return the samples with start ≤ time ≤ end [s]. InputError: there is none."""
-        for what, given in (("start", start), ("end", end)):
-            if not is_number(given):
-                raise InputError(f"select: {what}: expected a time in seconds, got {given!r}")
-        chosen = np.flatnonzero((self.times >= start) & (self.times <= end))
-        if chosen.size == 0:
-            raise InputError(
-                f"no sample lies in [{start:g}, {end:g}] s; there are samples from {self.times[0]:g} to "
-                f"{self.times[-1]:g} s"
-            )
-        return self._only(chosen)
-
-    def every(self, seconds: float) -> "Signal":
-        """Thin out to samples about `seconds` apart.
-
-        Each sample is followed by the one nearest to `seconds` later, among those at least half of it later. Gaps are
-        kept, and thinning again by the same time changes nothing. InputError: `seconds` is not positive and finite.
-        """
-        if not (is_number(seconds) and 0 < seconds < np.inf):
-            raise InputError(f"expected a time between samples above 0 s, got {seconds!r} s")
-        chosen = [0]
-        while True:
-            due = self.times[chosen[-1]] + seconds
-            first = max(int(np.searchsorted(self.times, due - seconds / 2)), chosen[-1] + 1)
-            if first >= len(self):
-                return self._only(np.array(chosen))
-            after = max(int(np.searchsorted(self.times, due)), first)
-            nearest = min(
-                range(max(after - 1, first), min(after + 1, len(self))), key=lambda i: abs(self.times[i] - due)
-            )
-            chosen.append(nearest)
-
-    def _only(self, chosen: npt.NDArray[np.intp]) -> "Signal":
-        noise_std = None if self.noise_std is None else self.noise_std[chosen]
-        return Signal(self.times[chosen], self.values[chosen], noise_std)
-
-
-@dataclass(frozen=True)
 class Recording:
-    """`signals` by name, each with its own times [s] since the common `origin` [ns].
+    """`signals` by name: samples, each with their own times [s] since the common `origin` [ns].
 
-    The origin is exact, on the file's own clock. It is `absolute` if that clock counts from 1970, as epoch stamps,
-    dates and most log times do. `cleanings` are the reports of errors and repairs for each table or topic.
+    Where the file says the standard deviation of each sample, it is their `relative_noise`, for noise_std = 1. The
+    origin is exact, on the file's own clock. It is `absolute` if that clock counts from 1970, as epoch stamps, dates
+    and most log times do. `cleanings` are the reports of errors and repairs for each table or topic.
     """
 
-    signals: Mapping[str, Signal]
+    signals: Mapping[str, Samples]
     origin: int
     cleanings: tuple[Cleaning, ...] = ()
     absolute: bool = False
 
-    def __getitem__(self, name: str) -> Signal:
+    def __getitem__(self, name: str) -> Samples:
+        return self.samples(name)
+
+    def samples(self, name: str) -> Samples:
+        """Return the samples of a signal, to learn from. InputError, which lists the names: no signal has this name."""
         if name not in self.signals:
             raise InputError(f"the recording has no signal {name!r}; it has {', '.join(self.signals)}")
         return self.signals[name]
 
-    def samples(self, name: str) -> Samples:
-        """Return the samples of a signal, to learn from. InputError, which lists the names: no signal has this name."""
-        return self[name].samples()
-
     def select(self, start: float, end: float) -> "Recording":
         """Return the samples with start ≤ time ≤ end [s]; the origin stays. InputError: a signal has none there."""
-        return replace(self, signals={name: _by_name(name, s, start, end) for name, s in self.signals.items()})
+        return replace(self, signals={name: select(repr(name), of, start, end) for name, of in self.signals.items()})
 
     def every(self, seconds: float) -> "Recording":
-        """Thin out each signal to samples about `seconds` apart: see `Signal.every`."""
-        return replace(self, signals={name: signal.every(seconds) for name, signal in self.signals.items()})
+        """Thin out each signal to samples about `seconds` apart.
 
-    def beside(self, other: "Recording") -> "Recording":
-        """Return one recording with the signals of both. InputError: the origins differ, or a name is in both."""
-        if self.origin != other.origin:
-            raise InputError(
-                f"recordings have their zero at {self.origin} ns and {other.origin} ns; read both with the same origin"
-            )
-        if both := self.signals.keys() & other.signals.keys():
-            raise InputError(f"both recordings have a signal {min(both)!r}; give one another name")
-        signals, cleanings = {**self.signals, **other.signals}, self.cleanings + other.cleanings
-        return Recording(signals, self.origin, cleanings, self.absolute and other.absolute)
+        Each sample is followed by the one nearest to `seconds` later, among those at least half of it later. Gaps are
+        kept, and thinning again by the same time changes nothing. ValueError: `seconds` is not positive and finite.
+        """
+        return replace(self, signals={name: thin_out(of, seconds) for name, of in self.signals.items()})
 
     def __repr__(self) -> str:
         return f"Recording({'; '.join(self._contents())})"
@@ -174,24 +95,45 @@ class Recording:
     def _contents(self) -> list[str]:
         """Return a line for each signal, and one for the origin."""
         signals = (
-            f"{name}: {len(signal)} samples from {' to '.join(ends_shown(*signal.times[[0, -1]].tolist()))} s"
-            f"{_gaps(signal)}"
-            for name, signal in self.signals.items()
+            f"{name}: {len(of)} samples from {' to '.join(ends_shown(*of.times[[0, -1]].tolist()))} s{_gaps(of)}"
+            for name, of in self.signals.items()
         )
         return [*signals, f"time zero: {describe_origin(self.origin, self.absolute)}"]
 
 
-def _gaps(signal: Signal) -> str:
+def select(what: str, samples: Samples, start: float, end: float) -> Samples:
+    """Return the samples with start ≤ time ≤ end [s]. InputError, which begins with `what`: there is none."""
+    start, end = numbers("select: start and end", [start, end]).tolist()
+    chosen = np.flatnonzero((samples.times >= start) & (samples.times <= end))
+    if chosen.size == 0:
+        first, last = samples.times[[0, -1]]
+        raise InputError(
+            f"{what}: no sample lies in [{start:g}, {end:g}] s; there are samples from {first:g} to {last:g} s"
+        )
+    return _only(samples, chosen)
+
+
+def thin_out(samples: Samples, seconds: float) -> Samples:
+    """Return samples about `seconds` apart: see `Recording.every`."""
+    positive("every: seconds", seconds)
+    times, chosen = samples.times, [0]
+    while True:
+        due = times[chosen[-1]] + seconds
+        first = max(int(np.searchsorted(times, due - seconds / 2)), chosen[-1] + 1)
+        if first >= len(times):
+            return _only(samples, np.array(chosen))
+        after = max(int(np.searchsorted(times, due)), first)
+        chosen.append(min(range(max(after - 1, first), min(after + 1, len(times))), key=lambda i: abs(times[i] - due)))
+
+
+def _only(samples: Samples, chosen: npt.NDArray[np.intp]) -> Samples:
+    return Samples(samples.times[chosen], samples.values[chosen], samples.relative_noise[chosen])
+
+
+def _gaps(samples: Samples) -> str:
     """Return a text on the longest gap and the number of gaps; "" if there is none."""
-    if not (gaps := signal.samples().gaps):
+    if not (gaps := samples.gaps):
         return ""
     start, end = max(gaps, key=lambda gap: gap[1] - gap[0])
     others = f", the longest of {len(gaps)} such gaps" if len(gaps) > 1 else ""
     return f", none for {end - start:.4g} s after {start:.6g} s{others}"
-
-
-def _by_name(name: str, signal: Signal, start: float, end: float) -> Signal:
-    try:
-        return signal.select(start, end)
-    except InputError as error:
-        raise InputError(f"{name!r}: {error}") from error

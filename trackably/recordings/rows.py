@@ -2,7 +2,7 @@
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import Any
@@ -10,17 +10,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from trackably.arguments import instance
 from trackably.arrays import Array
 from trackably.errors import InputError
+from trackably.gp.samples import Samples
 from trackably.recordings.clocks import EXACT, Origin, origin_seconds, plain, zero_of
-from trackably.recordings.recording import Cleaning, Finding, Recording, Signal
-
-
-def rows_between(stamps: Sequence[Decimal | None], ends: tuple[float, float], origin: int) -> list[int]:
-    """Return the indices of the rows with start ≤ time ≤ end [s] since `origin` [ns], or without a time."""
-    zero = origin_seconds(origin)
-    first, last = (EXACT.add(zero, Decimal(repr(float(end)))) for end in ends)
-    return [row for row, at in enumerate(stamps) if at is None or first <= at <= last]
+from trackably.recordings.recording import Cleaning, Finding, Recording
 
 
 @dataclass(frozen=True)
@@ -72,16 +67,16 @@ class Rows:
         """Return the rows in which every signal is zero."""
         return np.flatnonzero(np.all([column == 0 for column in self.values.values()], axis=0)).tolist()
 
-    def repeats(self) -> Iterator[tuple[str, list[int]]]:
-        """Yield each signal with each group of two or more rows that have a value of it at the same time."""
-        stamps = self.require_times()
-        for name in self.values:
-            together: dict[Decimal, list[int]] = {}
-            for row in np.flatnonzero(self.present(name)).tolist():
-                together.setdefault(stamps[row], []).append(row)
-            for rows in together.values():
-                if len(rows) > 1:
-                    yield name, rows
+    def groups(self, signal: str) -> dict[Decimal, list[int]]:
+        """Return the rows that have a value of the signal, by their time [s]. InputError: a row has no time."""
+        stamps, found = self.require_times(), dict[Decimal, list[int]]()
+        for row in np.flatnonzero(self.present(signal)).tolist():
+            found.setdefault(stamps[row], []).append(row)
+        return found
+
+    def repeats(self, signal: str) -> list[list[int]]:
+        """Return each group of two or more rows that have a value of the signal at the same time."""
+        return [rows for rows in self.groups(signal).values() if len(rows) > 1]
 
 
 def out_of_order(stamps: Sequence[Decimal]) -> list[int]:
@@ -115,15 +110,15 @@ def far_apart(rows: Rows) -> tuple[Finding, ...]:
     The noise is that of each sample, if it is known; otherwise it is bounded by the usual difference of neighbours in
     time. InputError: a row has no time.
     """
-    findings, repeats = [], list(rows.repeats())
-    for name in dict.fromkeys(name for name, _ in repeats):
-        groups, deviations = [together for of, together in repeats if of == name], rows.noise_std.get(name)
-        if deviations is None:
-            of, most = "what is usual between neighbours in time", [_usual(rows, name)] * len(groups)
-        else:
-            of, most = "their noise", [_TIMES_NOISE * float(np.sqrt(2) * np.max(deviations[rs])) for rs in groups]
-        apart = [float(np.ptp(rows.values[name][together])) for together in groups]
-        far = [(a, together[0], m) for a, together, m in zip(apart, groups, most, strict=True) if a > m]
+    findings = []
+    for name, values in rows.values.items():
+        noise, usual = rows.noise_std.get(name), _usual(rows, name)
+        of = "what is usual between neighbours in time" if noise is None else "their noise"
+        far = []
+        for together in rows.repeats(name):
+            most = usual if noise is None else _TIMES_NOISE * float(np.sqrt(2) * np.max(noise[together]))
+            if (apart := float(np.ptp(values[together]))) > most:
+                far.append((apart, together[0], most))
         if far:
             largest, _, explained = max(far)
             what = (
@@ -141,12 +136,9 @@ def _usual(rows: Rows, name: str) -> float:
     The difference of neighbours in time is that of their smallest or of their largest values, whichever is less. So two
     sensors with values at each time do not count as different neighbours.
     """
-    stamps, ends = rows.require_times(), dict[Decimal, tuple[float, float]]()
-    for row in np.flatnonzero(rows.present(name)).tolist():
-        value = float(rows.values[name][row])
-        low, high = ends.get(stamps[row], (value, value))
-        ends[stamps[row]] = min(low, value), max(high, value)
-    differences = np.min(np.abs(np.diff([ends[stamp] for stamp in sorted(ends)], axis=0)), axis=1, initial=np.inf)
+    of_times = [rows.values[name][together] for _, together in sorted(rows.groups(name).items())]
+    apart = np.abs(np.diff([(np.min(values), np.max(values)) for values in of_times], axis=0))
+    differences = np.min(apart, axis=1, initial=np.inf)
     moving = differences[(differences > 0) & np.isfinite(differences)]
     return _TIMES_USUAL * float(np.median(moving)) if len(moving) >= _FEWEST else np.inf
 
@@ -214,17 +206,13 @@ REPAIRS: Mapping[str, Repair] = {
 """The repairs by name."""
 
 
-def chosen_repairs(repairs: Sequence[Repair | str]) -> list[Repair]:
-    """Return the repairs in their order, names looked up in `REPAIRS`. InputError: an unknown name, or not a list."""
-    if isinstance(repairs, str) or callable(repairs):
-        alone = repairs if isinstance(repairs, str) else getattr(repairs, "__name__", repairs)
-        raise InputError(f"repairs: expected a list of them, in their order, got {alone} by itself")
-    if not isinstance(repairs, Sequence):
-        raise InputError(f"repairs: expected a list of them, got {repairs!r}")
+def chosen_repairs(repairs: Sequence[Repair | str]) -> tuple[Repair, ...]:
+    """Return the repairs in their order, names looked up in `REPAIRS`. ValueError: a name is unknown."""
+    instance("repairs", repairs, tuple | list, "a list of them, in their order")
     for repair in repairs:
         if not callable(repair) and repair not in [*REPAIRS]:
-            raise InputError(f"there is no repair {repair!r}; there are {', '.join(REPAIRS)}")
-    return [REPAIRS[repair] if isinstance(repair, str) else repair for repair in repairs]
+            raise ValueError(f"there is no repair {repair!r}; there are {', '.join(REPAIRS)}")
+    return tuple(REPAIRS[repair] if isinstance(repair, str) else repair for repair in repairs)
 
 
 def _without(rows: Rows, dropped: Sequence[int], what: str) -> tuple[Rows, tuple[Finding, ...]]:
@@ -247,13 +235,13 @@ def _merge(
     values = {name: column.copy() for name, column in rows.values.items()}
     noise_std = {name: column.copy() for name, column in rows.noise_std.items()}
     others: set[int] = set()
-    for name, together in rows.repeats():
-        first, *rest = together
-        for columns, summary in ((values, math.fsum), (noise_std, _root_of_squares)):
-            if name in columns:
-                columns[name][first] = merged(columns[name][together], summary)
-                columns[name][rest] = np.nan
-        others.update(rest)
+    for name in rows.values:
+        for first, *rest in rows.repeats(name):
+            for columns, summary in ((values, math.fsum), (noise_std, _root_of_squares)):
+                if name in columns:
+                    columns[name][first] = merged(columns[name][[first, *rest]], summary)
+                    columns[name][rest] = np.nan
+            others.update(rest)
     return replace(rows, values=values, noise_std=noise_std), _finding(rows, sorted(others), what)
 
 
@@ -270,28 +258,25 @@ def recording_from_rows(tables: Sequence[Rows], absolute: bool, repairs: Sequenc
     """
     repaired = [_repair_and_check(rows, repairs) for rows in tables]
     zero = zero_of(origin, absolute, min(_first(rows) for rows, _ in repaired))
-    signals = {name: _signal(rows, name, zero) for rows, _ in repaired for name in rows.values}
+    signals = {name: _samples(rows, name, zero) for rows, _ in repaired for name in rows.values}
     return Recording(signals, zero, tuple(cleaning for _, cleaning in repaired), absolute)
 
 
 def _repair_and_check(rows: Rows, repairs: Sequence[Repair]) -> tuple[Rows, Cleaning]:
     count = len(rows)
-    findings = [*_missing(rows)]
+    findings: list[Finding] = []
+    for name in rows.values:
+        findings += _finding(rows, np.flatnonzero(~rows.present(name)).tolist(), f"no value of {name}")
     for repair in repairs:
         rows, found = repair(rows)
-        findings.extend(found)
-    if len(rows.values) > 1 and (zero := rows.all_zero()):  # of a single signal a zero is an ordinary value
-        findings.append(Finding("zero in every signal, kept", len(zero), rows.places[zero[0]]))
+        findings += found
+    if len(rows.values) > 1:  # of a single signal a zero is an ordinary value
+        findings += _finding(rows, rows.all_zero(), "zero in every signal, kept")
     _refuse_empty(rows)
     _refuse_disorder(rows)
     _refuse_repeats(rows)
     _refuse_noise(rows)
     return rows, Cleaning(rows.source, count, tuple(findings))
-
-
-def _missing(rows: Rows) -> list[Finding]:
-    absent = {name: np.flatnonzero(~rows.present(name)).tolist() for name in rows.values}
-    return [Finding(f"no value of {name}", len(at), rows.places[at[0]]) for name, at in absent.items() if at]
 
 
 def _refuse_empty(rows: Rows) -> None:
@@ -311,9 +296,9 @@ def _refuse_disorder(rows: Rows) -> None:
 
 
 def _refuse_repeats(rows: Rows) -> None:
-    if repeats := list(rows.repeats()):
-        name, (first, second, *_) = min(repeats, key=lambda repeat: repeat[1][1])
-        count = len({row for _, together in repeats for row in together[1:]})
+    if repeats := [(together, name) for name in rows.values for together in rows.repeats(name)]:
+        (first, second, *_), name = min(repeats, key=lambda repeat: repeat[0][1])
+        count = len({row for together, _ in repeats for row in together[1:]})
         raise InputError(
             f"{rows.where(second)}: {name!r} has a second value at {plain(rows.require_times()[second])} s, "
             f"the first is in {rows.places[first]}; {_rows(count)} repeated (keep_first_of_repeated, "
@@ -338,7 +323,7 @@ def _first(rows: Rows) -> Decimal:
     return min(stamps[int(np.argmax(rows.present(name)))] for name in rows.values)
 
 
-def _signal(rows: Rows, name: str, origin: int) -> Signal:
+def _samples(rows: Rows, name: str, origin: int) -> Samples:
     stamps = rows.require_times()
     at = np.flatnonzero(rows.present(name))
     zero = origin_seconds(origin)
@@ -352,5 +337,4 @@ def _signal(rows: Rows, name: str, origin: int) -> Signal:
             f"{rows.where(int(at[bad[0] + 1]))}: this time and that of {rows.places[at[bad[0]]]} are one and the same "
             f"float64, {times[bad[0]]:g} s after the origin {origin} ns"
         )
-    noise_std = rows.noise_std[name][at] if name in rows.noise_std else None
-    return Signal(times, rows.values[name][at], noise_std)
+    return Samples(times, rows.values[name][at], rows.noise_std.get(name, np.ones(len(rows)))[at])

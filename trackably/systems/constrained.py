@@ -73,6 +73,11 @@ class ConstrainedSystem:
         return self.system.sampling_time
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the states, then those of the inputs."""
+        return (*self.system.states, *self.system.inputs)
+
+    @property
     def moves(self) -> bool:
         """Whether a bound moves in time."""
         return self.state_set.moves or self.input_set.moves

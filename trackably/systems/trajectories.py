@@ -4,13 +4,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
+from functools import cached_property as cached
 from typing import Self
 
 import numpy as np
 import numpy.typing as npt
 
 from trackably.arrays import Array
-from trackably.cached import cached
 from trackably.checker.flatness import substitute
 from trackably.checker.formulas import Formula, Name, Number, Operation, names
 from trackably.checker.inverse import Term, plus, times

@@ -1,11 +1,13 @@
-"""References that are exported: on a window and for all times, of one input and of two, with bounds active."""
+"""References that are exported, learned or given: on windows, for all times, of several plants, with bounds active."""
 
 from functools import cache
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from tests.trackably.plants import AXIS, SAMPLES
 from trackably import (
+    CertifiedReference,
     ConstrainedSystem,
     LinearSystem,
     NonlinearSystem,
@@ -14,6 +16,7 @@ from trackably import (
     Samples,
     SquaredExponential,
     TrackableReference,
+    certify,
     learn_reference,
 )
 
@@ -55,4 +58,13 @@ def nonlinear() -> TrackableReference:
     return learn_reference(samples, TANK, SquaredExponential(1.0, 1.0), (0.0, 3.0), noise_std=0.05, starts=1)
 
 
-EVERY = {of.__name__: of for of in (on_window, all_times, periodic, nonlinear)}
+@cache
+def given() -> CertifiedReference:
+    """A curve that others made."""
+    spline = CubicSpline([0.0, 1.0, 2.5, 3.5], [0.0, -0.4, -0.9, -0.7], bc_type="clamped")
+    found = certify(spline, AXIS, "all_times")
+    assert isinstance(found, CertifiedReference)
+    return found
+
+
+EVERY = {of.__name__: of for of in (on_window, all_times, periodic, nonlinear, given)}

@@ -48,6 +48,7 @@ PIECES = (
         "row.json",
         "reference.json",
         "certificate.json",
+        "certificate.at1.json",
         "counterexample.json",
         "fleet.csv",
         "con",
@@ -58,7 +59,7 @@ PIECES = (
 )
 NAMES = st.lists(st.sampled_from(PIECES) | st.text(st.characters(), max_size=3), min_size=1, max_size=5).map("".join)
 DEVICE = re.compile(r"(con|prn|aux|nul|com\d|lpt\d) *(\..*)?", re.IGNORECASE)
-FILES = {"row.json", "reference.json", "certificate.json", "counterexample.json", "fleet.csv"}
+FILES = {"row.json", "reference.json", "certificate.json", "certificate.at1.json", "counterexample.json", "fleet.csv"}
 
 
 def folder_of(name: str) -> str:

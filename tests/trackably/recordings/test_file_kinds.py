@@ -6,12 +6,13 @@ import re
 import pytest
 
 from trackably.errors import InputError
-from trackably.recordings import Field, read_csv, read_mcap
+from trackably.recordings import read_csv
+from trackably.recordings.mcap_file import Field, read_mcap
 
 TABLE = b"t,x\n0,1\n1,2\n"
 KINDS = {
     "ROS 2 bag": (b"SQLite format 3\0" + bytes(50), "a database, as ROS 2 bags are (.db3): `mcap convert`"),
-    "Parquet": (b"PAR1" + bytes(50), "a Parquet file: save it as CSV"),
+    "Parquet": (b"PAR1" + bytes(50), "a Parquet file: read_parquet reads it"),
 }
 
 

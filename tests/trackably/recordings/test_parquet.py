@@ -1,4 +1,4 @@
-"""Columns of Parquet files that hold dates are read, and those that hold durations are refused with advice."""
+"""Columns of Parquet files that hold dates are read, and those that hold durations are refused."""
 
 from datetime import date, timedelta
 
@@ -20,11 +20,11 @@ def written(folder, times, kind):
 def test_days_are_midnights(tmp_path, kind):
     path = written(tmp_path, [date(2024, 5, day) for day in (1, 2, 5)], kind)
     assert read_parquet(path, "t", "ISO 8601", {"x": "y"})["x"].times.tolist() == [0.0, 86_400.0, 345_600.0]
-    with pytest.raises(InputError, match='"ISO 8601" is their time unit'):
+    with pytest.raises(InputError, match='have the unit "ISO 8601"'):
         read_parquet(path, "t", "s", {"x": "y"})
 
 
-def test_durations_are_refused_with_advice(tmp_path):
+def test_durations_are_refused(tmp_path):
     path = written(tmp_path, [timedelta(seconds=k) for k in range(3)], pa.duration("us"))
-    with pytest.raises(InputError, match=r"row 1, column 't': the column holds durations: save them as numbers"):
+    with pytest.raises(InputError, match=r"row 1, column 't': expected a finite number, got datetime\.timedelta"):
         read_parquet(path, "t", "s", {"x": "y"})

@@ -11,12 +11,12 @@ function for these rows is the function for all places as soon as it violates no
 """
 
 from dataclasses import dataclass
+from functools import cached_property as cached
 
 import numpy as np
 import numpy.typing as npt
 
 from trackably.arrays import Array, Flags
-from trackably.cached import cached
 from trackably.gp.joint import JointPosterior
 from trackably.gp.row_posterior import RowPosterior, has_system
 from trackably.gp.signal import KernelSum

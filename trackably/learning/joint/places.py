@@ -6,6 +6,7 @@ New places are where a function comes near to its bounds: local minima of all ma
 from bisect import bisect
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property as cached
 from itertools import accumulate
 from typing import NamedTuple
 
@@ -13,7 +14,6 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.arrays import Array, Flags
-from trackably.cached import cached
 from trackably.gp.rows import Rows, Terms
 from trackably.gp.signal import EvaluationCache, KernelSum
 from trackably.learning.constraint import (

@@ -20,17 +20,17 @@ REFUSALS = {
     "text": (
         "t,x\n0,1\n\n1,one\n",
         {},
-        ", line 4, column 'x': expected a number, got 'one'; if it stands for no value",
+        ", line 4, column 'x': expected a finite number, got 'one'; if it stands for no value",
     ),
     "decimal commas unsaid": (
         "t;x\n0;1,5\n",
         {},
-        ", line 2, column 'x': expected a number, got '1,5' (with layout=CsvLayout(decimal=\",\") it would be one)",
+        ", line 2, column 'x': expected a finite number, got '1,5' (with layout=CsvLayout(decimal=\",\")",
     ),
     "dates unsaid": (
         "t,x\n2024-05-01T12:00:00.25Z,1\n",
         {},
-        ", line 2, column 't': expected a number, got '2024-05-01T12:00:00.25Z' (times of this form",
+        ", line 2, column 't': expected a finite number, got '2024-05-01T12:00:00.25Z' (dates have",
     ),
     "too large": ("t,x\n0,1e400\n", {}, ", line 2, column 'x': expected a number that fits a float64, got 1.000e+400"),
     "numbers where dates were said": (
@@ -51,7 +51,7 @@ REFUSALS = {
     "Latin-1 as UTF-8": ("t,x,größe\n0,1,2\n".encode("latin-1"), {}, ": it is not written in 'utf-8' ("),
     "UTF-16 as UTF-8": ("t,x\n0,1\n".encode("utf-16"), {}, ": it begins with the mark of UTF-16, which the encoding "),
     "binary": (b"\x7fELF\n\xff\0\1", {}, ", line 2: a NUL byte, so this is no text file"),
-    "MCAP": (b"\x89MCAP0\r\n\1\0", {}, ": this is an MCAP file, which read_mcap reads"),
+    "MCAP": (b"\x89MCAP0\r\n\1\0", {}, ": this is an MCAP file: read_mcap reads it"),
     "unknown encoding": (
         "t,x\n0,1\n",
         {"layout": CsvLayout(encoding="latin-one")},

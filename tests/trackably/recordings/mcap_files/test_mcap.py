@@ -10,14 +10,8 @@ from hypothesis import strategies as st
 from mcap.writer import CompressionType
 
 from tests.trackably.recordings.mcap_files.writers import START, STATES, TOPIC, WRITERS, write_plain
-from trackably.recordings import (
-    LOG_TIME,
-    PUBLISH_TIME,
-    Field,
-    Finding,
-    Stamp,
-    read_mcap,
-)
+from trackably.recordings import Finding
+from trackably.recordings.mcap_file import LOG_TIME, PUBLISH_TIME, Field, Stamp, read_mcap
 
 FLOATS = st.floats(allow_nan=False, allow_infinity=False)
 STAMP = Stamp("stamp")
@@ -62,7 +56,7 @@ def test_every_encoding_and_compression(path, write, compression):
         ("x", [s.std for s in STATES]),
         ("effort", [2 * s.std for k, s in enumerate(STATES) if k != 3]),
     ):
-        assert np.array_equal(recording[name].noise_std, noise)
+        assert np.array_equal(recording[name].relative_noise, noise)
     (cleaning,) = recording.cleanings
     assert (cleaning.source, cleaning.rows) == (f"{path}, {TOPIC}", len(STATES))
     assert cleaning.findings == (Finding("no value of effort", 1, "message 4"),)

@@ -6,7 +6,7 @@ from mcap.writer import CompressionType
 
 from tests.trackably.recordings.mcap_files.writers import STATES, TOPIC, WRITERS, refusal, write_plain
 from trackably.errors import InputError
-from trackably.recordings import Field, Stamp, read_mcap
+from trackably.recordings.mcap_file import Field, Stamp, read_mcap
 
 
 @pytest.fixture

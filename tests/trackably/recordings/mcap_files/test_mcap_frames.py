@@ -6,7 +6,7 @@ import pytest
 
 from tests.trackably.recordings.mcap_files.writers import TOPIC, write_plain
 from trackably.errors import InputError
-from trackably.recordings import Field, read_mcap
+from trackably.recordings.mcap_file import Field, read_mcap
 
 X = "transform.translation.x"
 

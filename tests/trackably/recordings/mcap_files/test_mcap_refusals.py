@@ -4,7 +4,7 @@ import pytest
 from mcap.writer import CompressionType
 
 from tests.trackably.recordings.mcap_files.writers import STATES, TOPIC, WRITERS, refusal
-from trackably.recordings import Stamp
+from trackably.recordings.mcap_file import Stamp
 
 LISTED = "there are /robot/state (protobuf robot.State, 6 messages)"
 

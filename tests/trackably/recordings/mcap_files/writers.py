@@ -17,7 +17,7 @@ from mcap_protobuf.writer import Writer as ProtobufWriter
 from mcap_ros2.writer import Writer as Ros2Writer
 
 from trackably.errors import InputError
-from trackably.recordings import LOG_TIME, Field, MessageTime, read_mcap
+from trackably.recordings.mcap_file import LOG_TIME, Field, MessageTime, read_mcap
 
 TOPIC = "/robot/state"
 START = 1700000000_000000001
