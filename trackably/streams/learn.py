@@ -18,7 +18,7 @@ from trackably.certificates.judge import found_or_raise
 from trackably.certificates.waypoint import prove_waypoints
 from trackably.checker.certificate import AllTimes, Window
 from trackably.condensed import NODES, Centres
-from trackably.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, levels, split_means
+from trackably.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, known_means, levels, split_means
 from trackably.explanation import IgnoresSamplesWarning, ignores_samples
 from trackably.feasibility import impossible
 from trackably.fit import Fit, edges_of
@@ -132,7 +132,7 @@ def learn_stream(
         raise ValueError(
             "kernel: each window of a stream ends at rest, so that kernels have to decay, but it has a period"
         )
-    warn_about(doubts(claim, measured.given, plant), _CALLER)
+    warn_about(doubts(claim, measured.given, plant, measured.known_noise, known_means(level, between)), _CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
     begun = _busiest(measured, length)
