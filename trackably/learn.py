@@ -264,7 +264,9 @@ def learn_reference(
         proofs = found_or_raise(prove_waypoints(certified.reference, pinned))
         solution, ended = certified.solution, None if is_whole else budget
         assert solution.unconstrained, "it is beside the one without bounds"
-        fit = Fit.of(certified.reference, solution, solution.unconstrained, pinned, cost, limited, ended)
+        fit = Fit.of(
+            certified.reference, solution, solution.unconstrained, pinned, cost, limited, ended, tuple(between)
+        )
     certificate = with_truth(certified.certificate.with_robust(tightening), signals)
     learned = TrackableReference(fit, certificate, proofs, tightening)
     if sentence := ignores_samples(learned.fit):
