@@ -6,9 +6,9 @@ import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from reprlib import repr as short
 from typing import Any, BinaryIO
 
+from trackably.arguments import short
 from trackably.checker import form
 from trackably.errors import InputError
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import inf, nextafter
@@ -239,7 +240,8 @@ class Given:
         beyond: Beyond = "end" if wanted is None or isinstance(wanted, Window) else "rest"
         if isinstance(wanted, AllPhases) or (isinstance(wanted, AllTimes) and is_periodic):
             beyond = "period"
-        stencils = stencils_by_name(plant, named)
+        with _as_trajectory():
+            stencils = stencils_by_name(plant, named)
         curves = {name: as_pieces(curve, beyond, interpolation, plant.sampling_time) for name, curve in named.items()}
         window = _window(wanted, curves) if beyond == "end" else None
         return cls({name: curves[name] for name in stencils}, stencils, plant, beyond, window)
@@ -292,7 +294,17 @@ def _by_name(trajectory: Any, plant: ConstrainedSystem, span: tuple[float, float
         return {name: states[name] for name in first if name in states}
     if isinstance(trajectory, Mapping):
         return dict(trajectory)
-    return {default_sample(plant): trajectory}
+    with _as_trajectory():
+        return {default_sample(plant): trajectory}
+
+
+@contextmanager
+def _as_trajectory() -> Iterator[None]:
+    """Raise an error about the names of samples as one about those of the trajectory's curves."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"trajectory: {str(error).removeprefix('samples: ')}") from None
 
 
 def _window(claim: Claim | None, curves: Mapping[str, PolynomialPieces]) -> Window:

@@ -121,6 +121,7 @@ def test_a_signal_that_jumps_is_proved_next_to_its_bounds():
         (CURVES["cubic"], "always", None, "claim: expected 'all_times'"),
         (np.zeros(9), None, "nearest", "samples need one of linear.*got 'nearest'"),
         ({"velocity": CURVES["cubic"]}, None, None, "not where it is"),
+        ({"pos": CURVES["cubic"]}, None, None, "^trajectory: pos is neither a state"),
         (CubicSpline(X, np.zeros((4, 2))), None, None, "one value at a time"),
     ],
 )
