@@ -164,7 +164,8 @@ class DateTimes:
 
     @property
     def _hint(self) -> str:
-        return f" (DateTimes({_GERMAN}) as time unit reads other formats)" if self.format is None else ""
+        german = f"trackably.recordings.DateTimes({_GERMAN})"
+        return f" ({german} as time unit reads other formats)" if self.format is None else ""
 
     def _read_iso(self, text: str) -> tuple[datetime, str]:
         if _DAY.fullmatch(text):
