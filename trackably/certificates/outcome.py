@@ -56,11 +56,14 @@ class Counterexample:
         return f"Counterexample({self.explanation})"
 
 
+_POSITIVE = "; a lower bound above zero of the states in it would keep it positive"
+
+
 @dataclass(frozen=True)
 class Unproved:
     """Neither a proof nor a counterexample was found: the margin is too small by `shortfall` (the quantity's unit).
 
-    It is 0 if that is not known. The proof of `quantity` fails in `box` [s]; `reason` is the cause.
+    It is 0 if that is not known. The proof of `quantity` fails in `box` [s]; `reason` is the cause, with a remedy.
     """
 
     quantity: str
@@ -68,6 +71,10 @@ class Unproved:
     box: tuple[float, float]
     shortfall: float
     reason: str
+
+    def __post_init__(self) -> None:
+        if self.reason.endswith("may not be positive"):
+            object.__setattr__(self, "reason", f"{self.reason}{_POSITIVE}")
 
     @property
     def explanation(self) -> str:
