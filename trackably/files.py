@@ -15,6 +15,9 @@ from trackably.errors import InputError
 YAML_DEPTH, YAML_VALUES = 100, 1_000_000
 """Most levels of nesting in YAML, and most values (numbers, texts, sequences and mappings)."""
 
+ACCEPTED = "accepted file"
+"""The key, in `vars` of an outcome, of the bytes of its file that the checker has accepted."""
+
 from_json = form.from_json
 """Parse JSON as strictly as the checker parses certificates."""
 

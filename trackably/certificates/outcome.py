@@ -3,11 +3,13 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from trackably.checker.certificate import AllTimes, Claim
+from trackably.files import ACCEPTED, new_file, write_atomically
 from trackably.learning.problem import NoSolution
 from trackably.systems.intervals import Interval, rounded_text
 from trackably.systems.reference import Reference
@@ -51,6 +53,16 @@ class Counterexample:
             "; the curve is at rest before its first and after its last piece: let it begin and end with "
             "a slope of zero, or claim a window"
         )
+
+    def save_counterexample(self, path: Path | str) -> Path:
+        """Write it for `python -m trackably check FILE`; return the path.
+
+        Raises OSError, and ValueError if the checker has not accepted it: it accepts all that are handed out.
+        """
+        if ACCEPTED not in vars(self):
+            raise ValueError("save_counterexample: the checker was not asked for this counterexample")
+        write_atomically(file := new_file("save_counterexample", path), vars(self)[ACCEPTED])
+        return file
 
     def __repr__(self) -> str:
         return f"Counterexample({self.explanation})"

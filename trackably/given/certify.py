@@ -193,7 +193,7 @@ def certify(
     CertifiedReference
         Proved: the plant can follow the reference, within its bounds.
     Counterexample
-        Refuted: the time at which a bound is broken for certain, and by how much.
+        Refuted: the time at which a bound is broken for certain, and by how much. It has `save_counterexample`.
     Unproved
         Neither: the margin is smaller than the error of float64 evaluation, or a number is too large to bound it.
 
