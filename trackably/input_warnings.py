@@ -23,7 +23,7 @@ _LATE = 1e4  # times start late if they exceed this many times the span of the s
 _SLOW = 500.0  # time steps from one sample to the next; about 0.5 is usual
 _TURNS = {2 * np.pi: "np.unwrap(values)", 360.0: "np.unwrap(values, period=360)"}  # of an angle
 _OF_TURN, _LARGEST_MOVE = 0.02, 0.15  # parts of a turn: a jump is one up to this, and up to other moves, all smaller
-_BEYOND = 10.0  # widths of the bounds: most samples lie this far outside
+_BEYOND = 10.0  # widths of the bounds: most samples, or a mean, lie this far outside
 _MOST = 0.75  # part of the samples that counts as most of them
 
 
@@ -213,7 +213,7 @@ def _of_noise(name: str, samples: Samples, noise_std: float) -> Iterator[str]:
 
 def _of_mean(name: str, mean: float, bounds: Interval) -> Iterator[str]:
     """Warn if the prior mean is far outside of the bounds; claims of more than a window refuse it."""
-    if -bounds.rest.margin(np.array(mean)) > bounds.width:
+    if -bounds.rest.margin(np.array(mean)) > _BEYOND * bounds.width:
         yield (
             f"mean: that of {name} is {mean:g}, far outside of its bounds {bounds}, and where there are no samples the "
             "reference tends to it: are both in the same unit?"

@@ -105,7 +105,7 @@ ORDINARY = {
     "several lost of a few": asked(samples=lost(*range(2, 58, 7)), noise_std=1e-3),
     "first and last": asked(samples=lost(0, 59), noise_std=1e-3),
     "at rest, with a noise that is known": asked(samples=Samples(OFTEN, np.zeros(60)), noise_std=0.1),
-    "a mean outside, but near": asked((0.0, 3.0), mean=1.0),
+    "a mean outside, but near": asked((0.0, 3.0), mean=-5.0),
 }
 
 
