@@ -3,10 +3,10 @@ expected and what came.
 """
 
 import math
+import reprlib
 from decimal import Decimal
 from fractions import Fraction
 from numbers import Real
-from reprlib import repr as short
 from types import UnionType
 from typing import TypeGuard
 
@@ -16,6 +16,15 @@ import numpy.typing as npt
 from trackably.arrays import Array
 
 _SECONDS = "(times - times[0]) / np.timedelta64(1, 's') are seconds"
+
+
+_LONGEST = 200  # characters of a value in a message
+
+
+def short(value: object) -> str:
+    """Return a value as a text for messages, in which long lists and texts are cut, and so is the whole."""
+    said = reprlib.repr(value)
+    return said if len(said) <= _LONGEST else f"{said[:_LONGEST]}…"
 
 
 def real(what: str, given: object) -> float:

@@ -253,6 +253,11 @@ def split_means(
     return known, between
 
 
+def known_means(level: Mapping[str, float], between: Mapping[str, tuple[float, float]]) -> dict[str, float]:
+    """Return the means that are not learned."""
+    return {name: mean for name, mean in level.items() if name not in between}
+
+
 def levels(between: Mapping[str, tuple[float, float]], names: tuple[str, ...], samples: tuple[Samples, ...]) -> Ends:
     """Return the intervals of the flat outputs' levels, from those of the sampled names."""
     return tuple(_levels(between.get(name), of.of_level) for name, of in zip(names, samples, strict=True))

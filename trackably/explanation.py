@@ -1,5 +1,6 @@
 """The explanation of a fit in plain sentences."""
 
+import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -29,6 +30,9 @@ _WINDOW = 24.0  # correlation times: twice the memory of a stream
 _WINDOWS = 2.0
 _MANY = 500  # samples
 _NORMAL = 0.6745  # the median of |x| of standard normal x
+_LAST = 0.1  # part of the samples that shows where a motion ends
+_FEWEST_LAST = 3
+_STAYS = 5.0  # times the noise: samples at rest differ by less, and those of another level by more
 
 
 class IgnoresSamplesWarning(UserWarning):
@@ -118,6 +122,15 @@ def means(prior: JointPrior, samples: tuple[Samples, ...], likeliest: JointPrior
     return "; ".join(map(_mean, prior.names, samples, prior.parts, likeliest.parts))
 
 
+def leaves_last_samples(fit: Fit) -> str | None:
+    """Return a sentence if the reference leaves the level at which its last samples stay, for a mean that was learned.
+
+    A reference for all times comes to rest at its prior mean. None if it stays, or no mean was learned.
+    """
+    said = [_leaves(fit, i) for i, name in enumerate(fit.prior.names) if name in fit.free]
+    return "; ".join(filter(None, said)) or None
+
+
 def noise_question(fit: Fit) -> str | None:
     """Return a question if noise learned with the bounds differs by more than a half from that learned without them."""
     parts = zip(fit.prior.names, fit.prior.parts, fit.unconstrained_prior.parts, strict=True)
@@ -152,6 +165,26 @@ def _mean(name: str, samples: Samples, prior: Prior, free: Prior) -> str:
     mean, likeliest = (float(samples.of_level.stencil.at_rest(part.mean)) for part in (prior, free))
     said = f"the prior mean of {name} is {mean:.6g}"
     return said if mean == likeliest else f"{said}, as the likeliest, {likeliest:.6g}, is no admissible equilibrium"
+
+
+def _leaves(fit: Fit, i: int) -> str:
+    name, of, prior = fit.prior.names[i], fit.samples[i].of_level, fit.prior.parts[i]
+    last = slice(-max(_FEWEST_LAST, int(_LAST * len(of))), None)
+    values, noise = of.values[last], float(prior.noise_std) * of.relative_noise[last]
+    level = round(float(np.median(values)), 1 - math.floor(math.log10(np.max(noise))))
+    offset, rest = float(of.stencil.at_rest(0.0)), float(of.stencil.at_rest(prior.mean))
+    if np.any(np.abs(values - level) > _STAYS * noise) or abs(level - rest) <= _STAYS * np.max(noise):
+        return ""
+    gain = float(of.stencil.at_rest(1.0)) - offset
+    means = [part.mean for part in fit.prior.parts]
+    means[i] = (level - offset) / gain
+    may_stay = all(q.bounds.rest.strictly_contains(q.at_rest(means)) for q in fit.reference.plant.quantities)
+    given = f"{level:.6g}" if len(means) == 1 else f"{{{name!r}: {level:.6g}, …}}"
+    stay = f"mean={given} would keep it there, and " if may_stay else ""
+    return (
+        f"it comes to rest at that mean, {abs(level - rest):.3g} away from the last samples of {name}, which stay at "
+        f"{level:.6g}: {stay}a window as claim ends with the samples"
+    )
 
 
 def _is_inflated(own: Prior, free: Prior) -> bool:

@@ -6,14 +6,17 @@ import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from reprlib import repr as short
 from typing import Any, BinaryIO
 
+from trackably.arguments import short
 from trackably.checker import form
 from trackably.errors import InputError
 
 YAML_DEPTH, YAML_VALUES = 100, 1_000_000
 """Most levels of nesting in YAML, and most values (numbers, texts, sequences and mappings)."""
+
+ACCEPTED = "accepted file"
+"""The key, in `vars` of an outcome, of the bytes of its file that the checker has accepted."""
 
 from_json = form.from_json
 """Parse JSON as strictly as the checker parses certificates."""

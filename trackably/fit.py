@@ -173,7 +173,8 @@ class Fit:
     `active_bounds` are those that are active, with multipliers and prices. `pinned` are the required values of states
     or inputs at given times. `condensed` is the effect of replacing samples by fewer ones. The length scales in
     `limited` were searched only up to where float64 can evaluate the reference. The search was ended by a `budget` [s],
-    or not (None). `spread` is the range of J among functions from several starts.
+    or not (None). `spread` is the range of J among functions from several starts. `free` are the names whose prior mean
+    was learned.
     """
 
     reference: Reference
@@ -188,6 +189,7 @@ class Fit:
     limited: tuple[str, ...] = field(default=(), metadata={LEFT_OUT: True})
     budget: float | None = field(default=None, metadata={LEFT_OUT: True})
     spread: float = field(default=0.0, metadata={LEFT_OUT: True})
+    free: tuple[str, ...] = field(default=(), metadata={LEFT_OUT: True})
 
     @classmethod
     def of(
@@ -199,6 +201,7 @@ class Fit:
         condensed: tuple[Condensation, ...] = (),
         limited: tuple[str, ...] = (),
         budget: float | None = None,
+        free: tuple[str, ...] = (),
     ) -> Self:
         """Return the fit of a solution.
 
@@ -219,6 +222,7 @@ class Fit:
             limited,
             budget,
             solution.spread,
+            free,
         )
 
     @property

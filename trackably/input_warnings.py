@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
+from trackably.arrays import Array
 from trackably.checker.certificate import AllTimes, Claim, Window
 from trackably.errors import DoubtfulInputWarning
 from trackably.gp.samples import Samples
@@ -15,11 +16,14 @@ from trackably.systems.linear import LinearSystem
 _OUTLYING = 1e3  # an outlier is this many times the spread of the other samples away from their median
 _FEW = 0.1  # part of the samples that may be outliers
 _FEWEST = 5  # samples at least, to tell outliers from the others
+_FEWEST_BESIDE = 10  # samples at least, to tell what is usual between neighbours
+_TIMES_USUAL, _TIMES_NOISE, _TIMES_MOVES = 20.0, 10.0, 5.0  # a sample further off its neighbours than all these is one
+_NORMAL = 0.6745  # the median of |x| of standard normal x
 _LATE = 1e4  # times start late if they exceed this many times the span of the samples
 _SLOW = 500.0  # time steps from one sample to the next; about 0.5 is usual
 _TURNS = {2 * np.pi: "np.unwrap(values)", 360.0: "np.unwrap(values, period=360)"}  # of an angle
 _OF_TURN, _LARGEST_MOVE = 0.02, 0.15  # parts of a turn: a jump is one up to this, and up to other moves, all smaller
-_BEYOND = 10.0  # widths of the bounds: most samples lie this far outside
+_BEYOND = 10.0  # widths of the bounds: most samples, or a mean, lie this far outside
 _MOST = 0.75  # part of the samples that counts as most of them
 
 
@@ -29,18 +33,31 @@ def warn_about(questions: Iterable[str], frames: int) -> None:
         warnings.warn(question, DoubtfulInputWarning, stacklevel=frames + 1)
 
 
-def doubts(claim: Claim, samples: Mapping[str, Samples], plant: ConstrainedSystem) -> Iterator[str]:
-    """Yield a sentence for each property of the input that is probably a mistake; `samples` are by name."""
+def doubts(
+    claim: Claim,
+    samples: Mapping[str, Samples],
+    plant: ConstrainedSystem,
+    noise_std: Mapping[str, float] | None = None,
+    mean: Mapping[str, float] | None = None,
+) -> Iterator[str]:
+    """Yield a sentence for each property of the input that is probably a mistake.
+
+    `samples` are by name, and so are `noise_std` and `mean` where they are known.
+    """
     yield from _of_system(plant)
-    bounds = {quantity.name: quantity.bounds for quantity in plant.quantities}
+    bounds, noise_std, mean = {q.name: q.bounds for q in plant.quantities}, noise_std or {}, mean or {}
     for name, of_name in samples.items():
         yield from _of_times(claim, name, of_name)
         yield from _of_span(name, of_name, plant.sampling_time)
         yield from _of_gaps(name, of_name)
-        yield from _of_values(name, of_name)
+        yield from _of_outliers(name, of_name, noise_std.get(name), bounds.get(name))
         yield from _of_turns(name, of_name)
         if name in bounds:
             yield from _of_bounds(name, of_name, bounds[name])
+        if name in noise_std:
+            yield from _of_noise(name, of_name, noise_std[name])
+        if name in mean and name in bounds and isinstance(claim, Window):
+            yield from _of_mean(name, mean[name], bounds[name])
 
 
 def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
@@ -103,21 +120,57 @@ def _of_gaps(name: str, samples: Samples) -> Iterator[str]:
         )
 
 
-def _of_values(name: str, samples: Samples) -> Iterator[str]:
+def _of_outliers(name: str, samples: Samples, noise_std: float | None, bounds: Interval | None) -> Iterator[str]:
+    """Ask about the sample that is farthest off, by the first of these measures by which a few are far off: the spread
+    of all, neighbours in time (if noise is known; otherwise the fit without bounds tells), and the bounds.
+    """
     if len(samples) < _FEWEST:
         return
-    away = np.abs(samples.values - np.median(samples.values))
-    order = np.argsort(away)
-    few = max(1, int(_FEW * len(samples)))
-    spread = float(away[order[-few - 1]])
-    far = np.flatnonzero(away > _OUTLYING * spread).tolist()
-    if spread > 0 and far:
-        i = far[0]
-        yield (
-            f"samples: {name} is {samples.values[i]:g} at {samples.times[i]:g} s, more than {_OUTLYING:g} times as far "
-            f"from the median as most others, which lie within {spread:.3g} of {np.median(samples.values):g}: is it an "
-            "outlier to be left out?"
-        )
+    t, y = samples.times, samples.values
+    few, middle = max(1, int(_FEW * len(y))), float(np.median(y))
+    away = np.abs(y - middle)
+    spread = float(np.sort(away)[-few - 1])
+    beside = _off_neighbours(samples, noise_std) if noise_std and len(y) >= _FEWEST_BESIDE else np.zeros(len(y))
+    outside = -bounds.margin(y, t) if bounds else np.zeros(len(y))
+    for off, least, where in (
+        (
+            away,
+            _OUTLYING * spread or np.inf,
+            f"more than {_OUTLYING:g} times as far from the median as most others, which lie within {spread:.3g} of "
+            f"{middle:g}",
+        ),
+        (beside, 0.0, f"{np.max(beside):.3g} off those before and after it, with a noise of {noise_std or 0.0:g}"),
+        (outside, bounds.width if bounds else np.inf, f"{np.max(outside):.3g} outside of its bounds {bounds}"),
+    ):
+        far = np.flatnonzero(off > least)
+        if 0 < len(far) <= few:
+            i = int(far[np.argmax(off[far])])
+            yield f"samples: {name} is {y[i]:.6g} at {t[i]:.6g} s, {where}: is it an outlier to be left out?"
+            return
+
+
+def _off_neighbours(samples: Samples, noise_std: float) -> Array:
+    """Return how far each sample is off all that its neighbours let expect, shape (n,); 0 where that is not far.
+
+    Expected are the values before and after it, and the lines through two neighbours: the value beside a step is on one
+    of them. Far is more than noise, than is usual, and than the moves between the neighbours. The first and the last
+    sample are never far, as they may be all that is seen of a step.
+    """
+    noise, n = noise_std * samples.relative_noise, len(samples)
+    t, y = (np.pad(of, 3, constant_values=np.nan) for of in (samples.times, samples.values))
+    ts, ys = ({j: of[3 + j : 3 + j + n] for j in range(-3, 4)} for of in (t, y))
+    lines = [ys[a] + (ys[b] - ys[a]) * (ts[0] - ts[a]) / (ts[b] - ts[a]) for a, b in ((-1, 1), (-2, -1), (1, 2))]
+    inner = slice(1, n - 1)
+    off = np.zeros(n)
+    off[inner] = np.nanmin(np.abs([of[inner] - ys[0][inner] for of in (ys[-1], ys[1], *lines)]), axis=0)
+    moves = [np.abs(ys[b] - ys[a]) for a, b in ((-3, -2), (-2, -1), (-1, 1), (1, 2), (2, 3))]
+    nearby = np.nanmax(np.array(moves)[:, inner], axis=0)
+    usual = float(np.median(off[inner])) / _NORMAL
+    is_far = off[inner] > np.maximum(
+        np.maximum(_TIMES_USUAL * usual, _TIMES_NOISE * noise[inner]), _TIMES_MOVES * nearby
+    )
+    off[inner] *= is_far
+    return off
 
 
 def _of_turns(name: str, samples: Samples) -> Iterator[str]:
@@ -145,4 +198,23 @@ def _of_bounds(name: str, samples: Samples, bounds: Interval) -> Iterator[str]:
             f"samples: most of {name} are more than {off:.3g} outside of its bounds {bounds}, around "
             f"{np.median(samples.values):.6g}: are both in the same unit? Column(..., scale=0.001) makes metres of "
             "millimetres"
+        )
+
+
+def _of_noise(name: str, samples: Samples, noise_std: float) -> Iterator[str]:
+    """Warn if noise is known to be larger than all that samples differ by, as when units are mixed up."""
+    extent = float(np.ptp(samples.values))
+    if len(samples) >= _FEWEST_BESIDE and 0 < extent < noise_std * np.min(samples.relative_noise):
+        yield (
+            f"noise_std: that of {name} is {noise_std:g}, but its samples differ by no more than {extent:.3g}, so that "
+            "they say little: are both in the same unit?"
+        )
+
+
+def _of_mean(name: str, mean: float, bounds: Interval) -> Iterator[str]:
+    """Warn if the prior mean is far outside of the bounds; claims of more than a window refuse it."""
+    if -bounds.rest.margin(np.array(mean)) > _BEYOND * bounds.width:
+        yield (
+            f"mean: that of {name} is {mean:g}, far outside of its bounds {bounds}, and where there are no samples the "
+            "reference tends to it: are both in the same unit?"
         )

@@ -22,7 +22,7 @@ from trackably.certificates.prove import Failure
 from trackably.certificates.waypoint import prove_waypoints
 from trackably.checker.certificate import AllPhases
 from trackably.condensed import Centres, Condensation
-from trackably.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, levels, split_means
+from trackably.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, known_means, levels, split_means
 from trackably.explanation import IgnoresSamplesWarning, given_too_narrowly, ignores_samples, noise_question, outlying
 from trackably.feasibility import impossible
 from trackably.fit import Fit
@@ -184,8 +184,9 @@ def learn_reference(
     -----
     DoubtfulInputWarning
         Where the input is accepted, but is probably a mistake: a singular A, a window far from every sample, samples
-        before time zero, stamps since 1970, an outlier. Also where a hyperparameter lies at an end of the interval
-        that was given for it, and where noise learned with the bounds differs by more than a half from that without.
+        before time zero, stamps since 1970, an outlier, a noise_std larger than all that samples differ by. Also where
+        a hyperparameter lies at an end of the interval that was given for it, and where noise learned with the bounds
+        differs by more than a half from that without.
     IgnoresSamplesWarning
         Where the reference keeps its bounds, but does not follow its samples: it is off by more than 3 times what it
         would be without bounds, by more than the noise, and by more than a tenth of the samples' spread.
@@ -218,7 +219,7 @@ def learn_reference(
     shared = frozenset({"period"}) if isinstance(claim, AllPhases) and len(measured.names) > 1 else frozenset[str]()
     prior = prior_for(plant, measured.priors(kernel, level), shared)
     goal = goal_for(claim, measured.signals, prior, plant)
-    warn_about(doubts(claim, measured.given, plant), _CALLER)
+    warn_about(doubts(claim, measured.given, plant, measured.known_noise, known_means(level, between)), _CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     others = measured if learn_from is None else measured.others("learn_from", learn_from)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
@@ -263,7 +264,9 @@ def learn_reference(
         proofs = found_or_raise(prove_waypoints(certified.reference, pinned))
         solution, ended = certified.solution, None if is_whole else budget
         assert solution.unconstrained, "it is beside the one without bounds"
-        fit = Fit.of(certified.reference, solution, solution.unconstrained, pinned, cost, limited, ended)
+        fit = Fit.of(
+            certified.reference, solution, solution.unconstrained, pinned, cost, limited, ended, tuple(between)
+        )
     certificate = with_truth(certified.certificate.with_robust(tightening), signals)
     learned = TrackableReference(fit, certificate, proofs, tightening)
     if sentence := ignores_samples(learned.fit):

@@ -12,6 +12,7 @@ from trackably.arguments import real, whole
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import found_or_raise
+from trackably.checker.certificate import AllTimes
 from trackably.draws import Bands, Draws, band, bounded_steps, draws_within_bounds
 from trackably.explanation import (
     at_edges,
@@ -22,6 +23,7 @@ from trackably.explanation import (
     given_values,
     ignores_samples,
     kept_free,
+    leaves_last_samples,
     longer_than_memory,
     means,
 )
@@ -231,6 +233,7 @@ class TrackableReference(LearnedReference):
             kept_free(self.tightening),
             *given_values(fit.pinned),
             means(fit.prior, fit.samples, fit.unconstrained_prior),
+            leaves_last_samples(fit) if isinstance(self.certificate.claim, AllTimes) else None,
             condensation_sentence(fit),
             distances(fit),
             costs(fit),

@@ -138,6 +138,14 @@ class Measurements:
         """The name of each flat output: the first of the names that depend on it."""
         return tuple(first for first, *_ in self.kinds)
 
+    @property
+    def known_noise(self) -> dict[str, float]:
+        """The noise of each name for which a number is given."""
+        given = {name: _value_of(self.noise_std, name, "noise_std") for name in self.given}
+        return {
+            name: float(value) for name, value in given.items() if is_number(value) and not isinstance(value, Learned)
+        }
+
     @cached_property
     def all_signals(self) -> tuple[Samples, ...]:
         """All samples of each flat output."""

@@ -8,6 +8,7 @@ import pytest
 from tests.trackably.plants import AXIS, CART, KERNEL, MIXED, SAMPLES
 from trackably import (
     ConstrainedSystem,
+    NonlinearSystem,
     NotTrackableError,
     Periodic,
     Polytope,
@@ -75,6 +76,16 @@ def test_refusals_say_what_is_wrong(name):
     given = {"samples": SAMPLES, "plant": AXIS, "kernel": KERNEL, "claim": "all_times", "noise_std": 0.02} | changed
     with pytest.raises(ValueError, match=re.escape(sentence)):
         learn_reference(**given)
+
+
+def test_a_formula_that_is_not_defined_says_what_would_keep_it_so():
+    """The samples go below zero, where a tank has no outflow."""
+    drained = NonlinearSystem.of(lambda x, u: [x[0] + 0.1 * (u[0] - np.sqrt(x[0]))], ["level"], ["inflow"], 0.1)
+    plant = ConstrainedSystem(drained, Polytope.box([-2], [2]), Polytope.box([-9], [9]))
+    with pytest.raises(
+        NotTrackableError, match=r"has no inflow .* bounds of states may help that keep what is under a r"
+    ):
+        learn_reference(SAMPLES, plant, SquaredExponential(0.4, 0.5), (0.0, 3.0), noise_std=0.02)
 
 
 def test_what_cannot_be_followed_says_by_how_much():

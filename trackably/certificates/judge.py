@@ -14,14 +14,13 @@ from trackably.certificates.form import encode_certificate, encode_counterexampl
 from trackably.certificates.outcome import Counterexample, NotExcluded, OutOfReach, Unproved
 from trackably.checker import Failed, Proved, Refuted, Verdict
 from trackably.errors import NoReferenceError
+from trackably.files import ACCEPTED as _ACCEPTED
 from trackably.files import from_json, new_file, to_json, write_atomically
 from trackably.learning.problem import NoSolution
 from trackably.work import BudgetEnded, seconds_left
 
 T = TypeVar("T")
 Judged = Certificate | Counterexample | OutOfReach
-
-_ACCEPTED = "accepted file"  # the key of the bytes in `vars` of a certificate or a counterexample
 
 
 def judge(outcome: T) -> T | Unproved:

@@ -3,11 +3,13 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from trackably.checker.certificate import AllTimes, Claim
+from trackably.files import ACCEPTED, new_file, write_atomically
 from trackably.learning.problem import NoSolution
 from trackably.systems.intervals import Interval, rounded_text
 from trackably.systems.reference import Reference
@@ -52,15 +54,28 @@ class Counterexample:
             "a slope of zero, or claim a window"
         )
 
+    def save_counterexample(self, path: Path | str) -> Path:
+        """Write it for `python -m trackably check FILE`; return the path.
+
+        Raises OSError, and ValueError if the checker has not accepted it: it accepts all that are handed out.
+        """
+        if ACCEPTED not in vars(self):
+            raise ValueError("save_counterexample: the checker was not asked for this counterexample")
+        write_atomically(file := new_file("save_counterexample", path), vars(self)[ACCEPTED])
+        return file
+
     def __repr__(self) -> str:
         return f"Counterexample({self.explanation})"
+
+
+_POSITIVE = "; a lower bound above zero of the states in it would keep it positive"
 
 
 @dataclass(frozen=True)
 class Unproved:
     """Neither a proof nor a counterexample was found: the margin is too small by `shortfall` (the quantity's unit).
 
-    It is 0 if that is not known. The proof of `quantity` fails in `box` [s]; `reason` is the cause.
+    It is 0 if that is not known. The proof of `quantity` fails in `box` [s]; `reason` is the cause, with a remedy.
     """
 
     quantity: str
@@ -68,6 +83,10 @@ class Unproved:
     box: tuple[float, float]
     shortfall: float
     reason: str
+
+    def __post_init__(self) -> None:
+        if self.reason.endswith("may not be positive"):
+            object.__setattr__(self, "reason", f"{self.reason}{_POSITIVE}")
 
     @property
     def explanation(self) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import inf, nextafter
@@ -170,17 +171,19 @@ def certify(
 
     Notes
     -----
-    A flat output z1 is taken as it is. A curve of a state is shown by the flat output that is nearest to it: the states
-    are off the curve by `CertifiedReference.off`, which is of second order in the sampling time, and zero where a
-    system has as many inputs as states. The states and inputs of the reference obey the system exactly, and its
-    certificate is about them.
+    A flat output z1 is taken as it is. A curve of a state is shown by the flat output that is nearest to it: that state
+    is off its curve by `CertifiedReference.off`, which is of second order in the sampling time T, and zero where a
+    system has as many inputs as states. States without a curve, such as a velocity, follow from the flat output. They
+    are off the curve's derivatives by second order too, but by first order where those jump: if a motion begins at rest
+    with an acceleration a, its velocity is a T/8 at that time, and not zero. The states and inputs of the reference
+    obey the system exactly, and its certificate is about them.
 
     Returns
     -------
     CertifiedReference
         Proved: the plant can follow the reference, within its bounds.
     Counterexample
-        Refuted: the time at which a bound is broken for certain, and by how much.
+        Refuted: the time at which a bound is broken for certain, and by how much. It has `save_counterexample`.
     Unproved
         Neither: the margin is smaller than the error of float64 evaluation, or a number is too large to bound it.
 
@@ -230,7 +233,8 @@ class Given:
         beyond: Beyond = "end" if wanted is None or isinstance(wanted, Window) else "rest"
         if isinstance(wanted, AllPhases):
             beyond = "period"
-        stencils = stencils_by_name(plant, named)
+        with _as_trajectory():
+            stencils = stencils_by_name(plant, named)
         curves = {name: as_pieces(curve, beyond, interpolation, plant.sampling_time) for name, curve in named.items()}
         span = _span(wanted, curves, beyond, plant.sampling_time)
         return cls({name: curves[name] for name in stencils}, stencils, plant, beyond, span)
@@ -270,7 +274,17 @@ def _by_name(trajectory: Any, plant: ConstrainedSystem, span: tuple[float, float
         return {name: states[name] for name in first if name in states}
     if isinstance(trajectory, Mapping):
         return dict(trajectory)
-    return {default_sample(plant): trajectory}
+    with _as_trajectory():
+        return {default_sample(plant): trajectory}
+
+
+@contextmanager
+def _as_trajectory() -> Iterator[None]:
+    """Raise an error about the names of samples as one about those of the trajectory's curves."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"trajectory: {str(error).removeprefix('samples: ')}") from None
 
 
 def _span(

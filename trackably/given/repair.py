@@ -203,8 +203,9 @@ def repair(
 
     Arguments and exceptions are those of `certify`. The spline has degree 5, or one more than the system looks ahead,
     and up to 400 pieces. It is nearest in the root mean square of all curves, each relative to its own range. It begins
-    with the given states, to the precision of the solver, because a system in these states cannot begin elsewhere. With
-    `start` "free" it may begin with others. It also may if curves are periodic, or if the given states violate a bound
+    with the states of the reference that `certify` examines, to the precision of the solver, because a system in these
+    states cannot begin elsewhere; how they differ from the curves is in the notes of `certify`. With `start` "free" it
+    may begin with others. It also may if curves are periodic, or if the given states violate a bound
     at the start. Quadratic programs with bounds at many times find the spline. The bounds are tightened by a small part
     of their width until the proof succeeds. `CertifiedReference.moved` is the distance by which each curve was moved.
 

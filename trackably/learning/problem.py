@@ -285,7 +285,10 @@ class NothingFeasible(NoSolution):
         )
         what = f"breaks the {self.quantity.name} bounds {self.quantity.bounds.at(self.time)} at t = {self.time:.6g} s"
         if not np.isfinite(self.violation):
-            what = f"has no {self.quantity.name} at t = {self.time:.6g} s, as its formula is not defined there"
+            what = (
+                f"has no {self.quantity.name} at t = {self.time:.6g} s, as its formula is not defined there: bounds of "
+                "states may help that keep what is under a root or in a logarithm above zero, and a divisor off zero"
+            )
         by = f" by {self.violation:.3g}" if np.isfinite(self.violation) else ""
         found = f"{rest}no reference was found that keeps its bounds: the best attempt ({theta}) {what}{by}"
         if self.broken_at_rest or not self.best.prior.learned:

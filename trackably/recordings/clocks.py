@@ -142,7 +142,8 @@ class DateTimes:
 
     @property
     def _hint(self) -> str:
-        return f" (DateTimes({_GERMAN}) as time unit reads other formats)" if self.format is None else ""
+        german = f"trackably.recordings.DateTimes({_GERMAN})"
+        return f" ({german} as time unit reads other formats)" if self.format is None else ""
 
     def _read(self, text: str) -> tuple[datetime, str]:
         fraction = "0"

@@ -18,7 +18,7 @@ from trackably.certificates.judge import found_or_raise
 from trackably.certificates.waypoint import prove_waypoints
 from trackably.checker.certificate import AllTimes, Window
 from trackably.condensed import NODES, Centres
-from trackably.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, levels, split_means
+from trackably.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, known_means, levels, split_means
 from trackably.explanation import IgnoresSamplesWarning, ignores_samples
 from trackably.feasibility import impossible
 from trackably.fit import Fit, edges_of
@@ -42,6 +42,7 @@ from trackably.threads import one_blas_thread
 from trackably.truth import TruthLike, true_signals, with_truth
 from trackably.waypoints import Waypoints, waypoints
 
+_FEWEST = 8  # samples in a window
 _CALLER = 3  # stack frames up to the user's line, counting the decorator of `learn_stream`
 _INSTEAD = {
     "method": "a stream is always learned as a function, with hyperparameters from one of its windows; leave it out",
@@ -92,7 +93,7 @@ def learn_stream(
     claim
         "all_times", "recorded", or (start, end) in seconds: the claim about the whole reference.
     window
-        The length of each window [s]: several times the kernel's correlation time.
+        The length of each window [s]: several times the kernel's correlation time, with 8 samples at least.
     at, at_tolerance
         As in `learn_reference`; the window with its time meets each value, and later windows keep it.
     disturbance, measurement_noise, feedback, model_error, margin, truth
@@ -124,15 +125,14 @@ def learn_stream(
     measured = Measurements.of(samples, plant, noise_std, centres)
     claim = as_claim(claim, measured.given, plant.sampling_time)
     _, signals = true_signals(truth, None, measured.given, plant, claim)
-    if (length := real("window", window)) <= 0:
-        raise ValueError(f"window: must be a positive number of seconds, got {length:g}")
+    length = _window_length(window, measured.given)
     level, between = split_means(mean, measured.names, measured.given)
     prior = prior_for(plant, measured.priors(kernel, level))
     if refusal(AllTimes(), prior):
         raise ValueError(
             "kernel: each window of a stream ends at rest, so that kernels have to decay, but it has a period"
         )
-    warn_about(doubts(claim, measured.given, plant), _CALLER)
+    warn_about(doubts(claim, measured.given, plant, measured.known_noise, known_means(level, between)), _CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
     begun = _busiest(measured, length)
@@ -158,6 +158,21 @@ def learn_stream(
         sentence = f"the reference keeps its bounds but does not follow its samples: {off}; wider bounds may help"
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
     return learned
+
+
+def _window_length(window: object, given: Mapping[str, Samples]) -> float:
+    """Return the length of a window [s]. TypeError, ValueError: it is not positive, or only a few samples long."""
+    if (length := real("window", window)) <= 0:
+        raise ValueError(f"window: must be a positive number of seconds, got {length:g}")
+    spacings = {name: float(np.median(np.diff(of.times))) for name, of in given.items() if len(of) > 1}
+    name = min(spacings, key=spacings.__getitem__, default="")
+    span = max(float(of.times[-1] - of.times[0]) for of in given.values())
+    if name and length < min(span, _FEWEST * spacings[name]):
+        raise ValueError(
+            f"window: expected several of the kernel's correlation times, and {_FEWEST} samples, got {length:g} s "
+            f"for samples of {name} that come every {spacings[name]:.3g} s, {len(given[name])} in {span:.6g} s"
+        )
+    return length
 
 
 def _busiest(measured: Measurements, length: float) -> Measurements:

@@ -119,9 +119,9 @@ class Relearner:
 
     `reference` is the one that the loop tracks, at first the given one. It holds for all times, so that the loop can
     track it until there is another one. `step` switches to the last one that was learned within the `budget` [s], if
-    the controller has a plan that ends on it; to switch by another rule, set `reference`. `seconds` are the durations
-    of the windows by the `clock`, late ones included. `noise_std` is needed if several states show one flat output, as
-    in `learn_reference`.
+    the controller has a plan that ends on it; to switch by another rule, set `reference`. The budget does not end a
+    call that takes longer. `seconds` are the durations of the windows by the `clock`, late ones included. `noise_std`
+    is needed if several states show one flat output, as in `learn_reference`.
 
     TypeError or ValueError: another argument is invalid, the reference is proved for a window only, or hyperparameters
     are to be learned but all of them are known.

@@ -292,8 +292,8 @@ class Tightening:
     keeps the bounds of `plant`, then for every disturbance sequence in W and every start in x_r(0) ⊕ Z, the states and
     the inputs u = u_r + K (x − x_r) of the disturbed system keep the given bounds. W is the `disturbance`. If the state
     is measured with `noise` V, y takes the place of x: Z is that of the disturbances of y, and bounds of states are
-    also tightened by h_V(−row). With a `model_error`, all of this holds for every plant of its hull. ValueError:
-    nothing is left of a set.
+    also tightened by h_V(−row). With a `model_error`, all of this holds for every plant of its hull. `is_regulator`
+    holds if the feedback was chosen here. ValueError: nothing is left of a set.
     """
 
     given: ConstrainedSystem
@@ -302,6 +302,7 @@ class Tightening:
     disturbance: DisturbanceSet | None = None
     noise: Zonotope | None = None
     model_error: ModelError | None = None
+    is_regulator: bool = False
 
     def __post_init__(self) -> None:
         _ = self.plant  # computed now, to raise its error
@@ -369,7 +370,7 @@ class Tightening:
         taken, worst = max(short, key=lambda found: found[0] / found[1].bounds.width)
         missing = taken - left * worst.bounds.width
         would = (
-            f"with this feedback {fraction:.3g} of this disturbance set would do"
+            f"with {self._feedback} {fraction:.3g} of this disturbance set would do"
             if fraction > 0
             else "no disturbance set would do"
         )
@@ -380,6 +381,10 @@ class Tightening:
             f"disturbance: the errors take {taken:.4g} of the {worst.bounds.width:.4g} between the bounds "
             f"{worst.bounds} of {worst.name}{kept}, which are too close by {missing:.4g} at least; {would}"
         )
+
+    @property
+    def _feedback(self) -> str:
+        return "the feedback chosen here, a linear-quadratic regulator," if self.is_regulator else "this feedback"
 
     def _shortage_of_model(self, error: ModelError, Z: InvariantSet) -> str:
         """Say how much of which bound each vertex costs, and which share of the model's error would be possible."""
@@ -406,7 +411,7 @@ class Tightening:
         return (
             f"model_error: vertex {vertex + 1} costs the bounds {bound.bounds} of {bound.name} "
             f"{by_vertex[vertex][worst]:.4g} and all of them {whole[worst]:.4g}, beside {beside[worst]:.4g} for "
-            f"disturbance and noise, of the {width[worst]:.4g} between them; with this feedback {would}"
+            f"disturbance and noise, of the {width[worst]:.4g} between them; with {self._feedback} {would}"
         )
 
 
@@ -443,7 +448,7 @@ def tightening(
         raise ValueError(f"margin must be a part of a width, at least 0 and less than 0.5, got {margin:g}")
     if disturbance is None and noise is None and model_error is None:
         if feedback is not None:
-            raise ValueError("feedback: is only of use with a disturbance set")
+            raise ValueError("feedback: is only of use with a disturbance, measurement_noise or model_error")
         return Tightening(plant, margin)
     system, V = plant.linear, None
     n = len(system.A)
@@ -458,7 +463,7 @@ def tightening(
         of_errors = model_error.added_to(beside, system, plant.state_set, plant.input_set)
     K = best_feedback(plant, of_errors) if feedback is None else array("feedback: K", feedback, *system.B.T.shape)
     Z = invariant_set(plant, K, of_errors)
-    return Tightening(plant, margin, Z, W, V, model_error)
+    return Tightening(plant, margin, Z, W, V, model_error, feedback is None)
 
 
 def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:

@@ -1,6 +1,5 @@
 """Given trajectories are certified, refuted, or what a proof lacks is said; and the checker agrees."""
 
-import json
 from fractions import Fraction
 
 import numpy as np
@@ -32,7 +31,6 @@ from trackably import (
     check,
 )
 from trackably import ConstrainedSystem as Plant
-from trackably.certificates.form import encode_counterexample
 
 X, Y = [0.0, 1.0, 2.0, 3.0], [-1.0, -0.6, -0.5, 0.0]
 CURVES = {
@@ -66,7 +64,7 @@ def test_what_is_said_of_a_curve_is_so(name, claim, tmp_path):
         value = quantity_at(found.reference.quantity("force").functional, found.reference.pieces, Fraction(found.time))
         off = abs(value) - Fraction(5, 2)
         assert 0.98 * off < found.violation <= off
-        assert isinstance(check(json.loads(json.dumps(encode_counterexample(found)))), Refuted)
+        assert isinstance(check(found.save_counterexample(tmp_path / "refuted.json")), Refuted)
         return
     assert isinstance(found, CertifiedReference)
     verdict = check(*found.save_certificate(tmp_path / "proof.json"))
@@ -80,6 +78,15 @@ def test_what_is_said_of_a_curve_is_so(name, claim, tmp_path):
     apart = np.max(np.abs(found(t)[:, 0] - CURVES[name](t)))
     assert apart - 1e-14 <= found.off["position"] < 2e-3
     assert found.off["position"] <= 1.001 * apart or claim != (0.5, 2.0)
+
+
+@pytest.mark.parametrize("T", [0.04, 0.01])
+def test_a_velocity_at_the_start_of_a_motion_from_rest_is_off_as_the_notes_say(T):
+    double = LinearSystem.discretised([[0, 1], [0, 0]], [[0], [1]], T)
+    plant, curve = Plant(double, Polytope.box([-9, -9], [9, 9]), Polytope.box([-9], [9])), CURVES["cubic"]
+    at_rest, window = (certify(curve, plant, claim)(0.0)[1] for claim in ("all_times", (0.0, 3.0)))
+    assert at_rest == pytest.approx(curve(0.0, 2) * T / 8, rel=2 * T)
+    assert abs(window) < T**2
 
 
 @pytest.mark.parametrize("interpolation", ["linear", "cubic", "quintic", "pchip", "akima"])
@@ -121,6 +128,7 @@ def test_a_signal_that_jumps_is_proved_next_to_its_bounds():
         (CURVES["cubic"], "always", None, "claim: expected 'all_times'"),
         (np.zeros(9), None, "nearest", "samples need one of linear.*got 'nearest'"),
         ({"velocity": CURVES["cubic"]}, None, None, "not where it is"),
+        ({"pos": CURVES["cubic"]}, None, None, "^trajectory: pos is neither a state"),
         (CubicSpline(X, np.zeros((4, 2))), None, None, "one value at a time"),
     ],
 )

@@ -22,17 +22,29 @@ KNOWN = SquaredExponential(0.1, 0.5)
 X, U = Polytope.box([-9, -9], [9, 9]), Polytope.box([-9], [9])
 CONTINUOUS = ConstrainedSystem(LinearSystem([[0, 1], [0, 0]], [[0], [1]], sampling_time=0.01), X, U)
 WIDE = ConstrainedSystem(AXIS.system, Polytope.box([-200, -900], [200, 900]), U)
+OFTEN = np.arange(60) * 0.05
+SOME_NOISE = 0.02 * np.random.default_rng(0).standard_normal(60)
 SPIKE = np.where(np.arange(len(SAMPLES)) == 3, 1e6, SAMPLES.values)
 
 
 def asked(
-    claim: Written = "all_times", samples: Samples = SAMPLES, plant: ConstrainedSystem = AXIS, name: str = "position"
+    claim: Written = "all_times",
+    samples: Samples = SAMPLES,
+    plant: ConstrainedSystem = AXIS,
+    name: str = "position",
+    noise_std: float | None = None,
+    mean: float | None = None,
 ) -> list[str]:
-    return list(doubts(as_claim(claim), {name: samples}, plant))
+    known = [{} if of is None else {name: of} for of in (noise_std, mean)]
+    return list(doubts(as_claim(claim), {name: samples}, plant, *known))
 
 
 def moved(by: float) -> Samples:
     return Samples(SAMPLES.times + by, SAMPLES.values)
+
+
+def lost(*at: int) -> Samples:
+    return Samples(OFTEN, -0.5 + 0.1 * np.sin(1.5 * OFTEN) + 0.3 * np.isin(np.arange(len(OFTEN)), at))
 
 
 DOUBTFUL = {
@@ -54,6 +66,15 @@ DOUBTFUL = {
     "degrees": (asked(samples=Samples(TIMES, np.mod(5 - 99 * TIMES, 360) - 180), plant=WIDE), r"is it an angle\? "
               r"np.unwrap\(values, period=360\) counts turns"),
     "an outlier": (asked(samples=Samples(SAMPLES.times, SPIKE)), r"samples: position is 1e\+06 at 0\.6 s, more than"),
+    "one sample off its neighbours": (asked(samples=lost(19), noise_std=1e-3), r"samples: position is -0\.10\d+ at "
+              r"0\.95 s, 0\.299 off those before and after it, with a noise of 0\.001: is it an outlier"),
+    "the last but one": (asked(samples=lost(58), noise_std=1e-3), r"at 2\.9 s, 0\.\d+ off those before and after it"),
+    "far outside": (asked(samples=Samples(OFTEN, np.where(OFTEN == 0, 2.0, 0.1))), r"samples: position is 2 at 0 s, "
+              r"1\.8 outside of its bounds \[-1\.1, 0\.2\]: is it an outlier to be left out\?"),
+    "noise in millimetres": (asked(samples=lost(), noise_std=1.0), "noise_std: that of position is 1, but its samples "
+              r"differ by no more than 0\.1\d+, so that they say little: are both in the same unit\?"),
+    "a mean in millimetres": (asked((0.0, 3.0), mean=-500.0), r"mean: that of position is -500, far outside of its "
+              r"bounds \[-1\.1, 0\.2\], and where there are no samples the reference tends to it"),
 }  # fmt: skip
 
 ORDINARY = {
@@ -71,6 +92,20 @@ ORDINARY = {
     ),
     "a step": asked(samples=Samples(SAMPLES.times, np.where(np.arange(16) < 8, 1e-6, 1e6))),
     "regular": asked(plant=CART, name="a"),
+    "a setpoint that changes, with little noise": asked(
+        samples=Samples(OFTEN, np.repeat([0.0, 0.1, -1.0, -0.9, 0.1, 0.1], 10)), noise_std=1e-4
+    ),
+    "setpoints of two samples each": asked(
+        samples=Samples(OFTEN, np.repeat(np.sin(9.0 * np.arange(30) ** 2), 2) / 9), noise_std=1e-4
+    ),
+    "a short move": asked(
+        samples=Samples(OFTEN, 1e-3 * OFTEN - np.exp(-(((OFTEN - 1.02) / 0.06) ** 2))), noise_std=1e-4
+    ),
+    "more noise than is known": asked(samples=Samples(OFTEN, SOME_NOISE), noise_std=1e-5),
+    "several lost of a few": asked(samples=lost(*range(2, 58, 7)), noise_std=1e-3),
+    "first and last": asked(samples=lost(0, 59), noise_std=1e-3),
+    "at rest, with a noise that is known": asked(samples=Samples(OFTEN, np.zeros(60)), noise_std=0.1),
+    "a mean outside, but near": asked((0.0, 3.0), mean=-5.0),
 }
 
 

@@ -1,5 +1,6 @@
 """A prior mean and a noise that are left out are learned from the samples, without bounds; what is learned is said."""
 
+import re
 import warnings
 from functools import cache, partial
 
@@ -71,6 +72,17 @@ def test_what_is_learned_is_what_is_learned_with_that_mean_given() -> None:
     np.testing.assert_allclose(found.state(10**6), [part.mean, 0.0], atol=1e-9)
     np.testing.assert_allclose(given(mean=0.0).state(10**6), 0.0, atol=1e-9)
     assert found.price < given(mean=0.0).price
+
+
+def test_a_reference_that_leaves_a_new_setpoint_says_so_and_what_keeps_it() -> None:
+    to = np.clip(T - 1, 0, 1)
+    changed = Samples(T, 1.5 * (3 * to**2 - 2 * to**3) + 1e-3 * NOISE[0])
+    learn = partial(learn_reference, changed, plant=integrator(-2, 2, 99.0), kernel=KNOWN, noise_std=1e-3)
+    found = learn(claim="all_times")
+    away = f"it comes to rest at that mean, {1.5 - found.state(10**6)[0]:.2g}"
+    assert re.search(rf"{away}\d away .* which stay at (1\.\d+): mean=\1 would keep it there", found.explanation)
+    for other in (learn(claim="all_times", mean=1.5), learn(claim="all_times", mean=0.0), learn(claim=(0.0, 5.9))):
+        assert "comes to rest" not in other.explanation
 
 
 def walled() -> ConstrainedSystem:

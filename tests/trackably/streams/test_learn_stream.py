@@ -57,3 +57,9 @@ def test_a_reference_that_bounds_keep_from_its_samples_is_announced():
             mean=-0.45,
             centres=100,
         )
+
+
+@pytest.mark.parametrize("window", [0.1, 0.02])
+def test_a_window_of_a_few_samples_is_refused(window):
+    with pytest.raises(ValueError, match=rf"^window: .* and 8 samples, got {window} s .* every 0\.0167 s, 2400 in"):
+        learn(window=window)

@@ -25,8 +25,13 @@ def test_the_largest_fraction_is_the_largest(name, margin):
     K, size = found.invariant.feedback, Fraction(found.largest_fraction)
     less, more = (given.disturbance.scaled(size * Fraction(part)) for part in (0.95, 1.05))
     tightening(given.plant, less, K, margin)
-    with pytest.raises(ValueError, match=r"0\.9\d* of this disturbance set would do"):
+    with pytest.raises(ValueError, match=r"with this feedback 0\.9\d* of this disturbance set would do"):
         tightening(given.plant, more, K, margin)
+
+
+def test_a_feedback_is_only_of_use_beside_what_disturbs():
+    with pytest.raises(ValueError, match="feedback: is only of use with a disturbance, measurement_noise or model_e"):
+        tightening(OBLIQUE, feedback=[[0.0, 0.0]])
 
 
 def test_nonlinear_systems_are_refused():
@@ -39,7 +44,7 @@ def test_bounds_that_leave_nothing_together_are_said_to():
     plant = ConstrainedSystem(OBLIQUE.system, _thin_triangle(), OBLIQUE.input_set)
     with pytest.raises(ValueError, match="all of the bounds together") as caught:
         tightening(plant, Zonotope.box([-0.02, -0.02], [0.02, 0.02]))
-    fraction = float(re.search(r"with this feedback (\S+) of", str(caught.value)).group(1))
+    fraction = float(re.search(r"a linear-quadratic regulator, (\S+) of", str(caught.value)).group(1))
     assert 0 < fraction < 1
 
 
