@@ -12,10 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.certificates.judge import accepted_file
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.errors import InputError
-from trackably.files import errors_of, from_json, new_file, read_bytes, read_yaml, unwritable, write_atomically
+from trackably.files import errors_of, from_json, read_bytes, read_yaml, unwritable
 from trackably.given.certify import CertifiedReference, certify
 from trackably.given.table import CertifiedTable, RefutedTable, Table, certify_table
 from trackably.gp.samples import Samples
@@ -66,10 +65,8 @@ def _code_and_save(answer: Answer) -> tuple[int, Callable[[Path], object]]:
     match answer:
         case CertifiedReference() | CertifiedTable():
             return PROVED, answer.save_certificate
-        case RefutedTable():
+        case RefutedTable() | Counterexample():
             return REFUTED, answer.save_counterexample
-        case Counterexample():
-            return REFUTED, lambda path: write_atomically(new_file("--save", path), accepted_file(answer))
         case Unproved():
             return UNDECIDED, lambda _: None
 
