@@ -31,6 +31,7 @@ from trackably.learning.joint.places import MarginScan, Places, demands, fewer, 
 from trackably.learning.joint.sequential import (
     keep_off_short_times,
     keep_off_singularities,
+    slower,
     starts_for,
     with_backoff,
     with_regular,
@@ -176,10 +177,14 @@ class _Descent:
 class JointSearch:
     """Local searches for minima of J: `best` is the best point, `closest` the one with the smallest violation.
 
-    `fits` counts the programs in θ. `spread` is the range of J among the functions with which a search could begin.
+    A search takes at most so many `steps` in θ. If it `is_brief` and quantities are formulas, it begins with a slower
+    motion alone, as most starts lead to the same function. `fits` counts the programs in θ. `spread` is the range of J
+    among the functions with which a search could begin.
     """
 
     problem: ConstrainedProblem
+    is_brief: bool = False
+    steps: int = _MAX_ROUNDS
     best: Point | None = None
     closest: Point | None = None
     fits: int = 0
@@ -280,7 +285,8 @@ class JointSearch:
         None without one. Bounds are tightened at first, and relaxed step by step. If they cannot be relaxed to the
         given ones, the search continues with the last bounds that are kept.
         """
-        starts = starts_for(self.problem, self.problem.posterior(log_theta))
+        posterior = self.problem.posterior(log_theta)
+        starts = [slower(posterior.signals)] if self.is_brief else starts_for(self.problem, posterior)
         paths, ends = [(no_places(self.problem), start) for start in starts], list[tuple[Point, ConstrainedProblem]]()
         for backoff in _BACKOFFS:
             further = self._distinct(log_theta, paths, backoff)
@@ -327,7 +333,7 @@ class JointSearch:
         more places do not resolve it, and the search is given up. It is also given up if no function is found.
         """
         given_up = 0
-        for _ in range(_MAX_ROUNDS):
+        for _ in range(self.steps):
             point = path.point
             if not (point.is_solution or point.function.mean.contradicts):
                 break
@@ -479,14 +485,16 @@ def _likeliest(problem: ConstrainedProblem, minima: Sequence[Mapping[str, float]
     return best_solution(free)
 
 
-def learn_from(starts: Sequence[Array], problem: ConstrainedProblem) -> Solution | NoSolution:
+def learn_from(
+    starts: Sequence[Array], problem: ConstrainedProblem, is_brief: bool = False, steps: int = _MAX_ROUNDS
+) -> Solution | NoSolution:
     """Return the best local minimum of J = l + D found from these ln θ, each of shape (p,), or the
     reason why there is none.
 
     Use it for a problem that differs little from one whose hyperparameters are known. Hyperparameters alone cannot meet
-    `problem.required`: if no function is found, there is no solution.
+    `problem.required`: if no function is found, there is no solution. For `is_brief` and `steps` see `JointSearch`.
     """
-    search = JointSearch(problem)
+    search = JointSearch(problem, is_brief, steps)
     for log_theta in starts:
         search.follow(log_theta)
     return search.outcome(problem)
@@ -557,21 +565,28 @@ def _alone(problem: ConstrainedProblem, free: Solution, best: Point | None) -> S
     return solution_from([free.posterior.prior.log_hyperparameters, *free.others], problem, best.objective)
 
 
-def learn_function(problem: ConstrainedProblem, near: Solution | None = None) -> Solution | NoSolution:
+def learn_function(problem: ConstrainedProblem) -> Solution | NoSolution:
     """Return the function that keeps every bound at all times, for known hyperparameters, or the
     reason why there is none.
 
-    `near` is the solution of a problem with slightly different samples or bounds; the search starts with its places.
     Raises ValueError if hyperparameters are to be learned.
     """
     if problem.prior.learned:
         raise ValueError(f"function: hyperparameters have to be known, but {', '.join(problem.prior.learned)}")
-    search = JointSearch(problem)
-    known, places = problem.prior.log_hyperparameters, _places(near) if near else None
-    signals: Signals | None = near.signals if near else None
-    if near is None and not is_linear(problem) and (begun := search.begin(known)) is not None:
-        places, signals = begun.function.places, begun.function.mean.signals
-    search.settle(known, places, signals)
+    search, known = JointSearch(problem), problem.prior.log_hyperparameters
+    begun = None if is_linear(problem) else search.begin(known)
+    search.settle(known, *(begun.function.places, begun.function.mean.signals) if begun else (None, None))
+    return search.outcome(problem)
+
+
+def function_near(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
+    """Return the function for the hyperparameters of `solution` with slightly different samples or bounds.
+
+    The search starts at the function of `solution`.
+    """
+    theta, search = solution.posterior.prior.hyperparameters, JointSearch(problem)
+    log_theta = np.log([theta[name] for name in problem.prior.learned])
+    search.settle(log_theta, _places(solution), solution.signals)
     return search.outcome(problem)
 
 

@@ -185,7 +185,12 @@ def starts_for(problem: ConstrainedProblem, posterior: JointPosterior) -> list[S
         at = np.interp(np.interp(knots, fine, (1 - part) * own + part * even), own, fine)
         splines = [scipy.interpolate.CubicSpline(knots, signal(at)) for signal in means]
         paced.append([_along(spline, first, last, is_periodic) for spline in splines])
-    return [means, [_towards(signal.mean, signal) for signal in means], *paced]
+    return [means, slower(means), *paced]
+
+
+def slower(signals: Sequence[KernelSum]) -> Signals:
+    """Return the slower motion that stays half as far from the prior means."""
+    return [_towards(signal.mean, signal) for signal in signals]
 
 
 def _along(spline: Callable[[Array], Array], first: float, last: float, is_periodic: bool) -> Callable[[Array], Array]:
