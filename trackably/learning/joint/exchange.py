@@ -26,6 +26,7 @@ _MATTERS = 1e-5  # relative to a width: with so many places, a larger back-off r
 _KEPT = 0.9  # correlation between neighbouring places, between which a function cannot violate a bound by much
 _SAME_TIME = 3e-4  # relative to a correlation time: between closer places a bound cannot be violated by much
 _JUMPED = 0.1  # relative to a width: with larger violations between places, formulas are in another local minimum
+_MOST_JUMPS = 2  # rounds of an exchange with so large violations: more places hardly make formulas feasible
 _OF_BACKOFF = 0.25  # violations that a larger back-off removes, as a part of it: half of it is for times between places
 _FAR = 3.0  # times the present back-off; a larger one is worth another search
 _NO_GAIN = 1e-9  # relative to the price: if it rises by less, violations are not worth another program
@@ -87,13 +88,13 @@ def exchange_bounds(
     The exchange ends when bounds are violated by at most `tolerance`, a part of their width, or by what the next
     back-off removes, or when the price exceeds the `ceiling`, as more places would only raise it. Where many rows take
     long, and with a ceiling, it also ends when far more places are active than it began with, those of a known
-    function. At most so many `rounds` are computed. None if the function cannot be computed, which may happen with
-    formulas. Raises IllConditioned.
+    function; with formulas, when bounds are violated far between places again. At most so many `rounds` are computed.
+    None if the function cannot be computed, which may happen with formulas. Raises IllConditioned.
     """
     best: ExchangeResult | None = None
     kept: Places | None = None
     apart: tuple[float, ...] = ()
-    is_thinned = is_close = False
+    is_thinned, is_close, jumps = False, False, 0
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
     is_rough, limits = not is_smooth(problem), _Limits.of(problem, posterior, _count(places))
     if not is_convex:  # places of other hyperparameters may be too far apart for these
@@ -123,12 +124,14 @@ def exchange_bounds(
         if _count(met) > limits.many:
             met = merge(kept, at_steps(problem, seen.places(_broken(minima)), places, same), same)
         best = ExchangeResult(bent, met, kept, margin, constraint, time, count)
+        jumps += not is_convex and margin < -_JUMPED
         is_worse = ceiling < np.inf and (_count(kept) > limits.bends or _count(met) > limits.met)
         if (
             margin >= -max(tolerance, removed)
             or bent.contradicts
             or price > ceiling
             or is_worse
+            or jumps >= _MOST_JUMPS
             or all(map(np.array_equal, met, places))
         ):
             return best

@@ -31,13 +31,11 @@ from trackably.learning.joint.places import MarginScan, Places, demands, fewer, 
 from trackably.learning.joint.sequential import (
     keep_off_short_times,
     keep_off_singularities,
-    slower,
     starts_for,
     with_backoff,
     with_regular,
 )
 from trackably.learning.problem import (
-    LEAST_GAP,
     MANY_CONTACTS,
     ConstrainedProblem,
     NoFunction,
@@ -177,9 +175,9 @@ class _Descent:
 class JointSearch:
     """Local searches for minima of J: `best` is the best point, `closest` the one with the smallest violation.
 
-    A search takes at most so many `steps` in θ. If it `is_brief` and quantities are formulas, it begins with a slower
-    motion alone, as most starts lead to the same function. `fits` counts the programs in θ. `spread` is the range of J
-    among the functions with which a search could begin.
+    A search takes at most so many `steps` in θ. If it `is_brief` and quantities are formulas, it begins with the first
+    function that it finds. `fits` counts the programs in θ. `spread` is the range of J among the functions with which a
+    search could begin.
     """
 
     problem: ConstrainedProblem
@@ -254,14 +252,14 @@ class JointSearch:
     def _begin_with_formulas(self, start: Array) -> tuple[Array, Places, Signals] | None:
         """Return ln θ, places and signals at which a search from `start` begins if quantities are formulas.
 
-        None if J with formulas linearised at the best function is nowhere below that of the best function, or if no
-        function is found. The first search begins at the minimiser of J with formulas linearised at an even pace.
+        None if J with formulas linearised at the best function is nowhere lower by the allowed gap, or if no function
+        is found. The first search begins at the minimiser of J with formulas linearised at an even pace.
         """
         if self.best is not None:
             known = self.best.function
             places = MarginScan(self.problem.constraints, known.mean.signals).near(known.places)
             found = self._minimise_linearised(start, places, known.mean.signals)
-            if found is None or found.at.value >= self.best.objective - LEAST_GAP:
+            if found is None or found.at.value >= self.best.objective - self.best.allowed_gap:
                 return None
             return found.x, known.places, known.mean.signals
         posterior = self.problem.posterior(start)
@@ -282,11 +280,19 @@ class JointSearch:
     def begin(self, log_theta: Array) -> Point | None:
         """Return the best function for these hyperparameters, from several starts if quantities are formulas.
 
-        None without one. Bounds are tightened at first, and relaxed step by step. If they cannot be relaxed to the
-        given ones, the search continues with the last bounds that are kept.
+        None without one. A brief search takes the first one that a start leads to, beginning with the slower motion.
         """
-        posterior = self.problem.posterior(log_theta)
-        starts = [slower(posterior.signals)] if self.is_brief else starts_for(self.problem, posterior)
+        starts = starts_for(self.problem, self.problem.posterior(log_theta))
+        one_by_one = [[start] for start in (*starts[1:], *starts[:1])]
+        found = (self._best_from(log_theta, some) for some in (one_by_one if self.is_brief else [starts]))
+        return next(filter(None, found), None)
+
+    def _best_from(self, log_theta: Array, starts: Sequence[Signals]) -> Point | None:
+        """Return the best function found from these starts; None without one.
+
+        Bounds are tightened at first, and relaxed step by step. If they cannot be relaxed to the given ones, the search
+        continues with the last bounds that are kept.
+        """
         paths, ends = [(no_places(self.problem), start) for start in starts], list[tuple[Point, ConstrainedProblem]]()
         for backoff in _BACKOFFS:
             further = self._distinct(log_theta, paths, backoff)

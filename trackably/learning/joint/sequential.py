@@ -159,13 +159,13 @@ def _root(covariance: Array, largest: float) -> Array:
 _KNOTS, _FINE = 4, 2000  # knots for each correlation time; points of a path
 # Regular places for each correlation time, and how many there are on each side of a bound.
 _CLOSE, _FEWEST_REGULAR, _MOST_REGULAR = 8, 48, 100
-_PACES, _SLOWER = (0.5, 1.0), 0.5
+_SLOWER = 0.5
 _OFF = 0.02  # relative to a width: the distance of a bound from a singular point of rest
 
 
 def starts_for(problem: ConstrainedProblem, posterior: JointPosterior) -> list[Signals]:
-    """Return signals at which searches start: the posterior means, a slower motion, and the path of the means at a more
-    even and at an even pace.
+    """Return signals at which searches start: the posterior means, a slower motion, and the path of the means at an
+    even pace.
 
     At an even pace, the path of the means is traversed without stops and without fast stretches. A slower motion stays
     nearer to the prior means.
@@ -177,20 +177,13 @@ def starts_for(problem: ConstrainedProblem, posterior: JointPosterior) -> list[S
     length = np.append(0.0, np.cumsum(np.sqrt(np.sum(np.diff(path, axis=1) ** 2, axis=0))))
     if not length[-1] > 0:
         return [means]
-    own, even = length / length[-1], (fine - first) / (last - first)
+    even = (fine - first) / (last - first)
     count = _KNOTS * (last - first) / min(signal.kernel.correlation_time for signal in means)
     knots = np.linspace(first, last, int(np.clip(count, 8, _FINE / 4)))
-    paced = []
-    for part in _PACES:
-        at = np.interp(np.interp(knots, fine, (1 - part) * own + part * even), own, fine)
-        splines = [scipy.interpolate.CubicSpline(knots, signal(at)) for signal in means]
-        paced.append([_along(spline, first, last, is_periodic) for spline in splines])
-    return [means, slower(means), *paced]
-
-
-def slower(signals: Sequence[KernelSum]) -> Signals:
-    """Return the slower motion that stays half as far from the prior means."""
-    return [_towards(signal.mean, signal) for signal in signals]
+    at = np.interp(np.interp(knots, fine, even), length / length[-1], fine)
+    splines = [scipy.interpolate.CubicSpline(knots, signal(at)) for signal in means]
+    slower = [_towards(signal.mean, signal) for signal in means]
+    return [means, slower, [_along(spline, first, last, is_periodic) for spline in splines]]
 
 
 def _along(spline: Callable[[Array], Array], first: float, last: float, is_periodic: bool) -> Callable[[Array], Array]:
