@@ -31,7 +31,6 @@ from trackably.learning.problem import ActiveBound, ConstrainedProblem, Side
 from trackably.systems.trajectories import Functional, Quantities, Signals, Trajectory
 
 LOWER, UPPER = 1.0, -1.0
-_MANY, _MOST = 500, 1200  # active places: from how many on they are thinned for steps in θ, and to how many at most
 
 Places = tuple[Array, ...]
 """For each constraint an array (n, 2) of times [s] and sides: `LOWER` or `UPPER`."""
@@ -76,15 +75,6 @@ def select(places: Places, flags: Flags) -> Places:
     return tuple(
         of_constraint[flags[end - len(of_constraint) : end]] for of_constraint, end in zip(places, ends, strict=True)
     )
-
-
-def fewer(places: Places, active: Places) -> Places:
-    """Return the places; if many are active, every second active one, as neighbours respond to θ almost alike."""
-    if sum(map(len, active)) <= _MANY:
-        return places
-    while sum(map(len, active)) > _MOST:
-        active = tuple(of_constraint[::2] for of_constraint in active)
-    return active
 
 
 def places_of(active: Sequence[ActiveBound], names: Sequence[str]) -> Places:

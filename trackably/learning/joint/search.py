@@ -19,7 +19,6 @@ from trackably.gp.prior import NOISE
 from trackably.learning import sqp
 from trackably.learning.joint.constrained_mean import ConstrainedMean, WorkingSet, constrained_mean, is_linear
 from trackably.learning.joint.exchange import (
-    MANY_ACTIVE,
     MAX_ROUNDS,
     ExchangeResult,
     exchange_bounds,
@@ -27,7 +26,7 @@ from trackably.learning.joint.exchange import (
     no_places,
     same_time,
 )
-from trackably.learning.joint.places import MarginScan, Places, demands, fewer, flags, merge, select
+from trackably.learning.joint.places import MarginScan, Places, demands, flags, merge, select
 from trackably.learning.joint.sequential import (
     keep_off_short_times,
     keep_off_singularities,
@@ -59,7 +58,6 @@ _FIRST, _FIRST_OF_FORMULAS, _SHORTER, _SHORTEST = 2.0, 0.5, 4.0, 1e-3  # steps i
 _ALMOST = 3e-3
 _ROUGH = 1e-6  # relative to a width: a function with larger violations needs too many places for steps in θ
 _MOST_GIVEN_UP = 3  # steps of a descent that meet too many bounds: shorter ones may do
-_MANY_FOR_STEPS = 100  # active places: with more of them than samples, small gains of J take minutes
 _BACKOFFS = 0.1, 0.03, 0.01, 0.0  # back-offs relative to a width, one after the other
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9  # relative to 1 + |J|
 _OF_GAP = 0.1  # with formulas: a smaller part of the allowed gap does not count as a gain
@@ -144,9 +142,7 @@ class Point:
         return not self.function.mean.contradicts and self.function.margin >= -_ALMOST
 
     def is_unfinished(self, ceiling: float) -> bool:
-        """Whether bounds are violated although the exchange ended below the ceiling of J: it
-        would need too many places.
-        """
+        """Whether bounds are violated although the exchange ended below the ceiling of J, without a contradiction."""
         return not (self.is_solution or self.function.mean.contradicts or self.objective > ceiling)
 
     @property
@@ -221,8 +217,7 @@ class JointSearch:
         fine = self._at(coarse.log_theta, coarse.function.places, coarse.function.mean.signals, tolerance)
         if fine is not None and fine.function.margin >= -max(tolerance, _ROUGH) and not crowded:
             again = replace(path, point=fine, reach=max(path.reach, _NEARBY))
-            is_quick = is_linear(self.problem) and not self._has_many_active(fine, _MANY_FOR_STEPS, samples=1.0)
-            fine = self._descend(again, tolerance, _FINE_GAIN if is_quick else gain).point
+            fine = self._descend(again, tolerance, _FINE_GAIN if is_linear(self.problem) else gain).point
         found = fine if fine is not None and fine.is_solution else coarse
         if not self._is_no_better(found.objective):
             self.best = found
@@ -327,8 +322,6 @@ class JointSearch:
         """Find the function for these hyperparameters, without any step in θ."""
         begun = no_places(self.problem) if places is None else places
         point = self._at(log_theta, begun, near, 0.0)
-        if point is not None and not (point.is_solution or point.function.mean.contradicts):  # too many places
-            point = self._at(log_theta, begun, near, _ALMOST / 10)
         if point is not None and point.is_solution:
             self.best = point
 
@@ -347,7 +340,7 @@ class JointSearch:
             met = path.met(point)
             if not is_linear(self.problem):
                 met = MarginScan(self.problem.constraints, signals).near(met)
-            program = JointProgram(self.problem, fewer(met, point.function.active), signals)
+            program = JointProgram(self.problem, met, signals)
             precision = max(least_gain * _EXACT, _PRECISION)
             minimised = program.minimise(point.log_theta, path.curvature, path.reach, point.function.active, precision)
             self.fits += 1
@@ -357,36 +350,19 @@ class JointSearch:
             if found.at.value >= point.ceiling - least_gain * (1 + abs(found.at.value)) or path.reach < _SHORTEST:
                 break
             there = self._at(found.x, active, signals, tolerance, point.ceiling)
-            if there is None or there.is_unfinished(point.ceiling) or self._is_hopeless(there):
+            if there is None or there.is_unfinished(point.ceiling):
                 given_up += 1
-                may_do = given_up <= _MOST_GIVEN_UP and not self._has_many_active(point, _MANY_FOR_STEPS, samples=4.0)
-                if not point.is_solution or (is_linear(self.problem) and not may_do):
+                if not point.is_solution or (is_linear(self.problem) and given_up > _MOST_GIVEN_UP):
                     break
                 there = None  # a shorter step may lead to a function
             if there is not None and there.is_solution and there.objective < point.ceiling:
                 path = _Descent(there, path.met(there), found.curvature, 2 * path.reach)
-                if point.objective - there.objective < there.allowed_gap and self._has_many_active(
-                    there, _MANY_FOR_STEPS, samples=1.0
-                ):
-                    break
             elif point.is_solution:
                 reach = float(np.max(np.abs(found.x - point.log_theta))) / _SHORTER
                 path = _Descent(point, path.met(there or point), found.curvature, reach)
             else:
                 break
         return path
-
-    def _is_hopeless(self, point: Point) -> bool:
-        """Whether a function violates bounds although it has more active places than half the number of samples.
-
-        Each further program would take many seconds, and hardly lead to a function that keeps its bounds.
-        """
-        return not point.is_solution and self._has_many_active(point, MANY_ACTIVE, samples=0.5)
-
-    def _has_many_active(self, point: Point, many: int, samples: float) -> bool:
-        """Whether a function has more than `many` active places, and more than so many for each of the `samples`."""
-        count = sum(map(len, self.problem.samples))
-        return sum(map(len, point.function.active)) > max(many, samples * count)
 
     def _at(
         self,
