@@ -485,10 +485,15 @@ def learn_from(
 def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
     """Solve a problem whose bounds differ slightly from those of `solution`.
 
-    Its hyperparameters are kept if J hardly rises: they hardly move where J does not. Otherwise they are learned again,
-    as in `extended`.
+    Its hyperparameters are kept if J rises by no more than the allowed gap: they hardly move where J does not. What the
+    bounds that it violates would have cost is no reason to search again. Otherwise they are learned again, as in
+    `extended`.
     """
-    return _with_same_hyperparameters(solution, problem) or _searched_on(solution, problem)
+    found = function_near(solution, problem)
+    missed = solution.missed * solution.rise([constraint.quantity for constraint in problem.constraints])
+    if isinstance(found, Solution) and found.objective - solution.objective <= 2 * (solution.allowed_gap + missed):
+        return _like(solution, found)
+    return _searched_on(solution, problem)
 
 
 def extended(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
@@ -499,19 +504,6 @@ def extended(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSo
     """
     takes_long = solution.missed or solution.is_rough
     return continued(solution, problem) if takes_long else _searched_on(solution, problem)
-
-
-def _with_same_hyperparameters(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution | None:
-    """Return the function for the hyperparameters of `solution`; None if J rises by more than the allowed gap.
-
-    What the bounds that it violates would have cost is no reason to search again.
-    """
-    search = JointSearch(problem)
-    search.settle(solution.posterior.prior.log_hyperparameters, _places(solution), solution.signals)
-    missed = solution.missed * solution.rise([constraint.quantity for constraint in problem.constraints])
-    if search.best is None or search.best.objective - solution.objective > 2 * (solution.allowed_gap + missed):
-        return None
-    return _like(solution, search.outcome(problem))
 
 
 def _searched_on(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
@@ -555,9 +547,12 @@ def learn_function(problem: ConstrainedProblem) -> Solution | NoSolution:
     """
     if problem.prior.learned:
         raise ValueError(f"function: hyperparameters have to be known, but {', '.join(problem.prior.learned)}")
-    search, known = JointSearch(problem), problem.prior.log_hyperparameters
-    begun = None if is_linear(problem) else search.begin(known)
-    search.settle(known, *(begun.function.places, begun.function.mean.signals) if begun else (None, None))
+    search, known = JointSearch(problem, steps=0), problem.prior.log_hyperparameters
+    if is_linear(problem):
+        search.follow(known)
+    else:
+        begun = search.begin(known)
+        search.settle(known, *(begun.function.places, begun.function.mean.signals) if begun else (None, None))
     return search.outcome(problem)
 
 
