@@ -306,16 +306,17 @@ class JointSearch:
     ) -> list[tuple[Point, ConstrainedProblem]]:
         """Return the functions that keep bounds tightened by this part of their width, one for each J, with the bounds.
 
-        They are searched from places and signals on the `paths`. What has the same J has the same path from there on.
+        They are searched from places and signals on the `paths`. What has the same J up to the allowed gap has the same
+        path from there on.
         """
         found = list[tuple[Point, ConstrainedProblem]]()
         for places, near in paths:
             search = JointSearch(with_backoff(self.problem, backoff), closest=self.closest)
             point, self.closest = search._at(log_theta, places, near, _ALMOST), search.closest
-            if point is not None and point.is_solution:
-                same = _OF_GAP * point.allowed_gap
-                if all(abs(point.objective - other.objective) > same for other, _ in found):
-                    found.append((point, search.problem))
+            if point is None or not point.is_solution:
+                continue
+            if all(abs(point.objective - other.objective) > point.allowed_gap for other, _ in found):
+                found.append((point, search.problem))
         return found
 
     def settle(self, log_theta: Array, places: Places | None, near: Signals | None) -> None:
