@@ -30,8 +30,8 @@ from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.samples import Samples
 from trackably.input_warnings import doubts, warn_about
+from trackably.learning.joint.search import function_near, learn_jointly
 from trackably.learning.joint.search import learn_from as learn_from_starts
-from trackably.learning.joint.search import learn_function, learn_jointly
 from trackably.learning.learner import FUNCTION, HYPERPARAMETERS, JOINT, Learner
 from trackably.learning.problem import ConstrainedProblem, Method, NoSolution, OutOfTime, Solution
 from trackably.learning.search import best_solution
@@ -303,7 +303,7 @@ def _of_neighbour(near: TrackableReference, first: EmpiricalPrior) -> tuple[Empi
     if own.names != theirs.names or kinds[0] != kinds[1] or own.shared != theirs.shared:
         raise ValueError("near: expected a reference of the same names, with kernels of the same kind")
     held = replace(first, prior=theirs.as_known(), with_noise=None)
-    return held, replace(FUNCTION, solve=partial(learn_function, near=near.fit.solution))
+    return held, replace(FUNCTION, solve=partial(function_near, near.fit.solution))
 
 
 def _informed(learner: Learner, first: EmpiricalPrior, near: TrackableReference | None) -> Learner:
@@ -386,8 +386,9 @@ def _quick(
     if learner is not HYPERPARAMETERS:
         theta = likely.hyperparameters
         start = np.log([theta[name] for name in held.prior.learned])
-        yield partial(learn, replace(held, prior=likely), FUNCTION)
-        yield partial(learn, held, replace(JOINT, solve=partial(learn_from_starts, [start]), fallback=None))
+        search = partial(learn_from_starts, [start], is_brief=True)
+        yield partial(learn, held, replace(FUNCTION, solve=partial(search, steps=0)))
+        yield partial(learn, held, replace(JOINT, solve=search, fallback=None))
     else:
         yield partial(learn, held, learner, starts=1)
 

@@ -17,7 +17,7 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.signal import KernelSum
 from trackably.learning.index_set import IndexSet, TimesAndMargins
-from trackably.systems.trajectories import Functional, Quantities, Quantity, Signals
+from trackably.systems.trajectories import Functional, Quantities, Quantity, Signals, Trajectory
 from trackably.work import done
 
 Indices = npt.NDArray[np.intp]
@@ -176,7 +176,8 @@ class Constraint(Bounded):
         return self.quantity.margin(posterior.signals, t) / self.quantity.bounds.width
 
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
-        found = self.of_arguments(Sums.of(self.arguments_at(places)).values_and_gradients(posterior))
+        found = Sums.of(self.arguments_at(places)).values_and_gradients(posterior)
+        found = of_arguments(self.quantity.trajectory, found)
         return found[0], found[1:]
 
     @property
@@ -188,18 +189,18 @@ class Constraint(Bounded):
         """Return the arguments of the trajectory, each with its places."""
         return [(functional, places) for _, functional in self.quantity.trajectory.arguments]
 
-    def of_arguments(self, found: Array) -> Array:
-        """Return the quantity and its ∂/∂ln θ, shape (1 + p, n), from those of its k arguments, shape (1 + p, k n)."""
-        trajectory = self.quantity.trajectory
-        if trajectory.functional is not None:
-            return found
-        names = [name for name, _ in trajectory.arguments]
-        arguments = dict(zip(names, np.split(found, len(names), axis=1), strict=True))
-        values = {name: both[0] for name, both in arguments.items()}
-        slopes = trajectory.slopes(values)
-        with np.errstate(invalid="ignore"):
-            gradient = sum(slopes[name] * both[1:] for name, both in arguments.items())
-        return np.concatenate([trajectory.value(values)[None], np.asarray(gradient)])
+
+def of_arguments(trajectory: Trajectory, found: Array) -> Array:
+    """Return q and its ∂/∂ln θ, shape (1 + p, n), from those of the k arguments of its trajectory: (1 + p, k n)."""
+    if trajectory.functional is not None:
+        return found
+    names = [name for name, _ in trajectory.arguments]
+    arguments = dict(zip(names, np.split(found, len(names), axis=1), strict=True))
+    values = {name: both[0] for name, both in arguments.items()}
+    slopes = trajectory.slopes(values)
+    with np.errstate(invalid="ignore"):
+        gradient = sum(slopes[name] * both[1:] for name, both in arguments.items())
+    return np.concatenate([trajectory.value(values)[None], np.asarray(gradient)])
 
 
 def timed(constraints: Sequence[Bounded]) -> list[Constraint]:

@@ -20,7 +20,6 @@ _POINTS_PER_CORRELATION_TIME = 12
 _FEWEST_POINTS, _MOST_POINTS = 64, 50_000
 _REFINEMENTS, _NARROWER = 3, 0.1
 _BESIDE = np.array([[-1], [0], [1]])  # left of a centre, there, and right of it
-_FEW_STEPS = 4096  # if there are no more, all steps are evaluated
 
 Indices = npt.NDArray[np.intp]
 
@@ -81,26 +80,16 @@ class IndexSet(ABC):
 
 @dataclass(frozen=True)
 class Steps(IndexSet):
-    """The instants k T_s for k = first … last; of many, those beside the local minima in real time are evaluated."""
+    """The instants k T_s for k = first … last, all of which are evaluated."""
 
     first: int
     last: int
     sampling_time: float
 
     def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
-        if self.last - self.first < _FEW_STEPS:
-            times = np.arange(self.first, self.last + 1, dtype=float) * self.sampling_time
-            values = margins.margins(times)
-            return [(times[are], of[are]) for are, of in zip(_are_minima(values), values, strict=True)]
-        found = _minima_in_cells(margins, *self.ends, kernels)
-        return [self._lowest_beside(margins, q, at) for q, (at, _) in enumerate(found)]
-
-    def _lowest_beside(self, margins: Margins, q: int, at: Array) -> TimesAndMargins:
-        """Return the steps with the lowest margin q among the nearest one to each time and its two neighbours."""
-        beside = self.nearest(np.clip(at + self.sampling_time * _BESIDE, *self.ends))
-        values, every = margins.margins_of(np.full(len(at), q), beside), np.arange(len(at))
-        lowest = np.argmin(values, axis=0)
-        return _in_order(beside[lowest, every], values[lowest, every])
+        times = np.arange(self.first, self.last + 1, dtype=float) * self.sampling_time
+        values = margins.margins(times)
+        return [(times[are], of[are]) for are, of in zip(_are_minima(values), values, strict=True)]
 
     def nearest(self, t: Array) -> Array:
         return np.asarray(np.rint(t / self.sampling_time) * self.sampling_time)

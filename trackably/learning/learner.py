@@ -33,10 +33,5 @@ HYPERPARAMETERS = Learner(best_solution, continued, lambda _, problem: best_solu
 JOINT = Learner(joint.learn_jointly, joint.continued, joint.extended, first_backoff=1e-6, fallback=HYPERPARAMETERS)
 """The function together with its hyperparameters; the hyperparameters alone where that cannot be proved."""
 
-FUNCTION = Learner(
-    joint.learn_function,
-    lambda near, problem: joint.learn_function(problem, near),
-    lambda near, problem: joint.learn_function(problem, near),
-    first_backoff=1e-6,
-)
+FUNCTION = Learner(joint.learn_function, joint.function_near, joint.function_near, first_backoff=1e-6)
 """The function alone, for hyperparameters that are all known: one convex program for linear systems."""

@@ -10,7 +10,7 @@ from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import IllConditioned
 from trackably.learning import sqp
-from trackably.learning.constraint import Bounded, Constraint, Sums
+from trackably.learning.constraint import Bounded, Constraint, Sums, of_arguments
 from trackably.learning.problem import ConstrainedProblem
 
 
@@ -80,7 +80,8 @@ class Program:
         for constraint, places in self._others:
             if isinstance(constraint, Constraint):
                 count = len(constraint.quantity.trajectory.arguments) * len(places)
-                quantity, arguments = constraint.of_arguments(arguments[:, :count]), arguments[:, count:]
+                own, arguments = arguments[:, :count], arguments[:, count:]
+                quantity = of_arguments(constraint.quantity.trajectory, own)
             else:
                 value, gradient = constraint.value_and_gradient(posterior, places)
                 quantity = np.concatenate([value[None], gradient])

@@ -22,6 +22,7 @@ from trackably import (
     check,
     learn_reference,
     learn_stream,
+    mobile_robot,
 )
 from trackably.learning.problem import OutOfTime
 from trackably.systems.library import tank
@@ -82,6 +83,21 @@ def test_what_is_handed_out_is_proved_and_not_farther_from_the_best_than_said(ta
     assert unfinished
     assert found.fit.budget is None
     assert found.objective == pytest.approx(best.objective, rel=1e-5)
+
+
+@pytest.mark.usefixtures("counted")
+def test_a_robot_whose_likeliest_hyperparameters_break_its_bounds_has_a_good_reference_soon():
+    t, noise = np.arange(24) / 2, 0.03 * np.random.default_rng(0).standard_normal((2, 24))
+    eight = {
+        "x": Samples(t, 2 * np.sin(np.pi * t / 6) + noise[0]),
+        "y": Samples(t, 1.2 * np.sin(np.pi * t / 3) + noise[1]),
+    }
+    inside = Polytope.box([-1.9, -1.1, -np.inf], [1.9, 1.1, np.inf])
+    robot = ConstrainedSystem(mobile_robot(0.1), inside, Polytope.box([0.3, -1.6], [1.5, 1.6]))
+    known = {"noise_std": 0.03, "mean": 0.0, "starts": 2}
+    found = within(partial(learn_reference, eight, robot, Periodic(period=12.0), "all_phases", **known), 650)
+    assert isinstance(found, TrackableReference)
+    assert found.objective < 200  # with the likeliest hyperparameters without bounds it is 1750
 
 
 def test_where_a_stream_is_faster_and_as_good_it_is_said():

@@ -75,7 +75,6 @@ def _by_single_steps(G: Array, b: Array) -> Array:
 _JITTER = 1e-12
 _LARGEST_JITTER = 1e-4
 _WEAK = 1e-9
-_MANY = 200  # rows; eigenvalues of a larger matrix take longer than everything else
 # A contradiction costs what is missed, squared, divided by the jitter: a larger jitter makes it cheaper.
 _LARGER = 100.0
 _CHEAPER = 0.1
@@ -118,10 +117,6 @@ def solve_symmetric(covariance: Array, right: Array) -> Array:
     """Return x with K x = r for the covariance K of a few rows; x has no component in the null space of K."""
     scale = _norms(covariance)
     scaled = covariance / np.outer(scale, scale)
-    if len(scale) > _MANY:
-        factor, info = scipy.linalg.lapack.dpotrf(scaled + _JITTER * np.eye(len(scaled)), lower=True)
-        if not info:
-            return np.asarray(scipy.linalg.lapack.dpotrs(factor, right / scale, lower=True)[0].ravel() / scale)
     powers, directions = np.linalg.eigh(scaled)
     strong = powers > _WEAK * powers[-1]
     along = directions[:, strong]

@@ -6,54 +6,26 @@ import numpy as np
 
 from trackably.arrays import Array, Flags
 from trackably.gp.joint import JointPosterior
-from trackably.gp.row_posterior import has_system
 from trackably.gp.rows import row_kernel
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint, timed, worst
 from trackably.learning.joint.constrained_mean import ConstrainedMean, constrained_mean, is_linear
-from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Minima, Places, demands, merge, places_of
+from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Places, demands, merge, places_of
 from trackably.learning.joint.sequential import with_regular
 from trackably.learning.problem import MANY_CONTACTS, ConstrainedProblem, gap_allowed
 from trackably.systems.trajectories import Signals
 
 MAX_ROUNDS = 40
-_MANY_PLACES, _MOST_PLACES = 1000, 1500
-MANY_ACTIVE = 500  # active places
-_MORE, _MORE_BENDS, _MANY_MET = 1.1, 1.5, 3.0  # times the places that an exchange begins with
 _CROWD = 800  # active places; beyond, a larger back-off is used instead of more places
 _CROWDED = 100  # violated places; so many are neighbours along stretches of an active bound
 _MATTERS = 1e-5  # relative to a width: with so many places, a larger back-off removes smaller violations
 _KEPT = 0.9  # correlation between neighbouring places, between which a function cannot violate a bound by much
 _SAME_TIME = 3e-4  # relative to a correlation time: between closer places a bound cannot be violated by much
 _JUMPED = 0.1  # relative to a width: with larger violations between places, formulas are in another local minimum
+_MOST_JUMPS = 2  # rounds of an exchange with so large violations: more places hardly make formulas feasible
 _OF_BACKOFF = 0.25  # violations that a larger back-off removes, as a part of it: half of it is for times between places
 _FAR = 3.0  # times the present back-off; a larger one is worth another search
 _NO_GAIN = 1e-9  # relative to the price: if it rises by less, violations are not worth another program
-
-
-@dataclass(frozen=True)
-class _Limits:
-    """Numbers of places at which an exchange changes its course, as rough functions touch a bound at ever more times.
-
-    Beyond `many`, places that are only close to a bound are left out. Beyond `most`, the exchange ends, and a larger
-    back-off has to remove the violations. With a ceiling, it also ends where more than `bends` are active, or `met`:
-    a far step in θ meets bounds everywhere.
-    """
-
-    many: float = np.inf
-    most: float = np.inf
-    bends: float = np.inf
-    met: float = np.inf
-
-    @classmethod
-    def of(cls, problem: ConstrainedProblem, posterior: JointPosterior, begun: int) -> "_Limits":
-        """Return the limits for an exchange that begins with so many places; none where many rows take little time."""
-        is_convex = is_linear(problem)
-        if is_convex and not problem.required and has_system(posterior, _MOST_PLACES):
-            return cls()
-        bends = max(MANY_ACTIVE, _MORE_BENDS * begun)
-        met = max(MANY_ACTIVE, _MANY_MET * begun) if is_convex else np.inf  # with formulas, all places are kept
-        return cls(_MANY_PLACES, max(_MOST_PLACES, _MORE * begun), bends, met)
 
 
 @dataclass(frozen=True)
@@ -85,17 +57,16 @@ def exchange_bounds(
     """Return the function that keeps all bounds at all times of their index sets, or the last function of the exchange.
 
     The exchange ends when bounds are violated by at most `tolerance`, a part of their width, or by what the next
-    back-off removes, or when the price exceeds the `ceiling`, as more places would only raise it. Where many rows take
-    long, and with a ceiling, it also ends when far more places are active than it began with, those of a known
-    function. At most so many `rounds` are computed. None if the function cannot be computed, which may happen with
-    formulas. Raises IllConditioned.
+    back-off removes, or when the price exceeds the `ceiling`, as more places would only raise it; with formulas, also
+    when bounds are violated far between places again. At most so many `rounds` are computed. None if the function
+    cannot be computed, which may happen with formulas. Raises IllConditioned.
     """
     best: ExchangeResult | None = None
     kept: Places | None = None
     apart: tuple[float, ...] = ()
-    is_thinned = is_close = False
+    is_thinned, is_close, jumps = False, False, 0
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
-    is_rough, limits = not is_smooth(problem), _Limits.of(problem, posterior, _count(places))
+    is_rough = not is_smooth(problem)
     if not is_convex:  # places of other hyperparameters may be too far apart for these
         places = with_regular(problem, posterior, places)
     for count in range(1, rounds + 1):
@@ -120,20 +91,17 @@ def exchange_bounds(
             kept_free = min(constraint.backoff for constraint in problem.constraints)
             minima = seen.thinned(minima, places, apart, max(tolerance / 2, _MATTERS - kept_free, 0.0))
         met = merge(kept if is_convex else places, at_steps(problem, seen.places(minima), places, same), same)
-        if _count(met) > limits.many:
-            met = merge(kept, at_steps(problem, seen.places(_broken(minima)), places, same), same)
         best = ExchangeResult(bent, met, kept, margin, constraint, time, count)
-        is_worse = ceiling < np.inf and (_count(kept) > limits.bends or _count(met) > limits.met)
+        jumps += not is_convex and margin < -_JUMPED
         if (
             margin >= -max(tolerance, removed)
             or bent.contradicts
             or price > ceiling
-            or is_worse
+            or jumps >= _MOST_JUMPS
             or all(map(np.array_equal, met, places))
         ):
             return best
-        is_crowd = _count(met) > limits.most or (_count(met) > limits.many and margin >= -_MATTERS)
-        if (is_stuck and (was_close or not is_rough) and not was_thinned) or is_crowd:
+        if is_stuck and (was_close or not is_rough) and not was_thinned:
             return best
         places = met
         if is_convex or margin >= -_JUMPED:
@@ -222,11 +190,6 @@ def _spacing(problem: ConstrainedProblem, posterior: JointPosterior, constraint:
 def no_places(problem: ConstrainedProblem) -> Places:
     """Return an empty array of places for each constraint."""
     return tuple(np.empty((0, 2)) for _ in problem.constraints)
-
-
-def _broken(minima: Minima) -> Minima:
-    """Return the minima at which a bound is violated."""
-    return [(times[margins < 0], margins[margins < 0]) for times, margins in minima]
 
 
 def _count(places: Places) -> int:

@@ -31,7 +31,6 @@ from trackably.learning.problem import ActiveBound, ConstrainedProblem, Side
 from trackably.systems.trajectories import Functional, Quantities, Signals, Trajectory
 
 LOWER, UPPER = 1.0, -1.0
-_MANY, _MOST = 500, 1200  # active places: from how many on they are thinned for steps in θ, and to how many at most
 
 Places = tuple[Array, ...]
 """For each constraint an array (n, 2) of times [s] and sides: `LOWER` or `UPPER`."""
@@ -78,15 +77,6 @@ def select(places: Places, flags: Flags) -> Places:
     )
 
 
-def fewer(places: Places, active: Places) -> Places:
-    """Return the places; if many are active, every second active one, as neighbours respond to θ almost alike."""
-    if sum(map(len, active)) <= _MANY:
-        return places
-    while sum(map(len, active)) > _MOST:
-        active = tuple(of_constraint[::2] for of_constraint in active)
-    return active
-
-
 def places_of(active: Sequence[ActiveBound], names: Sequence[str]) -> Places:
     """Return the places of active bounds for the quantities with these names, without required values."""
     sides = {"lower": LOWER, "upper": UPPER}
@@ -122,48 +112,71 @@ def _unite(places: Array, new: Array, same: float) -> Array:
     return np.array(union).reshape(-1, 2)
 
 
+class PlacedBounds(NamedTuple):
+    """Bounds of the quantity `name` at `times` [s]: `sides` · q ≥ `limits`, or q = `limits` if it `is_equation`.
+
+    Times, sides and limits have shape (n,). Violations are compared with the `width`.
+    """
+
+    name: str
+    trajectory: Trajectory
+    times: Array
+    sides: Array
+    limits: Array
+    width: float
+    is_equation: bool = False
+
+    @property
+    def labels(self) -> list[Label]:
+        names: dict[float, Side] = {LOWER: "equal" if self.is_equation else "lower", UPPER: "upper"}
+        pairs = zip(self.sides.tolist(), self.times.tolist(), strict=True)
+        return [Label(self.name, names[side], time) for side, time in pairs]
+
+
+def placed_bounds(problem: ConstrainedProblem, places: Places) -> list[PlacedBounds]:
+    """Return the bounds of each constraint at its places, tightened by its back-off, then each required value."""
+    found = []
+    for constraint, of_constraint in zip(problem.constraints, places, strict=True):
+        quantity, (times, sides) = constraint.quantity, of_constraint.T
+        lower, upper = quantity.bounds.shrunk(constraint.backoff * quantity.bounds.width).ends(times)
+        limits = np.where(sides == LOWER, lower, -upper)
+        found.append(PlacedBounds(quantity.name, quantity.trajectory, times, sides, limits, quantity.bounds.width))
+    for each in problem.required:
+        once = np.array([each.time]), np.array([LOWER]), np.array([each.value])
+        found.append(PlacedBounds(each.name, each.trajectory, *once, each.tolerance, is_equation=True))
+    return found
+
+
 def demands(problem: ConstrainedProblem, places: Places, near: Signals) -> Demands:
     """Return what has to hold at all places, and all required values, one row of signals for each.
 
     Formulas are linearised at the signals `near`.
     """
     terms: list[list[Terms]] = [[] for _ in problem.prior.parts]
-    offsets, limits, widths, labels = [np.empty(0)], [np.empty(0)], [np.empty(0)], list[Label]()
-    for constraint, of_constraint in zip(problem.constraints, places, strict=True):
-        times, sides = of_constraint.T
-        width = constraint.quantity.bounds.width
-        bounds = constraint.quantity.bounds.shrunk(constraint.backoff * width)
-        offsets.append(_add_terms(terms, len(labels), constraint.quantity.trajectory, times, sides, near))
-        lower, upper = bounds.ends(times)
-        limits.append(np.where(sides == LOWER, lower, -upper))
-        widths.append(np.full(len(times), width))
-        name = constraint.quantity.name
-        labels += [Label(name, "lower" if side == LOWER else "upper", time) for time, side in of_constraint.tolist()]
-    for each in problem.required:
-        offsets.append(_add_terms(terms, len(labels), each.trajectory, np.array([each.time]), np.ones(1), near))
-        limits.append(np.array([each.value]))
-        widths.append(np.array([each.tolerance]))
-        labels.append(Label(each.name, "equal", each.time))
-    is_equation = np.arange(len(labels)) >= len(labels) - len(problem.required)
+    offsets, limits, labels = [np.empty(0)], [np.empty(0)], list[Label]()
+    bounds = placed_bounds(problem, places)
+    for of in bounds:
+        offsets.append(_add_terms(terms, len(labels), of, near))
+        limits.append(of.limits)
+        labels += of.labels
     rows = Rows(np.concatenate(offsets), tuple(map(Terms.joined, terms)))
-    return Demands(rows, np.concatenate(limits), is_equation, np.concatenate(widths), tuple(labels))
+    owner = owners([of.times for of in bounds])
+    is_equation, widths = np.array([of.is_equation for of in bounds], dtype=bool), np.array([of.width for of in bounds])
+    return Demands(rows, np.concatenate(limits), is_equation[owner], widths[owner], tuple(labels))
 
 
-def _add_terms(
-    terms: list[list[Terms]], first: int, trajectory: Trajectory, times: Array, sides: Array, near: Signals
-) -> Array:
-    """Append the terms of a trajectory at these times and sides to those of each process, as rows
-    numbered from `first`.
+def _add_terms(terms: list[list[Terms]], first: int, of: PlacedBounds, near: Signals) -> Array:
+    """Append the terms of some bounds to those of each process, as rows numbered from `first`.
 
     Return the rows' offsets.
     """
-    offsets, parts = _linearise(trajectory, times, near)
-    rows = np.arange(first, first + len(times))
+    offsets, parts = _linearise(of.trajectory, of.times, near)
+    rows = np.arange(first, first + len(of.times))
     for functional, slope in parts:
         for c, weights in functional.rounded:
-            instants, of_each = functional.instants(times, len(weights)), weights[:, None] * (sides * slope)
+            instants, of_each = functional.instants(of.times, len(weights)), weights[:, None] * (of.sides * slope)
             terms[c].append(Terms(instants.ravel(), of_each.ravel(), np.tile(rows, len(weights))))
-    return sides * offsets
+    return of.sides * offsets
 
 
 def _linearise(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Array, list[tuple[Functional, Array]]]:

@@ -19,7 +19,6 @@ from trackably.gp.prior import NOISE
 from trackably.learning import sqp
 from trackably.learning.joint.constrained_mean import ConstrainedMean, WorkingSet, constrained_mean, is_linear
 from trackably.learning.joint.exchange import (
-    MANY_ACTIVE,
     MAX_ROUNDS,
     ExchangeResult,
     exchange_bounds,
@@ -27,7 +26,7 @@ from trackably.learning.joint.exchange import (
     no_places,
     same_time,
 )
-from trackably.learning.joint.places import MarginScan, Places, demands, fewer, flags, merge, select
+from trackably.learning.joint.places import MarginScan, Places, demands, flags, merge, select
 from trackably.learning.joint.sequential import (
     keep_off_short_times,
     keep_off_singularities,
@@ -36,7 +35,6 @@ from trackably.learning.joint.sequential import (
     with_regular,
 )
 from trackably.learning.problem import (
-    LEAST_GAP,
     MANY_CONTACTS,
     ConstrainedProblem,
     NoFunction,
@@ -60,7 +58,6 @@ _FIRST, _FIRST_OF_FORMULAS, _SHORTER, _SHORTEST = 2.0, 0.5, 4.0, 1e-3  # steps i
 _ALMOST = 3e-3
 _ROUGH = 1e-6  # relative to a width: a function with larger violations needs too many places for steps in θ
 _MOST_GIVEN_UP = 3  # steps of a descent that meet too many bounds: shorter ones may do
-_MANY_FOR_STEPS = 100  # active places: with more of them than samples, small gains of J take minutes
 _BACKOFFS = 0.1, 0.03, 0.01, 0.0  # back-offs relative to a width, one after the other
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9  # relative to 1 + |J|
 _OF_GAP = 0.1  # with formulas: a smaller part of the allowed gap does not count as a gain
@@ -145,9 +142,7 @@ class Point:
         return not self.function.mean.contradicts and self.function.margin >= -_ALMOST
 
     def is_unfinished(self, ceiling: float) -> bool:
-        """Whether bounds are violated although the exchange ended below the ceiling of J: it
-        would need too many places.
-        """
+        """Whether bounds are violated although the exchange ended below the ceiling of J, without a contradiction."""
         return not (self.is_solution or self.function.mean.contradicts or self.objective > ceiling)
 
     @property
@@ -176,10 +171,14 @@ class _Descent:
 class JointSearch:
     """Local searches for minima of J: `best` is the best point, `closest` the one with the smallest violation.
 
-    `fits` counts the programs in θ. `spread` is the range of J among the functions with which a search could begin.
+    A search takes at most so many `steps` in θ. If it `is_brief` and quantities are formulas, it begins with the first
+    function that it finds. `fits` counts the programs in θ. `spread` is the range of J among the functions with which a
+    search could begin.
     """
 
     problem: ConstrainedProblem
+    is_brief: bool = False
+    steps: int = _MAX_ROUNDS
     best: Point | None = None
     closest: Point | None = None
     fits: int = 0
@@ -218,8 +217,7 @@ class JointSearch:
         fine = self._at(coarse.log_theta, coarse.function.places, coarse.function.mean.signals, tolerance)
         if fine is not None and fine.function.margin >= -max(tolerance, _ROUGH) and not crowded:
             again = replace(path, point=fine, reach=max(path.reach, _NEARBY))
-            is_quick = is_linear(self.problem) and not self._has_many_active(fine, _MANY_FOR_STEPS, samples=1.0)
-            fine = self._descend(again, tolerance, _FINE_GAIN if is_quick else gain).point
+            fine = self._descend(again, tolerance, _FINE_GAIN if is_linear(self.problem) else gain).point
         found = fine if fine is not None and fine.is_solution else coarse
         if not self._is_no_better(found.objective):
             self.best = found
@@ -249,14 +247,14 @@ class JointSearch:
     def _begin_with_formulas(self, start: Array) -> tuple[Array, Places, Signals] | None:
         """Return ln θ, places and signals at which a search from `start` begins if quantities are formulas.
 
-        None if J with formulas linearised at the best function is nowhere below that of the best function, or if no
-        function is found. The first search begins at the minimiser of J with formulas linearised at an even pace.
+        None if J with formulas linearised at the best function is nowhere lower by the allowed gap, or if no function
+        is found. The first search begins at the minimiser of J with formulas linearised at an even pace.
         """
         if self.best is not None:
             known = self.best.function
             places = MarginScan(self.problem.constraints, known.mean.signals).near(known.places)
             found = self._minimise_linearised(start, places, known.mean.signals)
-            if found is None or found.at.value >= self.best.objective - LEAST_GAP:
+            if found is None or found.at.value >= self.best.objective - self.best.allowed_gap:
                 return None
             return found.x, known.places, known.mean.signals
         posterior = self.problem.posterior(start)
@@ -277,10 +275,19 @@ class JointSearch:
     def begin(self, log_theta: Array) -> Point | None:
         """Return the best function for these hyperparameters, from several starts if quantities are formulas.
 
-        None without one. Bounds are tightened at first, and relaxed step by step. If they cannot be relaxed to the
-        given ones, the search continues with the last bounds that are kept.
+        None without one. A brief search takes the first one that a start leads to, beginning with the slower motion.
         """
         starts = starts_for(self.problem, self.problem.posterior(log_theta))
+        one_by_one = [[start] for start in (*starts[1:], *starts[:1])]
+        found = (self._best_from(log_theta, some) for some in (one_by_one if self.is_brief else [starts]))
+        return next(filter(None, found), None)
+
+    def _best_from(self, log_theta: Array, starts: Sequence[Signals]) -> Point | None:
+        """Return the best function found from these starts; None without one.
+
+        Bounds are tightened at first, and relaxed step by step. If they cannot be relaxed to the given ones, the search
+        continues with the last bounds that are kept.
+        """
         paths, ends = [(no_places(self.problem), start) for start in starts], list[tuple[Point, ConstrainedProblem]]()
         for backoff in _BACKOFFS:
             further = self._distinct(log_theta, paths, backoff)
@@ -299,24 +306,23 @@ class JointSearch:
     ) -> list[tuple[Point, ConstrainedProblem]]:
         """Return the functions that keep bounds tightened by this part of their width, one for each J, with the bounds.
 
-        They are searched from places and signals on the `paths`. What has the same J has the same path from there on.
+        They are searched from places and signals on the `paths`. What has the same J up to the allowed gap has the same
+        path from there on.
         """
         found = list[tuple[Point, ConstrainedProblem]]()
         for places, near in paths:
             search = JointSearch(with_backoff(self.problem, backoff), closest=self.closest)
             point, self.closest = search._at(log_theta, places, near, _ALMOST), search.closest
-            if point is not None and point.is_solution:
-                same = _OF_GAP * point.allowed_gap
-                if all(abs(point.objective - other.objective) > same for other, _ in found):
-                    found.append((point, search.problem))
+            if point is None or not point.is_solution:
+                continue
+            if all(abs(point.objective - other.objective) > point.allowed_gap for other, _ in found):
+                found.append((point, search.problem))
         return found
 
     def settle(self, log_theta: Array, places: Places | None, near: Signals | None) -> None:
         """Find the function for these hyperparameters, without any step in θ."""
         begun = no_places(self.problem) if places is None else places
         point = self._at(log_theta, begun, near, 0.0)
-        if point is not None and not (point.is_solution or point.function.mean.contradicts):  # too many places
-            point = self._at(log_theta, begun, near, _ALMOST / 10)
         if point is not None and point.is_solution:
             self.best = point
 
@@ -327,7 +333,7 @@ class JointSearch:
         more places do not resolve it, and the search is given up. It is also given up if no function is found.
         """
         given_up = 0
-        for _ in range(_MAX_ROUNDS):
+        for _ in range(self.steps):
             point = path.point
             if not (point.is_solution or point.function.mean.contradicts):
                 break
@@ -335,7 +341,7 @@ class JointSearch:
             met = path.met(point)
             if not is_linear(self.problem):
                 met = MarginScan(self.problem.constraints, signals).near(met)
-            program = JointProgram(self.problem, fewer(met, point.function.active), signals)
+            program = JointProgram(self.problem, met, signals)
             precision = max(least_gain * _EXACT, _PRECISION)
             minimised = program.minimise(point.log_theta, path.curvature, path.reach, point.function.active, precision)
             self.fits += 1
@@ -345,36 +351,19 @@ class JointSearch:
             if found.at.value >= point.ceiling - least_gain * (1 + abs(found.at.value)) or path.reach < _SHORTEST:
                 break
             there = self._at(found.x, active, signals, tolerance, point.ceiling)
-            if there is None or there.is_unfinished(point.ceiling) or self._is_hopeless(there):
+            if there is None or there.is_unfinished(point.ceiling):
                 given_up += 1
-                may_do = given_up <= _MOST_GIVEN_UP and not self._has_many_active(point, _MANY_FOR_STEPS, samples=4.0)
-                if not point.is_solution or (is_linear(self.problem) and not may_do):
+                if not point.is_solution or (is_linear(self.problem) and given_up > _MOST_GIVEN_UP):
                     break
                 there = None  # a shorter step may lead to a function
             if there is not None and there.is_solution and there.objective < point.ceiling:
                 path = _Descent(there, path.met(there), found.curvature, 2 * path.reach)
-                if point.objective - there.objective < there.allowed_gap and self._has_many_active(
-                    there, _MANY_FOR_STEPS, samples=1.0
-                ):
-                    break
             elif point.is_solution:
                 reach = float(np.max(np.abs(found.x - point.log_theta))) / _SHORTER
                 path = _Descent(point, path.met(there or point), found.curvature, reach)
             else:
                 break
         return path
-
-    def _is_hopeless(self, point: Point) -> bool:
-        """Whether a function violates bounds although it has more active places than half the number of samples.
-
-        Each further program would take many seconds, and hardly lead to a function that keeps its bounds.
-        """
-        return not point.is_solution and self._has_many_active(point, MANY_ACTIVE, samples=0.5)
-
-    def _has_many_active(self, point: Point, many: int, samples: float) -> bool:
-        """Whether a function has more than `many` active places, and more than so many for each of the `samples`."""
-        count = sum(map(len, self.problem.samples))
-        return sum(map(len, point.function.active)) > max(many, samples * count)
 
     def _at(
         self,
@@ -479,14 +468,16 @@ def _likeliest(problem: ConstrainedProblem, minima: Sequence[Mapping[str, float]
     return best_solution(free)
 
 
-def learn_from(starts: Sequence[Array], problem: ConstrainedProblem) -> Solution | NoSolution:
+def learn_from(
+    starts: Sequence[Array], problem: ConstrainedProblem, is_brief: bool = False, steps: int = _MAX_ROUNDS
+) -> Solution | NoSolution:
     """Return the best local minimum of J = l + D found from these ln θ, each of shape (p,), or the
     reason why there is none.
 
     Use it for a problem that differs little from one whose hyperparameters are known. Hyperparameters alone cannot meet
-    `problem.required`: if no function is found, there is no solution.
+    `problem.required`: if no function is found, there is no solution. For `is_brief` and `steps` see `JointSearch`.
     """
-    search = JointSearch(problem)
+    search = JointSearch(problem, is_brief, steps)
     for log_theta in starts:
         search.follow(log_theta)
     return search.outcome(problem)
@@ -495,10 +486,15 @@ def learn_from(starts: Sequence[Array], problem: ConstrainedProblem) -> Solution
 def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
     """Solve a problem whose bounds differ slightly from those of `solution`.
 
-    Its hyperparameters are kept if J hardly rises: they hardly move where J does not. Otherwise they are learned again,
-    as in `extended`.
+    Its hyperparameters are kept if J rises by no more than the allowed gap: they hardly move where J does not. What the
+    bounds that it violates would have cost is no reason to search again. Otherwise they are learned again, as in
+    `extended`.
     """
-    return _with_same_hyperparameters(solution, problem) or _searched_on(solution, problem)
+    found = function_near(solution, problem)
+    missed = solution.missed * solution.rise([constraint.quantity for constraint in problem.constraints])
+    if isinstance(found, Solution) and found.objective - solution.objective <= 2 * (solution.allowed_gap + missed):
+        return _like(solution, found)
+    return _searched_on(solution, problem)
 
 
 def extended(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
@@ -509,19 +505,6 @@ def extended(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSo
     """
     takes_long = solution.missed or solution.is_rough
     return continued(solution, problem) if takes_long else _searched_on(solution, problem)
-
-
-def _with_same_hyperparameters(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution | None:
-    """Return the function for the hyperparameters of `solution`; None if J rises by more than the allowed gap.
-
-    What the bounds that it violates would have cost is no reason to search again.
-    """
-    search = JointSearch(problem)
-    search.settle(solution.posterior.prior.log_hyperparameters, _places(solution), solution.signals)
-    missed = solution.missed * solution.rise([constraint.quantity for constraint in problem.constraints])
-    if search.best is None or search.best.objective - solution.objective > 2 * (solution.allowed_gap + missed):
-        return None
-    return _like(solution, search.outcome(problem))
 
 
 def _searched_on(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
@@ -557,21 +540,31 @@ def _alone(problem: ConstrainedProblem, free: Solution, best: Point | None) -> S
     return solution_from([free.posterior.prior.log_hyperparameters, *free.others], problem, best.objective)
 
 
-def learn_function(problem: ConstrainedProblem, near: Solution | None = None) -> Solution | NoSolution:
+def learn_function(problem: ConstrainedProblem) -> Solution | NoSolution:
     """Return the function that keeps every bound at all times, for known hyperparameters, or the
     reason why there is none.
 
-    `near` is the solution of a problem with slightly different samples or bounds; the search starts with its places.
     Raises ValueError if hyperparameters are to be learned.
     """
     if problem.prior.learned:
         raise ValueError(f"function: hyperparameters have to be known, but {', '.join(problem.prior.learned)}")
-    search = JointSearch(problem)
-    known, places = problem.prior.log_hyperparameters, _places(near) if near else None
-    signals: Signals | None = near.signals if near else None
-    if near is None and not is_linear(problem) and (begun := search.begin(known)) is not None:
-        places, signals = begun.function.places, begun.function.mean.signals
-    search.settle(known, places, signals)
+    search, known = JointSearch(problem, steps=0), problem.prior.log_hyperparameters
+    if is_linear(problem):
+        search.follow(known)
+    else:
+        begun = search.begin(known)
+        search.settle(known, *(begun.function.places, begun.function.mean.signals) if begun else (None, None))
+    return search.outcome(problem)
+
+
+def function_near(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
+    """Return the function for the hyperparameters of `solution` with slightly different samples or bounds.
+
+    The search starts at the function of `solution`.
+    """
+    theta, search = solution.posterior.prior.hyperparameters, JointSearch(problem)
+    log_theta = np.log([theta[name] for name in problem.prior.learned])
+    search.settle(log_theta, _places(solution), solution.signals)
     return search.outcome(problem)
 
 

@@ -17,19 +17,18 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.checker.certificate import Window
 from trackably.gp.joint import JointPosterior, common_period
 from trackably.gp.row_posterior import RowPosterior
 from trackably.gp.rows import Rows, Terms
 from trackably.gp.signal import KernelSum
 from trackably.learning import sqp
-from trackably.learning.constraint import Constraint, Sums, timed
+from trackably.learning.constraint import Constraint, Sums, of_arguments, timed
 from trackably.learning.index_set import RealTimes
-from trackably.learning.joint.places import LOWER, UPPER, Places, merge
+from trackably.learning.joint.places import LOWER, UPPER, PlacedBounds, Places, merge, placed_bounds
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
 from trackably.systems.intervals import Corridor, Interval
-from trackably.systems.trajectories import Functional, Quantity, Signals
+from trackably.systems.trajectories import Quantity, Signals
 from trackably.work import done
 
 _WEAK = 1e-11  # relative to the largest eigenvalue: smaller ones are rounding errors
@@ -55,40 +54,6 @@ class KnownValues:
 
 
 @dataclass(frozen=True)
-class _Bound:
-    """The places of one quantity, or a required value as two bounds: q · `sides` ≥ `limits`, shapes (n,)."""
-
-    quantity: Constraint
-    times: Array
-    sides: Array
-    limits: Array
-
-    @classmethod
-    def all_of(cls, problem: ConstrainedProblem, places: Places) -> list[Self]:
-        found = []
-        for constraint, (times, sides) in zip(timed(problem.constraints), (at.T for at in places), strict=True):
-            bounds = constraint.quantity.bounds.shrunk(constraint.backoff * constraint.quantity.bounds.width)
-            lower, upper = bounds.ends(times)
-            found.append(cls(constraint, times, sides, np.where(sides == LOWER, lower, -upper)))
-        both = np.array([LOWER, UPPER])
-        for each in problem.required:
-            around = Interval(each.value - each.tolerance, each.value + each.tolerance)
-            held = Constraint(Quantity(each.name, each.trajectory, around), RealTimes(Window(each.time, each.time)))
-            found.append(cls(held, np.full(2, each.time), both, both * each.value))
-        return found
-
-    @property
-    def arguments(self) -> list[tuple[Functional, Array]]:
-        return self.quantity.arguments_at(self.times)
-
-    def slacks(self, arguments: Array) -> Array:
-        """Return the slack relative to the bound's width, and its derivatives: shape (1 + k, n)."""
-        found = self.sides * self.quantity.of_arguments(arguments)
-        found[0] -= self.limits
-        return np.asarray(found / self.quantity.quantity.bounds.width)
-
-
-@dataclass(frozen=True)
 class FormulaProgram:
     """The program in ξ (k,) for `bounds`.
 
@@ -97,7 +62,7 @@ class FormulaProgram:
     ξ.
     """
 
-    bounds: list[_Bound]
+    bounds: list[PlacedBounds]
     times: tuple[Array, ...]
     mean: Array
     root: Array
@@ -106,8 +71,8 @@ class FormulaProgram:
     @classmethod
     def of(cls, problem: ConstrainedProblem, posterior: JointPosterior, places: Places) -> Self:
         """Factor the covariance of the values. Raises IllConditioned."""
-        bounds = _Bound.all_of(problem, places)
-        sums = Sums.of([argument for bound in bounds for argument in bound.arguments])
+        bounds = placed_bounds(problem, places)
+        sums = Sums.of([(q, of.times) for of in bounds for _, q in of.trajectory.arguments])
         times = tuple(np.unique(sums.times.get(c, np.empty(0))) for c in range(len(posterior.parts)))
         first = list(accumulate(map(len, times), initial=0))
         terms = tuple(Terms(t, np.ones(len(t)), i + np.arange(len(t))) for t, i in zip(times, first, strict=False))
@@ -141,12 +106,19 @@ class FormulaProgram:
         done("evaluation")
         arguments = self.arguments.copy()
         arguments[0] += xi @ arguments[1:]
-        ends = accumulate(len(bound.arguments) * len(bound.times) for bound in self.bounds)
-        parts = np.split(arguments, list(ends)[:-1], axis=1)
-        slacks = np.concatenate([bound.slacks(own) for bound, own in zip(self.bounds, parts, strict=True)], axis=1)
+        ends = accumulate(len(of.trajectory.arguments) * len(of.times) for of in self.bounds)
+        slacks = np.concatenate(list(map(_slacks, self.bounds, np.split(arguments, list(ends)[:-1], axis=1))), axis=1)
         if not np.isfinite(slacks).all():
             return None
         return sqp.Evaluation(float(xi @ xi), 2 * xi, slacks[0], slacks[1:].T, 2 * np.eye(len(xi)))
+
+
+def _slacks(of: PlacedBounds, arguments: Array) -> Array:
+    """Return slacks relative to the width and their derivatives, shape (1 + k, n); of equations those of both sides."""
+    found = of.sides * of_arguments(of.trajectory, arguments)
+    found[0] -= of.limits
+    found /= of.width
+    return np.concatenate([found, -found], axis=1) if of.is_equation else found
 
 
 def _root(covariance: Array, largest: float) -> Array:
@@ -159,13 +131,13 @@ def _root(covariance: Array, largest: float) -> Array:
 _KNOTS, _FINE = 4, 2000  # knots for each correlation time; points of a path
 # Regular places for each correlation time, and how many there are on each side of a bound.
 _CLOSE, _FEWEST_REGULAR, _MOST_REGULAR = 8, 48, 100
-_PACES, _SLOWER = (0.5, 1.0), 0.5
+_SLOWER = 0.5
 _OFF = 0.02  # relative to a width: the distance of a bound from a singular point of rest
 
 
 def starts_for(problem: ConstrainedProblem, posterior: JointPosterior) -> list[Signals]:
-    """Return signals at which searches start: the posterior means, a slower motion, and the path of the means at a more
-    even and at an even pace.
+    """Return signals at which searches start: the posterior means, a slower motion, and the path of the means at an
+    even pace.
 
     At an even pace, the path of the means is traversed without stops and without fast stretches. A slower motion stays
     nearer to the prior means.
@@ -177,15 +149,13 @@ def starts_for(problem: ConstrainedProblem, posterior: JointPosterior) -> list[S
     length = np.append(0.0, np.cumsum(np.sqrt(np.sum(np.diff(path, axis=1) ** 2, axis=0))))
     if not length[-1] > 0:
         return [means]
-    own, even = length / length[-1], (fine - first) / (last - first)
+    even = (fine - first) / (last - first)
     count = _KNOTS * (last - first) / min(signal.kernel.correlation_time for signal in means)
     knots = np.linspace(first, last, int(np.clip(count, 8, _FINE / 4)))
-    paced = []
-    for part in _PACES:
-        at = np.interp(np.interp(knots, fine, (1 - part) * own + part * even), own, fine)
-        splines = [scipy.interpolate.CubicSpline(knots, signal(at)) for signal in means]
-        paced.append([_along(spline, first, last, is_periodic) for spline in splines])
-    return [means, [_towards(signal.mean, signal) for signal in means], *paced]
+    at = np.interp(np.interp(knots, fine, even), length / length[-1], fine)
+    splines = [scipy.interpolate.CubicSpline(knots, signal(at)) for signal in means]
+    slower = [_towards(signal.mean, signal) for signal in means]
+    return [means, slower, [_along(spline, first, last, is_periodic) for spline in splines]]
 
 
 def _along(spline: Callable[[Array], Array], first: float, last: float, is_periodic: bool) -> Callable[[Array], Array]:
