@@ -9,12 +9,13 @@ from typing import Self
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.control.bounds import AdmissiblePoints, PlantInequalities, Scales, Slack
+from trackably.control.bounds import PlantInequalities, Scales, Slack, pull_inside
 from trackably.control.error_model import ErrorModel, linearisation_defects
 from trackably.control.programs import Program, StartSet, StepPrograms
 from trackably.control.stepping import ROUNDING, Infeasible, Plan, Status
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
 
 
@@ -92,14 +93,10 @@ class Formulation:
         """
         return np.zeros((len(self.R), len(self.Q)))
 
-    @cached_property
-    def admissible(self) -> AdmissiblePoints:
-        """The admissible inputs."""
-        return AdmissiblePoints(self.plant.input_set)
-
-    @cached_property
-    def admissible_states(self) -> AdmissiblePoints:
-        return AdmissiblePoints(self.plant.state_set)
+    @property
+    def input_set(self) -> Polytope:
+        """The set of the inputs that are applied."""
+        return self.plant.input_set
 
     @cached_property
     def linear_model(self) -> LocalModel:
@@ -262,8 +259,9 @@ class StepProblem:
             raise ArithmeticError("a predicted state or input overflows in float64")
         return Plan(
             k=self.k,
-            input=f.admissible.at(self.k * f.plant.sampling_time).pull_inside(
-                self.window.inputs[0] + v[0] + f.feedback @ (self.off - start)
+            input=pull_inside(
+                f.input_set.at(self.k * f.plant.sampling_time),
+                self.window.inputs[0] + v[0] + f.feedback @ (self.off - start),
             ),
             cost=float(np.sum(stage_costs)),
             stage_cost=float(stage_costs[0]),

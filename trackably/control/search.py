@@ -7,7 +7,7 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.control.bounds import Slack
+from trackably.control.bounds import Slack, pull_inside
 from trackably.control.error_model import ErrorModel, reference_defects
 from trackably.control.problem import Formulation, StepProblem
 from trackably.control.stepping import Infeasible, Plan, Status
@@ -24,7 +24,7 @@ def starts(formulation: Formulation, state: Array, window: Window, initial_guess
     inputs; a straight line with these inputs; and the simulation with the middle of the input set.
     """
     system, N = formulation.plant.system, formulation.horizon
-    middle = np.tile(formulation.admissible.centre, (N, 1))
+    middle = np.tile(formulation.plant.input_set.centre, (N, 1))
     line = np.linspace(state, window.states[-1], N + 1)
     if initial_guess is not None:
         yield between(formulation, apply_inputs(system, state, initial_guess), state, window)
@@ -43,10 +43,9 @@ def between(formulation: Formulation, trajectory: Window, state: Array, window: 
     A state that is not finite is replaced by the reference's.
     """
     defined = np.all(np.isfinite(trajectory.states), axis=1)[:, None]
-    inner = [
-        formulation.admissible_states.pull_inside(x) for x in np.where(defined, trajectory.states, window.states)[1:-1]
-    ]
-    inputs = [formulation.admissible.pull_inside(u) for u in trajectory.inputs]
+    inside = np.where(defined, trajectory.states, window.states)[1:-1]
+    inner = [pull_inside(formulation.plant.state_set, x) for x in inside]
+    inputs = [pull_inside(formulation.plant.input_set, u) for u in trajectory.inputs]
     return Window(np.vstack([state, *inner, window.states[-1]]), np.array(inputs))
 
 

@@ -61,12 +61,6 @@ class FlatForm(subject.FlatForm):
         states, inputs = formulas_of(lambda: function(_Shifts(outputs)), "flat form")
         return cls(states, inputs, tuple(angles))
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, FlatForm) and self.angles == other.angles and alike(self._formulas, other._formulas)
-
-    def __hash__(self) -> int:
-        return hash((len(self.states), self.angles))
-
     @property
     def outputs(self) -> int:
         """The number of flat outputs."""
@@ -91,12 +85,6 @@ class FlatForm(subject.FlatForm):
                 f"flat form: formulas must be of flat outputs, z1[0] to z99[{MOST_SHIFTS}], but hold {name}"
             )
         return c, j
-
-
-def alike(one: Sequence[Formula], other: Sequence[Formula]) -> bool:
-    """Whether formulas are equal as written."""
-    shapes = Shapes()
-    return list(map(shapes.of, one)) == list(map(shapes.of, other))
 
 
 def one_step_later(formula: Formula) -> Formula:

@@ -14,7 +14,7 @@ from trackably.checker.formulas import Formula, Operation, parts
 from trackably.checker.formulas import names as names_in
 from trackably.checker.inverse import Term, UnsolvableError, inputs_of
 from trackably.checker.limits import DEPTH
-from trackably.systems.flat_forms import FlatForm, alike, found_form, why_not_flat, with_heading_in, without_jumps
+from trackably.systems.flat_forms import FlatForm, found_form, why_not_flat, with_heading_in, without_jumps
 from trackably.systems.formulas import derivative, evaluate_floats, size_and_depth, text
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import Flatness, require_names
@@ -64,17 +64,6 @@ class NonlinearSystem:
                         raise ValueError(
                             f"system: f must be solvable for its inputs, but that would divide by {text(pivot)}"
                         )
-
-    def __eq__(self, other: object) -> bool:
-        fields = ("states", "inputs", "sampling_time", "flat")
-        return (
-            isinstance(other, NonlinearSystem)
-            and all(getattr(self, name) == getattr(other, name) for name in fields)
-            and alike(self.f, other.f)
-        )
-
-    def __hash__(self) -> int:
-        return hash((self.states, self.inputs, self.sampling_time))
 
     def _verify(self, form: FlatForm) -> FlatForm:
         """Return the flat form, without jumps of its headings if possible. ValueError: it is no flat form of f."""

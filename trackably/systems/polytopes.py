@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 import numpy as np
@@ -180,12 +181,20 @@ class Polytope:
     @property
     def depth(self) -> float:
         """The largest margin of any point, relative to the width of each row; ≤ 0 if the set has no interior."""
-        if not np.all(self.lower < self.upper):
-            return -np.inf
+        return self._deepest[0] if np.all(self.lower < self.upper) else -np.inf
+
+    @property
+    def centre(self) -> Array:
+        """A point (n,) with the largest margin, relative to the width of each row; zero where nothing bounds it."""
+        return self._deepest[1]
+
+    @cached_property
+    def _deepest(self) -> tuple[float, Array]:
+        matrix, off, units, centre = self._centred
         if np.all(np.count_nonzero(self.rows, axis=0) <= 1):  # no two share a coordinate: each is met in its middle
-            return 0.5
-        matrix, off, *_ = self._centred
-        return deepest(np.vstack([matrix, -matrix]), np.full(2 * len(matrix), 2.0), np.append(1 + off, 1 - off))[0]
+            return 0.5, units * centre
+        found = deepest(np.vstack([matrix, -matrix]), np.full(2 * len(matrix), 2.0), np.append(1 + off, 1 - off))
+        return found[0], units * (centre + found[1])
 
     @property
     def ends(self) -> tuple[list[End], list[End]]:
@@ -226,7 +235,8 @@ class Polytope:
         half = np.maximum(self.upper / 2 - self.lower / 2, np.finfo(float).smallest_subnormal)
         sizes = np.abs(self.rows)
         with np.errstate(over="ignore"):
-            unit = np.min(np.divide(half[:, None], sizes, out=np.full_like(sizes, np.inf), where=sizes > 0), axis=0)
+            reach = np.divide(half[:, None], sizes, out=np.full_like(sizes, np.inf), where=sizes > 0)
+            unit = np.min(reach, axis=0, initial=np.inf)
         units = np.asarray(np.where(np.isfinite(unit), unit, 1.0), dtype=float)
         matrix, middle = self.rows * units / half[:, None], (self.upper / 2 + self.lower / 2) / half
         centre = np.asarray(np.linalg.lstsq(matrix, middle)[0], dtype=float)
