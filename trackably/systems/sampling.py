@@ -11,7 +11,6 @@ from trackably.gp.samples import Samples
 from trackably.gp.stencil import POINT, Stencil, Stencils
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.formulas import weighted_sum_text
-from trackably.systems.linear import LinearSystem, outputs_in_states
 from trackably.systems.trajectories import Functional
 
 RATE_OF = "rate of "
@@ -195,10 +194,8 @@ def sampled_names(plant: ConstrainedSystem, signal: int) -> list[str]:
 
 def _where(plant: ConstrainedSystem) -> str:
     """Describe those flat outputs of a linear system that no single state determines, as sums of states."""
-    if not isinstance(plant.system, LinearSystem):
-        return ""
     said = []
-    for signal, row in enumerate(outputs_in_states(plant.flatness)):
+    for signal, row in enumerate(plant.flatness.outputs):
         *shown, name = sampled_names(plant, signal)
         if not shown:
             said.append(f"{name} = {weighted_sum_text(row, plant.system.states, _DIGITS)}")
