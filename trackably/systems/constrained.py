@@ -11,9 +11,10 @@ import numpy as np
 
 from trackably.arguments import instance
 from trackably.arrays import Array
+from trackably.checker.formulas import text
 from trackably.systems.allocation import Allocation
 from trackably.systems.flat_forms import FlatForm
-from trackably.systems.formulas import shorten, text, weighted_sum_text
+from trackably.systems.formulas import shorten, weighted_sum_text
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import Flatness, LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem

@@ -1,4 +1,4 @@
-"""Formulas of a plant, built of the checker's nodes: derivatives, values in float64, text, and the form in files.
+"""Formulas of a plant, built of the checker's nodes: derivatives, values in float64, and the form in files.
 
 A formula is an acyclic graph of the checker's nodes. A constant is exactly the real number that its float64 represents.
 No operation here changes the real function that a formula represents, or its domain.
@@ -35,33 +35,9 @@ def size_and_depth(formula: Formula) -> tuple[int, int]:
     return known[formula]
 
 
-# Text, for names and messages.
+# Names of weighted sums.
 
-_ALL, _LONGEST = 10_000, 80
-_BINDING = {"+": 1, "-": 1, "*": 2, "/": 2}
-
-
-def text(formula: Formula, binding: int = 0, deepest: int = _ALL) -> str:
-    """Format a formula as an operand of an operator with the strength `binding`, in parentheses if needed."""
-    match formula:
-        case _ if not deepest:
-            found = "…"
-        case Number(value):
-            found = f"{value:g}" if value >= 0 or not binding else f"({value:g})"
-        case Name(name):
-            found = name
-        case Operation(symbol, left, right):
-            own = _BINDING[symbol]
-            found = f"{text(left, own, deepest - 1)} {symbol} {text(right, own + 1, deepest - 1)}"
-            found = found if own >= binding else f"({found})"
-        case Power(base, exponent):
-            found = f"{text(base, 4, deepest - 1)}^{text(Number(exponent), 4, 1)}"
-            found = found if binding < 4 else f"({found})"
-        case Function(name, argument):
-            found = f"{name}({text(argument, 0, deepest - 1)})"
-        case Angle(y, x):
-            found = f"atan2({text(y, 0, deepest - 1)}, {text(x, 0, deepest - 1)})"
-    return found
+_LONGEST = 80
 
 
 def weighted_sum_text(row: Sequence[Fraction], names: Sequence[str], digits: int = 3) -> str:

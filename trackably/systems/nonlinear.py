@@ -10,12 +10,12 @@ import numpy as np
 
 from trackably.arguments import names, positive
 from trackably.arrays import Array
-from trackably.checker.formulas import Formula, Operation, parts
+from trackably.checker.formulas import Formula, Operation, parts, text
 from trackably.checker.formulas import names as names_in
 from trackably.checker.inverse import Term, UnsolvableError, inputs_of
 from trackably.checker.limits import DEPTH
 from trackably.systems.flat_forms import FlatForm, found_form, why_not_flat, with_heading_in, without_jumps
-from trackably.systems.formulas import derivative, evaluate_floats, size_and_depth, text
+from trackably.systems.formulas import derivative, evaluate_floats, size_and_depth
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import Flatness, require_names
 from trackably.systems.tracing import Dynamics, require_same_values, trace

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self, TypeAlias
@@ -59,36 +59,27 @@ class Polytope:
             raise ValueError(f"set: rows must be a matrix with a column for each coordinate, got {rows.shape}")
         rows.flags.writeable = False
         object.__setattr__(self, "rows", rows)
-        if _any_moves(self.lower, self.upper):
-            self._keep_moving()
-            return
-        r, ends = len(rows), [numbers(f"set: {name}", getattr(self, name)) for name in ("lower", "upper")]
-        if [of.shape for of in ends] != [(r,), (r,)]:
-            raise ValueError(f"set: {r} rows need as many bounds, got {ends[0].shape} and {ends[1].shape}")
-        for name, of in zip(("lower", "upper"), ends, strict=True):
-            of.flags.writeable = False
-            object.__setattr__(self, name, of)
-        for i, (row, low, high) in enumerate(zip(self.rows, self.lower, self.upper, strict=True)):
-            if not (np.all(np.isfinite(row)) and np.any(row) and -np.inf < low <= high < np.inf):
+        lower, upper = (_ends(f"set: {name}", getattr(self, name)) for name in ("lower", "upper"))
+        r, shapes = len(rows), [np.shape(of) for of in (lower, upper)]
+        if shapes != [(r,), (r,)]:
+            raise ValueError(f"set: {r} rows need as many bounds, got {shapes[0]} and {shapes[1]}")
+        for i, (row, low, high) in enumerate(zip(rows, lower, upper, strict=True)):
+            is_bounded = _any_moves([low, high]) or -np.inf < low <= high < np.inf
+            if not (np.all(np.isfinite(row)) and np.any(row) and is_bounded):
                 raise ValueError(f"set: row {i} needs finite entries, not all zero, and finite bounds, lower ≤ upper, "
                                  f"got {row.tolist()} in [{low}, {high}]")  # fmt: skip
-        self._keep(map(Interval, self.lower.tolist(), self.upper.tolist()))
+        object.__setattr__(self, "_intervals", list(zip(rows, map(interval, lower, upper), strict=True)))
+        if self.moves:
+            for name in ("lower", "upper"):
+                object.__delattr__(self, name)
+            for t in np.unique(np.concatenate([of.breakpoints for _, of in self.intervals])).tolist():
+                self.at(t)  # which has an interior
+            return
+        for name, of in (("lower", lower), ("upper", upper)):
+            object.__setattr__(self, name, np.array(of, dtype=float))
+            getattr(self, name).flags.writeable = False
         if r and not self.depth > 0:
             raise ValueError(f"set: must have an interior, but no point lies strictly inside {self}")
-
-    def _keep_moving(self) -> None:
-        """Keep the bounds, of which some move, as intervals alone."""
-        pairs = list(zip(self.lower, self.upper, strict=True))
-        if len(pairs) != len(self.rows):
-            raise ValueError(f"set: {len(self.rows)} rows need as many bounds, got {len(pairs)}")
-        self._keep(interval(*map(_end, of)) for of in pairs)
-        for name in ("lower", "upper"):
-            object.__delattr__(self, name)
-        for t in np.unique(np.concatenate([of.breakpoints for _, of in self.intervals])).tolist():
-            self.at(t)  # which has an interior
-
-    def _keep(self, made: Iterable[Interval]) -> None:
-        object.__setattr__(self, "_intervals", list(zip(self.rows, made, strict=True)))
 
     @property
     def intervals(self) -> list[tuple[Array, Interval]]:
@@ -267,11 +258,17 @@ def _any_moves(*ends: object) -> bool:
     )
 
 
-def _end(given: Any) -> End:
-    """Return an end of an interval, which users give as one, as a spline of SciPy, or as a table. ValueError: neither.
+def _ends(what: str, given: Any) -> list[Any]:
+    """Return the ends of intervals as users give them: numbers, or among them splines of SciPy, or tables.
 
     A spline rests before its first breakpoint and after its last one, or repeats if it extrapolates periodically.
     """
+    if not _any_moves(given):
+        return list(np.atleast_1d(numbers(what, given)).tolist())
+    return [_end(of) for of in np.atleast_1d(np.asarray(given, dtype=object))]
+
+
+def _end(given: Any) -> End:
     if isinstance(given, Mapping):
         return PolynomialPieces.from_mapping(given)
     if is_spline(given):

@@ -16,11 +16,11 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from trackably.arrays import Array
 from trackably.checker.flatness import Shapes
-from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power, evaluate
+from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power, evaluate, text
 from trackably.checker.intervals import UndefinedError
 from trackably.checker.inverse import is_number, times
 from trackably.checker.rounding import TrackedFormulas
-from trackably.systems.formulas import evaluate_floats, is_float64, text
+from trackably.systems.formulas import evaluate_floats, is_float64
 
 # Symbols: numbers that are not known yet; arithmetic with them records the formula.
 
@@ -134,7 +134,7 @@ def _power(a: Formula, b: Formula) -> Formula:
         return a if b.value == 1.0 else Power(a, b.value)
     if isinstance(a, Number) and a.value > 0 and math.isfinite(a.value):
         return Function("exp", Operation("*", b, Function("log", a)))
-    refuse(f"have numbers for exponents, or for positive bases, got ({text(a)})**({text(b)})")
+    refuse(f"have numbers for exponents, or for positive bases, got {text(a)}**{text(b)}")
 
 
 def _by(compute: Callable[..., Any]) -> Callable[..., Formula]:
