@@ -100,11 +100,11 @@ def best_feedback(plant: ConstrainedSystem, disturbance: DisturbanceSet) -> Arra
     Nearly the most is the largest slack less 0.05: so little slack can buy an error that decays in tens of steps
     instead of hundreds. Raises NoInvariantSetError if no regulator makes the error decay.
     """
-    found: list[tuple[float, Array]] = []
+    found, widths = list[tuple[float, Array]](), bound_widths(plant)
     for weight, rate in product(INPUT_WEIGHTS, RATES):
         try:
             K = regulator(plant, weight, rate)
-            found.append((room(plant, disturbance, K), K))
+            found.append((float(np.min(1 - widths_taken(plant, disturbance, K) / widths, initial=1.0)), K))
         except (np.linalg.LinAlgError, NoInvariantSetError):  # other weights may do
             continue
     if not found:
@@ -130,11 +130,6 @@ def regulator(plant: ConstrainedSystem, input_weight: float, rate: float) -> Arr
     sizes = np.abs(K) * unit_scales(plant.state_set) / unit_scales(plant.input_set)[:, None]
     mantissas, exponents = np.frexp(np.where(sizes > _NOTHING * np.max(sizes), K, 0.0))
     return np.asarray(np.ldexp(np.round(np.ldexp(mantissas, _BITS)), exponents - _BITS))
-
-
-def room(plant: ConstrainedSystem, disturbance: DisturbanceSet, K: Array) -> float:
-    """Return the least slack that the errors leave, relative to a width, in float64; negative if they leave none."""
-    return float(np.min(1 - widths_taken(plant, disturbance, K) / bound_widths(plant), initial=1.0))
 
 
 def widths_taken(plant: ConstrainedSystem, disturbance: DisturbanceSet, K: Array) -> Array:
@@ -210,10 +205,6 @@ class InvariantSet:
         of_head = Fraction(head, d * self.disturbance.denominator * q ** (self.head - 1))
         of_tail = Fraction(tail, d * p * q ** (self.head + self.terms - 1))
         return of_head + of_tail / (1 - Fraction(self.contraction))
-
-    def support_of_input(self, row: Sequence[Fraction]) -> Fraction:
-        """Return h_Z(Kᵀ row), the largest row · K e over e ∈ Z, exactly."""
-        return self.support((exact(row) @ exact(self.feedback)).tolist())
 
     @cached_property
     def closed_loop(self) -> Array:
@@ -337,15 +328,15 @@ class Tightening:
         return min(_largest_fraction(bounded, by, self.margin) for bounded, by in sides)
 
     def _of_row(self, constraint: LinearConstraint) -> tuple[Fraction, Fraction]:
-        if self.invariant is None:
+        if (Z := self.invariant) is None:
             return Fraction(0), Fraction(0)
-        up, down = constraint.row, [-r for r in constraint.row]
+        row = exact(constraint.row)
         if constraint.side == "input":
-            return self.invariant.support_of_input(down), self.invariant.support_of_input(up)
-        low, high = self.invariant.support(down), self.invariant.support(up)
-        return (
-            (low + self.noise.exact_support(up), high + self.noise.exact_support(down)) if self.noise else (low, high)
-        )
+            row = row @ exact(Z.feedback)
+        up, down = row.tolist(), (-row).tolist()
+        if self.noise and constraint.side == "state":
+            return Z.support(down) + self.noise.exact_support(up), Z.support(up) + self.noise.exact_support(down)
+        return Z.support(down), Z.support(up)
 
     def _tighten(self, bounded: Polytope, by: list[tuple[Fraction, Fraction]]) -> Polytope:
         lower, upper = [], []
