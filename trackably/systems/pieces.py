@@ -41,15 +41,10 @@ class DoubleDouble:
     low: Array
 
     @classmethod
-    def of(cls, numbers: Sequence[Fraction]) -> Self:
-        """Convert rational numbers, each with a relative error of at most u²."""
-        high = [float(number) for number in numbers]
-        low = [float(number - Fraction(near)) for number, near in zip(numbers, high, strict=True)]
-        return cls(np.array(high), np.array(low))
-
-    def at(self, index: Any) -> DoubleDouble:
-        """Return the numbers at an index of the arrays."""
-        return DoubleDouble(self.high[index], self.low[index])
+    def of(cls, number: Fraction) -> Self:
+        """Convert a rational number, with a relative error of at most u²."""
+        high = float(number)
+        return cls(np.asarray(high), np.asarray(float(number - Fraction(high))))
 
     def __add__(self, other: DoubleDouble) -> DoubleDouble:
         high, error = two_sum(self.high, other.high)
