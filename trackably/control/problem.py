@@ -63,11 +63,8 @@ class Formulation:
 
     @cached_property
     def inequalities(self) -> PlantInequalities:
-        """The sets; without bounds where these move in time."""
-        if not self.plant.moves:
-            return PlantInequalities.of(self.plant)
-        X, U = self.inequalities_from(0).states, self.inequalities_from(0).inputs
-        return PlantInequalities(*(replace(of, bounds=np.full_like(of.bounds, np.nan)) for of in (X, U)))
+        """The sets, at step 0 if bounds move."""
+        return PlantInequalities.of(self.plant, self.plant.sampling_time * np.arange(self.horizon + 1.0))
 
     def inequalities_from(self, k: int) -> PlantInequalities:
         """Return the sets at the steps k, …, k + N, of a linear system if bounds move."""

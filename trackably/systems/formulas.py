@@ -6,8 +6,7 @@ No operation here changes the real function that a formula represents, or its do
 
 import operator
 import sys
-from collections.abc import Callable, Mapping, Sequence
-from fractions import Fraction
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 
 import numpy as np
@@ -33,26 +32,6 @@ def size_and_depth(formula: Formula) -> tuple[int, int]:
         inner = [known[operand] for operand in operands(node)]
         known[node] = 1 + sum(size for size, _ in inner), 1 + max((depth for _, depth in inner), default=0)
     return known[formula]
-
-
-# Names of weighted sums.
-
-_LONGEST = 80
-
-
-def weighted_sum_text(row: Sequence[Fraction], names: Sequence[str], digits: int = 3) -> str:
-    """Format Σ_i row_i name_i, for example x, x+y or x-0.5y, with `digits` significant digits of each weight."""
-    signed = []
-    for weight, name in zip(map(float, row), names, strict=True):
-        if weight:
-            size = "" if abs(weight) == 1 else f"{abs(weight):.{digits}g}"
-            signed.append(f"{'-' if weight < 0 else '+'}{size}{name}")
-    return "".join(signed).removeprefix("+")
-
-
-def shorten(name: str) -> str:
-    """Cut off a name so that it fits into a line."""
-    return name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}…"
 
 
 def to_lists(formula: Formula) -> object:

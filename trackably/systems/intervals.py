@@ -123,9 +123,6 @@ class Interval:
         """Return the smallest margin of the values in another interval."""
         return min(other.lower - self.lower, self.upper - other.upper)
 
-    def contains(self, other: Interval) -> bool:
-        return self.lower <= other.lower and other.upper <= self.upper
-
     def __str__(self) -> str:
         return f"[{', '.join(ends_shown(self.lower, self.upper))}]"
 

@@ -14,7 +14,7 @@ import scipy
 
 from trackably.arguments import array, is_number, names, numbers, positive
 from trackably.arrays import Array, ArrayLike
-from trackably.systems.formulas import weighted_sum_text
+from trackably.checker.subject import weighted_sum_text
 from trackably.systems.rationals import Rationals, exact, inverse, null_space, rank, row_echelon, to_floats
 from trackably.systems.trajectories import Coordinate, Functional
 

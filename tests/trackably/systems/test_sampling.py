@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.trackably.systems.instances import random_signal, unbounded
-from trackably.systems.formulas import weighted_sum_text
+from trackably.checker.subject import weighted_sum_text
 from trackably.systems.library import mobile_robot, pendulum
 from trackably.systems.linear import LinearSystem
 from trackably.systems.sampling import kinds_by_name, stencils_by_name
