@@ -49,7 +49,7 @@ class Zonotope:
         return (self.centre, *self.generators)
 
     @staticmethod
-    def support(vectors: Sequence[Sequence[int]], row: Sequence[int]) -> int:
+    def largest(vectors: Sequence[Sequence[int]], row: Sequence[int]) -> int:
         """Return max row · w over the set that these `vectors`, integer multiples of its own, define."""
         centre, *generators = (product(vector, row) for vector in vectors)
         return centre + sum(map(abs, generators))
@@ -67,7 +67,7 @@ class Hull:
         return self.vertices
 
     @staticmethod
-    def support(vectors: Sequence[Sequence[int]], row: Sequence[int]) -> int:
+    def largest(vectors: Sequence[Sequence[int]], row: Sequence[int]) -> int:
         """Return max row · w over the set that these `vectors`, integer multiples of its own, define."""
         return max(product(vector, row) for vector in vectors)
 
@@ -193,7 +193,7 @@ class _Errors:
         if self.robust.noise is None:
             return Fraction(0)
         (r, (moved,)), (d, vectors) = in_whole_numbers([row]), in_whole_numbers(self.robust.noise.vectors)
-        return Fraction(self.robust.noise.support(vectors, moved), r * d)
+        return Fraction(self.robust.noise.largest(vectors, moved), r * d)
 
     def fits(self, row: Sequence[Fraction], room: Fraction) -> bool:
         """Return whether h_Z(row) = Σ_{i<N} h_W(row A_Kⁱ) + (1 − α)⁻¹ Σ_{i<s} h_P(row A_Kᴺ⁺ⁱ) ≤ room.
@@ -207,7 +207,7 @@ class _Errors:
         for i in range(N + s):
             tick()
             if i < N:
-                of_W = of_W * self.q + self.disturbance.support(self.vectors, moved)
+                of_W = of_W * self.q + self.disturbance.largest(self.vectors, moved)
             else:
                 of_P = of_P * self.q + product([abs(x) for x in moved], self.box)
             moved = self.moved(moved)
@@ -239,7 +239,7 @@ def _not_invariant(robust: Robust, errors: _Errors) -> str | None:
     n, box = len(robust.box), [Fraction(p) for p in robust.box]
     for i in range(n):
         axis = [int(i == j) for j in range(n)]
-        supports = (errors.disturbance.support(errors.vectors, side) for side in (axis, [-a for a in axis]))
+        supports = (errors.disturbance.largest(errors.vectors, side) for side in (axis, [-a for a in axis]))
         if Fraction(max(supports), errors.d) > box[i]:
             return f"W is not inside of P: coordinate {i}"
         power = axis

@@ -121,23 +121,23 @@ class Polytope:
 
         ValueError: only one of two bounds is infinite, shapes differ, or the box has no interior.
         """
-        if _any_moves(lower, upper):
-            lows, highs = (np.atleast_1d(np.asarray(of, dtype=object)) for of in (lower, upper))
-            both = enumerate(zip(lows, highs, strict=True))
-            free = [i for i, of in both if not _any_moves(of) and np.all(np.isinf([*of]))]
-            rows = np.delete(np.eye(len(lows)), free, axis=0)
-            return cls(rows, np.delete(lows, free), np.delete(highs, free), len(lows))
-        low, high = box_ends("set", lower, upper)
-        for i in np.flatnonzero(~(low < high)).tolist():
-            ends = ", ".join(ends_shown(float(low[i]), float(high[i])))
-            raise ValueError(f"set: must have an interior, got [{ends}] for coordinate {i + 1}")
-        bounded = ~(np.isinf(low) & np.isinf(high))
-        for i in np.flatnonzero(bounded & (np.isinf(low) | np.isinf(high))).tolist():
-            raise ValueError(
-                f"set: coordinate {i + 1} has the bounds [{low[i]:g}, {high[i]:g}]: give both or none; where one side "
-                "does not matter, a bound that is never reached will do"
-            )
-        return cls(np.eye(len(low))[bounded], low[bounded], high[bounded], len(low))
+        low, high = (_ends(f"set: {name}", of) for name, of in (("lower", lower), ("upper", upper)))
+        if np.shape(low) != np.shape(high) or np.ndim(low) != 1:
+            raise ValueError(f"set: as many lower as upper bounds are needed, got {np.shape(low)} and {np.shape(high)}")
+        both = list(zip(low, high, strict=True))
+        for i, (a, b) in enumerate(both):
+            if _any_moves([a, b]):
+                continue
+            if not a < b:
+                ends = ", ".join(ends_shown(a, b))
+                raise ValueError(f"set: must have an interior, got [{ends}] for coordinate {i + 1}")
+            if np.isinf(a) != np.isinf(b):
+                raise ValueError(
+                    f"set: coordinate {i + 1} has the bounds [{a:g}, {b:g}]: give both or none; where one side does "
+                    "not matter, a bound that is never reached will do"
+                )
+        bounded = [i for i, ends in enumerate(both) if ends != (-np.inf, np.inf)]
+        return cls(np.eye(len(low))[bounded], [low[i] for i in bounded], [high[i] for i in bounded], len(low))
 
     @classmethod
     def halfspaces(cls, H: ArrayLike, h: ArrayLike) -> Self:
@@ -277,14 +277,6 @@ def _end(given: Any) -> End:
             raise ValueError(f"set: expected one value of a spline at a time, got {c.shape[2:]}")
         return PolynomialPieces(ends, c.T, "period" if given.extrapolate == "periodic" else "rest")
     return given if isinstance(given, PolynomialPieces) else float(given)
-
-
-def box_ends(what: str, lower: Any, upper: Any) -> tuple[Array, Array]:
-    """Return the bounds of a box as arrays (n,), numbers as those of one coordinate. ValueError: shapes differ."""
-    low, high = (np.atleast_1d(numbers(f"{what}: {name}", of)) for name, of in (("lower", lower), ("upper", upper)))
-    if low.shape != high.shape or low.ndim != 1:
-        raise ValueError(f"{what}: as many lower as upper bounds are needed, got {low.shape} and {high.shape}")
-    return low, high
 
 
 def deepest(rows: Array, shares: Array, limits: Array) -> tuple[float, Array]:
