@@ -294,11 +294,6 @@ class LinearSystem:
         """Return A x + B u + c for x of shape (…, n) and u of shape (…, m): shape (…, n)."""
         return np.asarray(np.asarray(x) @ self.A.T + np.asarray(u) @ self.B.T + self.c)
 
-    def affine(self, x: Array) -> tuple[Array, Array]:
-        """Return A x + c and B for x of shape (…, n): shapes (…, n) and (…, n, m)."""
-        drift = np.asarray(x) @ self.A.T + self.c
-        return drift, np.broadcast_to(self.B, (*drift.shape[:-1], *self.B.shape))
-
     def slopes(self, x: Array, u: Array) -> tuple[Array, Array]:
         """Return ∂f/∂x = A and ∂f/∂u = B at x of shape (…, n) and u (…, m): shapes (…, n, n) and (…, n, m)."""
         shape = np.broadcast_shapes(np.shape(x)[:-1], np.shape(u)[:-1])

@@ -141,17 +141,7 @@ class NonlinearSystem:
         try:
             return inputs_of(self.f, self.successors, self.inputs)
         except UnsolvableError as error:
-            self._require_affine()
             raise ValueError(f"system: f must be solvable for its inputs, x⁺ = f0(x) + G(x) u, but {error}") from None
-
-    def _require_affine(self) -> None:
-        for node in (part for formula in self.f for part in parts(formula)):
-            slopes = (derivative(node, name) for name in self.inputs)
-            if any(slope is not None and names_in(slope) & {*self.inputs} for slope in slopes):
-                raise ValueError(
-                    f"system: f must be affine in its inputs, x⁺ = f0(x) + G(x) u, so that it can be solved for them, "
-                    f"but holds {text(node)}"
-                )
 
     def successor(self, x: Array, u: Array) -> Array:
         """Return f(x, u) for x (…, n) and u (…, m): shape (…, n), NaN or infinite where f is undefined."""
@@ -167,12 +157,6 @@ class NonlinearSystem:
             for name, column in zip(names, of, strict=True)
         }
         return values, np.broadcast_shapes(*(of.shape[1:] for of in columns))
-
-    def affine(self, x: Array) -> tuple[Array, Array]:
-        """Return f0(x) and G(x) for x of shape (…, n): shapes (…, n) and (…, n, m). ValueError: f is not affine."""
-        self._require_affine()
-        still = np.zeros(len(self.inputs))
-        return self.successor(x, still), self.slopes(x, still)[1]
 
     def slopes(self, x: Array, u: Array) -> tuple[Array, Array]:
         """Return ∂f/∂x and ∂f/∂u at x (…, n) and u (…, m): shapes (…, n, n) and (…, n, m)."""

@@ -87,7 +87,7 @@ def test_references_return_from_json(name):
     ("change", "reason"),
     [
         ({"f": [["+", "level", True]]}, "a formula must be"),
-        ({"f": [["sqrt", "inflow"]]}, r"must be affine in its inputs, .* but holds sqrt\(\"inflow\"\)"),
+        ({"f": [["sqrt", "inflow"]]}, r"solvable for its inputs, .* not affine in inflow: it holds sqrt\(\"inflow\"\)"),
         ({"f": ["nobody"]}, "the formula of level uses nobody, which is no state or input"),
         ({"f": []}, "f must have a formula for each of 1 states, got 0"),
         ({"A": [[1.0]]}, "NonlinearSystem has no A"),
@@ -100,7 +100,7 @@ def test_json_that_is_no_system_is_refused(change, reason):
         decode(Reference, data)
 
 
-AFFINE = r"must be affine in its inputs, x⁺ = f0\(x\) \+ G\(x\) u, so that it can be solved for them, but holds "
+AFFINE = r"must be solvable for its inputs, x⁺ = f0\(x\) \+ G\(x\) u, but f is not affine in p: it holds "
 REFUSED = {
     "a product": (lambda x, u: [u[0] * x[0] * u[0]], rf'{AFFINE}\(\("p" \* "a"\) \* "p"\)'),
     "a function": (lambda x, u: [x[0] + np.sin(u[0] + x[0])], rf'{AFFINE}sin\(\("p" \+ "a"\)\)'),
