@@ -52,11 +52,6 @@ class _ExactSet(ABC):
     def vectors(self) -> tuple[Vector, ...]:
         """The vectors that define the set: a centre and generators, or vertices."""
 
-    @staticmethod
-    @abstractmethod
-    def largest(vectors: Sequence[Sequence[int]], row: Sequence[int]) -> int:
-        """Return max row · w over the set that these `vectors`, integer multiples of its own, define."""
-
     @abstractmethod
     def farthest(self, row: Array) -> Array:
         """Return a point (n,) of the set, up to rounding, at which row · w is largest."""
@@ -69,24 +64,6 @@ class _ExactSet(ABC):
     def matrix(self) -> Array:
         """The vectors in float64, one in each row."""
         return np.array(self.vectors, dtype=float)
-
-    @property
-    def denominator(self) -> int:
-        """The least d that makes all entries of d · W integers."""
-        return self._whole[0]
-
-    def whole_support(self, row: Sequence[int]) -> int:
-        """Return d h_W(row) = d max {row · w : w ∈ W}, exactly, for the denominator d."""
-        return self.largest(self._whole[1], row)
-
-    def exact_support(self, row: Sequence[Fraction]) -> Fraction:
-        """Return h_W(row), exactly."""
-        d, (whole_row,) = checker.in_whole_numbers([row])
-        return Fraction(self.whole_support(whole_row), d * self.denominator)
-
-    @cached_property
-    def _whole(self) -> tuple[int, list[list[int]]]:
-        return checker.in_whole_numbers(self.vectors)
 
 
 # Disturbance sets that are zonotopes; boxes are some of them.

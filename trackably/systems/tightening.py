@@ -11,7 +11,7 @@ import scipy
 
 from trackably.arguments import array, instance, real
 from trackably.arrays import Array, ArrayLike
-from trackably.checker.disturbances import in_whole_numbers
+from trackably.checker.disturbances import Errors, support_of
 from trackably.systems.constrained import ConstrainedSystem, LinearConstraint
 from trackably.systems.disturbances import (
     DisturbanceSet,
@@ -26,7 +26,7 @@ from trackably.systems.intervals import End
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope, deepest, squares_in_widths, unit_scales
-from trackably.systems.rationals import Rationals, exact, float_below
+from trackably.systems.rationals import exact, float_below
 
 # How fast the error decays under a feedback, and how far disturbances take it, in float64.
 
@@ -192,19 +192,7 @@ class InvariantSet:
 
     def support(self, row: Sequence[Fraction]) -> Fraction:
         """Return h_Z(row) = max {row · e : e ∈ Z}, exactly."""
-        q, closed = self._closed_loop
-        d, (numbers,) = in_whole_numbers([row])
-        moved: Rationals = np.array(numbers, dtype=object)
-        (p, half), head, tail = self._whole_box, 0, 0
-        for _ in range(self.head):
-            head = head * q + self.disturbance.whole_support(moved.tolist())
-            moved = moved @ closed
-        for _ in range(self.terms):
-            tail = tail * q + abs(moved) @ half  # of Python's integers: NumPy makes floats of lists of large ones
-            moved = moved @ closed
-        of_head = Fraction(head, d * self.disturbance.denominator * q ** (self.head - 1))
-        of_tail = Fraction(tail, d * p * q ** (self.head + self.terms - 1))
-        return of_head + of_tail / (1 - Fraction(self.contraction))
+        return Fraction(*self._errors.support(row))
 
     @cached_property
     def closed_loop(self) -> Array:
@@ -212,16 +200,9 @@ class InvariantSet:
         return closed_loop(self.system, self.feedback)
 
     @cached_property
-    def _closed_loop(self) -> tuple[int, Rationals]:
-        """q and q A_K as integers."""
-        A, B, K = (exact(of) for of in (self.system.A, self.system.B, self.feedback))
-        q, closed = in_whole_numbers((A + B @ K).tolist())
-        return q, np.array(closed, dtype=object)
-
-    @cached_property
-    def _whole_box(self) -> tuple[int, Rationals]:
-        p, (box,) = in_whole_numbers([exact(self.box).tolist()])
-        return p, np.array(box, dtype=object)
+    def _errors(self) -> Errors:
+        A, B, K = (of.tolist() for of in (self.system.A, self.system.B, self.feedback))
+        return Errors.of(A, B, K, self.disturbance, self.head, self.terms, self.contraction, self.box.tolist())
 
 
 def invariant_set(plant: ConstrainedSystem, feedback: Array, disturbance: DisturbanceSet) -> InvariantSet:
@@ -334,9 +315,8 @@ class Tightening:
         if constraint.side == "input":
             row = row @ exact(Z.feedback)
         up, down = row.tolist(), (-row).tolist()
-        if self.noise and constraint.side == "state":
-            return Z.support(down) + self.noise.exact_support(up), Z.support(up) + self.noise.exact_support(down)
-        return Z.support(down), Z.support(up)
+        V = self.noise if constraint.side == "state" else None
+        return Z.support(down) + support_of(V, up), Z.support(up) + support_of(V, down)
 
     def _tighten(self, bounded: Polytope, by: list[tuple[Fraction, Fraction]]) -> Polytope:
         lower, upper = [], []
