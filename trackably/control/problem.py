@@ -50,12 +50,11 @@ class Formulation:
 
         Raises ArithmeticError if the system is undefined there.
         """
-        system = self.plant.system
-        found = self.linear_model if self.is_linear else self._along(nominal)
-        defects = linearisation_defects(found.error_model, system, window, nominal)
-        if not all(np.all(np.isfinite(part)) for part in (found.error_model.A, found.error_model.B, defects)):
+        model, programs = self._anywhere if self.is_linear else self._along(nominal)
+        defects = linearisation_defects(model, self.plant.system, window, nominal)
+        if not all(np.all(np.isfinite(part)) for part in (model.A, model.B, defects)):
             raise ArithmeticError("a plan leads where the system is not defined")
-        return replace(found, defects=defects)
+        return LocalModel(model, programs, defects)
 
     @cached_property
     def scales(self) -> Scales:
@@ -96,11 +95,10 @@ class Formulation:
         return self.plant.input_set
 
     @cached_property
-    def linear_model(self) -> LocalModel:
-        """The model of a linear system, the same along every trajectory, without defects."""
+    def _anywhere(self) -> tuple[ErrorModel, StepPrograms]:
+        """The model of a linear system, the same along every trajectory."""
         n, m, N = len(self.Q), len(self.R), self.horizon
-        anywhere = Window(np.zeros((N + 1, n)), np.zeros((N, m)))
-        return self._along(anywhere)
+        return self._along(Window(np.zeros((N + 1, n)), np.zeros((N, m))))
 
     def programs(self, model: ErrorModel) -> StepPrograms:
         """Return the programs along a model of the errors."""
@@ -108,9 +106,9 @@ class Formulation:
         rows = X.in_widths(scales.states), U.in_widths(scales.inputs)
         return StepPrograms(model.scaled(scales), *self.scaled_weights, *rows, self.start)
 
-    def _along(self, nominal: Window) -> LocalModel:
+    def _along(self, nominal: Window) -> tuple[ErrorModel, StepPrograms]:
         model = ErrorModel.along(self.plant.system, nominal)
-        return LocalModel(model, self.programs(model), np.zeros((self.horizon, len(self.Q))))
+        return model, self.programs(model)
 
 
 TOLERANCE = 1e-7

@@ -4,7 +4,6 @@ A formula is an acyclic graph of the checker's nodes. A constant is exactly the 
 No operation here changes the real function that a formula represents, or its domain.
 """
 
-import operator
 import sys
 from collections.abc import Callable, Mapping
 from functools import lru_cache
@@ -12,7 +11,18 @@ from functools import lru_cache
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power, operands, parts
+from trackably.checker.formulas import (
+    OPERATORS,
+    Angle,
+    Formula,
+    Function,
+    Name,
+    Number,
+    Operation,
+    Power,
+    operands,
+    parts,
+)
 from trackably.checker.inverse import Term, minus, plus, times
 
 ONE = Number(1.0)
@@ -111,12 +121,6 @@ def steps(formula: Formula) -> tuple[tuple[Formula, tuple[int, ...]], ...]:
 
 
 _NUMPY = {"atan": "arctan"}
-_OPERATE: dict[str, Callable[[Array, Array], Array]] = {
-    "+": operator.add,
-    "-": operator.sub,
-    "*": operator.mul,
-    "/": operator.truediv,
-}
 
 
 def evaluate_floats(formula: Formula, values: Mapping[str, Array]) -> Array:
@@ -131,7 +135,7 @@ def evaluate_floats(formula: Formula, values: Mapping[str, Array]) -> Array:
                 case Name(name):
                     found = values[name]
                 case Operation(symbol):
-                    found = _OPERATE[symbol](*inner)
+                    found = OPERATORS[symbol](*inner)
                 case Power(_, exponent):
                     found = np.asarray(np.power(inner[0], exponent))
                 case Function(name):
