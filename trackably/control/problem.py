@@ -172,7 +172,7 @@ class StepProblem:
         start, scales = self.free_start, self.formulation.scales
         if start is None:
             return None
-        unforced = self.model.error_model.unforced_errors(start, self.model.defects)
+        unforced = self.model.error_model.errors(start, np.zeros_like(self.window.inputs), self.model.defects)
         v = self.model.programs.gain @ (unforced / scales.states).ravel()
         v = v.reshape(self.window.inputs.shape) * scales.inputs
         plan = self.plan(v, Status.NO_ACTIVE_BOUND, start)

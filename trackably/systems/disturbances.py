@@ -275,13 +275,6 @@ def _holds_zero(given: DisturbanceSet) -> bool:
 # Measurement noise: its effect on the disturbance of the measured state.
 
 
-def require_noise(given: object, states: int) -> Zonotope:
-    """Return a set of measurement noise. TypeError: it is no zonotope. ValueError: as `require_disturbance`."""
-    noise = require_zonotope("measurement_noise", given)
-    require_disturbance(noise, states, "measurement_noise")
-    return noise
-
-
 def of_measured_state(W: Zonotope, V: Zonotope, A: Array) -> Zonotope:
     """Return W ⊕ (−A V) ⊕ V, exactly.
 

@@ -19,7 +19,6 @@ from trackably.systems.disturbances import (
     Zonotope,
     of_measured_state,
     require_disturbance,
-    require_noise,
     require_zonotope,
 )
 from trackably.systems.intervals import End
@@ -421,7 +420,8 @@ def tightening(
     W = require_disturbance(Zonotope([Fraction(0)] * n) if disturbance is None else disturbance, n)
     of_errors = W
     if noise is not None:
-        V = require_noise(noise, n)
+        V = require_zonotope("measurement_noise", noise)
+        require_disturbance(V, n, "measurement_noise")
         of_errors = of_measured_state(require_zonotope("disturbance, with measurement_noise", W), V, system.A)
     if model_error is not None:
         instance("model_error", model_error, ModelError, "a ModelError, as of ModelError.intervals(system, entries)")
