@@ -15,7 +15,7 @@ import scipy
 from trackably.arguments import array, is_number, names, numbers, positive
 from trackably.arrays import Array, ArrayLike
 from trackably.checker.subject import weighted_sum_text
-from trackably.systems.rationals import Rationals, exact, inverse, null_space, rank, row_echelon, to_floats
+from trackably.systems.rationals import Rationals, exact, inverse, null_space, row_echelon, to_floats
 from trackably.systems.trajectories import Coordinate, Functional
 
 # Names of states and inputs: identifiers, so that no name can be taken for a part of a sentence or of a formula.
@@ -114,24 +114,19 @@ def _functionals(by_output: list[Rationals], offset: Rationals, sampling_time: f
 def _chains(A: Rationals, B: Rationals, states: Sequence[str]) -> list[int]:
     """Return κ_c, the number of columns B_c, A B_c, … among the first independent columns of [B, A B, …]."""
     n, m = B.shape
-    taken, orders, alive, columns = B[:, :0], [0] * m, [True] * m, B
-    while taken.shape[1] < n and any(alive):
-        for c in range(m):
-            if alive[c] and taken.shape[1] < n:
-                more = np.column_stack([taken, columns[:, c]])
-                alive[c] = rank(more) == more.shape[1]
-                if alive[c]:
-                    taken, orders[c] = more, orders[c] + 1
-        columns = A @ columns
-    if taken.shape[1] < n:
+    every = B
+    while len(pivots := row_echelon(every)[1]) < n and every.shape[1] < n * m:
+        every = np.hstack([every, A @ every[:, -m:]])
+    taken = every[:, pivots]  # if A^j B_c depends on columns before it, so do later powers
+    if len(pivots) < n:
         row = null_space(taken.T)[:, 0]  # it maps every reachable column to zero
         raise ValueError(
-            f"{_REFUSED}: its inputs reach {taken.shape[1]} of {n} dimensions, and none of them ever changes "
+            f"{_REFUSED}: its inputs reach {len(pivots)} of {n} dimensions, and none of them ever changes "
             f"{weighted_sum_text(row / max(row, key=abs), states)}"
         )
     if not (condition := _condition(taken)) < _WORST_CONDITION:
         raise ValueError(f"{_REFUSED}, but nearly is not: [B, A B, …] has condition number {condition:.1g}")
-    return orders
+    return [sum(pivot % m == c for pivot in pivots) for c in range(m)]
 
 
 def _outputs(A: Rationals, B: Rationals, orders: list[int]) -> Rationals:
