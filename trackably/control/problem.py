@@ -275,10 +275,13 @@ class StepProblem:
         self, program: Program, slack: Slack, end: Array | float | None, status: Status = Status.WIDENED
     ) -> Plan | None:
         """Return the plan that a program finds, if any, with e(N) = `end` (n,); None as `end` leaves e(N) free."""
-        x, model = self.formulation.scales.states, self.model
-        at = None if end is None else np.broadcast_to(end, x.shape) / x
-        found = model.programs.solve(program, self.off / x, model.defects / x, slack, at)
+        scales, programs = self.formulation.scales, self.model.programs
+        x, start = scales.states, programs.start
+        fixed = () if end is None else (np.broadcast_to(end, x.shape) / x,)
+        limits = [self.off / x - start.centre, np.ones(len(start.sums)), -(self.model.defects / x).ravel(), *fixed]
+        limits += [np.ones(len(start.lower)), -start.lower, slack.states.ravel(), slack.inputs.ravel()]
+        found = program.solve(np.concatenate(limits))
         if found is None:
             return None
-        start, v = found[0] * x, found[1] * self.formulation.scales.inputs
-        return self.plan(v, status, start if len(self.formulation.start.directions) else self.off)
+        e, v = programs.split(found)
+        return self.plan(v * scales.inputs, status, e[0] * x if len(start.directions) else self.off)

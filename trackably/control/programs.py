@@ -11,7 +11,6 @@ import scipy
 from scipy import sparse
 
 from trackably.arrays import Array
-from trackably.control.bounds import Slack
 from trackably.control.error_model import ErrorModel
 
 # An interior-point method without warm start: the result depends on the numbers only, not on earlier steps. The first
@@ -148,27 +147,11 @@ class StepPrograms:
         """min ‖e(N)‖ (Euclidean, scaled) with e and v within their slack. Its e(N) is unique, its plan is not."""
         return self._program(2 * np.diag(self._is_end.astype(float)), ends=False)
 
-    def solve(
-        self, program: Program, off: Array, defects: Array, slack: Slack, end: Array | None
-    ) -> tuple[Array, Array] | None:
-        """Return the optimal e(0) (n,) and v (N, m) of one of the programs; None if the solver finds no solution.
-
-        `off` is x − x_r (n,), with `defects` (N, n) and e(N) = `end`; None as `end` leaves e(N) free. Raises
-        ArithmeticError if a number is not finite.
-        """
-        start, fixed = self.start, () if end is None else (end,)
-        limits = [off - start.centre, np.ones(len(start.sums)), -defects.ravel(), *fixed]
-        limits += [np.ones(len(start.lower)), -start.lower, slack.states.ravel(), slack.inputs.ravel()]
-        x = program.solve(np.concatenate(limits))
-        if x is None:
-            return None
-        e, v = self.split(x[: len(self._is_end)])
-        return e[0], v
-
     def split(self, x: Array) -> tuple[Array, Array]:
-        """Return e (N + 1, n) and v (N, m), of which all variables x consist."""
+        """Return e (N + 1, n) and v (N, m), with which all variables x begin."""
         N, n, m = self.model.B.shape
-        return x[: (N + 1) * n].reshape(N + 1, n), x[(N + 1) * n :].reshape(N, m)
+        e, v, _ = np.split(x, [(N + 1) * n, (N + 1) * n + N * m])
+        return e.reshape(N + 1, n), v.reshape(N, m)
 
     def _program(self, P: Array, ends: bool = True, widens: bool = False) -> Program:
         """Return a program in (e, v, p, t).
