@@ -72,11 +72,6 @@ class Formulation:
         return PlantInequalities.of(self.plant, self.plant.sampling_time * (k + np.arange(self.horizon + 1.0)))
 
     @cached_property
-    def scaled_weights(self) -> tuple[Array, Array]:
-        """Q and R for scaled errors and a scaled cost."""
-        return self.scales.weights(self.Q, self.R)
-
-    @cached_property
     def start(self) -> StartSet:
         """The set of initial states of plans, scaled: only the measured state."""
         return StartSet.measured(len(self.Q))
@@ -104,7 +99,7 @@ class Formulation:
         """Return the programs along a model of the errors."""
         scales, X, U = self.scales, self.inequalities.states, self.inequalities.inputs
         rows = X.in_widths(scales.states), U.in_widths(scales.inputs)
-        return StepPrograms(model.scaled(scales), *self.scaled_weights, *rows, self.start)
+        return StepPrograms(model.scaled(scales), *scales.weights(self.Q, self.R), *rows, self.start)
 
     def _along(self, nominal: Window) -> tuple[ErrorModel, StepPrograms]:
         model = ErrorModel.along(self.plant.system, nominal)
