@@ -53,12 +53,16 @@ def smallest_defect(reference: Reference, last_step: int) -> float:
 
     A convex program searches for the inputs, and the dynamics are not solved for them: this is an independent check of
     Definition 1 of the paper. It is zero, up to the accuracy of the solver, if and only if the system can follow the
-    reference.
+    reference. ValueError: the system is not affine in its inputs.
     """
     import cvxpy as cp  # noqa: PLC0415  loading it takes longer than half of the stages
 
     states = reference.state(np.arange(last_step + 2, dtype=float))
-    drift, gain = reference.plant.system.affine(states[:-1])
+    system, still = reference.plant.system, np.zeros(len(reference.plant.system.inputs))
+    drift, gain = system.successor(states[:-1], still), system.slopes(states[:-1], still)[1]
+    inputs = reference.input(np.arange(last_step + 1, dtype=float))
+    if not np.allclose(drift + (gain @ inputs[..., None])[..., 0], system.successor(states[:-1], inputs)):
+        raise ValueError("margins: the system must be affine in its inputs, or no convex program decides this")
     H, h = reference.plant.input_set.inequalities
     u = cp.Variable((last_step + 1, gain.shape[-1]))
     by_input = [cp.sum(cp.multiply(gain[:, i], u), axis=1) for i in range(gain.shape[1])]

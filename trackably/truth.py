@@ -25,6 +25,7 @@ from trackably.certificates.outcome import NoSignal, TooFar, Unproved
 from trackably.checker.boxes import Box
 from trackably.checker.certificate import AllPhases, Claim, Derived, Measured, SignalClass, TrueSignal, Window
 from trackably.checker.contradiction import Value
+from trackably.checker.disturbances import support_of
 from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.moving import compose
 from trackably.checker.quantities import states_of
@@ -383,7 +384,7 @@ def _of_plant(proved: TrueSignal, robust: Tightening, state: int) -> float:
     assert robust.invariant is not None, "the plant is disturbed"
     up = [Fraction(int(i == state)) for i in range(len(robust.given.system.states))]
     down, Z, V = [-r for r in up], robust.invariant, robust.noise
-    sides = [Z.support(row) + (V.exact_support(back) if V else 0) for row, back in ((up, down), (down, up))]
+    sides = [Z.support(row) + support_of(V, back) for row, back in ((up, down), (down, up))]
     return float_above(Fraction(proved.error) + max(sides))
 
 

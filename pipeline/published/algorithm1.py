@@ -45,7 +45,7 @@ class Tail:
     def keeps_states(self, plant: ConstrainedSystem) -> bool:
         """Test line 7: every later state lies in X."""
         state_set, _ = interval_sets(plant)
-        return state_set.contains(self.states)
+        return state_set.margin_of(self.states) >= 0
 
     def keeps_rates(self, rates: tuple[float, float]) -> bool:
         """Test line 9 (both signs): every later step lies in [τ_low, τ_high] T_s, which is inside the tube."""

@@ -28,7 +28,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from trackably.checker.intervals import common_denominator, exact_dot
-from trackably.checker.model_error import Vertex, of_model_error
+from trackably.checker.model_error import Matrix, Vertex, of_model_error
 from trackably.checker.moving import room
 from trackably.checker.subject import LinearSystem, Polytope, Subject
 from trackably.checker.watch import require_room, tick
@@ -49,7 +49,7 @@ class Zonotope:
         return (self.centre, *self.generators)
 
     @staticmethod
-    def support(vectors: Sequence[Sequence[int]], row: Sequence[int]) -> int:
+    def largest(vectors: Sequence[Sequence[int]], row: Sequence[int]) -> int:
         """Return max row · w over the set that these `vectors`, integer multiples of its own, define."""
         centre, *generators = (product(vector, row) for vector in vectors)
         return centre + sum(map(abs, generators))
@@ -67,7 +67,7 @@ class Hull:
         return self.vertices
 
     @staticmethod
-    def support(vectors: Sequence[Sequence[int]], row: Sequence[int]) -> int:
+    def largest(vectors: Sequence[Sequence[int]], row: Sequence[int]) -> int:
         """Return max row · w over the set that these `vectors`, integer multiples of its own, define."""
         return max(product(vector, row) for vector in vectors)
 
@@ -130,7 +130,7 @@ def check_robust(subject: Subject, robust: Robust | None) -> str | None:
     assert isinstance(system, LinearSystem), "no other certificate is read that speaks of disturbances"
     if reason := _misfit(robust, len(system.states), len(system.inputs)):
         return f"disturbance: {reason}"
-    errors = _Errors.of(system, robust)
+    errors = _errors_of(system, robust)
     if isinstance(errors, str):
         return f"model: {errors}"
     if (robust.head + robust.terms) * errors.q.bit_length() > _MOST_BITS:
@@ -138,29 +138,51 @@ def check_robust(subject: Subject, robust: Robust | None) -> str | None:
     if reason := _not_invariant(robust, errors):
         return f"disturbance: {reason}"
     K = [[Fraction(k) for k in column] for column in zip(*robust.feedback, strict=True)]
-    of_state = _short("state_set", subject.state_set, robust.state_set, errors, None)
-    return of_state or _short("input_set", subject.input_set, robust.input_set, errors, K)
+    of_state = _short("state_set", subject.state_set, robust.state_set, errors, robust.noise, None)
+    return of_state or _short("input_set", subject.input_set, robust.input_set, errors, None, K)
 
 
 def keeps_near(system: LinearSystem, robust: Robust, i: int, room: Fraction) -> bool:
     """Return whether the state i of the disturbed system stays within `room` of the reference:
     h_Z(±r) + h_V(∓r) ≤ room.
     """
-    errors, axis = _Errors.of(system, robust), [Fraction(int(i == j)) for j in range(len(system.states))]
-    back = [-r for r in axis]
+    errors, axis = _errors_of(system, robust), [Fraction(int(i == j)) for j in range(len(system.states))]
     if isinstance(errors, str):
         return False
-    return errors.fits(axis, room - errors.noise_support(back)) and errors.fits(back, room - errors.noise_support(axis))
+    back, V = [-r for r in axis], robust.noise
+    return errors.fits(axis, room - support_of(V, back)) and errors.fits(back, room - support_of(V, axis))
+
+
+def support_of(W: Zonotope | Hull | None, row: Sequence[Fraction]) -> Fraction:
+    """Return h_W(row); 0 without a set."""
+    if W is None:
+        return Fraction(0)
+    (r, (moved,)), (d, vectors) = in_whole_numbers([row]), in_whole_numbers(W.vectors)
+    return Fraction(W.largest(vectors, moved), r * d)
+
+
+def _errors_of(system: LinearSystem, robust: Robust) -> "Errors | str":
+    """Return the errors of a disturbed system, or what is wrong with its model."""
+    W, V, added = robust.disturbance, robust.noise, robust.model_generators(system)
+    if isinstance(added, str):
+        return added
+    if isinstance(W, Zonotope):
+        W = of_measured_state(W, V, system.A) if V else W
+        W = replace(W, generators=(*W.generators, *added))
+    K, of_Z = robust.feedback, (robust.head, robust.terms, robust.contraction, robust.box)
+    return Errors.of(system.A, system.B, K, W, *of_Z)
 
 
 @dataclass(frozen=True)
-class _Errors:
-    """Powers of A_K, disturbances and P as integers.
+class Errors:
+    """Z by its numbers N = `head`, s = `terms` and α = `contraction`; powers of A_K, disturbances and P as integers.
 
     `closed` is q A_K, `vectors` are d times those of the `disturbance`, and `box` is b p.
     """
 
-    robust: Robust
+    head: int
+    terms: int
+    contraction: float
     disturbance: Zonotope | Hull
     q: int
     closed: list[list[int]]
@@ -170,51 +192,52 @@ class _Errors:
     box: list[int]
 
     @classmethod
-    def of(cls, system: LinearSystem, robust: Robust) -> "_Errors | str":
-        """Return the errors of a disturbed system, or what is wrong with its model."""
-        A, B, K = ([[Fraction(v) for v in row] for row in of] for of in (system.A, system.B, robust.feedback))
+    def of(
+        cls,
+        A: Matrix,
+        B: Matrix,
+        K: Matrix,
+        disturbance: Zonotope | Hull,
+        head: int,
+        terms: int,
+        contraction: float,
+        box: Sequence[float],
+    ) -> "Errors":
+        """Return the errors under A + B K."""
+        by_state, by_input, by_error = ([[Fraction(v) for v in row] for row in of] for of in (A, B, K))
         closed = [
-            [a + exact_dot(inputs, column) for a, column in zip(row, zip(*K, strict=True), strict=True)]
-            for row, inputs in zip(A, B, strict=True)
+            [a + exact_dot(inputs, column) for a, column in zip(row, zip(*by_error, strict=True), strict=True)]
+            for row, inputs in zip(by_state, by_input, strict=True)
         ]
         q, whole_closed = in_whole_numbers(closed)
-        W, V, added = robust.disturbance, robust.noise, robust.model_generators(system)
-        if isinstance(added, str):
-            return added
-        if isinstance(W, Zonotope):
-            W = of_measured_state(W, V, system.A) if V else W
-            W = replace(W, generators=(*W.generators, *added))
-        d, vectors = in_whole_numbers(W.vectors)
-        b, (box,) = in_whole_numbers([[Fraction(p) for p in robust.box]])
-        return cls(robust, W, q, whole_closed, d, vectors, b, box)
+        d, vectors = in_whole_numbers(disturbance.vectors)
+        b, (whole_box,) = in_whole_numbers([[Fraction(p) for p in box]])
+        return cls(head, terms, contraction, disturbance, q, whole_closed, d, vectors, b, whole_box)
 
-    def noise_support(self, row: Sequence[Fraction]) -> Fraction:
-        """Return h_V(row); 0 without noise."""
-        if self.robust.noise is None:
-            return Fraction(0)
-        (r, (moved,)), (d, vectors) = in_whole_numbers([row]), in_whole_numbers(self.robust.noise.vectors)
-        return Fraction(self.robust.noise.support(vectors, moved), r * d)
+    def support(self, row: Sequence[Fraction]) -> tuple[int, int]:
+        """Return h_Z(row) = Σ_{i<N} h_W(row A_Kⁱ) + (1 − α)⁻¹ Σ_{i<s} h_P(row A_Kᴺ⁺ⁱ), a numerator and a denominator.
 
-    def fits(self, row: Sequence[Fraction], room: Fraction) -> bool:
-        """Return whether h_Z(row) = Σ_{i<N} h_W(row A_Kⁱ) + (1 − α)⁻¹ Σ_{i<s} h_P(row A_Kᴺ⁺ⁱ) ≤ room.
-
-        Both sums are evaluated by Horner's rule in 1/q. They are compared without cancelling common factors, which
-        would take far longer than everything else: the sums have as many digits as the last power.
+        Both sums are evaluated by Horner's rule in 1/q. Common factors are not cancelled, which would take far longer
+        than everything else: the sums have as many digits as the last power.
         """
-        N, s, left = self.robust.head, self.robust.terms, 1 - Fraction(self.robust.contraction)
+        N, s, left = self.head, self.terms, 1 - Fraction(self.contraction)
         r, (moved,) = in_whole_numbers([row])
         of_W = of_P = 0
         for i in range(N + s):
             tick()
             if i < N:
-                of_W = of_W * self.q + self.disturbance.support(self.vectors, moved)
+                of_W = of_W * self.q + self.disturbance.largest(self.vectors, moved)
             else:
                 of_P = of_P * self.q + product([abs(x) for x in moved], self.box)
             moved = self.moved(moved)
         # h_W has the divisor r qᴺ⁻¹ d, and h_P the divisor r qᴺ⁺ˢ⁻¹ b (1 − α)
         above = of_W * self.q**s * self.b * left.numerator + of_P * self.d * left.denominator
-        below = r * self.q ** (N + s - 1) * self.b * self.d * left.numerator
-        return bool(above * room.denominator <= room.numerator * below)
+        return above, r * self.q ** (N + s - 1) * self.b * self.d * left.numerator
+
+    def fits(self, row: Sequence[Fraction], room: Fraction) -> bool:
+        """Return whether h_Z(row) ≤ room."""
+        above, below = self.support(row)
+        return above * room.denominator <= room.numerator * below
 
     def moved(self, row: Sequence[int]) -> list[int]:
         """Return the row vector row · q A_K, in integers."""
@@ -234,12 +257,12 @@ def _misfit(robust: Robust, n: int, m: int) -> str | None:
     return "P must have sizes of at least 0" if any(p < 0 for p in robust.box) else None
 
 
-def _not_invariant(robust: Robust, errors: _Errors) -> str | None:
+def _not_invariant(robust: Robust, errors: Errors) -> str | None:
     """Return why errors may leave Z: W ⊆ P or A_Kˢ P ⊆ α P does not hold."""
     n, box = len(robust.box), [Fraction(p) for p in robust.box]
     for i in range(n):
         axis = [int(i == j) for j in range(n)]
-        supports = (errors.disturbance.support(errors.vectors, side) for side in (axis, [-a for a in axis]))
+        supports = (errors.disturbance.largest(errors.vectors, side) for side in (axis, [-a for a in axis]))
         if Fraction(max(supports), errors.d) > box[i]:
             return f"W is not inside of P: coordinate {i}"
         power = axis
@@ -252,10 +275,12 @@ def _not_invariant(robust: Robust, errors: _Errors) -> str | None:
     return None
 
 
-def _short(name: str, left: Polytope, given: Polytope, errors: _Errors, K: list[list[Fraction]] | None) -> str | None:
+def _short(
+    name: str, left: Polytope, given: Polytope, errors: Errors, V: Zonotope | None, K: list[list[Fraction]] | None
+) -> str | None:
     """Return the bounds of the reference that have too little slack inside the given ones.
 
-    The columns of `K` are given for inputs.
+    The columns of `K` are given for inputs, and the noise `V` for states.
     """
     if [row.row for row in left.rows] != [row.row for row in given.rows]:
         return f"disturbance: {name} must have the same rows as that of the reference"
@@ -265,8 +290,7 @@ def _short(name: str, left: Polytope, given: Polytope, errors: _Errors, K: list[
         above, below = room(outer.high, inner.high), room(inner.low, outer.low)
         if above is None or below is None:
             return f"disturbance: {name}: row {i} does not move as that of the reference"
-        if K is None:
-            above, below = above - errors.noise_support(back), below - errors.noise_support(row)
+        above, below = above - support_of(V, back), below - support_of(V, row)
         if not (errors.fits(row, above) and errors.fits(back, below)):
             return f"disturbance: {name}: row {i} of the reference leaves less room than errors may take"
     return None

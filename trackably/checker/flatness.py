@@ -92,7 +92,7 @@ def why_not_flat(system: NonlinearSystem, flat: FlatForm) -> str | None:
                 return (
                     f"flat: {state} may change if the angle {angle} is turned by 2π, by more than whole turns of angles"
                 )
-    later, reached = _later(flat), _successor_formulas(system, flat)
+    later, reached = one_step_later(flat.states), successor_formulas(system, flat)
     try:
         whole: Values | None = None
         for state, a, b in zip(system.states, reached, later, strict=True):
@@ -165,7 +165,13 @@ def needs(system: NonlinearSystem, flat: FlatForm) -> list[Need]:
     """Return the conditions under which X, U, X one step later and f(X, U) are defined, and the rules are true."""
     found: dict[tuple[int, bool], Need] = {}
     shapes = Shapes()
-    for formula in (*flat.states, *flat.inputs, *_later(flat), *_successor_formulas(system, flat), *flat.positive):
+    for formula in (
+        *flat.states,
+        *flat.inputs,
+        *one_step_later(flat.states),
+        *successor_formulas(system, flat),
+        *flat.positive,
+    ):
         for node in parts(formula):
             for need in _of_node(node):
                 found.setdefault((shapes.of(need.formula), need.may_be_negative), need)
@@ -195,14 +201,14 @@ def _is_clear(need: Need) -> bool:
     return number > 0 or (need.may_be_negative and number != 0)
 
 
-def _successor_formulas(system: NonlinearSystem, flat: FlatForm) -> list[Formula]:
+def successor_formulas(system: NonlinearSystem, flat: FlatForm) -> list[Formula]:
     """Return f(X, U) for the formulas X, U of the flat form."""
     of = dict(zip((*system.states, *system.inputs), (*flat.states, *flat.inputs), strict=True))
     return substitute(system.f, of)
 
 
-def _later(flat: FlatForm) -> list[Formula]:
-    """Return the formulas of the states X one step later."""
-    every = {name for formula in flat.states for name in names(formula)}
+def one_step_later(formulas: Sequence[Formula]) -> list[Formula]:
+    """Return formulas of shifted signals with every signal one step later."""
+    every = {name for formula in formulas for name in names(formula)}
     later = {name: Name(shifted_name(s, j + 1)) for name in every for s, j in [indices(name)]}
-    return substitute(flat.states, later)
+    return substitute(formulas, later)

@@ -20,7 +20,7 @@ signals are (`rounding`), as those of flat forms: nothing is demanded of f elsew
 
 from collections.abc import Callable, Sequence
 
-from trackably.checker.formulas import Formula, Name, Number, Operation, operands, parts
+from trackably.checker.formulas import Formula, Name, Number, Operation, operands, parts, text
 from trackably.checker.watch import tick
 
 _MOST_COUPLED = 3
@@ -76,7 +76,7 @@ def _split(formula: Formula, inputs: set[str]) -> _Parts:
             return _each(of, lambda part: times(factor, part) if contain[1] else times(part, factor))
         case Operation("/", _, denominator) if not contain[1]:
             return _each(split[0], lambda part: None if part is None else Operation("/", part, denominator))
-    raise UnsolvableError(f"f is not affine in {', '.join(sorted(inputs))}")
+    raise UnsolvableError(f"f is not affine in {', '.join(sorted(inputs))}: it holds {text(formula)}")
 
 
 def _merge(a: _Parts, b: _Parts, combine: Callable[[Term, Term], Term]) -> _Parts:

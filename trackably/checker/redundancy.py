@@ -11,7 +11,7 @@ conformal sum of these (no cancellation of signs): R. T. Rockafellar, The elemen
 1969. They are enumerated, and each must follow from an attainable row, in rational arithmetic.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations
@@ -35,7 +35,7 @@ def why_not_attainable(system: LinearSystem, rows: tuple[Row, ...], attainable: 
     """Return why some u that keeps the attainable rows may have no u + v in U with B v = 0; None if all have one."""
     if reason := _why_not_enumerable(system, rows):
         return reason
-    for demand in _demands(system, rows):
+    for demand in demands(_idle(system), rows):
         if not any(demand.row) and not demand.low <= 0 <= demand.high:
             return f"input_set: no input keeps its rows {demand.numbers} together"
         if any(demand.row) and not any(
@@ -54,7 +54,7 @@ def demand_of(system: LinearSystem, rows: tuple[Row, ...], bound: Bound) -> tupl
     """
     if _why_not_enumerable(system, rows):
         return None
-    found = [ends for demand in _demands(system, rows) if (ends := _scale(demand, bound.row))]
+    found = [ends for demand in demands(_idle(system), rows) if (ends := _scale(demand, bound.row))]
     if not found:
         return None
     lows, highs = zip(*found, strict=True)
@@ -67,7 +67,7 @@ def has_redundant_inputs(system: LinearSystem) -> bool:
 
 
 @dataclass(frozen=True)
-class _Demand:
+class Demand:
     """low ≤ row · u ≤ high, which is necessary for some u + v with B v = 0 to keep the rows of U
     with these `numbers`.
     """
@@ -88,15 +88,15 @@ def _why_not_enumerable(system: LinearSystem, rows: tuple[Row, ...]) -> str | No
     return None
 
 
-def _demands(system: LinearSystem, rows: tuple[Row, ...]) -> Iterator[_Demand]:
-    """Yield the conditions on u that follow from the circuits of the rows."""
-    idle, m = _idle(system), len(system.inputs)
+def demands(idle: list[list[Fraction]], rows: Sequence[Row]) -> Iterator[Demand]:
+    """Yield the conditions on u that follow from the circuits of the rows; `idle` is a basis of the kernel of B."""
+    m = len(rows[0].row) if rows else 0
     moved = [[exact_dot(side.row, v) for v in idle] for side in rows]
     for circuit in _circuits(moved, len(idle)):
         row = [exact_sum(factor * rows[i].row[j] for i, factor in circuit) for j in range(m)]
         low = exact_sum(factor * Fraction(rows[i].lower if factor > 0 else rows[i].upper) for i, factor in circuit)
         high = exact_sum(factor * Fraction(rows[i].upper if factor > 0 else rows[i].lower) for i, factor in circuit)
-        yield _Demand(row, low, high, ", ".join(str(i) for i, _ in circuit))
+        yield Demand(row, low, high, ", ".join(str(i) for i, _ in circuit))
 
 
 def _idle(system: LinearSystem) -> list[list[Fraction]]:
@@ -113,7 +113,7 @@ def _circuits(moved: list[list[Fraction]], dimension: int) -> Iterator[list[tupl
                 yield list(zip(support, relations[0], strict=True))
 
 
-def _scale(demand: _Demand, row: tuple[Fraction, ...]) -> tuple[Fraction, Fraction] | None:
+def _scale(demand: Demand, row: tuple[Fraction, ...]) -> tuple[Fraction, Fraction] | None:
     """Return the demand as bounds of row · u.
 
     None if the row is no multiple of the demand's, or one of them is zero.
@@ -127,8 +127,8 @@ def _scale(demand: _Demand, row: tuple[Fraction, ...]) -> tuple[Fraction, Fracti
     return low, high
 
 
-def null_space(matrix: list[list[Fraction]], n: int) -> list[list[Fraction]]:
-    """Return a basis of all v of n numbers with M v = 0, by elimination."""
+def row_echelon(matrix: list[list[Fraction]], n: int) -> tuple[list[list[Fraction]], list[int]]:
+    """Return the reduced row echelon form of a matrix with n columns, and the columns of its pivots."""
     rows = [list(row) for row in matrix]
     pivots: list[int] = []
     for j in range(n):
@@ -142,6 +142,12 @@ def null_space(matrix: list[list[Fraction]], n: int) -> list[list[Fraction]]:
             if i != at and rows[i][j]:
                 rows[i] = [short(r - rows[i][j] * p) for r, p in zip(rows[i], rows[at], strict=True)]
         pivots.append(j)
+    return rows, pivots
+
+
+def null_space(matrix: list[list[Fraction]], n: int) -> list[list[Fraction]]:
+    """Return a basis of all v of n numbers with M v = 0, by elimination."""
+    rows, pivots = row_echelon(matrix, n)
     basis = []
     for free in (j for j in range(n) if j not in pivots):
         v = [Fraction(int(j == free)) for j in range(n)]

@@ -1,7 +1,7 @@
 """The subject of a file as typed values: a reference, its system and its sets."""
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -307,27 +307,36 @@ class Subject:
             ("state", self.system.states, self.state_set.rows),
             ("input", self.system.inputs, inputs),
         )
-        found: list[Bound] = []
-        counted: dict[str, int] = {}
-        for of, names, rows in sides:
-            for row in rows:
-                name = _sum_name(row.row, names)
-                counted[name] = counted.get(name, 0) + 1
-                called = name if counted[name] == 1 else f"{name} ({counted[name]})"
-                found.append(Bound(row.row, row.low, row.high, called, of))
-        return tuple(found)
+        every = [(row, of, sum_name(row.row, names)) for of, names, rows in sides for row in rows]
+        called = numbered(name for _, _, name in every)
+        return tuple(
+            Bound(row.row, row.low, row.high, name, of) for (row, of, _), name in zip(every, called, strict=True)
+        )
 
 
-def _sum_name(row: tuple[Fraction, ...], names: tuple[str, ...]) -> str:
-    """The name of a weighted sum, such as x, x+y or x-0.5y; 80 characters at most."""
+def sum_name(row: Sequence[Fraction], names: Sequence[str]) -> str:
+    """Return the name of a weighted sum, such as x, x+y or x-0.5y; 80 characters at most."""
+    text = weighted_sum_text(row, names)
+    return text if len(text) <= 80 else f"{text[:79]}…"
+
+
+def weighted_sum_text(row: Sequence[Fraction], names: Sequence[str], digits: int = 3) -> str:
+    """Return a weighted sum as text, with this number of significant digits of each weight."""
     signed = []
     for weight, name in zip(row, names, strict=True):
         size = as_float(abs(weight))
         if size:
-            factor = "" if size == 1 else f"{size:.3g}"
+            factor = "" if size == 1 else f"{size:.{digits}g}"
             signed.append(f"{'-' if weight < 0 else '+'}{factor}{name}")
-    text = "".join(signed).removeprefix("+")
-    return text if len(text) <= 80 else f"{text[:79]}…"
+    return "".join(signed).removeprefix("+")
+
+
+def numbered(names: Iterable[str]) -> Iterator[str]:
+    """Yield names, of which equal ones are numbered: x, y, x (2)."""
+    counted: dict[str, int] = {}
+    for name in names:
+        counted[name] = counted.get(name, 0) + 1
+        yield name if counted[name] == 1 else f"{name} ({counted[name]})"
 
 
 def as_float(number: Fraction) -> float:

@@ -1,14 +1,12 @@
 """Bounds of a plant in a controller: scales, inequalities, admissible points, and the slack of a reference."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from trackably.arrays import Array
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.polytopes import Polytope, deepest, extents, squares_in_widths, unit_scales
+from trackably.systems.polytopes import Polytope, extents, squares_in_widths
 from trackably.systems.reference import Window
 
 
@@ -49,18 +47,11 @@ def weight_in_widths(bounded: Polytope) -> Array:
 
 def _gains(plant: ConstrainedSystem) -> Array:
     """Return (|A| |B|), shape (n, n + m), in the middle of the sets. Entries that are not defined there count as 0."""
-    x, u = middle(plant.state_set.at(0.0)), middle(plant.input_set.at(0.0))
+    x, u = plant.state_set.at(0.0).centre, plant.input_set.at(0.0).centre
     with np.errstate(all="ignore"):
         A, B = plant.system.slopes(x, u)
     gains = np.abs(np.hstack([A, B]))
     return np.where(np.isfinite(gains), gains, 0.0)
-
-
-def middle(bounded: Polytope) -> Array:
-    """Return a point (n,) near the middle of all intervals, zero in directions without bounds."""
-    scale, widths = unit_scales(bounded), bounded.widths
-    rows = bounded.rows * scale / widths[:, None]
-    return np.asarray(scale * (np.linalg.pinv(rows) @ ((bounded.lower / 2 + bounded.upper / 2) / widths)))
 
 
 def _spread(widths: Array, gains: Array, otherwise: Array) -> Array:
@@ -188,40 +179,15 @@ _SHRINK = 1 - 2.0**-50
 """Factor that keeps the result of `pull_inside` in the set despite rounding."""
 
 
-@dataclass(frozen=True, eq=False)
-class AdmissiblePoints:
-    """The points of a set, either the input set or the state set."""
+def pull_inside(bounded: Polytope, u: Array) -> Array:
+    """Return `u` (m,) if it is in the set, else the last point of the set on the line from its centre to u.
 
-    bounded: Polytope
-
-    def at(self, t: float) -> "AdmissiblePoints":
-        """Return the points of the set at a time [s]."""
-        return AdmissiblePoints(self.bounded.at(t)) if self.bounded.moves else self
-
-    def pull_inside(self, u: Array) -> Array:
-        """Return `u` (m,) if it is in the set, else the last point of the set on the line from its centre to u.
-
-        A solver's u is outside by its tolerance at most. For a box the result then equals clipping, up to that
-        tolerance.
-        """
-        if self.bounded.margin(u) >= 0:
-            return u
-        inequalities = Inequalities.of(self.bounded)
-        outward = inequalities.rows @ (u - self.centre)
-        slack = inequalities.bounds - inequalities.rows @ self.centre
-        crossed = outward > slack
-        part = np.min(slack[crossed] / outward[crossed], initial=1.0)  # 1 where only rounding crosses a bound
-        return np.asarray(self.centre + _SHRINK * part * (u - self.centre))
-
-    def first_finite(self, points: Iterable[Array]) -> Array:
-        """Return the first of some points (m,) that is finite, pulled inside; the centre if none is finite."""
-        return next((self.pull_inside(u) for u in points if np.all(np.isfinite(u))), self.centre)
-
-    @cached_property
-    def centre(self) -> Array:
-        """The point with the largest distance to all bounds, measured in their widths: shape (m,)."""
-        near, given, scale = middle(self.bounded), Inequalities.of(self.bounded), unit_scales(self.bounded)
-        if not len(given.rows):
-            return near
-        left = (given.bounds - given.rows @ near) / given.widths
-        return np.asarray(near + scale * deepest(given.in_widths(scale), np.ones(len(left)), left)[1])
+    A solver's u is outside by its tolerance at most. For a box the result then equals clipping, up to that tolerance.
+    """
+    if bounded.margin(u) >= 0:
+        return u
+    rows, bounds = bounded.inequalities
+    outward, slack = rows @ (u - bounded.centre), bounds - rows @ bounded.centre
+    crossed = outward > slack
+    part = np.min(slack[crossed] / outward[crossed], initial=1.0)  # 1 where only rounding crosses a bound
+    return np.asarray(bounded.centre + _SHRINK * part * (u - bounded.centre))

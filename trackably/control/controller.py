@@ -86,7 +86,7 @@ class Controller:
           without an explanation, or a formula of the system or of the reference is undefined.
         - ValueError: the state is not n finite numbers, the reference is of another system, or it has no such steps.
         """
-        return answer_step(self, self._solve, self.formulation.admissible, (k, state, reference, initial_guess))
+        return answer_step(self, self._solve, (k, state, reference, initial_guess))
 
     def _solve(self, k: int, state: Array, window: Window, initial_guess: Array | None) -> Plan | Infeasible:
         if self.formulation.is_linear:

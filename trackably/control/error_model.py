@@ -42,13 +42,8 @@ class ErrorModel:
 
     def errors(self, initial_error: Array, input_errors: Array, defects: Array) -> Array:
         """Predict e(1), …, e(N), shape (N, n), from e(0) (n,) and v (N, m)."""
-        return self.unforced_errors(initial_error, defects) + (self.forced @ input_errors.ravel()).reshape(
-            defects.shape
-        )
-
-    def unforced_errors(self, initial_error: Array, defects: Array) -> Array:
-        """Return Φ e(0) + Ψ d, shape (N, n): the errors for v = 0."""
-        return np.asarray((self.free @ initial_error + self.drift @ defects.ravel()).reshape(defects.shape))
+        unforced = self.free @ initial_error + self.drift @ defects.ravel()
+        return np.asarray((unforced + self.forced @ input_errors.ravel()).reshape(defects.shape))
 
     @cached_property
     def free(self) -> Array:

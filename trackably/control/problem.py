@@ -9,12 +9,13 @@ from typing import Self
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.control.bounds import AdmissiblePoints, PlantInequalities, Scales, Slack
+from trackably.control.bounds import PlantInequalities, Scales, Slack, pull_inside
 from trackably.control.error_model import ErrorModel, linearisation_defects
 from trackably.control.programs import Program, StartSet, StepPrograms
 from trackably.control.stepping import ROUNDING, Infeasible, Plan, Status
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
 
 
@@ -49,12 +50,11 @@ class Formulation:
 
         Raises ArithmeticError if the system is undefined there.
         """
-        system = self.plant.system
-        found = self.linear_model if self.is_linear else self._along(nominal)
-        defects = linearisation_defects(found.error_model, system, window, nominal)
-        if not all(np.all(np.isfinite(part)) for part in (found.error_model.A, found.error_model.B, defects)):
+        model, programs = self._anywhere if self.is_linear else self._along(nominal)
+        defects = linearisation_defects(model, self.plant.system, window, nominal)
+        if not all(np.all(np.isfinite(part)) for part in (model.A, model.B, defects)):
             raise ArithmeticError("a plan leads where the system is not defined")
-        return replace(found, defects=defects)
+        return LocalModel(model, programs, defects)
 
     @cached_property
     def scales(self) -> Scales:
@@ -62,22 +62,14 @@ class Formulation:
 
     @cached_property
     def inequalities(self) -> PlantInequalities:
-        """The sets; without bounds where these move in time."""
-        if not self.plant.moves:
-            return PlantInequalities.of(self.plant)
-        X, U = self.inequalities_from(0).states, self.inequalities_from(0).inputs
-        return PlantInequalities(*(replace(of, bounds=np.full_like(of.bounds, np.nan)) for of in (X, U)))
+        """The sets, at step 0 if bounds move."""
+        return PlantInequalities.of(self.plant, self.plant.sampling_time * np.arange(self.horizon + 1.0))
 
     def inequalities_from(self, k: int) -> PlantInequalities:
         """Return the sets at the steps k, …, k + N, of a linear system if bounds move."""
         if not self.plant.moves:
             return self.inequalities
         return PlantInequalities.of(self.plant, self.plant.sampling_time * (k + np.arange(self.horizon + 1.0)))
-
-    @cached_property
-    def scaled_weights(self) -> tuple[Array, Array]:
-        """Q and R for scaled errors and a scaled cost."""
-        return self.scales.weights(self.Q, self.R)
 
     @cached_property
     def start(self) -> StartSet:
@@ -92,31 +84,26 @@ class Formulation:
         """
         return np.zeros((len(self.R), len(self.Q)))
 
-    @cached_property
-    def admissible(self) -> AdmissiblePoints:
-        """The admissible inputs."""
-        return AdmissiblePoints(self.plant.input_set)
+    @property
+    def input_set(self) -> Polytope:
+        """The set of the inputs that are applied."""
+        return self.plant.input_set
 
     @cached_property
-    def admissible_states(self) -> AdmissiblePoints:
-        return AdmissiblePoints(self.plant.state_set)
-
-    @cached_property
-    def linear_model(self) -> LocalModel:
-        """The model of a linear system, the same along every trajectory, without defects."""
+    def _anywhere(self) -> tuple[ErrorModel, StepPrograms]:
+        """The model of a linear system, the same along every trajectory."""
         n, m, N = len(self.Q), len(self.R), self.horizon
-        anywhere = Window(np.zeros((N + 1, n)), np.zeros((N, m)))
-        return self._along(anywhere)
+        return self._along(Window(np.zeros((N + 1, n)), np.zeros((N, m))))
 
     def programs(self, model: ErrorModel) -> StepPrograms:
         """Return the programs along a model of the errors."""
         scales, X, U = self.scales, self.inequalities.states, self.inequalities.inputs
         rows = X.in_widths(scales.states), U.in_widths(scales.inputs)
-        return StepPrograms(model.scaled(scales), *self.scaled_weights, *rows, self.start)
+        return StepPrograms(model.scaled(scales), *scales.weights(self.Q, self.R), *rows, self.start)
 
-    def _along(self, nominal: Window) -> LocalModel:
+    def _along(self, nominal: Window) -> tuple[ErrorModel, StepPrograms]:
         model = ErrorModel.along(self.plant.system, nominal)
-        return LocalModel(model, self.programs(model), np.zeros((self.horizon, len(self.Q))))
+        return model, self.programs(model)
 
 
 TOLERANCE = 1e-7
@@ -180,7 +167,7 @@ class StepProblem:
         start, scales = self.free_start, self.formulation.scales
         if start is None:
             return None
-        unforced = self.model.error_model.unforced_errors(start, self.model.defects)
+        unforced = self.model.error_model.errors(start, np.zeros_like(self.window.inputs), self.model.defects)
         v = self.model.programs.gain @ (unforced / scales.states).ravel()
         v = v.reshape(self.window.inputs.shape) * scales.inputs
         plan = self.plan(v, Status.NO_ACTIVE_BOUND, start)
@@ -262,8 +249,9 @@ class StepProblem:
             raise ArithmeticError("a predicted state or input overflows in float64")
         return Plan(
             k=self.k,
-            input=f.admissible.at(self.k * f.plant.sampling_time).pull_inside(
-                self.window.inputs[0] + v[0] + f.feedback @ (self.off - start)
+            input=pull_inside(
+                f.input_set.at(self.k * f.plant.sampling_time),
+                self.window.inputs[0] + v[0] + f.feedback @ (self.off - start),
             ),
             cost=float(np.sum(stage_costs)),
             stage_cost=float(stage_costs[0]),
@@ -282,10 +270,13 @@ class StepProblem:
         self, program: Program, slack: Slack, end: Array | float | None, status: Status = Status.WIDENED
     ) -> Plan | None:
         """Return the plan that a program finds, if any, with e(N) = `end` (n,); None as `end` leaves e(N) free."""
-        x, model = self.formulation.scales.states, self.model
-        at = None if end is None else np.broadcast_to(end, x.shape) / x
-        found = model.programs.solve(program, self.off / x, model.defects / x, slack, at)
+        scales, programs = self.formulation.scales, self.model.programs
+        x, start = scales.states, programs.start
+        fixed = () if end is None else (np.broadcast_to(end, x.shape) / x,)
+        limits = [self.off / x - start.centre, np.ones(len(start.sums)), -(self.model.defects / x).ravel(), *fixed]
+        limits += [np.ones(len(start.lower)), -start.lower, slack.states.ravel(), slack.inputs.ravel()]
+        found = program.solve(np.concatenate(limits))
         if found is None:
             return None
-        start, v = found[0] * x, found[1] * self.formulation.scales.inputs
-        return self.plan(v, status, start if len(self.formulation.start.directions) else self.off)
+        e, v = programs.split(found)
+        return self.plan(v * scales.inputs, status, e[0] * x if len(start.directions) else self.off)

@@ -11,7 +11,6 @@ import scipy
 from scipy import sparse
 
 from trackably.arrays import Array
-from trackably.control.bounds import Slack
 from trackably.control.error_model import ErrorModel
 
 # An interior-point method without warm start: the result depends on the numbers only, not on earlier steps. The first
@@ -88,31 +87,6 @@ class StartSet(NamedTuple):
         return cls(np.zeros(n), np.zeros((0, n)), np.zeros(0), np.zeros((0, 0)), 1)
 
 
-_PROXIMAL = 1e-6
-"""Weight of a step's own size, which makes the best step unique."""
-
-
-class Deviation(NamedTuple):
-    """The errors e (N + 1, n) and v (N, m) of a trajectory from the reference, scaled, and its `defects` (N, n).
-
-    A defect is f(x_i, u_i) − x_(i+1).
-    """
-
-    e: Array
-    v: Array
-    defects: Array
-
-    @property
-    def missed(self) -> float:
-        """Σ_i ‖defect_i‖₁."""
-        return float(np.sum(np.abs(self.defects)))
-
-    @property
-    def size(self) -> float:
-        """The largest absolute error."""
-        return float(max(np.max(np.abs(self.e)), np.max(np.abs(self.v))))
-
-
 @dataclass(frozen=True, eq=False)
 class StepPrograms:
     """The programs in e(0), …, e(N) and v(0), …, v(N − 1) along one `model` of the errors.
@@ -158,7 +132,7 @@ class StepPrograms:
     @cached_property
     def tracking(self) -> Program:
         """min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R for a given e(N) (0: on the reference), with e and v within their slack."""
-        return self._program(2 * self._weights)
+        return self._program(2 * self.weights)
 
     @cached_property
     def widening(self) -> Program:
@@ -166,91 +140,35 @@ class StepPrograms:
 
         Negative: they may shrink.
         """
-        return self._program(0 * self._weights, widens=True)
+        return self._program(0 * self.weights, widens=True)
 
     @cached_property
     def terminal_error(self) -> Program:
         """min ‖e(N)‖ (Euclidean, scaled) with e and v within their slack. Its e(N) is unique, its plan is not."""
         return self._program(2 * np.diag(self._is_end.astype(float)), ends=False)
 
-    def solve(
-        self, program: Program, off: Array, defects: Array, slack: Slack, end: Array | None
-    ) -> tuple[Array, Array] | None:
-        """Return the optimal e(0) (n,) and v (N, m) of one of the programs; None if the solver finds no solution.
-
-        `off` is x − x_r (n,), with `defects` (N, n) and e(N) = `end`; None as `end` leaves e(N) free. Raises
-        ArithmeticError if a number is not finite.
-        """
-        start, fixed = self.start, () if end is None else (end,)
-        limits = [off - start.centre, np.ones(len(start.sums)), -defects.ravel(), *fixed]
-        limits += [np.ones(len(start.lower)), -start.lower, slack.states.ravel(), slack.inputs.ravel()]
-        x = program.solve(np.concatenate(limits))
-        if x is None:
-            return None
-        e, v = self._split_variables(x[: len(self._is_end)])
-        return e[0], v
-
-    def change(self, at: Deviation, slack: Slack, weight: float, radius: float) -> Deviation | None:
-        """Return the change (δe, δv) of a trajectory, and its defects after it; None if the solver finds none.
-
-        It solves min w V(e + δe, v + δv) + Σ_i ‖d_i + A_i δe_i + B_i δv_i − δe_(i+1)‖₁ with |δe| ≤ Δ, |δv| ≤ Δ and
-        bounds kept, for w = `weight` ≥ 0 and Δ = `radius`; `slack` is that of the trajectory. Its first and its last
-        state do not change. From any trajectory within its bounds there is a solution, as zero change satisfies the
-        constraints. (The ℓ1 penalty is exact, see Fletcher: Practical Methods of Optimization, section 14.4.)
-        """
-        dynamics, bounds, weights = (M[:, self._moves] for M in (self._dynamics, self._bounds, self._weights))
-        equations, count = dynamics.shape
-        each, missed, others = np.eye(count), np.eye(equations), np.zeros((len(bounds) + 2 * count, equations))
-        quadratic = 2 * weight * weights[self._moves] + 2 * _PROXIMAL * each
-        linear = 2 * weight * (weights.T @ np.concatenate([at.e.ravel(), at.v.ravel()]))
-        d, left = at.defects.ravel(), np.concatenate([slack.states.ravel(), slack.inputs.ravel()])
-        x = Program(
-            _diagonal(quadratic, 0 * missed),
-            np.concatenate([linear, np.ones(equations)]),
-            np.block([[dynamics, -missed], [-dynamics, -missed], [np.vstack([bounds, each, -each]), others]]),
-            0,
-        ).solve(
-            np.concatenate([-d, d, np.maximum(left, 0.0), np.full(2 * count, radius)]),
-            (1e-10,),
-            ("Solved", "AlmostSolved"),
-        )
-        return None if x is None or not np.all(np.isfinite(x)) else self._apply(at, x[:count])
-
-    def least_change(self, at: Deviation) -> Deviation:
-        """Return the least change, in the Euclidean norm, that removes all defects to first order,
-        without regard to bounds.
-
-        Raises LinAlgError if there is none.
-        """
-        return self._apply(at, np.linalg.lstsq(self._dynamics[:, self._moves], -at.defects.ravel())[0])
-
-    def _apply(self, at: Deviation, moved: npt.NDArray[np.floating]) -> Deviation:
-        change = np.zeros(len(self._moves))
-        change[self._moves] = moved
-        return Deviation(
-            *self._split_variables(change), at.defects + (self._dynamics @ change).reshape(at.defects.shape)
-        )
-
-    def _split_variables(self, x: Array) -> tuple[Array, Array]:
+    def split(self, x: Array) -> tuple[Array, Array]:
+        """Return e (N + 1, n) and v (N, m), with which all variables x begin."""
         N, n, m = self.model.B.shape
-        return x[: (N + 1) * n].reshape(N + 1, n), x[(N + 1) * n :].reshape(N, m)
+        e, v, _ = np.split(x, [(N + 1) * n, (N + 1) * n + N * m])
+        return e.reshape(N + 1, n), v.reshape(N, m)
 
     def _program(self, P: Array, ends: bool = True, widens: bool = False) -> Program:
         """Return a program in (e, v, p, t).
 
         If it `widens` the sets, t is the cost, and moves each bound out by a part of its width.
         """
-        start, (dynamics, count), bounds = self.start, self._dynamics.shape, len(self._bounds)
+        start, (dynamics, count), bounds = self.start, self.dynamics.shape, len(self.bounds)
         n, h, q, each = len(self.Q), len(start.sums), len(start.lower), np.eye(len(start.lower))
         end = np.eye(count)[self._is_end if ends else []]
         equations = n + h + dynamics + len(end)
         of_errors = [
             np.eye(n, count),
             np.zeros((h, count)),
-            self._dynamics,
+            self.dynamics,
             end,
             np.zeros((2 * q, count)),
-            self._bounds,
+            self.bounds,
         ]
         of_start = [start.directions.T, start.sums, np.zeros((dynamics + len(end), q)), each, -each]
         widening = np.repeat([0.0, -1.0], [equations + 2 * q, bounds])[:, None]
@@ -263,7 +181,7 @@ class StepPrograms:
         )
 
     @cached_property
-    def _dynamics(self) -> Array:
+    def dynamics(self) -> Array:
         """The matrix of A_i e_i + B_i v_i − e_(i+1), shape (N n, (N + 1) n + N m)."""
         (N, n, m), i = self.model.B.shape, np.arange(self.model.horizon)
         of_states, of_inputs = np.zeros((N, n, N + 1, n)), np.zeros((N, n, N, m))
@@ -271,14 +189,14 @@ class StepPrograms:
         return np.hstack([of_states.reshape(N * n, (N + 1) * n), of_inputs.reshape(N * n, N * m)])
 
     @cached_property
-    def _bounds(self) -> Array:
+    def bounds(self) -> Array:
         """The rows of X for e(`first_bounded`), …, e(N), and the rows of U for v."""
         N = self.model.horizon
         from_first = np.eye(N + 1)[self.start.first_bounded :]
         return _diagonal(np.kron(from_first, self.state_rows), np.kron(np.eye(N), self.input_rows))
 
     @cached_property
-    def _weights(self) -> Array:
+    def weights(self) -> Array:
         """The matrix of the cost V in e and v."""
         N = self.model.horizon
         return _diagonal(np.kron(np.eye(N + 1, N) @ np.eye(N, N + 1), self.Q), np.kron(np.eye(N), self.R))
@@ -290,8 +208,8 @@ class StepPrograms:
         return np.repeat([False, True, False], [N * n, n, N * m])
 
     @cached_property
-    def _moves(self) -> npt.NDArray[np.bool_]:
-        """Flags of the variables that a change may move: all but e(0) and e(N)."""
+    def moves(self) -> npt.NDArray[np.bool_]:
+        """Flags of the variables that a search may move: all but e(0) and e(N)."""
         return ~self._is_end & (np.arange(len(self._is_end)) >= len(self.Q))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
@@ -11,9 +11,10 @@ import numpy as np
 
 from trackably.arguments import array, numbers, whole
 from trackably.arrays import Array, ArrayLike
-from trackably.control.bounds import AdmissiblePoints
+from trackably.control.bounds import pull_inside
 from trackably.control.references import TrackedReference, check_reference, check_window
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
 
 ROUNDING = 1e-12
@@ -179,7 +180,6 @@ class SteppedController(Protocol):
 def answer_step(
     controller: SteppedController,
     solve: Callable[[int, Array, Window, Array | None], StepResult],
-    admissible: AdmissiblePoints,
     given: tuple[int, ArrayLike, TrackedReference, ArrayLike | None],
 ) -> StepResult:
     """Check the arguments of a step, `given` as (k, state, reference, initial guess), and return the answer of `solve`.
@@ -206,7 +206,12 @@ def answer_step(
                 raise ArithmeticError("the reference is not defined")
             return solve(k, x, window, guess)
     except (ArithmeticError, np.linalg.LinAlgError) as error:
-        return Unsolved(k, str(error), admissible.at(k * plant.sampling_time).first_finite(safe))
+        return Unsolved(k, str(error), _first_admissible(plant.input_set.at(k * plant.sampling_time), safe))
+
+
+def _first_admissible(input_set: Polytope, inputs: Iterable[Array]) -> Array:
+    """Return the first of some inputs (m,) that is finite, pulled inside; the centre if none is finite."""
+    return next((pull_inside(input_set, u) for u in inputs if np.all(np.isfinite(u))), input_set.centre)
 
 
 class Successor(Protocol):

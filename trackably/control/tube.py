@@ -11,7 +11,6 @@ import numpy as np
 
 from trackably.arguments import instance
 from trackably.arrays import Array, ArrayLike
-from trackably.control.bounds import AdmissiblePoints
 from trackably.control.controller import Controller
 from trackably.control.problem import TOLERANCE, Formulation, StepProblem
 from trackably.control.programs import Program, StartSet
@@ -19,6 +18,7 @@ from trackably.control.references import TrackedReference
 from trackably.control.stepping import Infeasible, Plan, Status, StepResult, answer_step
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import Zonotope
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
 from trackably.systems.tightening import InvariantSet, Tightening
 
@@ -175,10 +175,10 @@ class TubeFormulation(Formulation):
         """K (m, n), which keeps x − z in Z."""
         return self.invariant.feedback
 
-    @cached_property
-    def admissible(self) -> AdmissiblePoints:
-        """The points of the given input set."""
-        return AdmissiblePoints(self.tightening.given.input_set)
+    @property
+    def input_set(self) -> Polytope:
+        """The given input set."""
+        return self.tightening.given.input_set
 
 
 _PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
@@ -308,7 +308,7 @@ class TubeController:
         (`shifted_inputs`), is admissible, and its start is computed again. In directions that Aᴺ maps to zero in
         float64 the start may differ, and the plan may then cost more. Raises ValueError as `Controller.step`.
         """
-        return answer_step(self, self._solve, self.formulation.admissible, (k, state, reference, initial_guess))
+        return answer_step(self, self._solve, (k, state, reference, initial_guess))
 
     def _solve(self, k: int, state: Array, window: Window, guess: Array | None) -> Plan | Infeasible:
         return TubeProblem.of(self.formulation, k, state, window).answer(guess)

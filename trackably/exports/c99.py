@@ -11,6 +11,7 @@ from trackably.arguments import text
 from trackably.certificates.certificate import Certificate
 from trackably.checker.certificate import Instants
 from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power
+from trackably.checker.formulas import text as text_of
 from trackably.exports.proved import Proved
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.matern import Matern
@@ -21,7 +22,6 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.allocation import ROUNDING, Allocation
 from trackably.systems.formulas import steps as steps_of
-from trackably.systems.formulas import text as text_of
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Coordinate, Functional

@@ -11,7 +11,6 @@ with it in sign.)
 """
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -21,6 +20,8 @@ from typing import NamedTuple
 import numpy as np
 
 from trackably.arrays import Array
+from trackably.checker.redundancy import demands
+from trackably.checker.subject import Row
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
@@ -30,13 +31,6 @@ _MAX_LAWS = 10_000
 _AT_ONCE = 2**22  # numbers in memory
 ROUNDING = 2.0**-48
 """Tolerance by which a candidate may violate a bound, relative to the sum of its absolute terms."""
-
-
-class Attainable(NamedTuple):
-    """The `bounds` of Σ_i `row`[i] u_i, a sum that is equal for all inputs with the same effect."""
-
-    row: tuple[Fraction, ...]
-    bounds: Interval
 
 
 class AllocationLaws(NamedTuple):
@@ -68,24 +62,21 @@ class Allocation:
         return cls(input_set, kernel)
 
     @property
-    def attainable(self) -> list[Attainable]:
-        """The constraints on u that hold if and only if some admissible input has the same effect as u."""
-        rows, lower, upper = (exact(of) for of in (self.input_set.rows, self.input_set.lower, self.input_set.upper))
+    def attainable(self) -> list[tuple[tuple[Fraction, ...], Interval]]:
+        """Rows of u with bounds that are kept if and only if some admissible input has the same effect as u."""
+        U = self.input_set
+        sides = zip(U.rows.tolist(), U.lower.tolist(), U.upper.tolist(), strict=True)
+        rows = [Row(tuple(map(Fraction, row)), low, high) for row, low, high in sides]
         found: dict[tuple[Fraction, ...], tuple[Fraction, Fraction]] = {}
-        for hit, circuit in self._circuits():
-            row = circuit @ rows[hit]
-            factors, direction = (of / (max(row, key=abs) or Fraction(1)) for of in (circuit, row))
-            ends = np.where(factors > 0, lower[hit], upper[hit]), np.where(factors > 0, upper[hit], lower[hit])
-            low, high = (factors @ of for of in ends)
-            lowest, highest = found.get(tuple(direction), (low, high))
-            low, high = found[tuple(direction)] = max(low, lowest), min(high, highest)
+        for demand in demands(self.kernel.T.tolist(), rows):
+            scale = max(demand.row, key=abs) or Fraction(1)
+            direction = tuple(r / scale for r in demand.row)
+            low, high = sorted((demand.low / scale, demand.high / scale))
+            lowest, highest = found.get(direction, (low, high))
+            low, high = found[direction] = max(low, lowest), min(high, highest)
             if not (low < high if any(direction) else low <= 0 <= high):  # a row of zeros may show that U is empty
                 raise ValueError(f"set: must have an interior, but no input lies strictly inside {self.input_set}")
-        return [
-            Attainable(row, Interval(float_above(low), float_below(high)))
-            for row, (low, high) in found.items()
-            if any(row)
-        ]
+        return [(row, Interval(float_above(low), float_below(high))) for row, (low, high) in found.items() if any(row)]
 
     def smallest(self, u: Array) -> Array:
         """Return the smallest admissible input (Euclidean) with the effect of u (…, m), where u is orthogonal to Z.
@@ -146,12 +137,3 @@ class Allocation:
                         gains.append(gain)
                         shifts.append(to_floats(back @ bounds))
         return AllocationLaws(np.array(gains), np.array(shifts))
-
-    def _circuits(self) -> Iterator[tuple[list[int], Rationals]]:
-        """Yield each circuit λ (see the head of this module): rows of the input set, and their factors λ_i."""
-        pushes = exact(self.input_set.rows) @ self.kernel
-        for size in range(1, self.kernel.shape[1] + 2):
-            for support in map(list, combinations(range(len(pushes)), size)):
-                relations = null_space(pushes[support].T)
-                if relations.shape[1] == 1 and relations.all():
-                    yield support, relations[:, 0]

@@ -1,6 +1,5 @@
 """A system with its state set and input set, and the constraints that make a reference trackable."""
 
-from collections import Counter
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -11,9 +10,10 @@ import numpy as np
 
 from trackably.arguments import instance
 from trackably.arrays import Array
+from trackably.checker.formulas import text
+from trackably.checker.subject import numbered, sum_name
 from trackably.systems.allocation import Allocation
 from trackably.systems.flat_forms import FlatForm
-from trackably.systems.formulas import shorten, text, weighted_sum_text
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import Flatness, LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
@@ -159,13 +159,9 @@ class ConstrainedSystem:
     def _with_names(self, *sides: list[LinearConstraint]) -> tuple[LinearConstraint, ...]:
         """Name each constraint after its row; equal names are numbered."""
         names = {"state": self.system.states, "input": self.system.inputs}
-        counts = Counter[str]()
-        named = []
-        for constraint in chain(*sides):
-            name = shorten(weighted_sum_text(constraint.row, names[constraint.side]))
-            counts[name] += 1
-            named.append(constraint._replace(name=name if counts[name] == 1 else f"{name} ({counts[name]})"))
-        return tuple(named)
+        every = [*chain(*sides)]
+        called = numbered(sum_name(of.row, names[of.side]) for of in every)
+        return tuple(of._replace(name=name) for of, name in zip(every, called, strict=True))
 
 
 def _rows(side: Side, bounded: Polytope) -> list[LinearConstraint]:

@@ -9,7 +9,7 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import combinations, product
 from reprlib import repr as short
-from typing import TYPE_CHECKING, Any, ClassVar, Self, cast
+from typing import TYPE_CHECKING, Any, Self, cast
 
 import numpy as np
 import scipy
@@ -24,7 +24,7 @@ from trackably.checker.subject import Polytope as Rows
 from trackably.systems.intervals import End, ends_within
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import PolynomialPieces
-from trackably.systems.polytopes import Polytope, box_ends
+from trackably.systems.polytopes import Polytope
 from trackably.systems.rationals import exact, row_echelon
 
 Vector = tuple[Fraction, ...]
@@ -45,10 +45,7 @@ def _vectors(what: str, given: ArrayLike | Sequence[Sequence[Fraction]]) -> tupl
 
 
 class _ExactSet(ABC):
-    """A set that is defined by exact vectors."""
-
-    _checked: ClassVar[type[checker.Zonotope | checker.Hull]]
-    """The checker's class of such sets."""
+    """A set that is defined by exact vectors, as the checker has it."""
 
     @property
     @abstractmethod
@@ -68,30 +65,12 @@ class _ExactSet(ABC):
         """The vectors in float64, one in each row."""
         return np.array(self.vectors, dtype=float)
 
-    @property
-    def denominator(self) -> int:
-        """The least d that makes all entries of d · W integers."""
-        return self._whole[0]
-
-    def whole_support(self, row: Sequence[int]) -> int:
-        """Return d h_W(row) = d max {row · w : w ∈ W}, exactly, for the denominator d."""
-        return self._checked.support(self._whole[1], row)
-
-    def exact_support(self, row: Sequence[Fraction]) -> Fraction:
-        """Return h_W(row), exactly."""
-        d, (whole_row,) = checker.in_whole_numbers([row])
-        return Fraction(self.whole_support(whole_row), d * self.denominator)
-
-    @cached_property
-    def _whole(self) -> tuple[int, list[list[int]]]:
-        return checker.in_whole_numbers(self.vectors)
-
 
 # Disturbance sets that are zonotopes; boxes are some of them.
 
 
 @dataclass(frozen=True)
-class Zonotope(_ExactSet):
+class Zonotope(checker.Zonotope, _ExactSet):
     """{`centre` + Σ_j ξ_j `generators`[j] : |ξ_j| ≤ 1}, exactly; float64 numbers are converted exactly.
 
     Without generators, the set is the centre alone. ValueError: shapes do not fit, or a number is not finite.
@@ -99,8 +78,6 @@ class Zonotope(_ExactSet):
 
     centre: Vector
     generators: tuple[Vector, ...] = field(default=())
-
-    _checked = checker.Zonotope
 
     if TYPE_CHECKING:  # rationals are made of what is given
 
@@ -127,18 +104,17 @@ class Zonotope(_ExactSet):
 
         ValueError: a lower bound exceeds the upper one, or shapes do not fit.
         """
-        low, high = box_ends("disturbance", lower, upper)
+        low, high = (
+            np.atleast_1d(numbers(f"disturbance: {name}", of)) for name, of in (("lower", lower), ("upper", upper))
+        )
+        if low.shape != high.shape or low.ndim != 1:
+            raise ValueError(f"disturbance: as many lower as upper bounds are needed, got {low.shape} and {high.shape}")
         for i in np.flatnonzero(~((low <= high) & np.isfinite(low) & np.isfinite(high))).tolist():
             raise ValueError(
                 f"disturbance: needs finite bounds, lower ≤ upper, got [{low[i]:g}, {high[i]:g}] for state {i + 1}"
             )
         halves = (exact(high) - exact(low)) / 2
         return cls((exact(low) + halves).tolist(), np.diag(halves)[halves != 0].tolist())
-
-    @property
-    def vectors(self) -> tuple[Vector, ...]:
-        """The centre, and the generators."""
-        return (self.centre, *self.generators)
 
     def support(self, rows: Array) -> Array:
         """Return h_W(row) = max {row · w : w ∈ W} in float64 for rows (…, n): shape (…)."""
@@ -184,7 +160,7 @@ _MOST_CANDIDATES = 200_000
 
 
 @dataclass(frozen=True)
-class ConvexHull(_ExactSet):
+class ConvexHull(checker.Hull, _ExactSet):
     """The convex hull of `vertices`, exactly; float64 numbers are converted exactly.
 
     Points inside the hull may be among them. ValueError: shapes do not fit, there is no vertex, or a number is not
@@ -192,8 +168,6 @@ class ConvexHull(_ExactSet):
     """
 
     vertices: tuple[Vector, ...]
-
-    _checked = checker.Hull
 
     if TYPE_CHECKING:  # rationals are made of what is given
 
@@ -215,11 +189,6 @@ class ConvexHull(_ExactSet):
         if not found:
             raise ValueError("disturbance: H w ≤ h must be bounded: no vertex was found")
         return cls(list(found))
-
-    @property
-    def vectors(self) -> tuple[Vector, ...]:
-        """The vertices."""
-        return self.vertices
 
     def support(self, rows: Array) -> Array:
         """Return h_W(row) = max {row · w : w ∈ W} in float64 for rows (…, n): shape (…)."""
@@ -306,13 +275,6 @@ def _holds_zero(given: DisturbanceSet) -> bool:
 # Measurement noise: its effect on the disturbance of the measured state.
 
 
-def require_noise(given: object, states: int) -> Zonotope:
-    """Return a set of measurement noise. TypeError: it is no zonotope. ValueError: as `require_disturbance`."""
-    noise = require_zonotope("measurement_noise", given)
-    require_disturbance(noise, states, "measurement_noise")
-    return noise
-
-
 def of_measured_state(W: Zonotope, V: Zonotope, A: Array) -> Zonotope:
     """Return W ⊕ (−A V) ⊕ V, exactly.
 
@@ -320,8 +282,7 @@ def of_measured_state(W: Zonotope, V: Zonotope, A: Array) -> Zonotope:
     − A v + v⁺. So the measured state is disturbed by this set. If r y ≤ h − h_V(−r), then x = y − v satisfies the bound
     r x ≤ h. A controller that receives y then keeps x in X and u in U.
     """
-    pushes, noise = (checker.Zonotope(of.centre, of.generators) for of in (W, V))
-    found = checker.of_measured_state(pushes, noise, A.tolist())
+    found = checker.of_measured_state(W, V, A.tolist())
     return Zonotope(found.centre, found.generators)
 
 
@@ -428,8 +389,8 @@ class ModelError:
 
         ValueError: shapes do not fit, or an unbounded state has an uncertain coefficient.
         """
-        nominal = checked.Vertex(system.A.tolist(), system.B.tolist(), system.c.tolist())
-        vertices = [checked.Vertex(v.A.tolist(), v.B.tolist(), v.c.tolist()) for v in self.vertices]
+        every: Sequence[LinearSystem | Vertex] = (system, *self.vertices)
+        nominal, *vertices = (checked.Vertex(of.A.tolist(), of.B.tolist(), of.c.tolist()) for of in every)
         found = checked.of_model_error(nominal, vertices, _rows(state_set), _rows(input_set))
         if isinstance(found, str):
             raise ValueError(f"model_error: {found}")

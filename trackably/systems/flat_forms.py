@@ -61,12 +61,6 @@ class FlatForm(subject.FlatForm):
         states, inputs = formulas_of(lambda: function(_Shifts(outputs)), "flat form")
         return cls(states, inputs, tuple(angles))
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, FlatForm) and self.angles == other.angles and alike(self._formulas, other._formulas)
-
-    def __hash__(self) -> int:
-        return hash((len(self.states), self.angles))
-
     @property
     def outputs(self) -> int:
         """The number of flat outputs."""
@@ -91,18 +85,6 @@ class FlatForm(subject.FlatForm):
                 f"flat form: formulas must be of flat outputs, z1[0] to z99[{MOST_SHIFTS}], but hold {name}"
             )
         return c, j
-
-
-def alike(one: Sequence[Formula], other: Sequence[Formula]) -> bool:
-    """Whether formulas are equal as written."""
-    shapes = Shapes()
-    return list(map(shapes.of, one)) == list(map(shapes.of, other))
-
-
-def one_step_later(formula: Formula) -> Formula:
-    """Return the formula with every flat output one step later."""
-    later = {name: Name(shifted_name(c, j + 1)) for name in names(formula) for c, j in [subject.indices(name)]}
-    return substitute([formula], later)[0]
 
 
 @dataclass(frozen=True)
@@ -139,11 +121,11 @@ def why_not_flat(f: Sequence[Formula], form: FlatForm, states: Sequence[str], in
         )
     if unknown := {*form.angles} - {*states}:
         return f"calls {min(unknown)} an angle, which is no state"
-    why = flatness.why_not_flat(subject.NonlinearSystem(tuple(f), tuple(states), tuple(inputs), 1.0, form), form)
-    if why is None:
+    system = subject.NonlinearSystem(tuple(f), tuple(states), tuple(inputs), 1.0, form)
+    if (why := flatness.why_not_flat(system, form)) is None:
         return None
-    reached = substitute(f, dict(zip((*states, *inputs), (*form.states, *form.inputs), strict=True)))
-    for state, a, b in zip(states, reached, map(one_step_later, form.states), strict=True):
+    reached, later = flatness.successor_formulas(system, form), flatness.one_step_later(form.states)
+    for state, a, b in zip(states, reached, later, strict=True):
         off: Formula = Operation("-", a, b)
         if state in form.angles:  # zero for whole turns
             off = Function("sin", Operation("*", Number(0.5), off))
@@ -231,7 +213,7 @@ def _solve_block(
                 rooted = _name_roots(formulas, name)
                 if not any(name in names(formula) for formula in rooted):
                     formulas, variables[name] = rooted, _ROOT + name
-            later = {f"{state}⁺": one_step_later(known[state]) for state in block}
+            later = {f"{state}⁺": of for state in block for of in flatness.one_step_later([known[state]])}
             try:
                 solved = inputs_of(formulas, list(later), list(variables.values()))
             except UnsolvableError:

@@ -1,19 +1,28 @@
-"""Formulas of a plant, built of the checker's nodes: derivatives, values in float64, text, and the form in files.
+"""Formulas of a plant, built of the checker's nodes: derivatives, values in float64, and the form in files.
 
 A formula is an acyclic graph of the checker's nodes. A constant is exactly the real number that its float64 represents.
 No operation here changes the real function that a formula represents, or its domain.
 """
 
-import operator
 import sys
-from collections.abc import Callable, Mapping, Sequence
-from fractions import Fraction
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power, operands, parts
+from trackably.checker.formulas import (
+    OPERATORS,
+    Angle,
+    Formula,
+    Function,
+    Name,
+    Number,
+    Operation,
+    Power,
+    operands,
+    parts,
+)
 from trackably.checker.inverse import Term, minus, plus, times
 
 ONE = Number(1.0)
@@ -33,50 +42,6 @@ def size_and_depth(formula: Formula) -> tuple[int, int]:
         inner = [known[operand] for operand in operands(node)]
         known[node] = 1 + sum(size for size, _ in inner), 1 + max((depth for _, depth in inner), default=0)
     return known[formula]
-
-
-# Text, for names and messages.
-
-_ALL, _LONGEST = 10_000, 80
-_BINDING = {"+": 1, "-": 1, "*": 2, "/": 2}
-
-
-def text(formula: Formula, binding: int = 0, deepest: int = _ALL) -> str:
-    """Format a formula as an operand of an operator with the strength `binding`, in parentheses if needed."""
-    match formula:
-        case _ if not deepest:
-            found = "…"
-        case Number(value):
-            found = f"{value:g}" if value >= 0 or not binding else f"({value:g})"
-        case Name(name):
-            found = name
-        case Operation(symbol, left, right):
-            own = _BINDING[symbol]
-            found = f"{text(left, own, deepest - 1)} {symbol} {text(right, own + 1, deepest - 1)}"
-            found = found if own >= binding else f"({found})"
-        case Power(base, exponent):
-            found = f"{text(base, 4, deepest - 1)}^{text(Number(exponent), 4, 1)}"
-            found = found if binding < 4 else f"({found})"
-        case Function(name, argument):
-            found = f"{name}({text(argument, 0, deepest - 1)})"
-        case Angle(y, x):
-            found = f"atan2({text(y, 0, deepest - 1)}, {text(x, 0, deepest - 1)})"
-    return found
-
-
-def weighted_sum_text(row: Sequence[Fraction], names: Sequence[str], digits: int = 3) -> str:
-    """Format Σ_i row_i name_i, for example x, x+y or x-0.5y, with `digits` significant digits of each weight."""
-    signed = []
-    for weight, name in zip(map(float, row), names, strict=True):
-        if weight:
-            size = "" if abs(weight) == 1 else f"{abs(weight):.{digits}g}"
-            signed.append(f"{'-' if weight < 0 else '+'}{size}{name}")
-    return "".join(signed).removeprefix("+")
-
-
-def shorten(name: str) -> str:
-    """Cut off a name so that it fits into a line."""
-    return name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}…"
 
 
 def to_lists(formula: Formula) -> object:
@@ -156,12 +121,6 @@ def steps(formula: Formula) -> tuple[tuple[Formula, tuple[int, ...]], ...]:
 
 
 _NUMPY = {"atan": "arctan"}
-_OPERATE: dict[str, Callable[[Array, Array], Array]] = {
-    "+": operator.add,
-    "-": operator.sub,
-    "*": operator.mul,
-    "/": operator.truediv,
-}
 
 
 def evaluate_floats(formula: Formula, values: Mapping[str, Array]) -> Array:
@@ -176,7 +135,7 @@ def evaluate_floats(formula: Formula, values: Mapping[str, Array]) -> Array:
                 case Name(name):
                     found = values[name]
                 case Operation(symbol):
-                    found = _OPERATE[symbol](*inner)
+                    found = OPERATORS[symbol](*inner)
                 case Power(_, exponent):
                     found = np.asarray(np.power(inner[0], exponent))
                 case Function(name):

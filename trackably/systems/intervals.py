@@ -64,7 +64,8 @@ class Interval:
 
     def at(self, t: float) -> Interval:
         """Return the bounds at one time [s]."""
-        return self
+        lower, upper = self.ends(np.asarray(t))
+        return Interval(float(lower), float(upper))
 
     @property
     def rest(self) -> Interval:
@@ -77,18 +78,32 @@ class Interval:
         return self
 
     @property
+    def moving(self) -> list[PolynomialPieces]:
+        """The ends that move in time."""
+        return []
+
+    @property
     def periods(self) -> frozenset[float | None]:
         """The periods [s] of the ends that move, None for those that come to rest."""
-        return frozenset()
+        return frozenset(end.period if end.beyond == "period" else None for end in self.moving)
 
     @property
     def breakpoints(self) -> Array:
         """The times [s] at which a bound may jump or bend, of one period if it has one."""
-        return np.empty(0)
+        return np.unique(np.concatenate([np.empty(0), *(end.breakpoints for end in self.moving)]))
 
     def breakpoints_in(self, start: float, end: float) -> Array:
         """Return the times [s] between these at which a bound may jump or bend."""
-        return np.empty(0)
+        found = [np.empty(0)]
+        for z in self.moving:
+            times = z.breakpoints
+            if z.beyond == "period":
+                turns = np.arange(np.floor((start - times[-1]) / z.period), np.ceil((end - times[0]) / z.period) + 1)
+                later = (times[:-1] + turns[turns != 0][:, None] * z.period).ravel()  # rounded: exact ones are beside
+                times = np.concatenate([times, np.nextafter(later, -np.inf), later, np.nextafter(later, np.inf)])
+            found.append(times)
+        times = np.unique(np.concatenate(found))
+        return times[(start < times) & (times < end)]
 
     def margin(self, values: Array, t: Array | None = None) -> Array:
         """Return the distance of each value to the nearer bound, negative outside; at times t [s] if bounds move."""
@@ -107,9 +122,6 @@ class Interval:
     def margin_of(self, other: Interval) -> float:
         """Return the smallest margin of the values in another interval."""
         return min(other.lower - self.lower, self.upper - other.upper)
-
-    def contains(self, other: Interval) -> bool:
-        return self.lower <= other.lower and other.upper <= self.upper
 
     def __str__(self) -> str:
         return f"[{', '.join(ends_shown(self.lower, self.upper))}]"
@@ -161,7 +173,7 @@ class Corridor(Interval):
     def __init__(self, low: End, high: End) -> None:
         object.__setattr__(self, "low", low)
         object.__setattr__(self, "high", high)
-        if any(end.beyond == "end" for end in self._moving):
+        if any(end.beyond == "end" for end in self.moving):
             raise ValueError('set: a bound that moves must be at rest beyond its pieces, or have a period, got "end"')
         if not all(isinstance(end, PolynomialPieces) or math.isfinite(end) for end in (low, high)):
             raise ValueError(f"set: where one bound moves the other must be finite, got {low!r} and {high!r}")
@@ -184,28 +196,8 @@ class Corridor(Interval):
         return hash((self.low, self.high))
 
     @property
-    def _moving(self) -> list[PolynomialPieces]:
+    def moving(self) -> list[PolynomialPieces]:
         return [end for end in (self.low, self.high) if isinstance(end, PolynomialPieces)]
-
-    @property
-    def periods(self) -> frozenset[float | None]:
-        return frozenset(end.period if end.beyond == "period" else None for end in self._moving)
-
-    @property
-    def breakpoints(self) -> Array:
-        return np.unique(np.concatenate([end.breakpoints for end in self._moving]))
-
-    def breakpoints_in(self, start: float, end: float) -> Array:
-        found = []
-        for z in self._moving:
-            times = z.breakpoints
-            if z.beyond == "period":
-                turns = np.arange(np.floor((start - times[-1]) / z.period), np.ceil((end - times[0]) / z.period) + 1)
-                later = (times[:-1] + turns[turns != 0][:, None] * z.period).ravel()  # rounded: exact ones are beside
-                times = np.concatenate([times, np.nextafter(later, -np.inf), later, np.nextafter(later, np.inf)])
-            found.append(times)
-        times = np.unique(np.concatenate(found))
-        return times[(start < times) & (times < end)]
 
     @property
     def _times(self) -> Array:
@@ -221,13 +213,9 @@ class Corridor(Interval):
         )
         return np.maximum(*low), np.minimum(*high)
 
-    def at(self, t: float) -> Interval:
-        lower, upper = self.ends(np.asarray(t))
-        return Interval(float(lower), float(upper))
-
     @property
     def rest(self) -> Interval:
-        if all(end.beyond == "rest" for end in self._moving):
+        if all(end.beyond == "rest" for end in self.moving):
             return self.at(2 * abs(float(self.breakpoints[-1])) + 1.0)
         return self.hull
 

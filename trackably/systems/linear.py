@@ -14,8 +14,8 @@ import scipy
 
 from trackably.arguments import array, is_number, names, numbers, positive
 from trackably.arrays import Array, ArrayLike
-from trackably.systems.formulas import weighted_sum_text
-from trackably.systems.rationals import Rationals, exact, inverse, null_space, rank, row_echelon, to_floats
+from trackably.checker.subject import weighted_sum_text
+from trackably.systems.rationals import Rationals, exact, inverse, null_space, row_echelon, to_floats
 from trackably.systems.trajectories import Coordinate, Functional
 
 # Names of states and inputs: identifiers, so that no name can be taken for a part of a sentence or of a formula.
@@ -58,11 +58,15 @@ _REFUSED = "system: must be controllable, so that its states can follow a refere
 
 @dataclass(frozen=True)
 class Flatness:
-    """States x_i and inputs u_i as functions of the flat outputs, and the `orders` κ_c of the flat outputs."""
+    """States x_i and inputs u_i as functions of the flat outputs, and the `orders` κ_c of the flat outputs.
+
+    For a linear system, `outputs` are the rows q_c of its flat outputs z_c = q_c x, exactly.
+    """
 
     states: tuple[Coordinate, ...]
     inputs: tuple[Coordinate, ...]
     orders: tuple[int, ...]
+    outputs: Sequence[Sequence[Fraction]] = ()
 
 
 def flatness(A: Rationals, B: Rationals, offset: Rationals, sampling_time: float, states: Sequence[str]) -> Flatness:
@@ -78,71 +82,51 @@ def flatness(A: Rationals, B: Rationals, offset: Rationals, sampling_time: float
     independent = B[:, _independent_columns(B)]
     orders = _chains(A, independent, states)
     q = _outputs(A, independent, orders)
-    # With ζ the z_c(k + j) for j < κ_c, ω the z_c(k + κ_c), and B u = B_r w:  ζ = Q x + d,  ω = P x + G w + e.
-    Q, d = _shift(q, A, offset, [(i, j) for i, order in enumerate(orders) for j in range(order)])
-    P, e = _shift(q, A, offset, list(enumerate(orders)))
-    G = np.vstack([q[i] @ np.linalg.matrix_power(A, order - 1) @ independent for i, order in enumerate(orders)])
-    # So x = Q⁻¹ (ζ − d) and w = G⁻¹ (ω − P x − e).
-    by_lower, by_highest = inverse(Q), _least_norm(independent, B) @ inverse(G)
-    feedback, ends = -(by_highest @ P), np.cumsum(orders)[:-1]
-    state_offset = -(by_lower @ d)
-    state_weights = np.split(by_lower, ends, axis=1)  # the weight of z_c(k + j) is [c][row, j]
-    input_weights = [
-        np.column_stack(of) for of in zip(np.split(feedback @ by_lower, ends, 1), by_highest.T, strict=True)
-    ]
-    scales = [next((gain for gain in of.sum(axis=1) if gain), Fraction(1)) for of in state_weights]  # gains at rest
+    Q, d = [], []  # z_c(k + j) = Q x(k) + d for u = 0 and j < κ_c
+    for row, order in zip(q, orders, strict=True):
+        moved, constant = row, Fraction(0)
+        for _ in range(order):
+            Q.append(moved)
+            d.append(constant)
+            moved, constant = moved @ A, constant + moved @ offset
+    by_outputs = inverse(np.vstack(Q))
+    x_offset = -(by_outputs @ np.array(d, dtype=object))
+    gains = np.split(by_outputs, np.cumsum(orders)[:-1], axis=1)  # the weight of z_c(k + j) is [c][row, j]
+    scales = [next((gain for gain in of.sum(axis=1) if gain), Fraction(1)) for of in gains]  # from rest
+    x_weights, none = [of / scale for of, scale in zip(gains, scales, strict=True)], exact(np.zeros((len(A), 1)))
+    inputs = _pseudo_inverse(independent, B)  # of x(k + 1) − A x(k) − c
+    u_weights = [inputs @ (np.hstack([none, of]) - A @ np.hstack([of, none])) for of in x_weights]
     return Flatness(
-        _functionals(state_weights, scales, state_offset, sampling_time),
-        _functionals(input_weights, scales, feedback @ state_offset - by_highest @ e, sampling_time),
+        _functionals(x_weights, x_offset, sampling_time),
+        _functionals(u_weights, inputs @ (x_offset - A @ x_offset - offset), sampling_time),
         tuple(orders),
+        [(scale * row).tolist() for scale, row in zip(scales, q, strict=True)],
     )
 
 
-def outputs_in_states(flat: Flatness) -> list[list[Fraction]]:
-    """Return the row q_c of each flat output z_c = q_c x of a linear system, exactly."""
-    places = [(c, j) for c, order in enumerate(flat.orders) for j in range(order)]
-    states = [x for x in flat.states if isinstance(x, Functional)]
-    rows = inverse(exact([[x.weights[c][j] for c, j in places] for x in states]))
-    return [rows[place].tolist() for place, (_, j) in enumerate(places) if j == 0]
-
-
-def _shift(q: Rationals, A: Rationals, offset: Rationals, which: list[tuple[int, int]]) -> tuple[Rationals, Rationals]:
-    """Return Q and d such that z_i(k + j) = Q x(k) + d with u = 0, one row for each pair (i, j)."""
-    rows, offsets = [], []
-    for i, j in which:
-        rows.append(q[i] @ np.linalg.matrix_power(A, j))
-        offsets.append(sum((q[i] @ np.linalg.matrix_power(A, before) @ offset for before in range(j)), Fraction(0)))
-    return np.vstack(rows), np.array(offsets, dtype=object)
-
-
-def _functionals(
-    by_output: list[Rationals], scales: list[Fraction], offset: Rationals, sampling_time: float
-) -> tuple[Functional, ...]:
-    scaled = [of / scale for of, scale in zip(by_output, scales, strict=True)]
-    return tuple(Functional(tuple(tuple(of[i]) for of in scaled), offset[i], sampling_time) for i in range(len(offset)))
+def _functionals(by_output: list[Rationals], offset: Rationals, sampling_time: float) -> tuple[Functional, ...]:
+    return tuple(
+        Functional(tuple(tuple(of[i]) for of in by_output), constant, sampling_time)
+        for i, constant in enumerate(offset)
+    )
 
 
 def _chains(A: Rationals, B: Rationals, states: Sequence[str]) -> list[int]:
     """Return κ_c, the number of columns B_c, A B_c, … among the first independent columns of [B, A B, …]."""
     n, m = B.shape
-    taken, orders, alive, columns = B[:, :0], [0] * m, [True] * m, B
-    while taken.shape[1] < n and any(alive):
-        for c in range(m):
-            if alive[c] and taken.shape[1] < n:
-                more = np.column_stack([taken, columns[:, c]])
-                alive[c] = rank(more) == more.shape[1]
-                if alive[c]:
-                    taken, orders[c] = more, orders[c] + 1
-        columns = A @ columns
-    if taken.shape[1] < n:
+    every = B
+    while len(pivots := row_echelon(every)[1]) < n and every.shape[1] < n * m:
+        every = np.hstack([every, A @ every[:, -m:]])
+    taken = every[:, pivots]  # if A^j B_c depends on columns before it, so do later powers
+    if len(pivots) < n:
         row = null_space(taken.T)[:, 0]  # it maps every reachable column to zero
         raise ValueError(
-            f"{_REFUSED}: its inputs reach {taken.shape[1]} of {n} dimensions, and none of them ever changes "
+            f"{_REFUSED}: its inputs reach {len(pivots)} of {n} dimensions, and none of them ever changes "
             f"{weighted_sum_text(row / max(row, key=abs), states)}"
         )
     if not (condition := _condition(taken)) < _WORST_CONDITION:
         raise ValueError(f"{_REFUSED}, but nearly is not: [B, A B, …] has condition number {condition:.1g}")
-    return orders
+    return [sum(pivot % m == c for pivot in pivots) for c in range(m)]
 
 
 def _outputs(A: Rationals, B: Rationals, orders: list[int]) -> Rationals:
@@ -169,10 +153,14 @@ def _independent_columns(B: Rationals) -> list[int]:
     return kept
 
 
-def _least_norm(independent: Rationals, B: Rationals) -> Rationals:
-    """Return the matrix from w to the smallest u with B u = B_r w: with B = B_r F it is Fᵀ (F Fᵀ)⁻¹."""
-    F = inverse(independent.T @ independent) @ independent.T @ B
-    found: Rationals = F.T @ inverse(F @ F.T)
+def _pseudo_inverse(independent: Rationals, B: Rationals) -> Rationals:
+    """Return the matrix from B u to the smallest such u, where B has these `independent` columns B_r.
+
+    With F = (B_rᵀ B_r)⁻¹ B_rᵀ B, so that B = B_r F, it is Fᵀ (F Fᵀ)⁻¹ (B_rᵀ B_r)⁻¹ B_rᵀ (Penrose).
+    """
+    left = inverse(independent.T @ independent) @ independent.T
+    F = left @ B
+    found: Rationals = F.T @ inverse(F @ F.T) @ left
     return found
 
 
@@ -300,11 +288,6 @@ class LinearSystem:
     def successor(self, x: Array, u: Array) -> Array:
         """Return A x + B u + c for x of shape (…, n) and u of shape (…, m): shape (…, n)."""
         return np.asarray(np.asarray(x) @ self.A.T + np.asarray(u) @ self.B.T + self.c)
-
-    def affine(self, x: Array) -> tuple[Array, Array]:
-        """Return A x + c and B for x of shape (…, n): shapes (…, n) and (…, n, m)."""
-        drift = np.asarray(x) @ self.A.T + self.c
-        return drift, np.broadcast_to(self.B, (*drift.shape[:-1], *self.B.shape))
 
     def slopes(self, x: Array, u: Array) -> tuple[Array, Array]:
         """Return ∂f/∂x = A and ∂f/∂u = B at x of shape (…, n) and u (…, m): shapes (…, n, n) and (…, n, m)."""

@@ -10,12 +10,12 @@ import numpy as np
 
 from trackably.arguments import names, positive
 from trackably.arrays import Array
-from trackably.checker.formulas import Formula, Operation, parts
+from trackably.checker.formulas import Formula, Operation, parts, text
 from trackably.checker.formulas import names as names_in
 from trackably.checker.inverse import Term, UnsolvableError, inputs_of
 from trackably.checker.limits import DEPTH
-from trackably.systems.flat_forms import FlatForm, alike, found_form, why_not_flat, with_heading_in, without_jumps
-from trackably.systems.formulas import derivative, evaluate_floats, size_and_depth, text
+from trackably.systems.flat_forms import FlatForm, found_form, why_not_flat, with_heading_in, without_jumps
+from trackably.systems.formulas import derivative, evaluate_floats, size_and_depth
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import Flatness, require_names
 from trackably.systems.tracing import Dynamics, require_same_values, trace
@@ -64,17 +64,6 @@ class NonlinearSystem:
                         raise ValueError(
                             f"system: f must be solvable for its inputs, but that would divide by {text(pivot)}"
                         )
-
-    def __eq__(self, other: object) -> bool:
-        fields = ("states", "inputs", "sampling_time", "flat")
-        return (
-            isinstance(other, NonlinearSystem)
-            and all(getattr(self, name) == getattr(other, name) for name in fields)
-            and alike(self.f, other.f)
-        )
-
-    def __hash__(self) -> int:
-        return hash((self.states, self.inputs, self.sampling_time))
 
     def _verify(self, form: FlatForm) -> FlatForm:
         """Return the flat form, without jumps of its headings if possible. ValueError: it is no flat form of f."""
@@ -152,17 +141,7 @@ class NonlinearSystem:
         try:
             return inputs_of(self.f, self.successors, self.inputs)
         except UnsolvableError as error:
-            self._require_affine()
             raise ValueError(f"system: f must be solvable for its inputs, x⁺ = f0(x) + G(x) u, but {error}") from None
-
-    def _require_affine(self) -> None:
-        for node in (part for formula in self.f for part in parts(formula)):
-            slopes = (derivative(node, name) for name in self.inputs)
-            if any(slope is not None and names_in(slope) & {*self.inputs} for slope in slopes):
-                raise ValueError(
-                    f"system: f must be affine in its inputs, x⁺ = f0(x) + G(x) u, so that it can be solved for them, "
-                    f"but holds {text(node)}"
-                )
 
     def successor(self, x: Array, u: Array) -> Array:
         """Return f(x, u) for x (…, n) and u (…, m): shape (…, n), NaN or infinite where f is undefined."""
@@ -178,12 +157,6 @@ class NonlinearSystem:
             for name, column in zip(names, of, strict=True)
         }
         return values, np.broadcast_shapes(*(of.shape[1:] for of in columns))
-
-    def affine(self, x: Array) -> tuple[Array, Array]:
-        """Return f0(x) and G(x) for x of shape (…, n): shapes (…, n) and (…, n, m). ValueError: f is not affine."""
-        self._require_affine()
-        still = np.zeros(len(self.inputs))
-        return self.successor(x, still), self.slopes(x, still)[1]
 
     def slopes(self, x: Array, u: Array) -> tuple[Array, Array]:
         """Return ∂f/∂x and ∂f/∂u at x (…, n) and u (…, m): shapes (…, n, n) and (…, n, m)."""

@@ -6,7 +6,6 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
 from itertools import pairwise
 from math import factorial
 from reprlib import repr as short
@@ -42,15 +41,10 @@ class DoubleDouble:
     low: Array
 
     @classmethod
-    def of(cls, numbers: Sequence[Fraction]) -> Self:
-        """Convert rational numbers, each with a relative error of at most u²."""
-        high = [float(number) for number in numbers]
-        low = [float(number - Fraction(near)) for number, near in zip(numbers, high, strict=True)]
-        return cls(np.array(high), np.array(low))
-
-    def at(self, index: Any) -> DoubleDouble:
-        """Return the numbers at an index of the arrays."""
-        return DoubleDouble(self.high[index], self.low[index])
+    def of(cls, number: Fraction) -> Self:
+        """Convert a rational number, with a relative error of at most u²."""
+        high = float(number)
+        return cls(np.asarray(high), np.asarray(float(number - Fraction(high))))
 
     def __add__(self, other: DoubleDouble) -> DoubleDouble:
         high, error = two_sum(self.high, other.high)
@@ -251,24 +245,13 @@ class PolynomialPieces:
         """The total length of all pieces [s]."""
         return float(self.breakpoints[-1] - self.breakpoints[0])
 
-    def jet(self, t: ArrayLike, order: int) -> Array:
-        """Return z and its time derivatives up to `order` at t [s]: shape (order + 1, *t.shape).
-
-        At a breakpoint, the piece that begins there is used.
-        """
-        inside, t = self._place(np.asarray(t, dtype=float))
-        return np.stack([self._curve(t), *(np.where(inside, self._curve(t, r), 0.0) for r in range(1, order + 1))])
-
-    @cached_property
-    def _curve(self) -> Any:
-        return scipy.interpolate.PPoly(self.coefficients.T[::-1], self.breakpoints)
-
     def __call__(self, t: ArrayLike) -> Array:
-        return np.asarray(self.jet(t, 0)[0])
+        """Return z at t [s], evaluated by `precise` and rounded to float64; from a breakpoint on the piece after it."""
+        return self.precise([np.asarray(t, dtype=float)]).high
 
     def summed(self, t: ArrayLike) -> Array:
-        """Return z at t [s], evaluated by `precise` and rounded to float64."""
-        return self.precise([np.asarray(t, dtype=float)]).high
+        """Return z at t [s]: the name that sums of kernels have for it."""
+        return self(t)
 
     def precise(self, time: Sequence[Array]) -> DoubleDouble:
         """Return z by Horner's rule in twice the precision, at times that are sums of a few float64 [s].
@@ -307,19 +290,6 @@ class PolynomialPieces:
         since = (t + -first).turned_back(turns, period)
         turns = turns - (since.rounded < 0) + ((since + -period).rounded >= 0)
         return t.turned_back(turns, period)
-
-    def derivative(self, t: ArrayLike) -> Array:
-        return np.asarray(self.jet(t, 1)[1])
-
-    def _place(self, t: Array) -> tuple[npt.NDArray[np.bool_], Array]:
-        """Return whether z may move at t, and the times [s] at which the pieces have its values."""
-        first, last = self.breakpoints[0], self.breakpoints[-1]
-        match self.beyond:
-            case "rest":
-                return (t >= first) & (t < last), np.clip(t, first, last)
-            case "period":
-                t = first + np.mod(t - first, self.period)
-        return np.full(t.shape, True), t
 
 
 def is_spline(given: object) -> TypeGuard[PPoly | BPoly | BSpline]:

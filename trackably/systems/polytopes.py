@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 import numpy as np
@@ -58,36 +59,27 @@ class Polytope:
             raise ValueError(f"set: rows must be a matrix with a column for each coordinate, got {rows.shape}")
         rows.flags.writeable = False
         object.__setattr__(self, "rows", rows)
-        if _any_moves(self.lower, self.upper):
-            self._keep_moving()
-            return
-        r, ends = len(rows), [numbers(f"set: {name}", getattr(self, name)) for name in ("lower", "upper")]
-        if [of.shape for of in ends] != [(r,), (r,)]:
-            raise ValueError(f"set: {r} rows need as many bounds, got {ends[0].shape} and {ends[1].shape}")
-        for name, of in zip(("lower", "upper"), ends, strict=True):
-            of.flags.writeable = False
-            object.__setattr__(self, name, of)
-        for i, (row, low, high) in enumerate(zip(self.rows, self.lower, self.upper, strict=True)):
-            if not (np.all(np.isfinite(row)) and np.any(row) and -np.inf < low <= high < np.inf):
+        lower, upper = (_ends(f"set: {name}", getattr(self, name)) for name in ("lower", "upper"))
+        r, shapes = len(rows), [np.shape(of) for of in (lower, upper)]
+        if shapes != [(r,), (r,)]:
+            raise ValueError(f"set: {r} rows need as many bounds, got {shapes[0]} and {shapes[1]}")
+        for i, (row, low, high) in enumerate(zip(rows, lower, upper, strict=True)):
+            is_bounded = _any_moves([low, high]) or -np.inf < low <= high < np.inf
+            if not (np.all(np.isfinite(row)) and np.any(row) and is_bounded):
                 raise ValueError(f"set: row {i} needs finite entries, not all zero, and finite bounds, lower ≤ upper, "
                                  f"got {row.tolist()} in [{low}, {high}]")  # fmt: skip
-        self._keep(map(Interval, self.lower.tolist(), self.upper.tolist()))
+        object.__setattr__(self, "_intervals", list(zip(rows, map(interval, lower, upper), strict=True)))
+        if self.moves:
+            for name in ("lower", "upper"):
+                object.__delattr__(self, name)
+            for t in np.unique(np.concatenate([of.breakpoints for _, of in self.intervals])).tolist():
+                self.at(t)  # which has an interior
+            return
+        for name, of in (("lower", lower), ("upper", upper)):
+            object.__setattr__(self, name, np.array(of, dtype=float))
+            getattr(self, name).flags.writeable = False
         if r and not self.depth > 0:
             raise ValueError(f"set: must have an interior, but no point lies strictly inside {self}")
-
-    def _keep_moving(self) -> None:
-        """Keep the bounds, of which some move, as intervals alone."""
-        pairs = list(zip(self.lower, self.upper, strict=True))
-        if len(pairs) != len(self.rows):
-            raise ValueError(f"set: {len(self.rows)} rows need as many bounds, got {len(pairs)}")
-        self._keep(interval(*map(_end, of)) for of in pairs)
-        for name in ("lower", "upper"):
-            object.__delattr__(self, name)
-        for t in np.unique(np.concatenate([of.breakpoints for _, of in self.intervals])).tolist():
-            self.at(t)  # which has an interior
-
-    def _keep(self, made: Iterable[Interval]) -> None:
-        object.__setattr__(self, "_intervals", list(zip(self.rows, made, strict=True)))
 
     @property
     def intervals(self) -> list[tuple[Array, Interval]]:
@@ -129,23 +121,23 @@ class Polytope:
 
         ValueError: only one of two bounds is infinite, shapes differ, or the box has no interior.
         """
-        if _any_moves(lower, upper):
-            lows, highs = (np.atleast_1d(np.asarray(of, dtype=object)) for of in (lower, upper))
-            both = enumerate(zip(lows, highs, strict=True))
-            free = [i for i, of in both if not _any_moves(of) and np.all(np.isinf([*of]))]
-            rows = np.delete(np.eye(len(lows)), free, axis=0)
-            return cls(rows, np.delete(lows, free), np.delete(highs, free), len(lows))
-        low, high = box_ends("set", lower, upper)
-        for i in np.flatnonzero(~(low < high)).tolist():
-            ends = ", ".join(ends_shown(float(low[i]), float(high[i])))
-            raise ValueError(f"set: must have an interior, got [{ends}] for coordinate {i + 1}")
-        bounded = ~(np.isinf(low) & np.isinf(high))
-        for i in np.flatnonzero(bounded & (np.isinf(low) | np.isinf(high))).tolist():
-            raise ValueError(
-                f"set: coordinate {i + 1} has the bounds [{low[i]:g}, {high[i]:g}]: give both or none; where one side "
-                "does not matter, a bound that is never reached will do"
-            )
-        return cls(np.eye(len(low))[bounded], low[bounded], high[bounded], len(low))
+        low, high = (_ends(f"set: {name}", of) for name, of in (("lower", lower), ("upper", upper)))
+        if np.shape(low) != np.shape(high) or np.ndim(low) != 1:
+            raise ValueError(f"set: as many lower as upper bounds are needed, got {np.shape(low)} and {np.shape(high)}")
+        both = list(zip(low, high, strict=True))
+        for i, (a, b) in enumerate(both):
+            if _any_moves([a, b]):
+                continue
+            if not a < b:
+                ends = ", ".join(ends_shown(a, b))
+                raise ValueError(f"set: must have an interior, got [{ends}] for coordinate {i + 1}")
+            if np.isinf(a) != np.isinf(b):
+                raise ValueError(
+                    f"set: coordinate {i + 1} has the bounds [{a:g}, {b:g}]: give both or none; where one side does "
+                    "not matter, a bound that is never reached will do"
+                )
+        bounded = [i for i, ends in enumerate(both) if ends != (-np.inf, np.inf)]
+        return cls(np.eye(len(low))[bounded], [low[i] for i in bounded], [high[i] for i in bounded], len(low))
 
     @classmethod
     def halfspaces(cls, H: ArrayLike, h: ArrayLike) -> Self:
@@ -180,12 +172,20 @@ class Polytope:
     @property
     def depth(self) -> float:
         """The largest margin of any point, relative to the width of each row; ≤ 0 if the set has no interior."""
-        if not np.all(self.lower < self.upper):
-            return -np.inf
+        return self._deepest[0] if np.all(self.lower < self.upper) else -np.inf
+
+    @property
+    def centre(self) -> Array:
+        """A point (n,) with the largest margin, relative to the width of each row; zero where nothing bounds it."""
+        return self._deepest[1]
+
+    @cached_property
+    def _deepest(self) -> tuple[float, Array]:
+        matrix, off, units, centre = self._centred
         if np.all(np.count_nonzero(self.rows, axis=0) <= 1):  # no two share a coordinate: each is met in its middle
-            return 0.5
-        matrix, off, *_ = self._centred
-        return deepest(np.vstack([matrix, -matrix]), np.full(2 * len(matrix), 2.0), np.append(1 + off, 1 - off))[0]
+            return 0.5, units * centre
+        found = deepest(np.vstack([matrix, -matrix]), np.full(2 * len(matrix), 2.0), np.append(1 + off, 1 - off))
+        return found[0], units * (centre + found[1])
 
     @property
     def ends(self) -> tuple[list[End], list[End]]:
@@ -226,7 +226,8 @@ class Polytope:
         half = np.maximum(self.upper / 2 - self.lower / 2, np.finfo(float).smallest_subnormal)
         sizes = np.abs(self.rows)
         with np.errstate(over="ignore"):
-            unit = np.min(np.divide(half[:, None], sizes, out=np.full_like(sizes, np.inf), where=sizes > 0), axis=0)
+            reach = np.divide(half[:, None], sizes, out=np.full_like(sizes, np.inf), where=sizes > 0)
+            unit = np.min(reach, axis=0, initial=np.inf)
         units = np.asarray(np.where(np.isfinite(unit), unit, 1.0), dtype=float)
         matrix, middle = self.rows * units / half[:, None], (self.upper / 2 + self.lower / 2) / half
         centre = np.asarray(np.linalg.lstsq(matrix, middle)[0], dtype=float)
@@ -257,11 +258,17 @@ def _any_moves(*ends: object) -> bool:
     )
 
 
-def _end(given: Any) -> End:
-    """Return an end of an interval, which users give as one, as a spline of SciPy, or as a table. ValueError: neither.
+def _ends(what: str, given: Any) -> list[Any]:
+    """Return the ends of intervals as users give them: numbers, or among them splines of SciPy, or tables.
 
     A spline rests before its first breakpoint and after its last one, or repeats if it extrapolates periodically.
     """
+    if not _any_moves(given):
+        return list(np.atleast_1d(numbers(what, given)).tolist())
+    return [_end(of) for of in np.atleast_1d(np.asarray(given, dtype=object))]
+
+
+def _end(given: Any) -> End:
     if isinstance(given, Mapping):
         return PolynomialPieces.from_mapping(given)
     if is_spline(given):
@@ -270,14 +277,6 @@ def _end(given: Any) -> End:
             raise ValueError(f"set: expected one value of a spline at a time, got {c.shape[2:]}")
         return PolynomialPieces(ends, c.T, "period" if given.extrapolate == "periodic" else "rest")
     return given if isinstance(given, PolynomialPieces) else float(given)
-
-
-def box_ends(what: str, lower: Any, upper: Any) -> tuple[Array, Array]:
-    """Return the bounds of a box as arrays (n,), numbers as those of one coordinate. ValueError: shapes differ."""
-    low, high = (np.atleast_1d(numbers(f"{what}: {name}", of)) for name, of in (("lower", lower), ("upper", upper)))
-    if low.shape != high.shape or low.ndim != 1:
-        raise ValueError(f"{what}: as many lower as upper bounds are needed, got {low.shape} and {high.shape}")
-    return low, high
 
 
 def deepest(rows: Array, shares: Array, limits: Array) -> tuple[float, Array]:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.arrays import Array
+from trackably.checker import redundancy
 
 Rationals = npt.NDArray[np.object_]
 
@@ -26,19 +27,8 @@ def to_floats(matrix: Rationals) -> Array:
 
 def row_echelon(matrix: Rationals) -> tuple[Rationals, list[int]]:
     """Return the reduced row echelon form, and the columns of its pivots."""
-    rows, pivots = matrix.copy(), list[int]()
-    for j in range(matrix.shape[1]):
-        top = len(pivots)
-        i = next((i for i in range(top, len(rows)) if rows[i, j]), None)
-        if i is None:
-            continue
-        rows[[top, i]] = rows[[i, top]]
-        rows[top] = rows[top] / rows[top, j]
-        for k, by in enumerate(rows[:, j].tolist()):
-            if k != top and by:
-                rows[k] = rows[k] - by * rows[top]
-        pivots.append(j)
-    return rows, pivots
+    rows, pivots = redundancy.row_echelon(matrix.tolist(), matrix.shape[1])
+    return np.array(rows, dtype=object).reshape(matrix.shape), pivots
 
 
 def rank(matrix: Rationals) -> int:
@@ -57,11 +47,8 @@ def inverse(matrix: Rationals) -> Rationals:
 
 def null_space(matrix: Rationals) -> Rationals:
     """Return a basis of {v : M v = 0}, one vector in each column."""
-    rows, pivots = row_echelon(matrix)
-    free = sorted({*range(matrix.shape[1])} - {*pivots})
-    basis = exact(np.eye(matrix.shape[1]))[:, free]
-    basis[pivots] = -rows[: len(pivots), free]
-    return basis
+    n = matrix.shape[1]
+    return np.array(redundancy.null_space(matrix.tolist(), n), dtype=object).reshape(-1, n).T
 
 
 def float_above(number: Fraction) -> float:

@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
-from itertools import zip_longest
+from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -19,53 +18,35 @@ from trackably.systems.trajectories import Coordinate, Functional, Quantity, wei
 # Functionals of polynomial pieces in twice the precision: differences of large numbers lose no digits.
 
 
-@dataclass(frozen=True, eq=False)
-class PreciseCoordinates:
-    """States or inputs of a reference of polynomial pieces: functionals, or formulas of functionals in float64.
+def precise_values(
+    coordinates: Sequence[Coordinate], signals: Sequence[PolynomialPieces], time: Sequence[Array]
+) -> Array:
+    """Return states or inputs at times that are sums of a few float64 [s]: shape (*time.shape, coordinates).
 
-    Functionals are evaluated together in twice the precision, and rounded to float64 once, at the end. So each is
-    within u |q| + 100 (n + N + 2) u² G of its exact value. Here u = 2⁻⁵³, n is the degree of the signals, N the number
-    of their shifted values, and G = |offset| + Σ_j |w_j| V, where V is the largest sum of the absolute terms of a
-    piece. Certificates rely on this bound (`checker.piecewise`).
+    Coordinates are functionals of polynomial pieces, or formulas of functionals, which are evaluated in float64. A
+    functional is evaluated in twice the precision, and rounded to float64 once, at the end. So it is within u |q| +
+    100 (n + N + 2) u² G of its exact value. Here u = 2⁻⁵³, n is the degree of the signals, N the number of their
+    shifted values, and G = |offset| + Σ_j |w_j| V, where V is the largest sum of the absolute terms of a piece.
+    Certificates rely on this bound (`checker.piecewise`).
     """
+    step = np.asarray(coordinates[0].sampling_time)
 
-    coordinates: tuple[Coordinate, ...]
+    @cache
+    def shifted(c: int, j: int) -> DoubleDouble:
+        return signals[c].precise([*time, *two_product(np.asarray(float(j)), step)])
 
-    def __call__(self, signals: Sequence[PolynomialPieces], time: Sequence[Array]) -> Array:
-        """Return all coordinates at times that are sums of a few float64 [s]: shape (*time.shape, coordinates)."""
-        values = dict(zip(self._functionals, self._values(signals, time), strict=True))
-        found = [
-            values[q] if isinstance(q, Functional) else q.value({name: values[part] for name, part in q.arguments})
-            for q in self.coordinates
-        ]
-        return np.stack(found, axis=-1)
+    def value(q: Functional) -> Array:
+        total = DoubleDouble.of(q.offset)
+        for c, weights in enumerate(q.weights):
+            for j, w in enumerate(weights):
+                total = total + DoubleDouble.of(w) * shifted(c, j) if w else total
+        return np.broadcast_to(total.high, np.shape(time[0]))
 
-    def _values(self, signals: Sequence[PolynomialPieces], time: Sequence[Array]) -> Array:
-        """Return all functionals: shape (functionals, *time.shape)."""
-        ahead, step = (slice(None), *(None,) * np.ndim(time[0])), self._functionals[0].sampling_time
-        total = DoubleDouble.of([q.offset for q in self._functionals]).at(ahead)
-        for signal, weights in zip(signals, self._weights, strict=True):
-            steps = np.arange(float(weights.high.shape[1]))
-            z = signal.precise([*time, *(part[ahead] for part in two_product(steps, np.asarray(step)))])
-            for j in range(steps.size):
-                total = total + weights.at((slice(None), j, *ahead[1:])) * z.at(j)
-        return np.broadcast_to(total.high, (len(self._functionals), *np.shape(time[0])))
-
-    @cached_property
-    def _functionals(self) -> list[Functional]:
-        """All functionals, without duplicates."""
-        every = ([q] if isinstance(q, Functional) else [part for _, part in q.arguments] for q in self.coordinates)
-        return list(dict.fromkeys(part for parts in every for part in parts))
-
-    @cached_property
-    def _weights(self) -> list[DoubleDouble]:
-        """The weights of each signal: shape (functionals, shifts)."""
-        found = []
-        for rows in zip(*(q.weights for q in self._functionals), strict=True):
-            flat = DoubleDouble.of([w for shift in zip_longest(*rows, fillvalue=Fraction(0)) for w in shift])
-            shape = -1, len(rows)
-            found.append(DoubleDouble(flat.high.reshape(shape).T, flat.low.reshape(shape).T))
-        return found
+    found = [
+        value(q) if isinstance(q, Functional) else q.value({name: value(part) for name, part in q.arguments})
+        for q in coordinates
+    ]
+    return np.stack(found, axis=-1)
 
 
 class Window(NamedTuple):
@@ -173,14 +154,10 @@ class Reference:
     def _values(self, side: Side, time: Sequence[Array]) -> Array:
         """Return all states or inputs at times given as sums of float64; the first term is the nearest float64."""
         if self.pieces:
-            return self._precise[side](self.pieces, time)
+            return precise_values(self.plant.coordinates[side], self.pieces, time)
         t = moved_back(time, self.period) if self.period else time[0]
         signals = [signal.summed for signal in self.kernel_sums]
         return np.stack([q(signals, t) for q in self.plant.coordinates[side]], axis=-1)
-
-    @cached_property
-    def _precise(self) -> dict[Side, PreciseCoordinates]:
-        return {side: PreciseCoordinates(coordinates) for side, coordinates in self.plant.coordinates.items()}
 
     def _smallest(self, u: Array) -> Array:
         """Return inputs with the same effect: if inputs are redundant, the smallest in U."""

@@ -5,13 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from trackably.checker.subject import weighted_sum_text
 from trackably.gp.joint import JointPrior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.gp.stencil import POINT, Stencil, Stencils
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.formulas import weighted_sum_text
-from trackably.systems.linear import LinearSystem, outputs_in_states
 from trackably.systems.trajectories import Functional
 
 RATE_OF = "rate of "
@@ -47,9 +46,9 @@ def kinds_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> tuple[dict[
     found: list[dict[str, Stencil]] = [{} for _ in range(plant.signal_count)]
     moving: dict[str, int] = {}
     for name in names:
-        signal, stencil, shows_level = _signal_of(plant, name)
+        signal, stencil = _signal_of(plant, name)
         found[signal][name] = stencil
-        if not shows_level:
+        if not shows_level(stencil):
             moving[name] = signal
     ordered = tuple(dict(sorted(kinds.items(), key=lambda kind: kind[0] in moving)) for kinds in found)
     for name, signal in moving.items():
@@ -147,11 +146,8 @@ def default_sample(plant: ConstrainedSystem) -> str:
     return sampled_names(plant, 0)[0]
 
 
-def _signal_of(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil, bool]:
-    """Return the flat output that samples of a name depend on, their stencil, and whether they depend on its level.
-
-    If they do not, they depend on its changes only.
-    """
+def _signal_of(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil]:
+    """Return the flat output that samples of a name depend on, and their stencil."""
     flat = [f"z{signal + 1}" for signal in range(plant.signal_count)]
     states = plant.system.states
     if name in states:
@@ -167,12 +163,12 @@ def _signal_of(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil, bool]
                 f"samples: {name} {why}; give samples of {', '.join(flat)}, or of states that show one each"
                 + _where(plant)
             )
-        return *seen, shows_level(seen[1])
+        return seen
     if name in flat:
-        return flat.index(name), POINT, True
+        return flat.index(name), POINT
     if name.startswith(RATE_OF):
-        signal, stencil, _ = _signal_of(plant, name.removeprefix(RATE_OF))
-        return signal, _rate(stencil, plant.sampling_time), False
+        signal, stencil = _signal_of(plant, name.removeprefix(RATE_OF))
+        return signal, _rate(stencil, plant.sampling_time)
     raise ValueError(
         f"samples: {name} is neither a state ({', '.join(states)}) nor a flat output ({', '.join(flat)}), nor the rate "
         f"of one, as {RATE_OF}{states[0]}"
@@ -195,10 +191,8 @@ def sampled_names(plant: ConstrainedSystem, signal: int) -> list[str]:
 
 def _where(plant: ConstrainedSystem) -> str:
     """Describe those flat outputs of a linear system that no single state determines, as sums of states."""
-    if not isinstance(plant.system, LinearSystem):
-        return ""
     said = []
-    for signal, row in enumerate(outputs_in_states(plant.flatness)):
+    for signal, row in enumerate(plant.flatness.outputs):
         *shown, name = sampled_names(plant, signal)
         if not shown:
             said.append(f"{name} = {weighted_sum_text(row, plant.system.states, _DIGITS)}")

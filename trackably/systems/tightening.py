@@ -11,7 +11,7 @@ import scipy
 
 from trackably.arguments import array, instance, real
 from trackably.arrays import Array, ArrayLike
-from trackably.checker.disturbances import in_whole_numbers
+from trackably.checker.disturbances import Errors, support_of
 from trackably.systems.constrained import ConstrainedSystem, LinearConstraint
 from trackably.systems.disturbances import (
     DisturbanceSet,
@@ -19,14 +19,13 @@ from trackably.systems.disturbances import (
     Zonotope,
     of_measured_state,
     require_disturbance,
-    require_noise,
     require_zonotope,
 )
 from trackably.systems.intervals import End
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope, deepest, squares_in_widths, unit_scales
-from trackably.systems.rationals import Rationals, exact, float_below
+from trackably.systems.rationals import exact, float_below
 
 # How fast the error decays under a feedback, and how far disturbances take it, in float64.
 
@@ -100,11 +99,11 @@ def best_feedback(plant: ConstrainedSystem, disturbance: DisturbanceSet) -> Arra
     Nearly the most is the largest slack less 0.05: so little slack can buy an error that decays in tens of steps
     instead of hundreds. Raises NoInvariantSetError if no regulator makes the error decay.
     """
-    found: list[tuple[float, Array]] = []
+    found, widths = list[tuple[float, Array]](), bound_widths(plant)
     for weight, rate in product(INPUT_WEIGHTS, RATES):
         try:
             K = regulator(plant, weight, rate)
-            found.append((room(plant, disturbance, K), K))
+            found.append((float(np.min(1 - widths_taken(plant, disturbance, K) / widths, initial=1.0)), K))
         except (np.linalg.LinAlgError, NoInvariantSetError):  # other weights may do
             continue
     if not found:
@@ -130,11 +129,6 @@ def regulator(plant: ConstrainedSystem, input_weight: float, rate: float) -> Arr
     sizes = np.abs(K) * unit_scales(plant.state_set) / unit_scales(plant.input_set)[:, None]
     mantissas, exponents = np.frexp(np.where(sizes > _NOTHING * np.max(sizes), K, 0.0))
     return np.asarray(np.ldexp(np.round(np.ldexp(mantissas, _BITS)), exponents - _BITS))
-
-
-def room(plant: ConstrainedSystem, disturbance: DisturbanceSet, K: Array) -> float:
-    """Return the least slack that the errors leave, relative to a width, in float64; negative if they leave none."""
-    return float(np.min(1 - widths_taken(plant, disturbance, K) / bound_widths(plant), initial=1.0))
 
 
 def widths_taken(plant: ConstrainedSystem, disturbance: DisturbanceSet, K: Array) -> Array:
@@ -197,23 +191,7 @@ class InvariantSet:
 
     def support(self, row: Sequence[Fraction]) -> Fraction:
         """Return h_Z(row) = max {row · e : e ∈ Z}, exactly."""
-        q, closed = self._closed_loop
-        d, (numbers,) = in_whole_numbers([row])
-        moved: Rationals = np.array(numbers, dtype=object)
-        (p, half), head, tail = self._whole_box, 0, 0
-        for _ in range(self.head):
-            head = head * q + self.disturbance.whole_support(moved.tolist())
-            moved = moved @ closed
-        for _ in range(self.terms):
-            tail = tail * q + abs(moved) @ half  # of Python's integers: NumPy makes floats of lists of large ones
-            moved = moved @ closed
-        of_head = Fraction(head, d * self.disturbance.denominator * q ** (self.head - 1))
-        of_tail = Fraction(tail, d * p * q ** (self.head + self.terms - 1))
-        return of_head + of_tail / (1 - Fraction(self.contraction))
-
-    def support_of_input(self, row: Sequence[Fraction]) -> Fraction:
-        """Return h_Z(Kᵀ row), the largest row · K e over e ∈ Z, exactly."""
-        return self.support((exact(row) @ exact(self.feedback)).tolist())
+        return Fraction(*self._errors.support(row))
 
     @cached_property
     def closed_loop(self) -> Array:
@@ -221,16 +199,9 @@ class InvariantSet:
         return closed_loop(self.system, self.feedback)
 
     @cached_property
-    def _closed_loop(self) -> tuple[int, Rationals]:
-        """q and q A_K as integers."""
-        A, B, K = (exact(of) for of in (self.system.A, self.system.B, self.feedback))
-        q, closed = in_whole_numbers((A + B @ K).tolist())
-        return q, np.array(closed, dtype=object)
-
-    @cached_property
-    def _whole_box(self) -> tuple[int, Rationals]:
-        p, (box,) = in_whole_numbers([exact(self.box).tolist()])
-        return p, np.array(box, dtype=object)
+    def _errors(self) -> Errors:
+        A, B, K = (of.tolist() for of in (self.system.A, self.system.B, self.feedback))
+        return Errors.of(A, B, K, self.disturbance, self.head, self.terms, self.contraction, self.box.tolist())
 
 
 def invariant_set(plant: ConstrainedSystem, feedback: Array, disturbance: DisturbanceSet) -> InvariantSet:
@@ -338,15 +309,14 @@ class Tightening:
         return min(_largest_fraction(bounded, by, self.margin) for bounded, by in sides)
 
     def _of_row(self, constraint: LinearConstraint) -> tuple[Fraction, Fraction]:
-        if self.invariant is None:
+        if (Z := self.invariant) is None:
             return Fraction(0), Fraction(0)
-        up, down = constraint.row, [-r for r in constraint.row]
+        row = exact(constraint.row)
         if constraint.side == "input":
-            return self.invariant.support_of_input(down), self.invariant.support_of_input(up)
-        low, high = self.invariant.support(down), self.invariant.support(up)
-        return (
-            (low + self.noise.exact_support(up), high + self.noise.exact_support(down)) if self.noise else (low, high)
-        )
+            row = row @ exact(Z.feedback)
+        up, down = row.tolist(), (-row).tolist()
+        V = self.noise if constraint.side == "state" else None
+        return Z.support(down) + support_of(V, up), Z.support(up) + support_of(V, down)
 
     def _tighten(self, bounded: Polytope, by: list[tuple[Fraction, Fraction]]) -> Polytope:
         lower, upper = [], []
@@ -455,7 +425,8 @@ def tightening(
     W = require_disturbance(Zonotope([Fraction(0)] * n) if disturbance is None else disturbance, n)
     of_errors = W
     if noise is not None:
-        V = require_noise(noise, n)
+        V = require_zonotope("measurement_noise", noise)
+        require_disturbance(V, n, "measurement_noise")
         of_errors = of_measured_state(require_zonotope("disturbance, with measurement_noise", W), V, system.A)
     if model_error is not None:
         instance("model_error", model_error, ModelError, "a ModelError, as of ModelError.intervals(system, entries)")

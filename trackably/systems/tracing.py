@@ -16,12 +16,12 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from trackably.arrays import Array
 from trackably.checker.flatness import Shapes
-from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power
+from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power, text
 from trackably.checker.intervals import ZERO, UndefinedError, exactly
 from trackably.checker.inverse import is_number, times
 from trackably.checker.models import constants
 from trackably.checker.rounding import FormulaNeeds, FormulaValues
-from trackably.systems.formulas import evaluate_floats, is_float64, text
+from trackably.systems.formulas import evaluate_floats, is_float64
 
 # Symbols: numbers that are not known yet; arithmetic with them records the formula.
 
@@ -135,7 +135,7 @@ def _power(a: Formula, b: Formula) -> Formula:
         return a if b.value == 1.0 else Power(a, b.value)
     if isinstance(a, Number) and a.value > 0 and math.isfinite(a.value):
         return Function("exp", Operation("*", b, Function("log", a)))
-    refuse(f"have numbers for exponents, or for positive bases, got ({text(a)})**({text(b)})")
+    refuse(f"have numbers for exponents, or for positive bases, got {text(a)}**{text(b)}")
 
 
 def _by(compute: Callable[..., Any]) -> Callable[..., Formula]:

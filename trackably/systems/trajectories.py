@@ -342,7 +342,7 @@ class Quantities:
 
     @cached
     def _moving(self) -> list[int]:
-        return [q for q, quantity in enumerate(self.quantities) if len(quantity.bounds.breakpoints)]
+        return [q for q, quantity in enumerate(self.quantities) if quantity.bounds.moving]
 
     def breakpoints_in(self, start: float, end: float) -> Array:
         """Return the times [s] between these at which some bound may jump or have a kink."""

@@ -133,8 +133,8 @@ def test_sound_bounds_hold_ever_after(sound):
     later = last.tail.start + np.linspace(0, 10, 5001)
     x, u = learned.state_at(later), learned.input_at(later)
     assert np.all(np.abs(x) <= last.tail.mean_bound)
-    assert STATE_SET.contains(last.tail.states)
-    assert INPUT_SET.contains(last.tail.inputs(SYSTEM))
+    assert STATE_SET.margin_of(last.tail.states) >= 0
+    assert INPUT_SET.margin_of(last.tail.inputs(SYSTEM)) >= 0
     assert np.all(INPUT_SET.margin(u) > 0)
 
 

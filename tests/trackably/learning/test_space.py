@@ -42,8 +42,8 @@ def test_defaults_follow_the_scales_of_the_samples():
     ten = np.log(10)
     np.testing.assert_allclose(slower.log_lower - space.log_lower, [0, ten, 0], atol=1e-12)
     np.testing.assert_allclose(louder.log_upper - space.log_upper, [ten, 0, ten], atol=1e-12)
-    assert space.bounds["lengthscale"].contains(Interval(0.2, 2.0))  # smallest spacing, and span
-    assert space.bounds["signal_std"].contains(Interval(0.3, 30.0))
+    assert space.bounds["lengthscale"].margin_of(Interval(0.2, 2.0)) >= 0  # smallest spacing, and span
+    assert space.bounds["signal_std"].margin_of(Interval(0.3, 30.0)) >= 0
 
 
 def test_fewer_samples_than_hyperparameters_are_refused():

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tests.trackably.systems.instances import random_signal, unbounded
-from trackably.systems.formulas import weighted_sum_text
+from trackably.checker.subject import weighted_sum_text
 from trackably.systems.library import mobile_robot, pendulum
-from trackably.systems.linear import LinearSystem, outputs_in_states
+from trackably.systems.linear import LinearSystem
 from trackably.systems.sampling import kinds_by_name, stencils_by_name
 
 T_S = 0.1
@@ -107,7 +107,7 @@ def test_flat_outputs_that_no_state_shows_are_told_in_states():
     A, B = np.array([[1.0, 0.25, 0.0], [0.0, 0.5, 0.5], [0.0, 0.0, 0.0]]), np.array([[0, 0.125], [0, 0.25], [1, 0]])
     c = np.array([0.0625, 0.0, 0.0])
     delayed = unbounded(LinearSystem(A, B, c, states=("x", "v", "held"), sampling_time=0.25))
-    outputs = outputs_in_states(delayed.flatness)
+    outputs = delayed.flatness.outputs
     with pytest.raises(ValueError, match=r"also give one of z1, where z1 = ") as raised:
         kinds_by_name(delayed, ["x"])
     said = str(raised.value).rpartition("z1 = ")[2]

@@ -54,7 +54,7 @@ def test_the_support_is_that_of_the_definition(kind):
     """The checker's own arithmetic against powers of rational matrices, and against the library's."""
     data, Z = robust_data(kind), robust_certificate(kind).robust.invariant
     read = read_certificate(data)
-    errors = step._Errors.of(read.subject.system, read.robust)
+    errors = step._errors_of(read.subject.system, read.robust)
     n = len(Z.box)
     for row in ([Fraction(1)] * n, [Fraction(-3, 7), Fraction(2), Fraction(1, 9)][:n]):
         support = naive_support(Z, row)

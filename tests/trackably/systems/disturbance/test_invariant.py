@@ -59,7 +59,7 @@ def test_the_worst_disturbances_nearly_reach_the_bounds_of_the_set(name):
         for _ in range(3 * (Z.head + Z.terms)):
             reached += float(power @ Z.disturbance.farthest(power))
             power = power @ Z.closed_loop
-        allowed = float(Z.support(list(row)) if side == "state" else Z.support_of_input(list(row)))
+        allowed = float(Z.support(list(row) if side == "state" else (exact(row) @ exact(Z.feedback)).tolist()))
         width = next(c.bounds.width for c in found.given.given_constraints if c.row == row and c.side == side)
         assert reached <= allowed * (1 + 1e-12)
         assert allowed <= 1.03 * reached + 2e-5 * width

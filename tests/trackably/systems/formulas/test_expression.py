@@ -7,10 +7,10 @@ from mpmath import mp
 
 from tests.trackably.systems.formulas.random_expressions import expressions, in_balls, many_digits, points
 from trackably.checker.form import a_formula
-from trackably.checker.formulas import parts
+from trackably.checker.formulas import parts, text
 from trackably.checker.intervals import iv
 from trackably.checker.models import enclose
-from trackably.systems.formulas import derivative, evaluate_floats, text, to_lists
+from trackably.systems.formulas import derivative, evaluate_floats, to_lists
 
 
 def test_balls_intervals_and_floats_agree():
