@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.harness import root_mean_square
-from benchmarks.rivals.judge.kernels import KernelCurve
+from benchmarks.rivals.judge import ReferenceCurve
 from benchmarks.rivals.model import Curve, Found, NotFound, Problem, Rival, Violation
 from benchmarks.rivals.tables import markdown, number, percent, seconds
 from trackably.arrays import Array
@@ -117,7 +117,7 @@ def objective_of(problem: Problem, found: Found) -> float | None:
 
     It is l(θ) for a posterior mean. The norm is infinite for piecewise polynomials: there is nothing to compare.
     """
-    if not isinstance(found.curve, KernelCurve) or found.prior is None:
+    if not isinstance(found.curve, ReferenceCurve) or found.prior is None:
         return None
     posterior = JointPosterior(found.prior, problem.task.samples)
     total = posterior.negative_log_marginal_likelihood()[0]

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.rivals.judge.curves import interpolated, is_driven_by_accelerations, moving
+from benchmarks.rivals.judge import interpolated, is_driven_by_accelerations, moving
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
 from trackably.systems.constrained import LinearConstraint

@@ -4,7 +4,7 @@ import logging
 
 import numpy as np
 
-from benchmarks.rivals.judge.curves import interpolated, is_driven_by_accelerations, moving
+from benchmarks.rivals.judge import interpolated, is_driven_by_accelerations, moving
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
 

@@ -9,7 +9,6 @@ Sums of shifted hats are linear between shifted knots: bounds at all of these ho
 """
 
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import partial
 
 import numpy as np
@@ -17,11 +16,11 @@ import scipy
 
 from benchmarks.rivals.adapters.conic import Conic, Unsolved
 from benchmarks.rivals.adapters.rows import bounds_by_basis, samples_by_basis
-from benchmarks.rivals.judge.curves import of_flat_outputs
-from benchmarks.rivals.judge.polynomials import Pieces
+from benchmarks.rivals.judge import curve_of
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
 from trackably.gp.bounded import BoundedNormal, NoRoom, root
+from trackably.systems.pieces import PolynomialPieces
 
 _DRAWS, _SEED = 2000, 0
 _MOST_KNOTS = 700
@@ -106,8 +105,8 @@ def solve(problem: Problem, of: str) -> Answer:
         return NotFound("failed", f"no draws: {why}")
     if isinstance(found, Unsolved):
         return found.answer
-    signals = [_hats(knots, values) for values in np.split(found, len(parts))]
-    curve = of_flat_outputs(signals, [s.stencil for s in task.samples], task.plant)
+    lines = (dict(zip(knots.tolist(), values.tolist(), strict=True)) for values in np.split(found, len(parts)))
+    curve = curve_of([PolynomialPieces.lines(values) for values in lines], problem)
     says = f"{len(knots)} knots" + ("" if of == "mode" else f", {_DRAWS} draws")
     return Found(curve, None, "", len(knots), says=says)
 
@@ -115,16 +114,6 @@ def solve(problem: Problem, of: str) -> Answer:
 def hats(t: Array, knots: Array) -> Array:
     """Return the hat functions at t: shape (t, knots)."""
     return np.stack([np.interp(t, knots, row) for row in np.eye(len(knots))], axis=1)
-
-
-def _hats(knots: Array, values: Array) -> Pieces:
-    ends = [Fraction(t) for t in knots.tolist()]
-    heights = [Fraction(v) for v in values.tolist()]
-    parts = [
-        (low, (high - low) / (end - start))
-        for start, end, low, high in zip(ends[:-1], ends[1:], heights[:-1], heights[1:], strict=True)
-    ]
-    return Pieces(tuple(ends), tuple(parts))
 
 
 def _rival(of: str) -> Rival:
