@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -17,8 +17,7 @@ from pipeline.loops.feasible_set import feasible_over_time
 from pipeline.loops.online import relearn
 from pipeline.loops.trajectory import (
     ON,
-    ClosedLoops,
-    LoopTrajectory,
+    Course,
     first_untrackable_step,
     initial_states,
     loop_metrics,
@@ -117,28 +116,27 @@ def control(experiment: Experiment, results: Results) -> None:
         )
     references = references_of(fitted)
     metrics: dict[str, object] = {"horizon": wanted.horizon}
-    courses: dict[str, dict[str, LoopTrajectory]] = {}
+    courses: dict[str, Course] = {}
     seconds: dict[str, float] = {}
     for name, reference in references.items():
-        courses[name], found = {}, {}
+        found = {}
         for start, loop, taken in _loops(experiment, controller, references[JOINT.name], reference, name):
-            courses[name][start] = LoopTrajectory.of(loop).until(steps.start + wanted.logged)
+            courses[f"/loops/{name}/{start}"] = Course.of(loop, plant).until(steps.start + wanted.logged)
             found[start] = loop_metrics(loop, plant)
             seconds[f"{name}, {start}: seconds per step"] = round(taken / max(1, len(loop.inputs)), 7)
         metrics[name] = {"first_untrackable_step": first_untrackable_step(reference, plant, steps), **found}
     online = relearn(experiment, fitted.sampled, controller)
     shown = range(steps.start, min(steps.start + wanted.shown, steps[-1]) + 1)
-    feasible = feasible_over_time(controller, references[JOINT.name], wanted.horizons, shown)
-    closed = ClosedLoops(courses, feasible)
+    courses |= feasible_over_time(controller, references[JOINT.name], wanted.horizons, shown)
     if online:
         metrics["online"] = {**loop_metrics(online.loop, plant), "offers": online.records}
-        closed = replace(closed, online=LoopTrajectory.of(online.loop), offered=online.columns)
+        courses |= {"/online": Course.of(online.loop, plant), "/offers": online.offers}
     if experiment.disturbance:
         followed = {name: fitted.learned[name].reference for name in (JOINT.name, ROBUST.name)}
         disturbed, metrics["disturbed"] = disturbed_loops(experiment, followed)
         metrics["price_of_room"] = prices(experiment, fitted)
-        closed = replace(closed, disturbed=disturbed)
-    write_loops(results, plant, closed, metrics)
+        courses |= disturbed
+    write_loops(results, plant, courses, metrics)
     write_json(results.control, metrics)
     timings: Any = read_json(results.timings) if results.timings.exists() else {}
     write_json(results.timings, {**timings, "control": seconds})

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from pipeline.loops.trajectory import LoopTrajectory
+from pipeline.loops.trajectory import Course
 from pipeline.published.scalar import interval_sets, reachable_tube
 from trackably.arrays import Array
 from trackably.exports.figures import (
@@ -27,6 +27,7 @@ from trackably.exports.figures import (
     svg,
 )
 from trackably.files import write_atomically
+from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
 
@@ -98,20 +99,11 @@ def stacked_panels(names: Sequence[str], base_height: float, units: Units) -> tu
     return figure, panels
 
 
-def coordinate_values(trajectory: LoopTrajectory, i: int) -> tuple[Array, Array]:
-    """Return the values of the i-th coordinate (states, then inputs), and those of the reference."""
-    n = trajectory.states.shape[1]
-    if i < n:
-        return trajectory.states[:, i], trajectory.reference_states[:, i]
-    return trajectory.inputs[:, i - n], trajectory.reference_inputs[:, i - n]
-
-
-def draw_coordinate(axes: Axes, trajectory: LoopTrajectory, i: int, style: dict[str, Any]) -> None:
-    """Draw the i-th coordinate of a loop and of its reference; inputs are constant between steps."""
-    values, reference = coordinate_values(trajectory, i)
-    held: dict[str, Any] = {"drawstyle": "steps-post"} if i >= trajectory.states.shape[1] else {}
-    axes.plot(trajectory.steps, values, **style, **held)
-    axes.plot(trajectory.steps, reference, **_REFERENCE, **held)
+def draw_coordinate(axes: Axes, course: Course, name: str, plant: ConstrainedSystem, style: dict[str, Any]) -> None:
+    """Draw a state or an input of a loop and of its reference; inputs are constant between steps."""
+    held: dict[str, Any] = {"drawstyle": "steps-post"} if name in plant.system.inputs else {}
+    axes.plot(course.steps, course[name], **style, **held)
+    axes.plot(course.steps, course[f"{name}_reference"], **_REFERENCE, **held)
 
 
 def shade_no_plan(axes: Axes, steps: Array) -> None:

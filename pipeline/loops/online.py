@@ -11,6 +11,7 @@ import numpy as np
 from pipeline.experiments import Experiment
 from pipeline.experiments.fields import Relearning
 from pipeline.experiments.model import with_learned_means
+from pipeline.loops.trajectory import Course
 from pipeline.published.ground_truth import draw
 from pipeline.storage.archive import Sampled
 from trackably.arrays import Array, ArrayLike
@@ -70,13 +71,13 @@ class OnlineLoop:
     reference: Reference
 
     @property
-    def columns(self) -> dict[str, Array]:
-        """Return numbers of the updates: `step`, `taken` (1 or 0), and `widening` where feasibility was the reason."""
-        return {
-            "step": np.array([float(o.k) for o in self.updates]),
+    def offers(self) -> Course:
+        """Return numbers of the updates: `taken` (1 or 0), and `widening` where feasibility was the reason."""
+        columns = {
             "taken": np.array([float(o.accepted) for o in self.updates]),
             "widening": np.array([np.nan if o.widening is None else o.widening for o in self.updates]),
         }
+        return Course(np.array([float(o.k) for o in self.updates]), columns)
 
     @property
     def records(self) -> list[dict[str, object]]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
-from pipeline.loops.trajectory import ON, ClosedLoops, read_loops
+from pipeline.loops.trajectory import ON, Courses, below, read_loops
 from pipeline.methods import JOINT
 from pipeline.storage.archive import Fitted, write_stage
 from pipeline.storage.logs import Documents, Topic, topics_of
@@ -424,28 +424,26 @@ def write_scene(experiment: Experiment, results: Results) -> None:
     write_json(results.layout, layout_of(experiment.plant, topics_of(results), plane))
 
 
-def _events_of(experiment: Experiment, results: Results, closed: ClosedLoops) -> Iterator[Event]:
+def _events_of(experiment: Experiment, results: Results, closed: Courses) -> Iterator[Event]:
     control: Any = read_json(results.control)
     sampling_time = experiment.plant.sampling_time
-    for reference, by_start in closed.courses.items():
-        for start, course in by_start.items():
-            yield from losses(f"{reference}, {start}", course, sampling_time)
+    for name, course in below(closed, "loops").items():
+        yield from losses(name.replace("/", ", "), course, sampling_time)
     yield from offers(control.get("online", {}).get("offers", []), sampling_time)
 
 
-def _scene_of(experiment: Experiment, plane: Plane, fitted: Fitted, closed: ClosedLoops) -> Iterator[Documents]:
+def _scene_of(experiment: Experiment, plane: Plane, fitted: Fitted, closed: Courses) -> Iterator[Documents]:
     plant = experiment.plant
     columns = [plant.system.states.index(name) for name in plane]
     times = np.linspace(0, experiment.verified(fitted.sampled.samples).last_step * plant.sampling_time, _COURSE_POINTS)
     paths = {name: found.reference.state_at(times)[:, columns] for name, found in fitted.learned.items()}
     feasible = {
-        horizon: np.stack([corners[name] for name in plane], axis=-1)
-        for horizon, corners in closed.feasible.items()
-        if {*plane} <= corners.keys()
+        int(name.removeprefix("horizon_")): corners.together(plane)
+        for name, corners in below(closed, "feasible").items()
+        if {*plane} <= corners.columns.keys()
     }
-    yield from scene_topics(
-        plant, plane, paths, _sampled_places(fitted, plane), feasible, closed.courses[JOINT.name][ON]
-    )
+    followed = closed[f"/loops/{JOINT.name}/{ON}"]
+    yield from scene_topics(plant, plane, paths, _sampled_places(fitted, plane), feasible, followed)
 
 
 def _sampled_places(fitted: Fitted, plane: Plane) -> Array:

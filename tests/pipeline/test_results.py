@@ -14,7 +14,7 @@ import pytest
 from pipeline.experiments import Experiment, load_experiments
 from pipeline.experiments.load import read_fit_of
 from pipeline.loops import disturbed as runs
-from pipeline.loops.trajectory import ClosedLoops, read_loops
+from pipeline.loops.trajectory import Courses, below, by_reference, read_loops
 from pipeline.storage.archive import Fitted, read_stage
 from pipeline.storage.results import Results, read_columns
 from pipeline.story import table_of_loops, table_of_methods, table_of_offers
@@ -43,7 +43,7 @@ class Committed:
         return _fitted(self.experiment.name)
 
     @property
-    def loops(self) -> ClosedLoops:
+    def loops(self) -> Courses:
         return _loops(self.experiment.name)
 
     def json(self, name: str) -> Any:
@@ -61,7 +61,7 @@ def _fitted(name: str) -> Fitted:
 
 
 @cache
-def _loops(name: str) -> ClosedLoops:
+def _loops(name: str) -> Courses:
     return read_loops(committed(name).results, EXPERIMENTS[name].plant)
 
 
@@ -180,25 +180,27 @@ def test_loops_have_a_plan_at_each_step_on_what_is_proved_and_their_log_holds_wh
     assert counted["joint"]["first_untrackable_step"] is None
     assert counted["unconstrained"]["first_untrackable_step"] is not None
     system = of.experiment.plant.system
-    for reference, by_start in closed.courses.items():
+    for reference, by_start in by_reference(closed).items():
         for start, course in by_start.items():
             said, lost = counted[reference][start], course.infeasible
             assert len(lost) <= said["infeasible_steps"]
             assert said["first_infeasible_step"] in (None, *lost)
-            moved = system.successor(course.states[:-1], course.inputs[:-1])
-            np.testing.assert_allclose(moved, course.states[1:], atol=1e-12)
+            states, inputs = course.together(system.states), course.together(system.inputs)
+            moved = system.successor(states[:-1], inputs[:-1])
+            np.testing.assert_allclose(moved, states[1:], atol=1e-12)
     assert len(table_of_loops(of.results).rows) >= 2
     if "online" in counted:
         offers = counted["online"]["offers"]
         assert all(offer["reason"] for offer in offers)
         assert counted["online"]["infeasible_steps"] == 0
-        assert closed.offered["taken"].tolist() == [float(offer["taken"]) for offer in offers]
+        assert closed["/offers"]["taken"].tolist() == [float(offer["taken"]) for offer in offers]
         assert len(table_of_offers(of.results).rows) == len(offers)
 
 
 @BY_NAME
 def test_feasible_sets_of_scalar_systems_grow_with_the_horizon(name: str) -> None:
-    feasible = committed(name).loops.feasible
+    sets = below(committed(name).loops, "feasible").items()
+    feasible = {int(horizon.removeprefix("horizon_")): of.columns for horizon, of in sets}
     if all({"lower", "upper"} <= of.keys() for of in feasible.values()):
         for short, long in zip(sorted(feasible)[:-1], sorted(feasible)[1:], strict=True):
             assert np.all(feasible[long]["lower"] <= feasible[short]["lower"] + 1e-9)
@@ -215,17 +217,19 @@ def test_robust_references_leave_room_and_disturbed_loops_on_them_break_nothing(
     assert disturbed["tube"]["broken"] == 0
     for kind, counts in disturbed["robust"]["tube"].items():
         assert (counts["steps_without_plan"], counts["steps_outside"]) == (0, 0), kind
-    for reference, by_controller in of.loops.disturbed.loops.items():
-        for controller, by_kind in by_controller.items():
-            for kind, course in by_kind.items():
-                said = disturbed[reference][controller][kind]
-                # A loop that is given up has no input at its last step, and no row for it.
-                assert said["steps_without_plan"] - len(course.infeasible) in {0, 1}
-                assert said["first_step_without_plan"] in {None, *course.infeasible}
-                worst = np.min(of.experiment.plant.state_set.margin(course.states[1:]))
-                assert worst == said["worst_state_margin"]
-    many = of.loops.disturbed.runs
-    assert np.all((many.lowest <= many.single) & (many.single <= many.highest))
+    states = of.experiment.plant.system.states
+    for topic, course in below(of.loops, "disturbed").items():
+        reference, controller, kind = topic.split("/")
+        said = disturbed[reference][controller][kind]
+        # A loop that is given up has no input at its last step, and no row for it.
+        assert said["steps_without_plan"] - len(course.infeasible) in {0, 1}
+        assert said["first_step_without_plan"] in {None, *course.infeasible}
+        worst = np.min(of.experiment.plant.state_set.margin(course.together(states)[1:]))
+        assert worst == said["worst_state_margin"]
+    ends, single = of.loops["/disturbed_range"], below(of.loops, "disturbed_runs").values()
+    for run in single:
+        for column, values in run.columns.items():
+            assert np.all((ends[f"{column}_lowest"] <= values) & (values <= ends[f"{column}_highest"]))
 
 
 def test_certificates_of_known_signals_bound_the_distance_from_them() -> None:

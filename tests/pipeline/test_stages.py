@@ -15,7 +15,7 @@ import pytest
 from pipeline.control import control
 from pipeline.experiments import load_experiment
 from pipeline.fit import mapped
-from pipeline.loops.trajectory import read_loops
+from pipeline.loops.trajectory import below, read_loops
 from pipeline.storage.results import Results
 from tests.pipeline.params import EXAMPLE1, PARAMS, changed, undisturbed, written_to
 from tests.pipeline.stages import (
@@ -207,10 +207,9 @@ def test_loops_begin_and_end_with_the_window_that_is_proved(fitted: Results, tmp
         control(load_experiment("example1", path), fitted)
 
     closed("{window: [0.1, 0.4]}")
-    for by_state in read_loops(fitted, load_experiment("example1").plant).courses.values():
-        for course in by_state.values():
-            assert course.steps[0] == 10
-            assert course.steps[-1] <= 20
+    for course in below(read_loops(fitted, load_experiment("example1").plant), "loops").values():
+        assert course.steps[0] == 10
+        assert course.steps[-1] <= 20
     with pytest.raises(InputError, match="the window that is proved must be longer than the horizon, 20 steps"):
         closed("{window: [0.0, 0.1]}")
 

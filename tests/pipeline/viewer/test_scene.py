@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from pipeline.experiments import load_experiments
-from pipeline.loops.trajectory import LoopTrajectory
+from pipeline.loops.trajectory import Course
 from pipeline.storage.logs import Documents, Log, Topic, read_log, topics_of, write_log
 from pipeline.storage.results import Results
 from pipeline.viewer.layout import layout_of
@@ -118,12 +118,11 @@ def plant(state_set: Polytope = BOX) -> ConstrainedSystem:
     return ConstrainedSystem(system, state_set, Polytope.box([-1, -1], [1, 1]))
 
 
-def course(places: list[tuple[float, float]], lost: tuple[int, ...] = ()) -> LoopTrajectory:
+def course(places: list[tuple[float, float]], lost: tuple[int, ...] = ()) -> Course:
+    x, y = np.array(places, dtype=float).T
     n = len(places)
-    states = np.hstack([np.array(places), np.zeros((n, 2))])
     costs = np.array([NAN if k in lost or k == n - 1 else 1.0 for k in range(n)])
-    inputs = np.vstack([np.zeros((n - 1, 2)), [[NAN, NAN]]])
-    return LoopTrajectory(np.arange(n, dtype=float), states, inputs, states, inputs, costs, costs, costs)
+    return Course(np.arange(n, dtype=float), {"x": x, "y": y, "ax": np.append(np.zeros(n - 1), NAN), "cost": costs})
 
 
 def topics() -> list[Documents]:
