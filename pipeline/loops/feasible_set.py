@@ -143,7 +143,7 @@ def feasible_over_time(
     instants = np.unique(np.linspace(steps.start, steps[-1], _INSTANTS + 1).round().astype(int)).tolist()
     found = {}
     for N in horizons:
-        if N >= shortest_horizon(controller.plant):
+        if shortest_horizon(controller.plant) <= N:
             at = Controller(controller.plant, N, controller.Q, controller.R)
             if len(states) == 2:
                 corners = feasible_set(at, reference, steps.start)
