@@ -412,16 +412,20 @@ _COURSE_POINTS = 401
 
 def write_scene(experiment: Experiment, results: Results) -> None:
     """Write the log with scene and events, and the layout. Raises as `read_fit_of`."""
-    closed = read_loops(results, experiment.plant)
     plane = plane_of(experiment.plant, experiment.plane)
-    metrics: Any = read_json(results.metrics)
-    topics = [proof_topic(metrics)]
-    if events := [*_events_of(experiment, results, closed)]:
-        topics.append(event_topic(events))
-    if plane is not None:
-        topics += _scene_of(experiment, plane, read_fit_of(experiment, results), closed)
-    write_stage(results, STAGE, (), {"plane.json": to_json(plane)}, topics)
+    write_stage(results, STAGE, (), {"plane.json": to_json(plane)}, [*documents_of(experiment, results)])
     write_json(results.layout, layout_of(experiment.plant, topics_of(results), plane))
+
+
+def documents_of(experiment: Experiment, results: Results) -> Iterator[Documents]:
+    """Yield what is proved, events if there are some, and the scene if there is a plane. Raises as `read_fit_of`."""
+    closed = read_loops(results, experiment.plant)
+    metrics: Any = read_json(results.metrics)
+    yield proof_topic(metrics)
+    if events := [*_events_of(experiment, results, closed)]:
+        yield event_topic(events)
+    if (plane := plane_of(experiment.plant, experiment.plane)) is not None:
+        yield from _scene_of(experiment, plane, read_fit_of(experiment, results), closed)
 
 
 def _events_of(experiment: Experiment, results: Results, closed: Courses) -> Iterator[Event]:
