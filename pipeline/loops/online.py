@@ -3,7 +3,7 @@
 A new one is accepted only if it keeps every guarantee.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -164,23 +164,17 @@ def concatenate(loops: Sequence[ClosedLoop]) -> ClosedLoop:
     new reference.
     """
 
-    def values(of: Callable[[ClosedLoop], Array]) -> Array:
-        return np.concatenate([of(loop) for loop in loops])
+    def joined(name: str) -> Array:
+        parts = [getattr(loop, name) for loop in loops]
+        with_ends = name.endswith("states")  # the last state of a loop is the first one of the next
+        return np.concatenate([*(part[: -1 if with_ends else None] for part in parts[:-1]), parts[-1]])
 
-    def states(of: Callable[[ClosedLoop], Array]) -> Array:
-        return np.concatenate([*(of(loop)[:-1] for loop in loops), of(loops[-1])[-1:]])
-
+    of_steps = ("inputs", "reference_inputs", "costs", "stage_costs", "slacks")
     return ClosedLoop(
         first_step=loops[0].first_step,
-        states=states(lambda loop: loop.states),
-        inputs=values(lambda loop: loop.inputs),
-        reference_states=states(lambda loop: loop.reference_states),
-        reference_inputs=values(lambda loop: loop.reference_inputs),
-        costs=values(lambda loop: loop.costs),
-        stage_costs=values(lambda loop: loop.stage_costs),
-        slacks=values(lambda loop: loop.slacks),
         without_plan=tuple(result for loop in loops for result in loop.without_plan),
         widened=sum(loop.widened for loop in loops),
+        **{name: joined(name) for name in ("states", "reference_states", *of_steps)},
     )
 
 

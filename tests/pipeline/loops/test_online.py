@@ -46,7 +46,9 @@ def online(first) -> OnlineLoop:
 
 def test_the_loop_stays_feasible_over_every_change_of_reference(online):
     assert online.loop.first_infeasible_step is None
-    assert len(online.loop.inputs) == 600
+    moved = PLANT.system.successor(online.loop.states[:-1], online.loop.inputs)
+    np.testing.assert_allclose(moved, online.loop.states[1:], atol=1e-12)
+    assert len(moved) == 600
     accepted = [update for update in online.updates if update.accepted]
     assert online.reference is accepted[-1].learned.reference
     np.testing.assert_allclose(online.loop.reference_states[-1], online.reference.state(600), atol=1e-12)

@@ -23,13 +23,10 @@ def validator() -> Any:
     return importlib.import_module("jsonschema").Draft202012Validator
 
 
-def test_round_trip(path: Path, data: bytes) -> None:
+def test_round_trip_and_equal_logs_are_equal_files(path: Path, data: bytes) -> None:
     assert same(read_log(path), LOG)
-
-
-def test_equal_logs_are_equal_files(tmp_path: Path, data: bytes) -> None:
-    write_log(tmp_path / "again.mcap", replace(LOG))
-    assert (tmp_path / "again.mcap").read_bytes() == data
+    write_log(path, replace(LOG))
+    assert path.read_bytes() == data
 
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
