@@ -1,9 +1,7 @@
 """Stage 4: references → closed loops and their metrics, and references that are learned again while a loop runs."""
 
-import time
 from collections.abc import Iterator
 from contextlib import suppress
-from typing import Any
 
 import numpy as np
 from tqdm import tqdm
@@ -29,7 +27,7 @@ from trackably.control.controller import Controller, scaled_controller
 from trackably.control.references import TrackedReference
 from trackably.control.simulation import ClosedLoop, apply_fallback_for, simulate
 from trackably.errors import InputError
-from trackably.files import read_json, write_json
+from trackably.files import write_json
 from trackably.gp.samples import Samples
 from trackably.gp.stencil import Stencil
 from trackably.systems.constrained import ConstrainedSystem
@@ -81,13 +79,11 @@ def control(experiment: Experiment, results: Results) -> None:
     references = references_of(fitted)
     metrics: dict[str, object] = {"horizon": wanted.horizon}
     courses: dict[str, Course] = {}
-    seconds: dict[str, float] = {}
     for name, reference in references.items():
         found = {}
-        for start, loop, taken in _loops(experiment, controller, references[JOINT.name], reference, name):
+        for start, loop in _loops(experiment, controller, references[JOINT.name], reference, name):
             courses[f"/loops/{name}/{start}"] = Course.of(loop, plant).until(steps.start + wanted.logged)
             found[start] = loop_metrics(loop, plant)
-            seconds[f"{name}, {start}: seconds per step"] = round(taken / max(1, len(loop.inputs)), 7)
         metrics[name] = {"first_untrackable_step": first_untrackable_step(reference, plant, steps), **found}
     online = relearn(experiment, fitted.sampled, controller)
     shown = range(steps.start, min(steps.start + wanted.shown, steps[-1]) + 1)
@@ -102,8 +98,6 @@ def control(experiment: Experiment, results: Results) -> None:
         courses |= disturbed
     write_loops(results, plant, courses, metrics)
     write_json(results.control, metrics)
-    timings: Any = read_json(results.timings) if results.timings.exists() else {}
-    write_json(results.timings, {**timings, "control": seconds})
 
 
 def references_of(fitted: Fitted) -> dict[str, TrackedReference]:
@@ -121,21 +115,13 @@ def references_of(fitted: Fitted) -> dict[str, TrackedReference]:
 
 def _loops(
     experiment: Experiment, controller: Controller, certified: TrackedReference, reference: TrackedReference, name: str
-) -> Iterator[tuple[str, ClosedLoop, float]]:
-    """Yield the name of each initial state, the loop from there, and how long it took [s].
+) -> Iterator[tuple[str, ClosedLoop]]:
+    """Yield the name of each initial state, and the loop from there.
 
     The initial state `on` lies on `reference`; the others are those of the certified reference.
     """
     steps, patience = experiment.loop_steps, experiment.control.patience
     states = initial_states(controller, certified, steps.start) | {ON: reference.window(steps.start, 1).states[0]}
     for start, state in tqdm(states.items(), desc=f"{experiment.name}: {name}", disable=None):
-        begin = time.perf_counter()
-        loop = simulate(
-            controller,
-            reference,
-            state,
-            len(steps),
-            first_step=steps.start,
-            on_infeasible=apply_fallback_for(patience),
-        )
-        yield start, loop, time.perf_counter() - begin
+        policy = apply_fallback_for(patience)
+        yield start, simulate(controller, reference, state, len(steps), first_step=steps.start, on_infeasible=policy)

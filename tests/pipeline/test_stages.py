@@ -51,7 +51,6 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_stages_leave_the_files_that_are_committed(finished: Path) -> None:
     folder = ROOT / "data" / "results"
     committed = {path.relative_to(folder).as_posix() for path in (folder / "example1").rglob("*.*")}
-    committed -= {"example1/timings.json"}  # which git ignores
     of_disturbances = {
         "certificates/robust.json",
         *(f"figures/{f}.svg" for f in ("disturbed-loops", "price-of-room", "tube-of-runs")),
