@@ -130,9 +130,10 @@ def infeasibility(course: Course, plant: ConstrainedSystem, horizon: int, units:
     """
     names, first = coordinates(plant), float(course.infeasible[0])
     begin, end = max(0.0, first - horizon), first + 3 * horizon
-    figure, panels = stacked_panels(names, 0.8, units)
+    figure, panels = stacked_panels(len(names), 0.8, 1.35)
     part = course.until(int(end))
     for axes, name in zip(panels, names, strict=True):
+        axes.set_ylabel(axis_label(name, units))
         draw_coordinate(axes, part, name, plant, CLOSED_LOOP)
         shade_no_plan(axes, part.infeasible)
         shown = np.concatenate([part[of][part.steps >= begin] for of in (name, f"{name}_reference")])
@@ -162,8 +163,9 @@ def relearned(
 ) -> Figure:
     """Draw a loop whose reference is learned again, and mark each update as `taken` (1 or 0) or not."""
     names = coordinates(plant)
-    figure, panels = stacked_panels(names, 0.8, units)
+    figure, panels = stacked_panels(len(names), 0.8, 1.35)
     for axes, name in zip(panels, names, strict=True):
+        axes.set_ylabel(axis_label(name, units))
         draw_coordinate(axes, course, name, plant, CLOSED_LOOP)
         fit_limits(axes, bounds_of(plant).get(name), course[name])
         for taken, style in _UPDATES.items():

@@ -1,6 +1,5 @@
 """What figures have in common: markers and labels, panels over time, steps without a plan, scalar systems."""
 
-from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
@@ -20,8 +19,6 @@ from trackably.exports.figures import (
     ORANGE,
     PAGE,
     PALE,
-    Units,
-    axis_label,
     pad_limits,
     shade_outside,
     svg,
@@ -90,13 +87,10 @@ def save(figure: Figure, path: Path) -> None:
     write_atomically(path, svg(figure))
 
 
-def stacked_panels(names: Sequence[str], base_height: float, units: Units) -> tuple[Figure, NDArray[Any]]:
-    """Return a figure with one labelled panel below the other for each name."""
-    figure = Figure(figsize=(PAGE, base_height + 1.35 * len(names)))
-    panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
-    for axes, name in zip(panels, names, strict=True):
-        axes.set_ylabel(axis_label(name, units))
-    return figure, panels
+def stacked_panels(count: int, base_height: float, each: float) -> tuple[Figure, NDArray[Any]]:
+    """Return a figure with one panel below the other; heights are in inches."""
+    figure = Figure(figsize=(PAGE, base_height + each * count))
+    return figure, figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
 
 
 def draw_coordinate(axes: Axes, course: Course, name: str, plant: ConstrainedSystem, style: dict[str, Any]) -> None:

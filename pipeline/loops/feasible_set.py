@@ -69,7 +69,7 @@ class _Projection:
         inequalities = PlantInequalities.of(plant)
         slack = Slack.along(inequalities, window)
         X, U = inequalities.states, inequalities.inputs
-        H, G = X.rows * scales.states / X.widths[:, None], U.rows * scales.inputs / U.widths[:, None]
+        H, G = X.in_widths(scales.states), U.in_widths(scales.inputs)
         (N, n, m), x_r = model.B.shape, window.states[0]
         over_all = np.kron(np.eye(N), H)
         E = np.hstack([model.free, model.forced])  # errors are E (ê, V) + drift

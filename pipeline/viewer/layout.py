@@ -359,20 +359,18 @@ def _loops(plant: ConstrainedSystem, topics: Topics, group: str) -> Iterator[Pan
     """Yield a panel for each state and input, with its reference, and one for each other field."""
     loops = topics.below(group)
     fields = fields_of(loops.values())
-    colors = dict(zip(dict.fromkeys(name.partition("/")[0] for name in loops), COLORS, strict=False))
+    colors = dict(zip(dict.fromkeys(name.partition("/")[0] for name in loops), cycle(COLORS), strict=False))
     for field in fields:
         if field.endswith("_reference"):
             continue
         lines = [
-            Line(line.topic, line.field, line.label or group, colors.get(name.partition("/")[0], line.color))
-            for name in loops
-            for line in lines_of({name: loops[name]}, field)
+            Line(topic.name, field, _spoken(name) or group, colors[name.partition("/")[0]])
+            for name, topic in loops.items()
+            if field in topic.fields
         ]
-        if f"{field}_reference" in fields:
-            lines += [
-                Line(topic.name, f"{field}_reference", f"reference {name}".strip(), GREY)
-                for name, topic in list(loops.items())[:1]
-            ]
+        if (reference := f"{field}_reference") in fields:
+            name, topic = next(iter(loops.items()))
+            lines.append(Line(topic.name, reference, f"reference {name}".strip(), GREY))
         yield plot(field.replace("_", " "), lines, bounds_of(plant, field))
 
 
