@@ -29,15 +29,6 @@ def test_corners_are_where_feasibility_ends(horizon, level):
             assert PLANT.state_set.margin(outside) < 0 or not is_feasible(controller, still, 0, outside)
 
 
-def test_corners_go_around_a_convex_polygon_once():
-    controller = Controller(PLANT, 12, np.eye(2), np.eye(1))
-    corners = feasible_set(controller, instances.at_rest(PLANT, 0.5), 0)
-    edges = np.roll(corners, -1, axis=0) - corners
-    turns = edges[:, 0] * np.roll(edges, -1, axis=0)[:, 1] - edges[:, 1] * np.roll(edges, -1, axis=0)[:, 0]
-    assert np.all(turns > -1e-9)
-    assert np.sum(np.arctan2(turns, np.sum(edges * np.roll(edges, -1, axis=0), axis=1))) == pytest.approx(2 * np.pi)
-
-
 def test_of_a_scalar_system_it_is_an_interval_around_the_reference(example):
     plant = example.learning.plant
     previous = np.array([np.inf, -np.inf])

@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 
-from pipeline.published.algorithm1 import SOUND, Run, algorithm1
+from pipeline.published.algorithm1 import Run
 from pipeline.published.scalar import reachable_tube, successor_set
-from tests.pipeline.published import example1
 from tests.pipeline.published.example1 import INPUT_SET, PUBLISHED, STATE_SET, STEPS, SYSTEM
 from trackably.learning.problem import Solution
 from trackably.systems.reference import Reference
-from trackably.work import Work, watch
 
 IDENTIFIED = 5e-7 + 1e-6
 """Half a unit of the last digit that the notes give, and room for the optimiser."""
@@ -107,26 +105,3 @@ def test_every_iteration_keeps_what_it_constrains(name, state_lag, input_lag, re
         assert np.all(INPUT_SET.margin(learned.input(np.arange(k - input_lag + 1))) >= 0)
     objectives = [iteration.solution.objective for iteration in request.getfixturevalue(name).iterations]
     assert np.all(np.diff(objectives) >= -1e-8)
-
-
-def test_sound_bounds_hold_ever_after(sound):
-    last = sound.iterations[-1]
-    learned = reference(last.solution)
-    later = last.tail.start + np.linspace(0, 10, 5001)
-    x, u = learned.state_at(later), learned.input_at(later)
-    assert np.all(np.abs(x) <= last.tail.mean_bound)
-    assert STATE_SET.contains(last.tail.states)
-    assert INPUT_SET.contains(last.tail.inputs(SYSTEM))
-    assert np.all(INPUT_SET.margin(u) > 0)
-
-
-def test_giving_up_says_which_test_failed():
-    heard: list[Work] = []
-    with watch(heard.append):
-        run = algorithm1((example1.SAMPLES,), example1.PRIOR, SYSTEM, example1.SPACE, SOUND, 70, 72)
-    assert [iteration.k_bar for iteration in run.iterations] == [70, 71, 72]
-    assert heard.count("fit") == 3
-    assert run.outcome is None
-    assert run.final_step is None
-    assert run.iterations[-1].tail is None
-    assert "at k̄ = 72 a sample still lies within ζ = 0.20" in run.explanation

@@ -13,13 +13,12 @@ from pipeline.published.ground_truth import two_harmonics
 from pipeline.published.periodic import GrowthRates, grid, interval_growth_rates, on_intervals, sampled
 from pipeline.published.scalar import coefficients, growth_rates, interval_sets, scalar
 from tests.pipeline.published.periodic_instances import instance
-from tests.trackably.systems.instances import bounded
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning import search
-from trackably.learning.problem import ConstrainedProblem, NothingFeasible, Solution
+from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.space import SearchSpace
 from trackably.systems.intervals import Interval
 
@@ -140,19 +139,3 @@ def test_a_known_period_of_whole_steps_needs_its_instants_only():
     x = on_instants.posterior.signals[0](np.arange(3000) * 0.01)
     assert np.min(INPUT_SET.margin((x[1:] - 0.9 * x[:-1]) / 0.1)) >= -1e-9
     assert np.min(STATE_SET.margin(x)) >= -1e-9
-
-
-def test_no_admissible_equilibrium_and_nothing_feasible_is_explained():
-    plant = bounded(SYSTEM, state_set=Interval(3.0, 4.0))
-    outcome = exact((SAMPLES,), PRIOR, plant, replace(SPACE, starts=1))
-    assert isinstance(outcome, NothingFeasible)
-    assert "no admissible equilibrium" in outcome.explanation
-
-
-def test_learned_noise_is_allowed():
-    prior = JointPrior((SINGLE.as_learned(),))
-    space = SearchSpace.around((SAMPLES,), prior, starts=8)
-    outcome = exact((SAMPLES,), prior, SYSTEM, space)
-    assert isinstance(outcome, Solution)
-    assert min(margins(outcome)) >= -1e-9
-    assert outcome.objective < 71
