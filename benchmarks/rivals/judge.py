@@ -106,10 +106,16 @@ def is_driven_by_accelerations(problem: Problem) -> bool:
 def moving(positions: Sequence[PolynomialPieces], problem: Problem) -> ReferenceCurve:
     """Return the curve of these positions, with their speeds and accelerations within the bounds of the plant."""
     plant, speeds = problem.task.plant, [derivative(p) for p in positions]
-    names, bounded = (*plant.system.states, *plant.system.inputs), (plant.state_set, plant.input_set)
+    names = (*plant.system.states, *plant.system.inputs)
+    return tracing([*positions, *speeds, *map(derivative, speeds)], names, of_states_and_inputs(plant))
+
+
+def of_states_and_inputs(plant: ConstrainedSystem) -> Polytope:
+    """Return both sets as one, of (x, u)."""
+    bounded = plant.state_set, plant.input_set
     rows = scipy.linalg.block_diag(*(of.rows for of in bounded))
     ends = (np.concatenate([getattr(of, end) for of in bounded]) for end in ("lower", "upper"))
-    return tracing([*positions, *speeds, *map(derivative, speeds)], names, Polytope(rows, *ends, len(names)))
+    return Polytope(rows, *ends, rows.shape[1])
 
 
 def tracing(signals: Sequence[PolynomialPieces], names: Sequence[str], within: Polytope) -> ReferenceCurve:

@@ -34,7 +34,8 @@ def solve(problem: Problem, points: int = POINTS) -> Answer:
     rows = Rows.joined([seen, grid.rows], problem.task.plant.signal_count)
     F = root(prior_covariance(posterior, rows))
     n, r = len(seen), F.shape[1]
-    before = rows.values([_level(part.mean) for part in posterior.prior.parts])
+    levels = (part.mean for part in posterior.prior.parts)
+    before = rows.values([lambda t, level=level: np.full(np.shape(t), level) for level in levels])
     noise = _noise(posterior)
     target = (np.concatenate([s.values for s in posterior.samples]) - before[:n]) / noise
     half = (grid.times[1] - grid.times[0]) / 2
@@ -83,10 +84,6 @@ def _signals(posterior: JointPosterior, rows: Rows, multipliers: Array) -> tuple
 def _noise(posterior: JointPosterior) -> Array:
     pairs = zip(posterior.prior.parts, posterior.samples, strict=True)
     return np.concatenate([float(part.noise_std) * samples.relative_noise for part, samples in pairs])
-
-
-def _level(mean: float):
-    return lambda t: np.full(np.shape(t), mean)
 
 
 TIGHTENED = Rival(

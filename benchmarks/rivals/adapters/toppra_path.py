@@ -22,8 +22,7 @@ def solve(problem: Problem, points: int = _TIMES) -> Answer:
 
     logging.getLogger("toppra").setLevel(logging.ERROR)
     task = problem.task
-    first = max(float(samples.times[0]) for samples in task.samples)
-    last = max(float(samples.times[-1]) for samples in task.samples)
+    first, last = problem.span
     at = np.linspace(first, last, points + 1)
     posterior = problem.likeliest.posterior
     learned = [

@@ -36,18 +36,6 @@ class Truncated:
     lower: Array
     upper: Array
 
-    @classmethod
-    def given(
-        cls, covariance: Array, prior_mean: Array, seen: Array, noise: Array, values: Array, bounded: "Bounds"
-    ) -> "Truncated":
-        """Return ξ given `seen` ξ + noise = `values`, with the standard deviations `noise`, zero or not."""
-        across = covariance @ seen.T
-        among = seen @ across + np.diag(noise**2)
-        gain = np.linalg.solve(among, across.T).T
-        after = covariance - gain @ across.T
-        mean = prior_mean + gain @ (values - seen @ prior_mean)
-        return cls(mean, root((after + after.T) / 2), bounded.rows, bounded.lower, bounded.upper)
-
     def mode(self) -> Array | Unsolved:
         """Return the most likely ξ within the bounds."""
         D, r = self.rows @ self.root, self.root.shape[1]
@@ -63,13 +51,13 @@ class Truncated:
         return np.asarray(self.mean + self.root @ np.mean(normal.draws(draws, _SEED), axis=0))
 
 
-@dataclass(frozen=True)
-class Bounds:
-    """`lower` ≤ `rows` ξ ≤ `upper`."""
-
-    rows: Array
-    lower: Array
-    upper: Array
+def conditioned(covariance: Array, prior_mean: Array, seen: Array, noise: Array, values: Array) -> tuple[Array, Array]:
+    """Return mean and root of ξ given `seen` ξ + noise = `values`; standard deviations of noise may be zero."""
+    across = covariance @ seen.T
+    among = seen @ across + np.diag(noise**2)
+    gain = np.linalg.solve(among, across.T).T
+    after = covariance - gain @ across.T
+    return prior_mean + gain @ (values - seen @ prior_mean), root((after + after.T) / 2)
 
 
 def solve(problem: Problem, of: str) -> Answer:
@@ -88,17 +76,11 @@ def solve(problem: Problem, of: str) -> Answer:
         seen, noise = samples_by_basis(part.samples, basis), float(part.prior.noise_std) * part.samples.relative_noise
         values = part.samples.values - part.samples.stencil.offset
         level = np.full(len(knots), part.prior.mean)
-        nothing = Bounds(np.empty((0, len(knots))), np.empty(0), np.empty(0))
         covariance = np.asarray(part.prior.kernel(knots[:, None] - knots))
-        parts.append(Truncated.given(covariance, level, seen, noise, values, nothing))
-    bounded = Bounds(*bounds_by_basis(problem, knots[: len(knots) - longest], basis))
-    whole = Truncated(
-        np.concatenate([p.mean for p in parts]),
-        scipy.linalg.block_diag(*(p.root for p in parts)),
-        bounded.rows,
-        bounded.lower,
-        bounded.upper,
-    )
+        parts.append(conditioned(covariance, level, seen, noise, values))
+    means, roots = zip(*parts, strict=True)
+    bounded = bounds_by_basis(problem, knots[: len(knots) - longest], basis)
+    whole = Truncated(np.concatenate(means), scipy.linalg.block_diag(*roots), *bounded)
     try:
         found = whole.mode() if of == "mode" else whole.average()
     except NoRoom as why:

@@ -7,7 +7,7 @@ from scipy.special import ndtr, ndtri
 
 from benchmarks.rivals.adapters import governor, splines, toppra_path, truncated
 from benchmarks.rivals.adapters.conic import Unsolved
-from benchmarks.rivals.adapters.truncated import Bounds, Truncated, hats
+from benchmarks.rivals.adapters.truncated import Truncated, conditioned, hats
 from benchmarks.rivals.model import Found
 from benchmarks.rivals.problems import problem
 from trackably.gp.bounded import least_norm
@@ -21,8 +21,8 @@ def toy(count: int = 26) -> Truncated:
     values = 1 / (1 + np.exp(-10 * (x - 0.5)))
     covariance = Matern52(signal_std=1.0, lengthscale=0.4)(knots[:, None] - knots)
     rows = np.vstack([np.eye(count)[[0, -1]], np.diff(np.eye(count), axis=0)])
-    bounded = Bounds(rows, np.zeros(count + 1), np.ones(count + 1))
-    return Truncated.given(covariance, np.full(count, 0.5), hats(x, knots), np.full(3, 1e-5), values, bounded)
+    mean, root = conditioned(covariance, np.full(count, 0.5), hats(x, knots), np.full(3, 1e-5), values)
+    return Truncated(mean, root, rows, np.zeros(count + 1), np.ones(count + 1))
 
 
 def walls(of: Truncated) -> tuple[np.ndarray, np.ndarray]:
