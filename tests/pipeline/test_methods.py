@@ -4,18 +4,14 @@ import pytest
 
 from pipeline.experiments import Experiment, load_experiments
 from pipeline.methods import (
-    HYPERPARAMETERS,
     JOINT,
     METHODS,
     SOUND,
-    UNCONSTRAINED,
-    Failed,
     Fit,
 )
 from tests.project import ROOT
 from trackably.certificates.certificate import Certificate
 from trackably.gp.samples import Samples
-from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
 EXPERIMENTS = load_experiments(ROOT / "params.yaml")
@@ -28,19 +24,6 @@ def test_an_entry_agrees_with_itself(method) -> None:
     assert set(method.needs) <= {"algorithm1", "periodic", "disturbance"} <= Experiment.model_fields.keys()
     assert method.is_robust == ("disturbance" in method.needs)
     assert method.looks_like is None or method.looks_like in METHODS
-
-
-def test_a_method_says_why_it_finds_nothing() -> None:
-    """The state may not go where it would come to rest."""
-    experiment = EXPERIMENTS["example1"].model_copy(update={"state_set": Polytope.box([-0.9], [-0.5])})
-    task = experiment.task((Samples([0.0, 0.1, 0.2], [-0.9, -0.4, 0.0]),))
-    free = UNCONSTRAINED.learn(task)
-    assert isinstance(free, Fit)
-    alone, joint = HYPERPARAMETERS.learn(task), JOINT.learn(task)
-    assert isinstance(alone, Failed)
-    assert "no admissible equilibrium" in alone.explanation
-    assert isinstance(joint, Failed)
-    assert "breaks" in joint.explanation
 
 
 def test_a_method_proves_what_it_claims() -> None:

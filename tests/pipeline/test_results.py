@@ -182,16 +182,6 @@ def test_loops_have_a_plan_at_each_step_on_what_is_proved_and_their_log_holds_wh
         assert len(table_of_offers(of.results).rows) == len(offers)
 
 
-@BY_NAME
-def test_feasible_sets_of_scalar_systems_grow_with_the_horizon(name: str) -> None:
-    sets = below(committed(name).loops, "feasible").items()
-    feasible = {int(horizon.removeprefix("horizon_")): of.columns for horizon, of in sets}
-    if all({"lower", "upper"} <= of.keys() for of in feasible.values()):
-        for short, long in zip(sorted(feasible)[:-1], sorted(feasible)[1:], strict=True):
-            assert np.all(feasible[long]["lower"] <= feasible[short]["lower"] + 1e-9)
-            assert np.all(feasible[long]["upper"] >= feasible[short]["upper"] - 1e-9)
-
-
 @DISTURBED
 def test_robust_references_leave_room_and_disturbed_loops_on_them_break_nothing(name: str) -> None:
     of = committed(name)

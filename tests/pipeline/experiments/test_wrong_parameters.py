@@ -17,16 +17,7 @@ LISTED = "[unconstrained, hyperparameters, joint]"
 # The entry, what is replaced, by what, and a pattern of the sentence: field, expectation, and what came.
 WRONG = [
     ("example1", "A: [[0.9]]", "A: [[true]]", r"system: A: expected a matrix.*True"),
-    (
-        "example1",
-        "B: [[0.5]]",
-        "B: [[0]]",
-        r"must be controllable, .*reach 0 of 1 dimensions.*none of them ever changes",
-    ),
     ("example1", "{lower: [-0.5], upper: [0.5]}", "{lower: [0.5]}", r"input_set: expected lower with upper"),
-    ("example1", "{state: –, input: –}", "{speed: m}", r"units: .*state, input, got speed"),
-    ("example1", "claim: all_times", "claim: all_times\n    plane: [state, time]", r"plane: .*states state, got time"),
-    ("example1", NOISE, NOISE.replace("0.01", "-0.01"), r"prior\.state\.noise_std: expected a positive .*got -0\.01"),
     ("example1", NOISE, NOISE.replace("0.01", "[0.2, 0.1]"), r"noise_std: .*0 < lower < upper.*got \[0\.2, 0\.1\]"),
     (
         "example1",
@@ -36,7 +27,6 @@ WRONG = [
     ),
     ("example1", KERNEL, "{type: gaussian}", r"prior\.state\.kernel: type: expected one of .*got 'gaussian'"),
     ("example1", "mean: 0.0", "mean: zero", r"prior\.state\.mean: .*'zero'"),
-    ("example1", "starts: 8", "starts: 0", r"search\.starts: expected greater than 0, got 0"),
     ("example1", "verification: {last_step: 300", "verification: {last_step: 30", r"verification\.last_step .*got 30"),
     (
         "example1",
@@ -72,12 +62,6 @@ WRONG = [
     ("example2", "{type: periodic}", "{type: matern52}", r"methods: grid: .* needs a periodic kernel, got Matern52"),
     ("example2", "backoff: 1.0e-7", "backoff: 0", r"periodic\.backoff: .*got 0"),
     (
-        "example1",
-        "tightness: [0.05, 0.02,",
-        "tightness: [0.05, -2.5,",
-        r"study\.tightness: -2\.5: set: must have an interior",
-    ),
-    (
         "vehicle",
         "    search: {starts: 8}\n",
         "    search: {starts: 8}\n    study: {tightness: [1.0]}\n",
@@ -100,12 +84,6 @@ WRONG = [
         r"samples\.x\.ground_truth: expected one of setpoint",
     ),
     ("vehicle", "      x: {mean: 0.0", "      vx: {mean: 0.0", r"samples and prior must have the same names, got x, y"),
-    (
-        "robot-axis",
-        "time_unit: ms",
-        "time_unit: {date_format: '%H:%M'}",
-        r"clock: expected a format with day, month and y",
-    ),
     (
         "robot-axis",
         "time_unit: ms",
@@ -146,12 +124,6 @@ WRONG = [
     (
         "tank",
         LISTED,
-        "[unconstrained, hyperparameters, joint, sound]",
-        r"algorithm1: is missing, but the method sound needs it",
-    ),
-    (
-        "tank",
-        LISTED,
         "[unconstrained, hyperparameters, joint, grid]",
         r"methods: grid: only a linear system has growth rates",
     ),
@@ -168,12 +140,6 @@ WRONG = [
         r"repairs: expected a list",
     ),
     ("tank", "field: level", "field: level\n        time: now", r"time: expected log, publish, or \{field: header\.s"),
-    (
-        "tank",
-        "field: level",
-        "field: level\n        time: {field: stamp, unit: moons}",
-        r"time: expected one of steps, .*",
-    ),
     ("tank", LISTED, "joint", r"methods: expected a list of methods, got 'joint'"),
     (
         "tank",
@@ -203,7 +169,7 @@ def test_all_mistakes_of_an_entry_are_told_at_once(tmp_path: Path) -> None:
         ("claim: all_times", "claim: all_times\n    plane: [state, time]", r"plane: .* got time"),
         ("samples_from: data/paper/", "samples_from: data/recordings/", r"samples_from: expected data/paper"),
         ("algorithm1: {first_step: 70, last_step: 300}", "", r"algorithm1: is missing, but the method sound needs it"),
-        ("B: [[0.5]]", "B: [[0]]", r"must be controllable"),
+        ("B: [[0.5]]", "B: [[0]]", r"must be controllable, .*reach 0 of 1 dimensions"),
         ("tightness: [0.05, 0.02,", "tightness: [0.05, true,", r"study\.tightness\.1: .*got True"),
     ]
     for chosen in (wrong, wrong[1:6], wrong[:2], wrong[1:3]):

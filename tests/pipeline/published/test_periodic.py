@@ -1,7 +1,6 @@
 """Periodic references on Example 2: four ways to constrain the same samples, and what each of them is worth."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 from functools import partial
 from unittest import mock
 
@@ -10,7 +9,7 @@ import pytest
 
 from pipeline.baselines import exact, learn_unconstrained
 from pipeline.published.ground_truth import two_harmonics
-from pipeline.published.periodic import GrowthRates, grid, interval_growth_rates, on_intervals, sampled
+from pipeline.published.periodic import GrowthRates, grid, interval_growth_rates, on_intervals
 from pipeline.published.scalar import coefficients, growth_rates, interval_sets, scalar
 from tests.pipeline.published.periodic_instances import instance
 from trackably.gp.joint import JointPosterior, JointPrior
@@ -129,13 +128,3 @@ def test_gradients_of_pairs_against_central_differences():
     np.testing.assert_allclose(value, at(theta), rtol=1e-12)
     differences = [(at(theta + h) - at(theta - h)) / 2e-5 for h in 1e-5 * np.eye(3)]
     np.testing.assert_allclose(gradient, differences, rtol=1e-6, atol=1e-7)
-
-
-def test_a_known_period_of_whole_steps_needs_its_instants_only():
-    known = JointPrior((replace(SINGLE, kernel=Periodic(period=3.14)),))
-    space = SearchSpace.around((SAMPLES,), known, starts=4)
-    on_instants, everywhere = (method((SAMPLES,), known, SYSTEM, space) for method in (sampled, exact))
-    assert on_instants.objective <= everywhere.objective + 1e-6
-    x = on_instants.posterior.signals[0](np.arange(3000) * 0.01)
-    assert np.min(INPUT_SET.margin((x[1:] - 0.9 * x[:-1]) / 0.1)) >= -1e-9
-    assert np.min(STATE_SET.margin(x)) >= -1e-9
