@@ -14,7 +14,8 @@ from pathlib import Path
 
 import click
 
-from pipeline.experiments import PARAMS, Experiment, load_experiment, parameters_of
+from pipeline import options
+from pipeline.experiments import Experiment, load_experiment, parameters_of
 from pipeline.reproduce import reproduce
 from pipeline.storage.logs import LogError
 from pipeline.storage.results import Results
@@ -24,7 +25,6 @@ from trackably.errors import InputError, NoReferenceError
 from trackably.files import unwritable, write_text
 
 _FILE = click.Path(dir_okay=False, path_type=Path)
-_FOLDER = click.Path(file_okay=False, path_type=Path)
 _NOTHING_FOUND, _UNUSABLE, _INTERRUPTED = 1, 2, 130
 
 
@@ -40,10 +40,8 @@ def main() -> None:
 def _stage(name: str, summary: str) -> None:
     @main.command(name, help=summary, short_help=summary)
     @click.argument("experiment")
-    @click.option(
-        "--params", type=click.Path(path_type=Path), default=PARAMS, show_default=True, help="Parameter file."
-    )
-    @click.option("--results", type=click.Path(path_type=Path), default=Path("data/results"), show_default=True)
+    @options.params
+    @options.results
     def command(experiment: str, params: Path, results: Path) -> None:
         # Imported late: `--help` and a wrong parameter should not wait for SciPy and matplotlib.
         stage: Callable[[Experiment, Results], None] = getattr(import_module(f"pipeline.{name}"), name)
@@ -59,7 +57,7 @@ _stage("figures", "Stage 5: draw the figures.")
 
 @main.command("notebook", short_help="Stage 6: execute a notebook in place.")
 @click.argument("name")
-@click.option("--params", type=click.Path(path_type=Path), default=PARAMS, show_default=True, help="Parameter file.")
+@options.params
 def _notebook(name: str, params: Path) -> None:
     """Execute notebooks/NAME.ipynb in place.
 
@@ -126,8 +124,8 @@ def _compare(
 
 @main.command("view", short_help="Show the logs of an experiment in a viewer in the browser.")
 @click.argument("experiment")
-@click.option("--params", type=click.Path(path_type=Path), default=PARAMS, show_default=True, help="Parameter file.")
-@click.option("--results", type=_FOLDER, default=Path("data/results"), show_default=True)
+@options.params
+@options.results
 @click.option("--port", type=int, default=0, help="Port to listen on; a free one by default.")
 @click.option("--browser/--no-browser", default=True, show_default=True, help="Open the page in the browser.")
 def _view(experiment: str, params: Path, results: Path, port: int, browser: bool) -> None:
@@ -150,8 +148,8 @@ def _view(experiment: str, params: Path, results: Path, port: int, browser: bool
 
 
 @main.command("report", short_help="Write a static site: the documentation and all results.")
-@click.option("--project", type=_FOLDER, default=Path(), help="Where params.yaml and the results are.")
-@click.option("--output", type=_FOLDER, default=Path("report/site"), show_default=True)
+@options.project
+@click.option("--output", type=options.FOLDER, default=Path("report/site"), show_default=True)
 def _report(project: Path, output: Path) -> None:
     """Write the documentation, and pages about what the stages left: claims, experiments, benchmarks, errata.
 
@@ -165,7 +163,7 @@ def _report(project: Path, output: Path) -> None:
 
 
 @main.command("paper", short_help="Write paper/paper.md: its text, with the numbers of the results.")
-@click.option("--project", type=click.Path(file_okay=False, path_type=Path), default=Path())
+@options.project
 def _paper(project: Path) -> None:
     """Write paper/paper.md from paper/paper.md.j2 and the results."""
     from pipeline.site.build import text_of  # noqa: PLC0415  as for the stages

@@ -1,11 +1,7 @@
 """Stage 4: references → closed loops and their metrics, and references that are learned again while a loop runs."""
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Any
 
 import numpy as np
 from tqdm import tqdm
@@ -17,8 +13,7 @@ from pipeline.loops.feasible_set import feasible_over_time
 from pipeline.loops.online import relearn
 from pipeline.loops.trajectory import (
     ON,
-    ClosedLoops,
-    LoopTrajectory,
+    Course,
     first_untrackable_step,
     initial_states,
     loop_metrics,
@@ -27,72 +22,38 @@ from pipeline.loops.trajectory import (
 from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
 from pipeline.storage.archive import Fitted
 from pipeline.storage.results import Results
-from trackably.arrays import Array
 from trackably.certificates.claim import times_of
 from trackably.control.controller import Controller, scaled_controller
 from trackably.control.references import TrackedReference
 from trackably.control.simulation import ClosedLoop, apply_fallback_for, simulate
 from trackably.errors import InputError
-from trackably.files import read_json, write_json
+from trackably.files import write_json
 from trackably.gp.samples import Samples
 from trackably.gp.stencil import Stencil
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.reference import Window
-from trackably.systems.trajectories import Coordinate
+from trackably.systems.pieces import PolynomialPieces
+from trackably.systems.reference import Reference
 
 
-@dataclass(frozen=True, eq=False)
-class InterpolatedReference:
-    """Linear interpolation of samples of the flat outputs, constant before the first sample and after the last one.
+def interpolated(samples: tuple[Samples, ...], plant: ConstrainedSystem) -> Reference:
+    """Return straight lines between samples of the flat outputs, constant before the first sample and after the last.
 
     Nothing is learned: this is what a controller would track without learning. The inputs follow by flatness, so that
     the system tracks the lines exactly where the inputs are admissible; they jump at the corners. Where samples
     measure a flat output z through a stencil, y(t) = offset + Σ_j w_j z(t + j T_s), the lines are those whose
-    measurement gives the samples, corners aside. Raises ValueError where the number of samples is not that of the flat
-    outputs, and where a stencil measures changes only (Σ_j w_j = 0).
+    measurement gives the samples, corners aside: on a straight line Σ_j w_j z(t + j T_s) = W z(t + τ) with W = Σ_j w_j
+    and τ = Σ_j w_j j T_s / W. Raises ValueError where a stencil measures changes only (W = 0).
     """
-
-    samples: tuple[Samples, ...]
-    plant: ConstrainedSystem
-
-    def __post_init__(self) -> None:
-        if len(self.samples) != self.plant.signal_count:
-            raise ValueError(f"reference: the system needs {self.plant.signal_count} signals, got {len(self.samples)}")
-        _ = self._lines  # raises where a stencil measures changes only
-
-    def window(self, k: int, horizon: int) -> Window:
-        """Return the states and inputs of `horizon` steps from step `k` on."""
-        t = (k + np.arange(horizon + 1.0)) * self.plant.sampling_time
-        flat = self.plant.flatness
-        return Window(self._values(flat.states, t), self._values(flat.inputs, t[:-1]))
-
-    def _values(self, coordinates: tuple[Coordinate, ...], t: Array) -> Array:
-        return np.stack([q(self._lines, t) for q in coordinates], axis=-1)
-
-    @cached_property
-    def _lines(self) -> list[Callable[[Array], Array]]:
-        """One function of time [s] for each flat output."""
-        return [_line(*_flat_samples(samples)) for samples in self.samples]
-
-
-def _line(times: Array, values: Array) -> Callable[[Array], Array]:
-    return lambda t: np.asarray(np.interp(t, times, values))
-
-
-def _flat_samples(samples: Samples) -> tuple[Array, Array]:
-    """Return times [s] and values of the flat output z that a straight line has where the samples are measured.
-
-    On a straight line Σ_j w_j z(t + j T) = W z(t + τ) with W = Σ_j w_j and τ = Σ_j w_j j T / W.
-    """
-    samples = samples.of_level
-    if not isinstance(stencil := samples.stencil, Stencil):
-        raise ValueError("reference: the samples see only changes of a flat output, which leaves open where it is")
-    weights = np.array(stencil.weights)
-    total = float(np.sum(weights))
-    if abs(total) <= 1e-9 * float(np.sum(np.abs(weights))):
-        raise ValueError("reference: the samples see only changes of a flat output, which leaves open where it is")
-    delay = float(weights @ np.arange(len(weights))) / total * stencil.step
-    return samples.times + delay, (samples.values - stencil.offset) / total
+    lines = []
+    for of in (each.of_level for each in samples):
+        weights = np.array(of.stencil.weights if isinstance(of.stencil, Stencil) else [0.0])
+        total = float(np.sum(weights))
+        if abs(total) <= 1e-9 * float(np.sum(np.abs(weights))):
+            raise ValueError("reference: the samples see only changes of a flat output, which leaves open where it is")
+        times = of.times + float(weights @ np.arange(len(weights))) / total * of.stencil.step
+        values = (of.values - of.stencil.offset) / total
+        lines.append(PolynomialPieces.lines(dict(zip(times.tolist(), values.tolist(), strict=True))))
+    return Reference(tuple(lines), plant)
 
 
 INTERPOLATED = "interpolated"
@@ -117,31 +78,26 @@ def control(experiment: Experiment, results: Results) -> None:
         )
     references = references_of(fitted)
     metrics: dict[str, object] = {"horizon": wanted.horizon}
-    courses: dict[str, dict[str, LoopTrajectory]] = {}
-    seconds: dict[str, float] = {}
+    courses: dict[str, Course] = {}
     for name, reference in references.items():
-        courses[name], found = {}, {}
-        for start, loop, taken in _loops(experiment, controller, references[JOINT.name], reference, name):
-            courses[name][start] = LoopTrajectory.of(loop).until(steps.start + wanted.logged)
+        found = {}
+        for start, loop in _loops(experiment, controller, references[JOINT.name], reference, name):
+            courses[f"/loops/{name}/{start}"] = Course.of(loop, plant).until(steps.start + wanted.logged)
             found[start] = loop_metrics(loop, plant)
-            seconds[f"{name}, {start}: seconds per step"] = round(taken / max(1, len(loop.inputs)), 7)
         metrics[name] = {"first_untrackable_step": first_untrackable_step(reference, plant, steps), **found}
     online = relearn(experiment, fitted.sampled, controller)
     shown = range(steps.start, min(steps.start + wanted.shown, steps[-1]) + 1)
-    feasible = feasible_over_time(controller, references[JOINT.name], wanted.horizons, shown)
-    closed = ClosedLoops(courses, feasible)
+    courses |= feasible_over_time(controller, references[JOINT.name], wanted.horizons, shown)
     if online:
         metrics["online"] = {**loop_metrics(online.loop, plant), "offers": online.records}
-        closed = replace(closed, online=LoopTrajectory.of(online.loop), offered=online.columns)
+        courses |= {"/online": Course.of(online.loop, plant), "/offers": online.offers}
     if experiment.disturbance:
         followed = {name: fitted.learned[name].reference for name in (JOINT.name, ROBUST.name)}
         disturbed, metrics["disturbed"] = disturbed_loops(experiment, followed)
         metrics["price_of_room"] = prices(experiment, fitted)
-        closed = replace(closed, disturbed=disturbed)
-    write_loops(results, plant, closed, metrics)
+        courses |= disturbed
+    write_loops(results, plant, courses, metrics)
     write_json(results.control, metrics)
-    timings: Any = read_json(results.timings) if results.timings.exists() else {}
-    write_json(results.timings, {**timings, "control": seconds})
 
 
 def references_of(fitted: Fitted) -> dict[str, TrackedReference]:
@@ -153,27 +109,19 @@ def references_of(fitted: Fitted) -> dict[str, TrackedReference]:
     unconstrained = fitted.learned[UNCONSTRAINED.name].reference
     found: dict[str, TrackedReference] = {JOINT.name: joint, UNCONSTRAINED.name: unconstrained}
     with suppress(ValueError):  # samples of changes only
-        found[INTERPOLATED] = InterpolatedReference(fitted.sampled.samples, joint.plant)
+        found[INTERPOLATED] = interpolated(fitted.sampled.samples, joint.plant)
     return found
 
 
 def _loops(
     experiment: Experiment, controller: Controller, certified: TrackedReference, reference: TrackedReference, name: str
-) -> Iterator[tuple[str, ClosedLoop, float]]:
-    """Yield the name of each initial state, the loop from there, and how long it took [s].
+) -> Iterator[tuple[str, ClosedLoop]]:
+    """Yield the name of each initial state, and the loop from there.
 
     The initial state `on` lies on `reference`; the others are those of the certified reference.
     """
     steps, patience = experiment.loop_steps, experiment.control.patience
     states = initial_states(controller, certified, steps.start) | {ON: reference.window(steps.start, 1).states[0]}
     for start, state in tqdm(states.items(), desc=f"{experiment.name}: {name}", disable=None):
-        begin = time.perf_counter()
-        loop = simulate(
-            controller,
-            reference,
-            state,
-            len(steps),
-            first_step=steps.start,
-            on_infeasible=apply_fallback_for(patience),
-        )
-        yield start, loop, time.perf_counter() - begin
+        policy = apply_fallback_for(patience)
+        yield start, simulate(controller, reference, state, len(steps), first_step=steps.start, on_infeasible=policy)

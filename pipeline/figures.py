@@ -12,7 +12,7 @@ from pipeline.drawings import algorithm1, loops, predictions, references, style
 from pipeline.drawings.algorithm1 import Landscape, evaluate_on_grid
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
-from pipeline.loops.trajectory import ON, ClosedLoops, read_loop_metrics, read_loops
+from pipeline.loops.trajectory import ON, Courses, below, by_reference, read_loop_metrics, read_loops
 from pipeline.methods import (
     AS_PUBLISHED,
     EXACT,
@@ -82,7 +82,7 @@ class _Figures:
     experiment: Experiment
     results: Results
     fitted: Fitted
-    closed: ClosedLoops
+    closed: Courses
 
     @cached_property
     def shown(self) -> dict[str, Reference]:
@@ -262,7 +262,7 @@ class _Figures:
         """Closed loops over time and in the plane, where no plan was found, and feasible sets."""
         experiment, closed = self.experiment, self.closed
         plant, wanted, units = experiment.plant, experiment.control, experiment.units
-        courses, steps, plane = closed.courses, experiment.loop_steps, experiment.plane
+        courses, steps, plane = by_reference(closed), experiment.loop_steps, experiment.plane
         shown = steps.start + min(wanted.shown, wanted.logged, len(steps))
         found: Drawings = {
             "closed-loop": lambda: loops.closed_loop(courses, plant, shown, units),
@@ -273,33 +273,38 @@ class _Figures:
         lost = courses[UNCONSTRAINED.name][ON]
         if lost.infeasible.size:
             found["infeasibility"] = lambda: loops.infeasibility(lost, plant, wanted.horizon, units)
-        online, offered = closed.online, closed.offered
-        if online is not None and offered is not None:
-            found["relearning"] = lambda: loops.relearned(online, offered, plant, units)
-        if closed.feasible:
+        if "/online" in closed:
+            found["relearning"] = lambda: loops.relearned(closed["/online"], closed["/offers"], plant, units)
+        if feasible := {int(name.removeprefix("horizon_")): of for name, of in below(closed, "feasible").items()}:
             draw = loops.feasible_intervals if len(plant.system.states) == 1 else loops.feasible_polygons
-            found["feasible-set"] = lambda: draw(closed.feasible, courses[JOINT.name], plant, units)
+            found["feasible-set"] = lambda: draw(feasible, courses[JOINT.name], plant, units)
         return found
 
     def disturbed(self) -> Drawings:
         """None where nothing was disturbed."""
-        experiment, disturbed, tightening = self.experiment, self.closed.disturbed, self.experiment.tightening
-        if disturbed is None or tightening is None:
+        experiment, closed, tightening = self.experiment, self.closed, self.experiment.tightening
+        if "/disturbed_range" not in closed or tightening is None:
             return {}
-        metrics, runs = read_loop_metrics(self.results), disturbed.runs
+        metrics, runs = read_loop_metrics(self.results), closed["/disturbed_range"]
         price, units = metrics["price_of_room"], {experiment.units.get(name) for name in experiment.samples}
         window = self.fitted.learned[ROBUST.name].reference.window(int(runs.steps[0]), len(runs.steps))
         count = metrics["disturbed"]["tube"]["runs"]
         shown, failures = {}, {}
         for reference, controller in _PAIRS:
             label = f"{controller} controller,\n{reference} reference"
-            shown[label] = disturbed.loops[reference][controller]
+            shown[label] = below(closed, "disturbed", reference, controller)
             said = metrics["disturbed"][reference][controller].values()
             steps = [of[name] for of in said for name in ("first_step_without_plan", "first_step_outside")]
             failures[label] = min((step for step in steps if step is not None), default=None)
         return {
             "tube-of-runs": lambda: loops.tube_runs(
-                runs, count, window, room(tightening), tightening.given, experiment.units
+                runs,
+                [*below(closed, "disturbed_runs").values()],
+                count,
+                window,
+                room(tightening),
+                tightening.given,
+                experiment.units,
             ),
             "disturbed-loops": lambda: loops.disturbed_loops(shown, failures, experiment.plant),
             "price-of-room": lambda: loops.price_of_room(

@@ -5,7 +5,6 @@ A study does the same on many problems: other numbers of intervals, other draws 
 
 import multiprocessing
 import signal
-import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -31,7 +30,6 @@ from pipeline.methods import (
     Failed,
     Fit,
     LearnedReference,
-    Method,
     Task,
     at_all_phases,
     best,
@@ -189,7 +187,7 @@ def fit(experiment: Experiment, results: Results) -> None:
     """Learn the references. Raises NoReferenceError, before anything is written, where a method finds none."""
     sampled = read_samples(results)
     experiment = with_learned_means(experiment, sampled.samples)
-    fits, seconds = _fits(experiment, experiment.task(sampled.samples))
+    fits = _fits(experiment, experiment.task(sampled.samples))
     _ask(experiment, fits)
     learned = {
         name: LearnedReference.of(
@@ -204,26 +202,18 @@ def fit(experiment: Experiment, results: Results) -> None:
     write_fit(results, fitted, steps * experiment.plant.sampling_time)
     write_text(results.iterations, to_csv(_iterations(fits)))
     write_json(results.environment, environment())
-    write_json(results.timings, seconds)
 
 
-def _fits(experiment: Experiment, task: Task) -> tuple[dict[str, Fit], dict[str, float]]:
-    """Return what each method found, and how long it took [s]."""
+def _fits(experiment: Experiment, task: Task) -> dict[str, Fit]:
+    """Return what each method found. Raises NoReferenceError."""
     fits: dict[str, Fit] = {}
-    seconds: dict[str, float] = {}
     for method in experiment.learned_by:
-        begin = time.perf_counter()
         with progress_bar(f"{experiment.name}: fit {method.name}"):
-            fits[method.name] = _fit(experiment.name, method, task)
-        seconds[method.name] = round(time.perf_counter() - begin, 3)
-    return fits, seconds
-
-
-def _fit(experiment: str, method: Method, task: Task) -> Fit:
-    found = method.learn(task)
-    if not isinstance(found, Fit):
-        raise NoReferenceError(f"experiment {experiment}, {method.name}: {found.explanation}")
-    return found
+            found = method.learn(task)
+        if not isinstance(found, Fit):
+            raise NoReferenceError(f"experiment {experiment.name}, {method.name}: {found.explanation}")
+        fits[method.name] = found
+    return fits
 
 
 def _ask(experiment: Experiment, fits: Mapping[str, Fit]) -> None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
-from enum import Enum
 from functools import partial
 from typing import Annotated, Self
 
@@ -57,13 +56,6 @@ class Periodic(Fields):
     backoff: Annotated[float, Field(gt=0, le=0.01)]
 
 
-class Parameters(Fields):
-    """The blocks that an experiment gives; the names of the fields are those of the blocks."""
-
-    algorithm1: Algorithm1 | None = None
-    periodic: Periodic | None = None
-
-
 @dataclass(frozen=True)
 class LearnedReference:
     """The result of a method: the reference, the `prior` with the learned hyperparameters, and its `objective` J.
@@ -107,14 +99,18 @@ class LearnedReference:
 
 @dataclass(frozen=True)
 class Task:
-    """What a method learns from; the `tightening` of the plant's bounds is None where nothing disturbs it."""
+    """What a method learns from: `algorithm1` and `periodic` are blocks of params.yaml, if the experiment has them.
+
+    The `tightening` of the plant's bounds is None where nothing disturbs it.
+    """
 
     samples: tuple[Samples, ...]
     prior: JointPrior
     plant: ConstrainedSystem
     space: SearchSpace
     goal: Goal
-    parameters: Parameters
+    algorithm1: Algorithm1 | None = None
+    periodic: Periodic | None = None
     tightening: Tightening | None = None
 
 
@@ -139,18 +135,6 @@ class Failed:
     explanation: str
 
 
-class Claims(Enum):
-    """For which times a method claims that its reference keeps the bounds.
-
-    Of a reference that claims nothing the experiment's claim is examined all the same: a counterexample then says by
-    how much a bound is broken.
-    """
-
-    NOTHING = "nothing"
-    SAMPLED_INSTANTS = "sampled instants"
-    CLAIM = "the experiment's claim"
-
-
 def _nothing_more(plant: ConstrainedSystem, prior: JointPrior) -> None:
     """Accept every system and prior."""
 
@@ -159,16 +143,17 @@ def _nothing_more(plant: ConstrainedSystem, prior: JointPrior) -> None:
 class Method:
     """An entry of the table of methods.
 
-    Where `must_be_proved` holds, a reference without a proof is an error; otherwise the metrics say what the proof
-    lacks. `needs` are the blocks of params.yaml that the method reads, and `check` raises ValueError or TypeError for a
-    system or prior that the method is not for. Where the method `is_robust`, it learns within bounds that are tightened
-    for disturbances, and figures of disturbed loops show it. Other figures leave out a reference if one learned by
-    `looks_like` is there, and draw its curve only if `has_own_curve` holds.
+    What is proved of a reference is the experiment's claim, or that bounds are kept `at_instants` alone. Where
+    `must_be_proved` holds, a reference without a proof is an error; otherwise the metrics say what the proof lacks, or
+    by how much a bound is broken. `needs` are the blocks of params.yaml that the method reads, and `check` raises
+    ValueError or TypeError for a system or prior that the method is not for. Where the method `is_robust`, it learns
+    within bounds that are tightened for disturbances, and figures of disturbed loops show it. Other figures leave out a
+    reference if one learned by `looks_like` is there, and draw its curve only if `has_own_curve` holds.
     """
 
     name: str
     learn: Callable[[Task], Fit | Failed]
-    claims: Claims
+    at_instants: bool = False
     must_be_proved: bool = False
     needs: tuple[str, ...] = ()
     check: Callable[[ConstrainedSystem, JointPrior], None] = _nothing_more
@@ -178,7 +163,7 @@ class Method:
 
     def prove(self, goal: Goal, reference: Reference) -> Outcome:
         """Prove what the method claims, or find out what a proof lacks."""
-        return prove_at_instants(reference) if self.claims is Claims.SAMPLED_INSTANTS else goal.prove(reference)
+        return prove_at_instants(reference) if self.at_instants else goal.prove(reference)
 
 
 def best(task: Task, constraints: tuple[Bounded, ...] = ()) -> Solution | NoSolution:
@@ -206,13 +191,8 @@ def _attempts(attempts: list[Attempt]) -> Mapping[str, Array]:
 _TABLE = ("k_bar", "mean_bound", "growth_lower", "growth_upper", "derivative_bound")
 
 
-def check_scalar(plant: ConstrainedSystem, prior: JointPrior) -> None:
-    """Raise ValueError for a system that is not scalar."""
-    state_and_input(plant)
-
-
 def _by_algorithm1(reading: Reading, task: Task) -> Fit | Failed:
-    steps = task.parameters.algorithm1
+    steps = task.algorithm1
     assert steps, "the experiment was checked for what its methods need"
     run = algorithm1(
         task.samples,
@@ -228,6 +208,11 @@ def _by_algorithm1(reading: Reading, task: Task) -> Fit | Failed:
     trace = Trace.of(run.iterations)
     table = {name: values for name, values in trace.columns().items() if name in {*trace.hyperparameters, *_TABLE}}
     return Fit(run.outcome, final_step=run.final_step, trace=trace, iterations=table)
+
+
+def check_scalar(plant: ConstrainedSystem, prior: JointPrior) -> None:
+    """Raise ValueError for a system that is not scalar."""
+    state_and_input(plant)
 
 
 def check_periodic(plant: ConstrainedSystem, prior: JointPrior) -> None:
@@ -278,8 +263,8 @@ def _rounds(task: Task, found: Solution) -> Mapping[str, Array]:
 
 def periodic_of(task: Task) -> Periodic:
     """Return the block of params.yaml that methods for periodic references read."""
-    assert task.parameters.periodic, "the experiment was checked for what its methods need"
-    return task.parameters.periodic
+    assert task.periodic, "the experiment was checked for what its methods need"
+    return task.periodic
 
 
 def robustly(method: Method, name: str) -> Method:
@@ -299,22 +284,20 @@ def _within_tightened_bounds(learn: Callable[[Task], Fit | Failed], task: Task) 
     return learn(replace(task, plant=task.tightening.plant))
 
 
-UNCONSTRAINED = Method("unconstrained", partial(_constrained, lambda task: ()), Claims.NOTHING)
-HYPERPARAMETERS = Method(
-    "hyperparameters", partial(_certified, learner.HYPERPARAMETERS), Claims.CLAIM, must_be_proved=True
-)
-JOINT = Method("joint", partial(_certified, learner.JOINT), Claims.CLAIM, must_be_proved=True)
+UNCONSTRAINED = Method("unconstrained", partial(_constrained, lambda task: ()))
+HYPERPARAMETERS = Method("hyperparameters", partial(_certified, learner.HYPERPARAMETERS), must_be_proved=True)
+JOINT = Method("joint", partial(_certified, learner.JOINT), must_be_proved=True)
 AS_PUBLISHED = Method(
     PUBLISHED_READING.name,
     partial(_by_algorithm1, PUBLISHED_READING),
-    Claims.SAMPLED_INSTANTS,
+    at_instants=True,
     needs=("algorithm1",),
     check=check_scalar,
 )
 SOUND = Method(
     SOUND_READING.name,
     partial(_by_algorithm1, SOUND_READING),
-    Claims.SAMPLED_INSTANTS,
+    at_instants=True,
     needs=("algorithm1",),
     check=check_scalar,
     looks_like=HYPERPARAMETERS.name,
@@ -322,19 +305,15 @@ SOUND = Method(
 EXACT = Method(
     "exact",
     partial(_constrained, at_all_phases, iterations=_rounds),
-    Claims.CLAIM,
     must_be_proved=True,
     needs=("periodic",),
     check=check_periodic,
     looks_like=HYPERPARAMETERS.name,
 )
-INTERVALS = Method(
-    "intervals", partial(_constrained, in_intervals), Claims.CLAIM, needs=("periodic",), check=check_periodic
-)
+INTERVALS = Method("intervals", partial(_constrained, in_intervals), needs=("periodic",), check=check_periodic)
 SOUND_INTERVALS = Method(
     "sound_intervals",
     partial(_constrained, lambda task: in_intervals(task, overlap=task.plant.sampling_time)),
-    Claims.CLAIM,
     must_be_proved=True,
     needs=("periodic",),
     check=check_periodic,
@@ -344,7 +323,6 @@ SOUND_INTERVALS = Method(
 GRID = Method(
     "grid",
     partial(_constrained, lambda task: on_grid(task.plant, periodic_of(task).last_step)),
-    Claims.NOTHING,
     needs=("periodic",),
     check=check_periodic,
     has_own_curve=False,
@@ -353,7 +331,6 @@ GRID = Method(
 SAMPLED = Method(
     "sampled",
     partial(_constrained, lambda task: on_period(task.prior, task.plant)),
-    Claims.NOTHING,
     check=check_whole_steps,
     has_own_curve=False,
 )
@@ -367,7 +344,7 @@ REQUIRED = (UNCONSTRAINED, HYPERPARAMETERS, JOINT)
 METHODS = {
     method.name: method
     for method in (
-        *(UNCONSTRAINED, HYPERPARAMETERS, JOINT),
+        *REQUIRED,
         *_CONSTRAINED[1:],
         ROBUST,
         *(robustly(method, f"robust_{method.name}") for method in _CONSTRAINED),

@@ -12,7 +12,8 @@ from typing import IO
 
 import click
 
-from pipeline.experiments import PARAMS, load_experiment, load_experiments
+from pipeline import options
+from pipeline.experiments import load_experiment, load_experiments
 from pipeline.storage.results import Results
 from pipeline.yaml_file import Fields, validated
 from trackably.errors import InputError
@@ -124,8 +125,8 @@ class Run:
 
 @click.command("theorem", short_help="Let Coq prove what certificates state, and record it.")
 @click.argument("experiments", nargs=-1)
-@click.option("--params", type=click.Path(path_type=Path), default=PARAMS, show_default=True, help="Parameter file.")
-@click.option("--results", type=click.Path(path_type=Path), default=Path("data/results"), show_default=True)
+@options.params
+@options.results
 @click.pass_context
 def theorem(context: click.Context, experiments: tuple[str, ...], params: Path, results: Path) -> None:
     """Prove the certificates and counterexamples of EXPERIMENTS with Coq; without names, those of all experiments.

@@ -12,11 +12,10 @@ from importlib import import_module
 
 from threadpoolctl import threadpool_limits
 
-from benchmarks.rivals import joints, page, table
+from benchmarks.rivals import joints, page, pendulum, table
 from benchmarks.rivals.adapters import fine_grid, ours, splines, tightened, truncated
 from benchmarks.rivals.model import Answer, Problem, Rival
 from benchmarks.rivals.page import RIVALS
-from benchmarks.rivals.pendulum import table as pendulum
 from benchmarks.rivals.problems import ROOT, problem, problems
 from benchmarks.rivals.tables import read, write
 

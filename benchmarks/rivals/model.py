@@ -69,6 +69,12 @@ class Problem:
         return 0.0, self.experiment.verification.last_step * self.task.plant.sampling_time
 
     @property
+    def span(self) -> tuple[float, float]:
+        """From the first time [s] at which all flat outputs are sampled, to the last at which one is."""
+        first, last = zip(*((float(of.times[0]), float(of.times[-1])) for of in self.task.samples), strict=True)
+        return max(first), max(last)
+
+    @property
     def truths(self) -> tuple[GroundTruth | None, ...]:
         """The signal behind the samples of each flat output, where it is known."""
         known = self.experiment.truths

@@ -6,7 +6,7 @@ from pathlib import Path
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from benchmarks.rivals import joints, table
+from benchmarks.rivals import joints, pendulum, table
 from benchmarks.rivals.adapters import (
     drake,
     fine_grid,
@@ -20,7 +20,6 @@ from benchmarks.rivals.adapters import (
     truncated,
 )
 from benchmarks.rivals.model import Rival
-from benchmarks.rivals.pendulum import table as pendulum
 from benchmarks.rivals.study import summary as study
 from benchmarks.rivals.study.draws import LEVELS
 from benchmarks.rivals.study.summary import TIGHTNESS, Entry
@@ -145,7 +144,7 @@ _INTRODUCTION = """# Side by side
 
 Written by `make rivals`, on one thread. Each row is one rival on one problem, at its best: its own search for
 hyperparameters where it has one, otherwise the likeliest ones. **Largest violation** is a fact, found by the library's
-enclosures or by exact extremes of polynomials: no grid is involved. It is a part of the bound's width, at any time of
+enclosures and exact checks of polynomials: no grid is involved. It is a part of the bound's width, at any time of
 the window, between the times that a rival looked at too. **J** is −2 ln p of function and samples together, which
 this project minimises (smaller is better; only for sums of kernels). **Misfit**, **held out** and **error** (to the
 truth) are root mean squares, as parts of the spread of the samples. The error is over the whole window, also after the
@@ -162,7 +161,7 @@ _ABOUT_PENDULUM = f"""## A pendulum that others chose
 x″ = −10 x + w, w′ = u on [0, 1], x(0) = 0.5, x′(0) = 0, w(0) = 0, x(1/3) = 0.5, x(1) = 0, x′ ≥ −3, |w| ≤ 10; minimise
 −100 x′(1) + 10⁻⁴ ∫ u². Printed numbers are those of {pendulum.PAPER}, cut after two digits. A grid leaves a spike of w
 between its points. Second-order cones keep the bounds for all t, and pay for that. A spline for the flat output x, with
-bounds of its Bernstein coefficients in exact rationals, keeps them for all t too, and pays next to nothing.
+bounds of its Bernstein coefficients, is proved to keep them for all t too, and pays next to nothing.
 """
 
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.harness import root_mean_square
-from benchmarks.rivals.judge.kernels import KernelCurve
-from benchmarks.rivals.model import Curve, Found, NotFound, Problem, Rival, Violation
+from benchmarks.rivals.judge import ReferenceCurve
+from benchmarks.rivals.model import Curve, Found, NotFound, Problem, Rival
 from benchmarks.rivals.tables import markdown, number, percent, seconds
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
@@ -59,23 +59,11 @@ def measured(problem: Problem, rival: Rival) -> Row:
     if isinstance(answer, NotFound):
         gone = None if answer.kind == "does not apply" else taken
         return replace(row, answer=answer.kind, says=answer.why, seconds=gone)
-    violation = answer.curve.violation(_window(problem, answer))
-    return replace(row, seconds=taken, **_numbers(problem, answer), **_facts(violation))
-
-
-def _window(problem: Problem, found: Found) -> tuple[float, float]:
     start, end = problem.window
-    return start, end if found.last is None else min(end, found.last)
-
-
-def _facts(violation: Violation) -> dict[str, Any]:
-    return {
-        "least": violation.least,
-        "most": violation.most,
-        "quantity": violation.quantity if violation.least > 0 else "",
-        "at": violation.time if violation.least > 0 else None,
-        "at_steps": violation.at_steps,
-    }
+    broken = answer.curve.violation((start, end if answer.last is None else min(end, answer.last)))
+    row = replace(row, seconds=taken, least=broken.least, most=broken.most, at_steps=broken.at_steps)
+    where: dict[str, Any] = {"quantity": broken.quantity, "at": broken.time} if broken.least > 0 else {}
+    return replace(row, **_numbers(problem, answer), **where)
 
 
 def _numbers(problem: Problem, found: Found) -> dict[str, Any]:
@@ -88,15 +76,14 @@ def _numbers(problem: Problem, found: Found) -> dict[str, Any]:
         if (truth := problem.truths[i]) is not None:
             times = np.linspace(*problem.window, 401)
             error.append(_off(found.curve, i, times, truth(times), spread, found.last))
+    each = {} if found.ignores_samples else {"misfit": misfit, "held_out": held_out, "error": error}
     return {
         "says": found.says,
         "objective": found.objective,
         "minimises": found.minimises,
         "J": objective_of(problem, found),
-        "misfit": None if found.ignores_samples else _largest(misfit),
-        "held_out": None if found.ignores_samples else _largest(held_out),
-        "error": None if found.ignores_samples else _largest(error),
         "places": found.places,
+        **{name: _largest(of) for name, of in each.items()},
     }
 
 
@@ -117,7 +104,7 @@ def objective_of(problem: Problem, found: Found) -> float | None:
 
     It is l(θ) for a posterior mean. The norm is infinite for piecewise polynomials: there is nothing to compare.
     """
-    if not isinstance(found.curve, KernelCurve) or found.prior is None:
+    if not isinstance(found.curve, ReferenceCurve) or found.prior is None:
         return None
     posterior = JointPosterior(found.prior, problem.task.samples)
     total = posterior.negative_log_marginal_likelihood()[0]

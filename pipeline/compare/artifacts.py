@@ -317,17 +317,13 @@ def _segments(path: str) -> Array | None:
     letters, numbers = _split_path(path)
     if not set(letters) <= _POINTS.keys() or 2 * sum(_POINTS[letter] for letter in letters) != numbers.size:
         return None
-    points = iter(numbers.reshape(-1, 2))
     pieces: list[Array] = []
-    begin = here = np.zeros(2)
-    for letter in letters:
-        for there in [begin] if letter in "zZ" else [next(points) for _ in range(_POINTS[letter])]:
-            if letter == "M":
-                begin = there
-            else:
-                pieces.append(np.stack([here, there]))
-            here = there
-    return np.stack(pieces) if pieces else None
+    for part in path.split("M")[1:]:
+        points = _split_path(part)[1].reshape(-1, 2)
+        if part.rstrip()[-1] in "zZ":
+            points = np.vstack([points, points[:1]])
+        pieces.append(np.stack([points[:-1], points[1:]], axis=1))
+    return np.concatenate(pieces) if any(map(len, pieces)) else None
 
 
 def _one_way(of: Array, to: Array) -> float:

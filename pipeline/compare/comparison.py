@@ -23,7 +23,7 @@ from pipeline.compare.artifacts import (
 from pipeline.compare.claims import Claims, judge_claim
 from pipeline.compare.model import RESULTS, Comparison, Difference, Row, Status, Tolerances, Version, results_folder
 from pipeline.environment import NAMES
-from pipeline.storage.results import ENVIRONMENT, TIMINGS
+from pipeline.storage.results import ENVIRONMENT
 from trackably.errors import InputError
 from trackably.files import from_json
 
@@ -33,8 +33,8 @@ NOTEBOOKS = Path("notebooks")
 def artifacts(root: Path) -> dict[str, Path]:
     """Return the artifacts below a folder by name: `example1/metrics.json`, `notebooks/example1.ipynb`.
 
-    The folder is that of a project, or of its results alone. Hidden files, wall clocks and records of the environment
-    are no artifacts.
+    The folder is that of a project, or of its results alone. Hidden files and records of the environment, which is
+    compared by itself, are no artifacts.
     """
     results = results_folder(root)
     named = {path.relative_to(results).as_posix(): path for path in _files(results)}
@@ -43,14 +43,10 @@ def artifacts(root: Path) -> dict[str, Path]:
     return named
 
 
-_NO_ARTIFACTS = {TIMINGS, ENVIRONMENT}
-"""Durations on one machine are not compared, and the environment is compared by itself."""
-
-
 def _files(folder: Path) -> Iterator[Path]:
     for path in sorted(folder.rglob("*")):
         hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
-        if path.is_file() and not hidden and path.name not in _NO_ARTIFACTS:
+        if path.is_file() and not hidden and path.name != ENVIRONMENT:
             yield path
 
 

@@ -12,7 +12,6 @@ from pipeline.drawings.references import label_plane
 from pipeline.drawings.style import (
     CLOSED_LOOP,
     INITIAL_STATE_STYLES,
-    coordinate_values,
     direct_label,
     draw_coordinate,
     fit_limits,
@@ -20,7 +19,7 @@ from pipeline.drawings.style import (
     stacked_panels,
     step_label,
 )
-from pipeline.loops.trajectory import ON, LoopTrajectory, Runs
+from pipeline.loops.trajectory import ON, Course
 from trackably.arrays import Array
 from trackably.exports.figures import (
     BLUE,
@@ -48,7 +47,7 @@ from trackably.systems.intervals import Interval
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
 
-ByInitialState = Mapping[str, LoopTrajectory]
+ByInitialState = Mapping[str, Course]
 _ROUNDING: Final = 1e-16
 
 
@@ -66,13 +65,13 @@ def closed_loop(
     for column, (label, by_state) in zip(panels.T, loops.items(), strict=True):
         column[0].set_title(f"{label} reference")
         column[-1].set_xlabel(step_label(plant.sampling_time))
-        for i, axes in enumerate(column):
-            for initial_state, trajectory in by_state.items():
-                draw_coordinate(axes, trajectory.until(last_step), i, INITIAL_STATE_STYLES[initial_state])
+        for name, axes in zip(names, column, strict=True):
+            for initial_state, course in by_state.items():
+                draw_coordinate(axes, course.until(last_step), name, plant, INITIAL_STATE_STYLES[initial_state])
             _shade_where_none_has_a_plan(axes, by_state, last_step, named=axes is column[0])
-    for i, (name, row) in enumerate(zip(names, panels, strict=True)):
+    for name, row in zip(names, panels, strict=True):
         row[0].set_ylabel(axis_label(name, units))
-        values = [coordinate_values(t.until(last_step), i)[0] for by_state in loops.values() for t in by_state.values()]
+        values = [course.until(last_step)[name] for by_state in loops.values() for course in by_state.values()]
         fit_limits(row[0], bounds_of(plant).get(name), np.concatenate(values))
         for axes in row[1:]:
             shade_outside(axes, bounds_of(plant).get(name))
@@ -91,9 +90,9 @@ def costs(loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_st
     figure = Figure(figsize=(PAGE, 2.5))
     panels = figure.subplots(1, len(loops), sharey=True, squeeze=False)[0]
     for axes, (label, by_state) in zip(panels, loops.items(), strict=True):
-        for initial_state, trajectory in by_state.items():
-            part = trajectory.until(last_step)
-            axes.plot(part.steps, np.maximum(part.costs, _ROUNDING), **INITIAL_STATE_STYLES[initial_state])
+        for initial_state, course in by_state.items():
+            part = course.until(last_step)
+            axes.plot(part.steps, np.maximum(part["cost"], _ROUNDING), **INITIAL_STATE_STYLES[initial_state])
         _shade_where_none_has_a_plan(axes, by_state, last_step)
         axes.set(title=f"{label} reference", xlabel=step_label(plant.sampling_time), xlim=(0, last_step))
     panels[0].set(ylabel=r"optimal cost $V_N(k)$ [–]", yscale="log")
@@ -103,9 +102,9 @@ def costs(loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_st
 
 def _shade_where_none_has_a_plan(axes: Axes, by_state: ByInitialState, last_step: int, named: bool = True) -> None:
     """Shade steps at which no loop that still runs has a plan, and mark the step at which the last loop ended."""
-    ends = {name: float(trajectory.steps[-1]) for name, trajectory in by_state.items()}
+    ends = {name: float(course.steps[-1]) for name, course in by_state.items()}
     ended = max(ends.values())
-    infeasible = {name: set(trajectory.infeasible.tolist()) for name, trajectory in by_state.items()}
+    infeasible = {name: set(course.infeasible.tolist()) for name, course in by_state.items()}
     steps = np.arange(min(ended, last_step + 1.0))
     shade_no_plan(axes, np.array([k for k in steps if all(k in infeasible[name] or k >= ends[name] for name in ends)]))
     if ended < last_step:
@@ -124,21 +123,20 @@ _UPDATES: Final[dict[float, dict[str, Any]]] = {
 
 
 @with_style
-def infeasibility(
-    trajectory: LoopTrajectory, plant: ConstrainedSystem, horizon: int, units: Units = UNKNOWN_UNITS
-) -> Figure:
+def infeasibility(course: Course, plant: ConstrainedSystem, horizon: int, units: Units = UNKNOWN_UNITS) -> Figure:
     """Draw the loop around its first infeasible step, and mark the `horizon` steps over which a plan would reach.
 
     Steps at which there is no plan are shaded.
     """
-    names, first = coordinates(plant), float(trajectory.infeasible[0])
+    names, first = coordinates(plant), float(course.infeasible[0])
     begin, end = max(0.0, first - horizon), first + 3 * horizon
-    figure, panels = stacked_panels(names, 0.8, units)
-    part = trajectory.until(int(end))
-    for i, (axes, name) in enumerate(zip(panels, names, strict=True)):
-        draw_coordinate(axes, part, i, CLOSED_LOOP)
+    figure, panels = stacked_panels(len(names), 0.8, 1.35)
+    part = course.until(int(end))
+    for axes, name in zip(panels, names, strict=True):
+        axes.set_ylabel(axis_label(name, units))
+        draw_coordinate(axes, part, name, plant, CLOSED_LOOP)
         shade_no_plan(axes, part.infeasible)
-        shown = np.concatenate([values[part.steps >= begin] for values in coordinate_values(part, i)])
+        shown = np.concatenate([part[of][part.steps >= begin] for of in (name, f"{name}_reference")])
         pad_limits(axes, Interval(float(np.nanmin(shown)), float(np.nanmax(shown))))
         shade_outside(axes, bounds_of(plant).get(name))
         axes.axvline(first, color=INK, linewidth=0.8, linestyle=":", zorder=2.8)
@@ -158,32 +156,28 @@ def infeasibility(
 
 @with_style
 def relearned(
-    trajectory: LoopTrajectory,
-    updates: Mapping[str, Array],
+    course: Course,
+    updates: Course,
     plant: ConstrainedSystem,
     units: Units = UNKNOWN_UNITS,
 ) -> Figure:
-    """Draw a loop whose reference is learned again, and mark each update as taken or not.
-
-    `updates` has the columns `step` and `taken` (1 or 0).
-    """
+    """Draw a loop whose reference is learned again, and mark each update as `taken` (1 or 0) or not."""
     names = coordinates(plant)
-    figure, panels = stacked_panels(names, 0.8, units)
-    for i, (axes, name) in enumerate(zip(panels, names, strict=True)):
-        draw_coordinate(axes, trajectory, i, CLOSED_LOOP)
-        fit_limits(axes, bounds_of(plant).get(name), coordinate_values(trajectory, i)[0])
+    figure, panels = stacked_panels(len(names), 0.8, 1.35)
+    for axes, name in zip(panels, names, strict=True):
+        axes.set_ylabel(axis_label(name, units))
+        draw_coordinate(axes, course, name, plant, CLOSED_LOOP)
+        fit_limits(axes, bounds_of(plant).get(name), course[name])
         for taken, style in _UPDATES.items():
-            steps = updates["step"][updates["taken"] == taken]
+            steps = updates.steps[updates["taken"] == taken]
             if steps.size:
                 axes.plot(steps, np.full(steps.size, 1.0), transform=axes.get_xaxis_transform(), **style)
                 axes.vlines(steps, 0, 1, transform=axes.get_xaxis_transform(), colors=GREY, linewidths=0.6, zorder=2)
-    panels[-1].set(xlabel=step_label(plant.sampling_time), xlim=(0, trajectory.steps[-1]))
+    panels[-1].set(xlabel=step_label(plant.sampling_time), xlim=(0, course.steps[-1]))
     figure.align_ylabels(panels)
     legend_above(figure)
     return figure
 
-
-Columns = Mapping[str, Array]
 
 # From the shortest horizon to the longest. Wider bands lie below, and their edges differ in dashes too.
 _EDGE_STYLES: Final[tuple[dict[str, Any], ...]] = (
@@ -198,53 +192,52 @@ _FILL: Final = 0.12
 
 @with_style
 def feasible_intervals(
-    feasible: Mapping[int, Columns], loops: ByInitialState, plant: ConstrainedSystem, units: Units = UNKNOWN_UNITS
+    feasible: Mapping[int, Course], loops: ByInitialState, plant: ConstrainedSystem, units: Units = UNKNOWN_UNITS
 ) -> Figure:
     """Draw the feasible interval of each horizon over the steps, for systems of one state, and the reference."""
     figure = Figure(figsize=(PAGE, 2.9))
     axes = figure.subplots()
-    for (horizon, columns), style in _widest_first(feasible):
-        k, low, high = columns["step"], columns["lower"], columns["upper"]
+    for (horizon, ends), style in _widest_first(feasible):
+        k, low, high = ends.steps, ends["lower"], ends["upper"]
         axes.fill_between(k, low, high, facecolor=style["color"], alpha=_FILL, edgecolor="none", zorder=1)
         axes.plot(k, low, **style, label=rf"$N$ = {horizon}", zorder=3)
         axes.plot(k, high, **style, zorder=3)
-    last = max(columns["step"][-1] for columns in feasible.values())
+    last, name = max(ends.steps[-1] for ends in feasible.values()), plant.system.states[0]
     part = loops[ON].until(int(last))
-    axes.plot(part.steps, part.reference_states[:, 0], color=INK, linewidth=0.7, zorder=4, label="reference")
+    axes.plot(part.steps, part[f"{name}_reference"], color=INK, linewidth=0.7, zorder=4, label="reference")
     for bound in (plant.state_set.lower[0], plant.state_set.upper[0]):
         axes.axhline(bound / plant.state_set.rows[0, 0], color=INK, linewidth=0.8, zorder=2.5)
-    name = axis_label(plant.system.states[0], units)
-    axes.set(xlabel=step_label(plant.sampling_time), ylabel=name, xlim=(0, last))
+    axes.set(xlabel=step_label(plant.sampling_time), ylabel=axis_label(name, units), xlim=(0, last))
     _legend(figure, axes)
     return figure
 
 
 @with_style
 def feasible_polygons(
-    feasible: Mapping[int, Columns], loops: ByInitialState, plant: ConstrainedSystem, units: Units = UNKNOWN_UNITS
+    feasible: Mapping[int, Course], loops: ByInitialState, plant: ConstrainedSystem, units: Units = UNKNOWN_UNITS
 ) -> Figure:
     """Draw the feasible polygon of each horizon at step 0, for systems of two states, and the loops' first steps."""
-    first, second = plant.system.states
+    states = plant.system.states
     figure = Figure(figsize=(1.4 * COLUMN, 3.6))
     axes = figure.subplots()
-    for (horizon, columns), style in _widest_first(feasible):
-        corners = np.column_stack([columns[first], columns[second]])
+    for (horizon, of), style in _widest_first(feasible):
+        corners = of.together(states)
         axes.fill(*corners.T, facecolor=style["color"], alpha=_FILL, edgecolor="none", zorder=1)
         axes.plot(*np.vstack([corners, corners[:1]]).T, **style, label=rf"$N$ = {horizon}", zorder=3)
-    everything = np.vstack([np.column_stack([c[first], c[second]]) for c in feasible.values()])
-    for initial_state, trajectory in loops.items():
-        x = trajectory.until(max(feasible)).states
+    everything = np.vstack([of.together(states) for of in feasible.values()])
+    for initial_state, course in loops.items():
+        x = course.until(max(feasible)).together(states)
         axes.plot(x[:, 0], x[:, 1], **INITIAL_STATE_STYLES[initial_state] | {"color": INK, "linewidth": 1.0})
         axes.plot(*x[0], "o", color=INK, zorder=5)
     padding = 0.06 * np.ptp(everything, axis=0)
     (left, bottom), (right, top) = everything.min(axis=0) - padding, everything.max(axis=0) + padding
-    axes.set(xlabel=axis_label(first, units), ylabel=axis_label(second, units))
+    axes.set(xlabel=axis_label(states[0], units), ylabel=axis_label(states[1], units))
     axes.set(xlim=(left, right), ylim=(bottom, top))
     _legend(figure, axes, 3)
     return figure
 
 
-def _widest_first(feasible: Mapping[int, Columns]) -> list[tuple[tuple[int, Columns], dict[str, Any]]]:
+def _widest_first(feasible: Mapping[int, Course]) -> list[tuple[tuple[int, Course], dict[str, Any]]]:
     ordered = sorted(feasible.items())
     return list(zip(ordered, (_EDGE_STYLES * len(ordered))[: len(ordered)], strict=True))[::-1]
 
@@ -265,7 +258,7 @@ _CLOSE: Final = 0.01
 
 @with_style
 def loops_in_plane(
-    loops: Mapping[str, LoopTrajectory],
+    loops: ByInitialState,
     plant: ConstrainedSystem,
     plane: tuple[str, str],
     last_step: int,
@@ -275,18 +268,18 @@ def loops_in_plane(
 
     Thin lines lead from the state at every fifth step to the reference at the same step.
     """
-    columns = [plant.system.states.index(name) for name in plane]
     figure = Figure(figsize=(PAGE, 4.2))
     axes = figure.subplots()
-    for initial_state, trajectory in loops.items():
-        part = trajectory.until(last_step)
-        states, reference = part.states[:, columns], part.reference_states[:, columns]
+    for initial_state, course in loops.items():
+        part = course.until(last_step)
+        states, reference = part.together(plane), part.together(plane, "_reference")
         axes.plot(*states.T, **INITIAL_STATE_STYLES[initial_state])
         axes.plot(*states[0], "o", color=INK, markersize=4, zorder=5)
         for here, there in zip(states[::_EVERY], reference[::_EVERY], strict=True):
             if np.linalg.norm(here - there) > _CLOSE * np.max(np.ptp(reference, axis=0)):
                 axes.plot(*np.array([here, there]).T, color=GREY, linewidth=0.5, zorder=2.0)
-    reference = max(loops.values(), key=lambda loop: len(loop.steps)).until(last_step).reference_states[:, columns]
+    longest = max(loops.values(), key=lambda loop: len(loop.steps)).until(last_step)
+    reference = longest.together(plane, "_reference")
     axes.plot(*reference.T, color=INK, linewidth=0.7, zorder=3.6, label="reference")
     label_plane(axes, plane, units)
     legend_above(figure)
@@ -312,7 +305,8 @@ _SHOWN: Final = (-0.03, 0.12)
 
 @with_style
 def tube_runs(
-    runs: Runs,
+    runs: Course,
+    single: Sequence[Course],
     count: int,
     window: Window,
     room: tuple[Array, Array],
@@ -322,8 +316,8 @@ def tube_runs(
     """Draw the tube around a reference, and runs of the disturbed system inside of it.
 
     On the left over time, on the right as differences from the reference, between the distances of the bounds. `room`
-    is how far states and inputs may be below and above the reference, each (n + m,). The range of all `count` runs is
-    shaded, and single ones are drawn.
+    is how far states and inputs may be below and above the reference, each (n + m,). The range of all `count` `runs`
+    (x_lowest, x_highest) is shaded, and `single` ones are drawn.
     """
     names, bounds = coordinates(plant), bounds_of(plant)
     figure = Figure(figsize=(PAGE, 0.9 + 1.25 * len(names)))
@@ -336,11 +330,11 @@ def tube_runs(
         for axes, off in ((left, np.zeros(K)), (right, reference)):
             around = reference - off
             axes.fill_between(runs.steps, around - below[i], around + above[i], **_TUBE, **step)
-            ends = runs.lowest[:, i] - off, runs.highest[:, i] - off
+            ends = runs[f"{name}_lowest"] - off, runs[f"{name}_highest"] - off
             axes.fill_between(runs.steps, *ends, label=f"range of {count} runs", **_RANGE, **step)
             axes.plot(runs.steps, around, **_REFERENCE, **style)
-        for r, values in enumerate(runs.single):
-            right.plot(runs.steps, values[:, i] - reference, **_SINGLE, **style, label="" if r else "single runs")
+        for r, run in enumerate(single):
+            right.plot(runs.steps, run[name] - reference, **_SINGLE, **style, label="" if r else "single runs")
         _limit(left, np.concatenate([reference - below[i], reference + above[i]]), 0.06)
         shade_outside(left, bounds.get(name))
         _limit(right, np.array([-below[i], above[i]]), 0.25)
@@ -356,7 +350,7 @@ def tube_runs(
 
 @with_style
 def disturbed_loops(
-    loops: Mapping[str, Mapping[str, LoopTrajectory]], failures: Mapping[str, float | None], plant: ConstrainedSystem
+    loops: Mapping[str, Mapping[str, Course]], failures: Mapping[str, float | None], plant: ConstrainedSystem
 ) -> Figure:
     """Draw the smallest margins of states and inputs, one column for each pair of controller and reference by label.
 
@@ -434,9 +428,10 @@ def _shade_beyond(axes: Axes, steps: Array, reference: Array, bounds: Interval |
         axes.fill_between(steps, beyond, outside, facecolor=FAINT, edgecolor="none", zorder=0)
 
 
-def _margins(course: LoopTrajectory, plant: ConstrainedSystem) -> tuple[Array, Array]:
+def _margins(course: Course, plant: ConstrainedSystem) -> tuple[Array, Array]:
     """Return the smallest margins of states and inputs over the steps, as parts of the widths."""
-    return _margin(plant.state_set, course.states), _margin(plant.input_set, course.inputs)
+    states, inputs = course.together(plant.system.states), course.together(plant.system.inputs)
+    return _margin(plant.state_set, states), _margin(plant.input_set, inputs)
 
 
 def _margin(bounded: Polytope, points: Array) -> Array:

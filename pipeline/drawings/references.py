@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from pipeline.drawings.style import direct_label
+from pipeline.drawings.style import direct_label, stacked_panels
 from pipeline.margins import MarginProfile
 from pipeline.storage.archive import Tightness
 from trackably.arrays import Array
@@ -46,8 +46,7 @@ def margins(profiles: Mapping[str, Sequence[MarginProfile]], units: Units = UNKN
     """Draw the margins of each reference by its label, one panel for each bounded quantity, and mark the worst ones."""
     styles = reference_styles(profiles)
     quantities = [profile.quantity for profile in next(iter(profiles.values()))]
-    figure = Figure(figsize=(PAGE, 0.5 + 1.7 * len(quantities)))
-    panels = figure.subplots(len(quantities), 1, sharex=True, squeeze=False)[:, 0]
+    figure, panels = stacked_panels(len(quantities), 0.5, 1.7)
     for i, (axes, quantity) in enumerate(zip(panels, quantities, strict=True)):
         of_quantity = {name: of_reference[i] for name, of_reference in profiles.items()}
         for name, profile in of_quantity.items():
@@ -90,8 +89,7 @@ def true_signals(
     Samples have bars as long as the sensor's error. Thin lines are the proved distance in each cell; dotted ones are
     that of the plant at steps, where it is disturbed.
     """
-    figure = Figure(figsize=(PAGE, 0.6 + 2.2 * len(truths)))
-    panels = figure.subplots(len(truths), 1, sharex=True, squeeze=False)[:, 0]
+    figure, panels = stacked_panels(len(truths), 0.6, 2.2)
     for axes, truth in zip(panels, truths, strict=True):
         times = np.unique(np.concatenate([np.linspace(a, b, _IN_A_CELL) for a, b in pairwise(truth.ends)]))
         off = _course(reference, truth.state, times)

@@ -1,6 +1,5 @@
 """What figures have in common: markers and labels, panels over time, steps without a plan, scalar systems."""
 
-from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
@@ -10,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from pipeline.loops.trajectory import LoopTrajectory
+from pipeline.loops.trajectory import Course
 from pipeline.published.scalar import interval_sets, reachable_tube
 from trackably.arrays import Array
 from trackably.exports.figures import (
@@ -20,13 +19,12 @@ from trackably.exports.figures import (
     ORANGE,
     PAGE,
     PALE,
-    Units,
-    axis_label,
     pad_limits,
     shade_outside,
     svg,
 )
 from trackably.files import write_atomically
+from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
 
@@ -89,29 +87,17 @@ def save(figure: Figure, path: Path) -> None:
     write_atomically(path, svg(figure))
 
 
-def stacked_panels(names: Sequence[str], base_height: float, units: Units) -> tuple[Figure, NDArray[Any]]:
-    """Return a figure with one labelled panel below the other for each name."""
-    figure = Figure(figsize=(PAGE, base_height + 1.35 * len(names)))
-    panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
-    for axes, name in zip(panels, names, strict=True):
-        axes.set_ylabel(axis_label(name, units))
-    return figure, panels
+def stacked_panels(count: int, base_height: float, each: float) -> tuple[Figure, NDArray[Any]]:
+    """Return a figure with one panel below the other; heights are in inches."""
+    figure = Figure(figsize=(PAGE, base_height + each * count))
+    return figure, figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
 
 
-def coordinate_values(trajectory: LoopTrajectory, i: int) -> tuple[Array, Array]:
-    """Return the values of the i-th coordinate (states, then inputs), and those of the reference."""
-    n = trajectory.states.shape[1]
-    if i < n:
-        return trajectory.states[:, i], trajectory.reference_states[:, i]
-    return trajectory.inputs[:, i - n], trajectory.reference_inputs[:, i - n]
-
-
-def draw_coordinate(axes: Axes, trajectory: LoopTrajectory, i: int, style: dict[str, Any]) -> None:
-    """Draw the i-th coordinate of a loop and of its reference; inputs are constant between steps."""
-    values, reference = coordinate_values(trajectory, i)
-    held: dict[str, Any] = {"drawstyle": "steps-post"} if i >= trajectory.states.shape[1] else {}
-    axes.plot(trajectory.steps, values, **style, **held)
-    axes.plot(trajectory.steps, reference, **_REFERENCE, **held)
+def draw_coordinate(axes: Axes, course: Course, name: str, plant: ConstrainedSystem, style: dict[str, Any]) -> None:
+    """Draw a state or an input of a loop and of its reference; inputs are constant between steps."""
+    held: dict[str, Any] = {"drawstyle": "steps-post"} if name in plant.system.inputs else {}
+    axes.plot(course.steps, course[name], **style, **held)
+    axes.plot(course.steps, course[f"{name}_reference"], **_REFERENCE, **held)
 
 
 def shade_no_plan(axes: Axes, steps: Array) -> None:

@@ -36,7 +36,7 @@ from pipeline.experiments.fields import (
 )
 from pipeline.experiments.plants import Disturbance, ModelField, SetField, TruthField, tightened
 from pipeline.experiments.sources import GROUND_TRUTHS_FILE, Drawn, Source, SourceField
-from pipeline.methods import METHODS, REQUIRED, ROBUST, Algorithm1, Method, Parameters, Periodic, Task
+from pipeline.methods import METHODS, REQUIRED, ROBUST, Algorithm1, Method, Periodic, Task
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
 from pipeline.yaml_file import Fields, raise_all
 from trackably.certificates.claim import refusal
@@ -323,9 +323,8 @@ class Experiment(Fields):
 
     def task(self, samples: tuple[Samples, ...]) -> Task:
         """Return what methods learn from."""
-        parameters = Parameters(algorithm1=self.algorithm1, periodic=self.periodic)
-        space, goal = self.search_space(samples), self.goal(samples)
-        return Task(samples, self.learned_prior, self.plant, space, goal, parameters, self.tightening)
+        of = samples, self.learned_prior, self.plant, self.search_space(samples), self.goal(samples)
+        return Task(*of, self.algorithm1, self.periodic, self.tightening)
 
     @property
     def loop_steps(self) -> range:

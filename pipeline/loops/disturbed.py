@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from pipeline.experiments import Experiment
-from pipeline.loops.trajectory import Disturbed, LoopTrajectory, Runs
+from pipeline.loops.trajectory import Course, many_courses
 from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
 from pipeline.storage.archive import Fitted, Sampled
 from trackably.arrays import Array
@@ -94,8 +94,8 @@ def start(Z: InvariantSet, seed: int) -> Array:
     return np.asarray(e)
 
 
-def many_runs(tightened: Tightening, window: Window, first_step: int) -> tuple[Runs, int]:
-    """Return runs along the window of a robust reference, and how often a bound was broken in them.
+def many_runs(tightened: Tightening, window: Window, first_step: int) -> tuple[dict[str, Course], int]:
+    """Return runs along the window of a robust reference by topic, and how often a bound was broken in them.
 
     The measured state begins in x_r ⊕ Z. There the tube controller applies u = u_r + K (y − x_r): its plan is the
     reference, and no program is solved. Every third run has drawn, greedy or constant disturbances; noise is drawn.
@@ -104,7 +104,7 @@ def many_runs(tightened: Tightening, window: Window, first_step: int) -> tuple[R
     n, given = window.states.shape[1], tightened.given
     broken = np.sum(given.state_set.margin(runs[:, 1:, :n]) < 0) + np.sum(given.input_set.margin(runs[..., n:]) < 0)
     steps = first_step + np.arange(runs.shape[1], dtype=float)
-    return Runs(steps, runs.min(axis=0), runs.max(axis=0), runs[:KEPT]), int(broken)
+    return many_courses(steps, given, runs, KEPT), int(broken)
 
 
 def _run(tightened: Tightening, window: Window, first_step: int, r: int) -> Array:
@@ -129,26 +129,28 @@ Numbers = dict[str, float | int | str | None]
 
 def disturbed_loops(
     experiment: Experiment, references: Mapping[str, TrackedReference]
-) -> tuple[Disturbed, dict[str, object]]:
+) -> tuple[dict[str, Course], dict[str, object]]:
     """Return the loops by reference, controller and kind of disturbance, many runs, and the numbers of both.
+
+    Loops and runs are by topic.
 
     All of them begin on the reference, or in the tube around it, and last as long as figures show, 300 steps at most.
     After 30 steps without a plan a loop ends.
     """
     tightened = experiment.tightening
     assert tightened, "asked for where there is a disturbance"
-    loops: dict[str, dict[str, dict[str, LoopTrajectory]]] = {}
-    numbers: dict[str, dict[str, dict[str, Numbers]]] = {}
+    loops: dict[str, Course] = {}
+    numbers: dict[str, dict[str, dict[str, Numbers]]] = {name: {} for name in references}
     for name, reference in references.items():
-        loops[name], numbers[name] = {}, {}
         for controller, of in _controllers(experiment, tightened).items():
             found = {kind: _loop(experiment, tightened, of, reference, kind) for kind in KINDS}
-            loops[name][controller] = {kind: LoopTrajectory.of(loop) for kind, loop in found.items()}
-            numbers[name][controller] = {kind: _numbers(loop, tightened.given) for kind, loop in found.items()}
+            topic, plant = f"/disturbed/{name}/{controller}", tightened.given
+            loops |= {f"{topic}/{kind}": Course.of(loop, plant) for kind, loop in found.items()}
+            numbers[name][controller] = {kind: _numbers(loop, plant) for kind, loop in found.items()}
     steps = _steps(experiment)
     runs, broken = many_runs(tightened, references[ROBUST.name].window(steps.start, len(steps)), steps.start)
     of_runs = {"runs": COUNT, "steps": COUNT * len(steps), "broken": broken}
-    return Disturbed(loops, runs), {**numbers, "tube": of_runs}
+    return {**loops, **runs}, {**numbers, "tube": of_runs}
 
 
 def _controllers(experiment: Experiment, tightened: Tightening) -> dict[str, SteppedController]:

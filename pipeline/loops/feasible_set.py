@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from pipeline.loops.trajectory import Course
 from trackably.arrays import Array
 from trackably.control.bounds import PlantInequalities, Slack
 from trackably.control.controller import Controller, shortest_horizon
@@ -68,7 +69,7 @@ class _Projection:
         inequalities = PlantInequalities.of(plant)
         slack = Slack.along(inequalities, window)
         X, U = inequalities.states, inequalities.inputs
-        H, G = X.rows * scales.states / X.widths[:, None], U.rows * scales.inputs / U.widths[:, None]
+        H, G = X.in_widths(scales.states), U.in_widths(scales.inputs)
         (N, n, m), x_r = model.B.shape, window.states[0]
         over_all = np.kron(np.eye(N), H)
         E = np.hstack([model.free, model.forced])  # errors are E (ê, V) + drift
@@ -130,33 +131,27 @@ _INSTANTS = 80
 
 def feasible_over_time(
     controller: Controller, reference: TrackedReference, horizons: tuple[int, ...], steps: range
-) -> dict[int, dict[str, Array]]:
-    """Return the columns of the feasible set for each horizon; nothing for nonlinear systems and three states or more.
+) -> dict[str, Course]:
+    """Return the feasible set for each horizon, by topic; nothing for nonlinear systems and three states or more.
 
-    For one state the columns are `step`, `lower` and `upper`, at up to 81 of the `steps`. For two they are `step`, the
-    first of them, and the corners under the names of the states. Horizons too short for the system are left out.
+    For one state it is `lower` and `upper`, at up to 81 of the `steps`. For two it is the corners under the names of
+    the states, at the first of them. Horizons too short for the system are left out.
     """
-    system = controller.plant.system
-    if not isinstance(system, LinearSystem) or len(system.states) > 2:
+    system, states = controller.plant.system, controller.plant.system.states
+    if not isinstance(system, LinearSystem) or len(states) > 2:
         return {}
-    fewest = shortest_horizon(controller.plant)
-    with_horizon = {N: Controller(controller.plant, N, controller.Q, controller.R) for N in horizons if fewest <= N}
-    if len(system.states) == 2:
-        return {N: _corner_columns(at_horizon, reference, steps.start) for N, at_horizon in with_horizon.items()}
     instants = np.unique(np.linspace(steps.start, steps[-1], _INSTANTS + 1).round().astype(int)).tolist()
-    return {N: _intervals(at_horizon, reference, instants) for N, at_horizon in with_horizon.items()}
-
-
-def _corner_columns(controller: Controller, reference: TrackedReference, step: int) -> dict[str, Array]:
-    corners = feasible_set(controller, reference, step)
-    names = controller.plant.system.states
-    return {"step": np.full(len(corners), float(step)), **{name: corners[:, i] for i, name in enumerate(names)}}
-
-
-def _intervals(controller: Controller, reference: TrackedReference, steps: list[int]) -> dict[str, Array]:
-    ends = np.full((len(steps), 2), np.nan)
-    for i, k in enumerate(steps):
-        corners = feasible_set(controller, reference, k)
-        if len(corners):
-            ends[i] = corners[0, 0], corners[-1, 0]
-    return {"step": np.array(steps, dtype=float), "lower": ends[:, 0], "upper": ends[:, 1]}
+    found = {}
+    for N in horizons:
+        if shortest_horizon(controller.plant) <= N:
+            at = Controller(controller.plant, N, controller.Q, controller.R)
+            if len(states) == 2:
+                corners = feasible_set(at, reference, steps.start)
+                course = Course(np.full(len(corners), float(steps.start)), dict(zip(states, corners.T, strict=True)))
+            else:
+                sets = [feasible_set(at, reference, k) for k in instants]
+                ends = np.array([of[[0, -1], 0] if len(of) else (np.nan, np.nan) for of in sets])
+                course = Course(np.array(instants, dtype=float), {"lower": ends[:, 0], "upper": ends[:, 1]})
+            if len(course.steps):
+                found[f"/feasible/horizon_{N}"] = course
+    return found

@@ -3,7 +3,7 @@
 A new one is accepted only if it keeps every guarantee.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from pipeline.experiments import Experiment
 from pipeline.experiments.fields import Relearning
 from pipeline.experiments.model import with_learned_means
+from pipeline.loops.trajectory import Course
 from pipeline.published.ground_truth import draw
 from pipeline.storage.archive import Sampled
 from trackably.arrays import Array, ArrayLike
@@ -70,13 +71,13 @@ class OnlineLoop:
     reference: Reference
 
     @property
-    def columns(self) -> dict[str, Array]:
-        """Return numbers of the updates: `step`, `taken` (1 or 0), and `widening` where feasibility was the reason."""
-        return {
-            "step": np.array([float(o.k) for o in self.updates]),
+    def offers(self) -> Course:
+        """Return numbers of the updates: `taken` (1 or 0), and `widening` where feasibility was the reason."""
+        columns = {
             "taken": np.array([float(o.accepted) for o in self.updates]),
             "widening": np.array([np.nan if o.widening is None else o.widening for o in self.updates]),
         }
+        return Course(np.array([float(o.k) for o in self.updates]), columns)
 
     @property
     def records(self) -> list[dict[str, object]]:
@@ -163,23 +164,17 @@ def concatenate(loops: Sequence[ClosedLoop]) -> ClosedLoop:
     new reference.
     """
 
-    def values(of: Callable[[ClosedLoop], Array]) -> Array:
-        return np.concatenate([of(loop) for loop in loops])
+    def joined(name: str) -> Array:
+        parts = [getattr(loop, name) for loop in loops]
+        with_ends = name.endswith("states")  # the last state of a loop is the first one of the next
+        return np.concatenate([*(part[: -1 if with_ends else None] for part in parts[:-1]), parts[-1]])
 
-    def states(of: Callable[[ClosedLoop], Array]) -> Array:
-        return np.concatenate([*(of(loop)[:-1] for loop in loops), of(loops[-1])[-1:]])
-
+    of_steps = ("inputs", "reference_inputs", "costs", "stage_costs", "slacks")
     return ClosedLoop(
         first_step=loops[0].first_step,
-        states=states(lambda loop: loop.states),
-        inputs=values(lambda loop: loop.inputs),
-        reference_states=states(lambda loop: loop.reference_states),
-        reference_inputs=values(lambda loop: loop.reference_inputs),
-        costs=values(lambda loop: loop.costs),
-        stage_costs=values(lambda loop: loop.stage_costs),
-        slacks=values(lambda loop: loop.slacks),
         without_plan=tuple(result for loop in loops for result in loop.without_plan),
         widened=sum(loop.widened for loop in loops),
+        **{name: joined(name) for name in ("states", "reference_states", *of_steps)},
     )
 
 

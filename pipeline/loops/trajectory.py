@@ -1,8 +1,8 @@
 """Closed loops over time: where they begin, their numbers, and the form in which they are logged, read and drawn."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -85,45 +85,55 @@ def _smallest(margins: Array) -> float | None:
     return float(np.min(margins)) if margins.size and np.all(np.isfinite(margins)) else None
 
 
-@dataclass(frozen=True, eq=False)
-class LoopTrajectory:
-    """States (K + 1, n) and inputs (K + 1, m) at `steps` (K + 1,), those of the reference, and the cost of each step.
+_OF_PLANS = ("cost", "stage_cost", "slack")
 
-    Inputs and costs are NaN at the last step, where nothing is applied; costs are NaN at infeasible steps too.
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Named `columns` over `steps`, each of shape (K,); NaN where there is no value.
+
+    Those of a closed loop are its states and inputs, those of the reference (`x_reference`), and cost, stage_cost and
+    slack of each step. At the last step nothing is applied: it has states alone. Costs are NaN at infeasible steps too.
     """
 
     steps: Array
-    states: Array
-    inputs: Array
-    reference_states: Array
-    reference_inputs: Array
-    costs: Array
-    stage_costs: Array
-    slacks: Array
+    columns: Mapping[str, Array]
 
     @classmethod
-    def of(cls, loop: ClosedLoop) -> "LoopTrajectory":
+    def of(cls, loop: ClosedLoop, plant: ConstrainedSystem) -> Self:
         """Return all steps of a closed loop."""
-        return cls(
-            steps=loop.first_step + np.arange(len(loop.states), dtype=float),
-            states=loop.states,
-            inputs=_with_last(loop.inputs),
-            reference_states=loop.reference_states,
-            reference_inputs=_with_last(loop.reference_inputs),
-            costs=_with_last(loop.costs),
-            stage_costs=_with_last(loop.stage_costs),
-            slacks=_with_last(loop.slacks),
-        )
+        states, inputs = plant.system.states, plant.system.inputs
+        columns = {
+            **_named(states, loop.states),
+            **_named(inputs, _with_last(loop.inputs)),
+            **_named([f"{name}_reference" for name in states], loop.reference_states),
+            **_named([f"{name}_reference" for name in inputs], _with_last(loop.reference_inputs)),
+            **dict(zip(_OF_PLANS, map(_with_last, (loop.costs, loop.stage_costs, loop.slacks)), strict=True)),
+        }
+        finite = {name: np.where(np.isfinite(values), values, np.nan) for name, values in columns.items()}
+        return cls(loop.first_step + np.arange(len(loop.states), dtype=float), finite)
 
-    def until(self, step: int) -> "LoopTrajectory":
+    def __getitem__(self, name: str) -> Array:
+        return self.columns[name]
+
+    def together(self, names: Sequence[str], suffix: str = "") -> Array:
+        """Return some columns beside each other: shape (K, names)."""
+        return np.stack([self.columns[name + suffix] for name in names], axis=-1)
+
+    def until(self, step: int) -> Self:
         """Return the part up to and including a step."""
         kept = self.steps <= step
-        return LoopTrajectory(*(getattr(self, field.name)[kept] for field in fields(self)))
+        return type(self)(self.steps[kept], {name: values[kept] for name, values in self.columns.items()})
 
     @property
     def infeasible(self) -> Array:
-        """The steps at which an input was applied without a plan."""
-        return self.steps[np.isnan(self.costs) & np.isfinite(self.inputs[:, 0])]
+        """The steps of a closed loop at which an input was applied without a plan."""
+        others = [values for name, values in self.columns.items() if name not in _OF_PLANS]
+        return np.asarray(self.steps[np.isnan(self["cost"]) & np.all(np.isfinite(others), axis=0)])
+
+
+Courses = Mapping[str, Course]
+"""By topic: /loops/REFERENCE/START, /feasible/horizon_N, /online, /offers, /disturbed/REFERENCE/CONTROLLER/KIND, …"""
 
 
 def _with_last(values: Array) -> Array:
@@ -131,172 +141,44 @@ def _with_last(values: Array) -> Array:
     return np.concatenate([values, np.full((1, *values.shape[1:]), np.nan)])
 
 
-@dataclass(frozen=True, eq=False)
-class Runs:
-    """Runs of the tube controller at `steps` (K,): coordinates are the states, then the inputs.
-
-    `lowest` and `highest` (K, n + m) are taken over all runs; some `single` runs (R, K, n + m) are kept.
-    """
-
-    steps: Array
-    lowest: Array
-    highest: Array
-    single: Array
+def _named(names: Sequence[str], values: Array) -> dict[str, Array]:
+    return {name: values[:, i] for i, name in enumerate(names)}
 
 
-_SCALARS = ("cost", "stage_cost", "slack")
-
-
-def loop_series(topic: str, plant: ConstrainedSystem, course: LoopTrajectory) -> Series:
-    """Return a loop as a series."""
-    columns = {
-        **_named(plant.system.states, "", course.states),
-        **_named(plant.system.inputs, "", course.inputs),
-        **_named(plant.system.states, "_reference", course.reference_states),
-        **_named(plant.system.inputs, "_reference", course.reference_inputs),
-        **dict(zip(_SCALARS, (course.costs, course.stage_costs, course.slacks), strict=True)),
-    }
-    finite = {name: np.where(np.isfinite(values), values, np.nan) for name, values in columns.items()}
-    return Series(topic, course.steps * plant.sampling_time, finite)
-
-
-def loop_of(series: Series, plant: ConstrainedSystem) -> LoopTrajectory:
-    """Return the loop that such a series holds."""
-
-    def together(names: Sequence[str], suffix: str = "") -> Array:
-        return np.stack([series.fields[name + suffix] for name in names], axis=-1)
-
-    states, inputs = plant.system.states, plant.system.inputs
-    return LoopTrajectory(
-        steps_of(series, plant),
-        together(states),
-        together(inputs),
-        together(states, "_reference"),
-        together(inputs, "_reference"),
-        *(series.fields[name] for name in _SCALARS),
-    )
-
-
-def _named(names: Sequence[str], suffix: str, values: Array) -> dict[str, Array]:
-    return {name + suffix: values[:, i] for i, name in enumerate(names)}
-
-
-def steps_of(series: Series, plant: ConstrainedSystem) -> Array:
-    """Return the steps of a series."""
-    return np.asarray(np.round(series.times / plant.sampling_time))
-
-
-Loops = Mapping[str, Mapping[str, Mapping[str, LoopTrajectory]]]
-"""By reference, controller and kind of disturbance."""
-
-_LOOPS, _RUNS, _RANGE = "disturbed", "disturbed_runs", "/disturbed_range"
-
-
-@dataclass(frozen=True, eq=False)
-class Disturbed:
-    """The `loops` one by one, and many `runs`."""
-
-    loops: Loops
-    runs: Runs
-
-
-def disturbed_series(plant: ConstrainedSystem, disturbed: Disturbed) -> list[Series]:
-    """Return loops and runs as series."""
-    found = [
-        loop_series(f"/{_LOOPS}/{reference}/{controller}/{kind}", plant, course)
-        for reference, by_controller in disturbed.loops.items()
-        for controller, by_kind in by_controller.items()
-        for kind, course in by_kind.items()
-    ]
-    runs, names = disturbed.runs, _coordinates(plant)
-    times = runs.steps * plant.sampling_time
-    ends = {f"{name}_lowest": runs.lowest[:, i] for i, name in enumerate(names)}
-    ends |= {f"{name}_highest": runs.highest[:, i] for i, name in enumerate(names)}
-    found.append(Series(_RANGE, times, ends))
-    for r, values in enumerate(runs.single):
-        found.append(Series(f"/{_RUNS}/{r}", times, {name: values[:, i] for i, name in enumerate(names)}))
-    return found
-
-
-def read_disturbed(topics: Mapping[str, Series], plant: ConstrainedSystem) -> Disturbed | None:
-    """Return what `disturbed_series` gave to a log; None where nothing was disturbed."""
-    if _RANGE not in topics:
-        return None
-    loops: dict[str, dict[str, dict[str, LoopTrajectory]]] = {}
-    single: dict[int, Array] = {}
-    names, range_of = _coordinates(plant), topics[_RANGE]
-    for topic, series in topics.items():
-        match topic.split("/")[1:]:
-            case ["disturbed", reference, controller, kind]:
-                loops.setdefault(reference, {}).setdefault(controller, {})[kind] = loop_of(series, plant)
-            case ["disturbed_runs", r]:
-                single[int(r)] = np.column_stack([series.fields[name] for name in names])
-    lowest, highest = (
-        np.column_stack([range_of.fields[name + end] for name in names]) for end in ("_lowest", "_highest")
-    )
-    return Disturbed(
-        loops, Runs(steps_of(range_of, plant), lowest, highest, np.array([single[r] for r in sorted(single)]))
-    )
-
-
-def _coordinates(plant: ConstrainedSystem) -> tuple[str, ...]:
-    return (*plant.system.states, *plant.system.inputs)
+def many_courses(steps: Array, plant: ConstrainedSystem, runs: Array, kept: int) -> dict[str, Course]:
+    """Return the range of runs (R, K, n + m) of states and inputs at `steps` (K,), and the first ones by themselves."""
+    names = (*plant.system.states, *plant.system.inputs)
+    ends = {"lowest": runs.min(axis=0), "highest": runs.max(axis=0)}
+    columns = {f"{name}_{end}": values[:, i] for end, values in ends.items() for i, name in enumerate(names)}
+    single = {f"/disturbed_runs/{r}": Course(steps, _named(names, run)) for r, run in enumerate(runs[:kept])}
+    return {"/disturbed_range": Course(steps, columns), **single}
 
 
 STAGE = "control"
 
 
-@dataclass(frozen=True, eq=False)
-class ClosedLoops:
-    """Closed loops of an experiment.
-
-    `courses` are by reference and by initial state. `feasible` states are columns by horizon. `online` is the loop
-    along references that are learned again; `offered` are the columns `step`, `taken` (1 or 0) and `widening` of these.
-    `disturbed` holds what was disturbed, if anything was.
-    """
-
-    courses: Mapping[str, Mapping[str, LoopTrajectory]]
-    feasible: Mapping[int, Mapping[str, Array]]
-    online: LoopTrajectory | None = None
-    offered: Mapping[str, Array] | None = None
-    disturbed: Disturbed | None = None
+def below(courses: Courses, *path: str) -> dict[str, Course]:
+    """Return the courses whose topics begin with a path, by what follows."""
+    start = "".join(f"/{part}" for part in path) + "/"
+    return {topic.removeprefix(start): course for topic, course in courses.items() if topic.startswith(start)}
 
 
-def write_loops(results: Results, plant: ConstrainedSystem, closed: ClosedLoops, metrics: object) -> None:
-    """Write every loop losslessly, and the metrics as an attachment."""
-    series = [
-        loop_series(f"/loops/{reference}/{start}", plant, course)
-        for reference, by_start in closed.courses.items()
-        for start, course in by_start.items()
-    ]
-    series += [
-        _of_columns(f"/feasible/horizon_{horizon}", plant, columns)
-        for horizon, columns in closed.feasible.items()
-        if len(columns["step"])
-    ]
-    if closed.online is not None and closed.offered is not None:
-        series += [loop_series("/online", plant, closed.online), _of_columns("/offers", plant, closed.offered)]
-    if closed.disturbed is not None:
-        series += disturbed_series(plant, closed.disturbed)
+def by_reference(courses: Courses) -> dict[str, dict[str, Course]]:
+    """Return the undisturbed loops by reference and by initial state."""
+    names = dict.fromkeys(name.split("/")[0] for name in below(courses, "loops"))
+    return {name: below(courses, "loops", name) for name in names}
+
+
+def write_loops(results: Results, plant: ConstrainedSystem, courses: Courses, metrics: object) -> None:
+    """Write every course losslessly, and the metrics as an attachment."""
+    series = [Series(topic, of.steps * plant.sampling_time, of.columns) for topic, of in courses.items()]
     write_stage(results, STAGE, series, {"control.json": to_json(metrics)})
 
 
-def read_loops(results: Results, plant: ConstrainedSystem) -> ClosedLoops:
+def read_loops(results: Results, plant: ConstrainedSystem) -> Courses:
     """Read what `write_loops` wrote. Raises InputError where the stage has not run, and LogError for a damaged log."""
-    topics = {series.topic: series for series in read_stage(results, STAGE).series}
-    courses: dict[str, dict[str, LoopTrajectory]] = {}
-    feasible: dict[int, dict[str, Array]] = {}
-    for topic, series in topics.items():
-        match topic.split("/")[1:]:
-            case ["loops", reference, start]:
-                courses.setdefault(reference, {})[start] = loop_of(series, plant)
-            case ["feasible", horizon]:
-                feasible[int(horizon.removeprefix("horizon_"))] = _columns_of(series, plant)
-    disturbed = read_disturbed(topics, plant)
-    if "/online" not in topics:
-        return ClosedLoops(courses, feasible, disturbed=disturbed)
-    online, offered = loop_of(topics["/online"], plant), _columns_of(topics["/offers"], plant)
-    return ClosedLoops(courses, feasible, online, offered, disturbed)
+    series = read_stage(results, STAGE).series
+    return {of.topic: Course(np.round(of.times / plant.sampling_time), of.fields) for of in series}
 
 
 def read_loop_metrics(results: Results) -> dict[str, Any]:
@@ -304,13 +186,3 @@ def read_loop_metrics(results: Results) -> dict[str, Any]:
     metrics = from_json(read_stage(results, STAGE).attachments["control.json"])
     assert isinstance(metrics, dict), "written as one"
     return metrics
-
-
-def _of_columns(topic: str, plant: ConstrainedSystem, columns: Mapping[str, Array]) -> Series:
-    """Return columns over `step` as a series."""
-    others = {name: values for name, values in columns.items() if name != "step"}
-    return Series(topic, columns["step"] * plant.sampling_time, others)
-
-
-def _columns_of(series: Series, plant: ConstrainedSystem) -> dict[str, Array]:
-    return {"step": steps_of(series, plant), **series.fields}

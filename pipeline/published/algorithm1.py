@@ -207,11 +207,11 @@ class Trace:
 
     k_bar: Array
     hyperparameters: dict[str, Array]
-    objective: Array
     mean_bound: Array
     growth_lower: Array
     growth_upper: Array
     derivative_bound: Array
+    objective: Array
     keeps_states: Array
     keeps_rates: Array
 
@@ -234,20 +234,12 @@ class Trace:
     @classmethod
     def from_columns(cls, columns: Mapping[str, Array]) -> Self:
         """Invert `columns`: a column that is not a field of a trace is a hyperparameter."""
-        own = {field.name for field in fields(cls)}
-        hyperparameters = {name: values for name, values in columns.items() if name not in own}
-        return cls(hyperparameters=hyperparameters, **{name: v for name, v in columns.items() if name in own})
+        own = {name: columns[name] for name in ("k_bar", *_OF_EACH)}
+        return cls(hyperparameters={name: columns[name] for name in columns if name not in own}, **own)
 
     def columns(self) -> dict[str, Array]:
         """Return all arrays by name, in the order of a table."""
-        return {
-            "k_bar": self.k_bar,
-            **self.hyperparameters,
-            "mean_bound": self.mean_bound,
-            "growth_lower": self.growth_lower,
-            "growth_upper": self.growth_upper,
-            "derivative_bound": self.derivative_bound,
-            "objective": self.objective,
-            "keeps_states": self.keeps_states,
-            "keeps_rates": self.keeps_rates,
-        }
+        return {"k_bar": self.k_bar, **self.hyperparameters, **{name: vars(self)[name] for name in _OF_EACH}}
+
+
+_OF_EACH = tuple(field.name for field in fields(Trace) if field.name not in ("k_bar", "hyperparameters"))

@@ -12,7 +12,7 @@ from trackably.arrays import Array
 from trackably.errors import InputError
 from trackably.files import unreadable
 
-TIMINGS, ENVIRONMENT = "timings.json", "environment.json"
+ENVIRONMENT = "environment.json"
 
 
 @dataclass(frozen=True)
@@ -54,11 +54,6 @@ class Results:
     @property
     def control(self) -> Path:
         return self.folder / "control.json"
-
-    @property
-    def timings(self) -> Path:
-        """Wall-clock times of one run on one machine: neither committed nor compared."""
-        return self.folder / TIMINGS
 
     @property
     def environment(self) -> Path:

@@ -14,7 +14,7 @@ import numpy as np
 
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
-from pipeline.loops.trajectory import ON, ClosedLoops, read_loops
+from pipeline.loops.trajectory import ON, Courses, below, read_loops
 from pipeline.methods import JOINT
 from pipeline.storage.archive import Fitted, write_stage
 from pipeline.storage.logs import Documents, Topic, topics_of
@@ -359,20 +359,18 @@ def _loops(plant: ConstrainedSystem, topics: Topics, group: str) -> Iterator[Pan
     """Yield a panel for each state and input, with its reference, and one for each other field."""
     loops = topics.below(group)
     fields = fields_of(loops.values())
-    colors = dict(zip(dict.fromkeys(name.partition("/")[0] for name in loops), COLORS, strict=False))
+    colors = dict(zip(dict.fromkeys(name.partition("/")[0] for name in loops), cycle(COLORS), strict=False))
     for field in fields:
         if field.endswith("_reference"):
             continue
         lines = [
-            Line(line.topic, line.field, line.label or group, colors.get(name.partition("/")[0], line.color))
-            for name in loops
-            for line in lines_of({name: loops[name]}, field)
+            Line(topic.name, field, _spoken(name) or group, colors[name.partition("/")[0]])
+            for name, topic in loops.items()
+            if field in topic.fields
         ]
-        if f"{field}_reference" in fields:
-            lines += [
-                Line(topic.name, f"{field}_reference", f"reference {name}".strip(), GREY)
-                for name, topic in list(loops.items())[:1]
-            ]
+        if (reference := f"{field}_reference") in fields:
+            name, topic = next(iter(loops.items()))
+            lines.append(Line(topic.name, reference, f"reference {name}".strip(), GREY))
         yield plot(field.replace("_", " "), lines, bounds_of(plant, field))
 
 
@@ -412,40 +410,42 @@ _COURSE_POINTS = 401
 
 def write_scene(experiment: Experiment, results: Results) -> None:
     """Write the log with scene and events, and the layout. Raises as `read_fit_of`."""
-    closed = read_loops(results, experiment.plant)
     plane = plane_of(experiment.plant, experiment.plane)
-    metrics: Any = read_json(results.metrics)
-    topics = [proof_topic(metrics)]
-    if events := [*_events_of(experiment, results, closed)]:
-        topics.append(event_topic(events))
-    if plane is not None:
-        topics += _scene_of(experiment, plane, read_fit_of(experiment, results), closed)
-    write_stage(results, STAGE, (), {"plane.json": to_json(plane)}, topics)
+    write_stage(results, STAGE, (), {"plane.json": to_json(plane)}, [*documents_of(experiment, results)])
     write_json(results.layout, layout_of(experiment.plant, topics_of(results), plane))
 
 
-def _events_of(experiment: Experiment, results: Results, closed: ClosedLoops) -> Iterator[Event]:
+def documents_of(experiment: Experiment, results: Results) -> Iterator[Documents]:
+    """Yield what is proved, events if there are some, and the scene if there is a plane. Raises as `read_fit_of`."""
+    closed = read_loops(results, experiment.plant)
+    metrics: Any = read_json(results.metrics)
+    yield proof_topic(metrics)
+    if events := [*_events_of(experiment, results, closed)]:
+        yield event_topic(events)
+    if (plane := plane_of(experiment.plant, experiment.plane)) is not None:
+        yield from _scene_of(experiment, plane, read_fit_of(experiment, results), closed)
+
+
+def _events_of(experiment: Experiment, results: Results, closed: Courses) -> Iterator[Event]:
     control: Any = read_json(results.control)
     sampling_time = experiment.plant.sampling_time
-    for reference, by_start in closed.courses.items():
-        for start, course in by_start.items():
-            yield from losses(f"{reference}, {start}", course, sampling_time)
+    for name, course in below(closed, "loops").items():
+        yield from losses(name.replace("/", ", "), course, sampling_time)
     yield from offers(control.get("online", {}).get("offers", []), sampling_time)
 
 
-def _scene_of(experiment: Experiment, plane: Plane, fitted: Fitted, closed: ClosedLoops) -> Iterator[Documents]:
+def _scene_of(experiment: Experiment, plane: Plane, fitted: Fitted, closed: Courses) -> Iterator[Documents]:
     plant = experiment.plant
     columns = [plant.system.states.index(name) for name in plane]
     times = np.linspace(0, experiment.verified(fitted.sampled.samples).last_step * plant.sampling_time, _COURSE_POINTS)
     paths = {name: found.reference.state_at(times)[:, columns] for name, found in fitted.learned.items()}
     feasible = {
-        horizon: np.stack([corners[name] for name in plane], axis=-1)
-        for horizon, corners in closed.feasible.items()
-        if {*plane} <= corners.keys()
+        int(name.removeprefix("horizon_")): corners.together(plane)
+        for name, corners in below(closed, "feasible").items()
+        if {*plane} <= corners.columns.keys()
     }
-    yield from scene_topics(
-        plant, plane, paths, _sampled_places(fitted, plane), feasible, closed.courses[JOINT.name][ON]
-    )
+    followed = closed[f"/loops/{JOINT.name}/{ON}"]
+    yield from scene_topics(plant, plane, paths, _sampled_places(fitted, plane), feasible, followed)
 
 
 def _sampled_places(fitted: Fitted, plane: Plane) -> Array:

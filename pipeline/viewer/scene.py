@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.loops.trajectory import LoopTrajectory
+from pipeline.loops.trajectory import Course
 from pipeline.storage.logs import Documents
 from trackably.arrays import Array
 from trackably.systems.constrained import ConstrainedSystem
@@ -215,14 +215,13 @@ def scene_topics(
     paths: Mapping[str, Array],
     samples: Array,
     feasible: Mapping[int, Array],
-    followed: LoopTrajectory,
+    followed: Course,
 ) -> Iterator[Documents]:
     """Yield the scene at time 0, and the vehicle's frame at each step of the loop that is `followed`.
 
     `paths` (n, 2) are by method, `samples` (n, 2) may be none, and corners (n, 2) of `feasible` sets are by horizon.
     """
-    columns = [plant.system.states.index(name) for name in plane]
-    moved = followed.states[:, columns]
+    moved = followed.together(plane)
     seen = np.vstack([*paths.values(), moved])
     within = np.stack([seen.min(axis=0), seen.max(axis=0)])
     region = allowed_region(plant, plane, within)
@@ -305,7 +304,7 @@ def proof_topic(metrics: Mapping[str, Any]) -> Documents:
     return Documents("/proofs", LOG, SCHEMAS[LOG], ((0, _entry(0, _INFO, "proofs", told)),))
 
 
-def losses(name: str, course: LoopTrajectory, sampling_time: float) -> Iterator[Event]:
+def losses(name: str, course: Course, sampling_time: float) -> Iterator[Event]:
     """Yield the first step of each time in which a loop has no plan, and the step at which there is one again."""
     for first, last in _runs(course.infeasible):
         yield _at(first, sampling_time), _ERROR, name, f"no plan from step {first} to {last}"

@@ -3,7 +3,9 @@
 import re
 from pathlib import Path
 
+from pipeline.experiments import Experiment, load_experiment
 from tests.project import ROOT
+from trackably.arrays import Array
 
 PARAMS = (ROOT / "params.yaml").read_text(encoding="utf-8")
 
@@ -39,6 +41,22 @@ def written_to(folder: Path, text: str) -> Path:
     path = folder / "params.yaml"
     path.write_text(text, encoding="utf-8")
     return path
+
+
+def recorded(folder: Path, times: Array, levels: Array, line: str = "") -> Experiment:
+    """Return the tank with these samples of its level [m], and a line of its own."""
+    rows = "".join(f"{t!r},{level!r}\n" for t, level in zip(times.tolist(), levels.tolist(), strict=True))
+    (folder / "tank.csv").write_text(f"t,x\n{rows}", encoding="utf-8")
+    entry = changed(
+        "tank",
+        ("claim: all_times\n", f"claim: all_times\n    {line}\n"),
+        ("samples_from: data/recordings/tank.mcap", f"samples_from: {folder}"),
+        ("mcap: data/recordings/tank.mcap", f"csv: {folder / 'tank.csv'}"),
+        ("topic: /tank/level", "time_column: t\n        time_unit: s"),
+        ("field: level", "value_column: x"),
+        ("{start: 0.0, end: 240.0, held_out: 60.0}", "{end: 3000.0}"),
+    )
+    return load_experiment("tank", written_to(folder, entry))
 
 
 EXAMPLE1 = changed(

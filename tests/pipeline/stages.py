@@ -63,9 +63,9 @@ def is_shown(name: str) -> bool:
 
 
 def written(folder: Path) -> dict[str, bytes]:
-    """Every file of the results but wall clocks, which differ from run to run."""
+    """Every file of the results."""
     results = folder / "results"
-    files = (p for p in sorted(results.rglob("*")) if p.is_file() and p.name != "timings.json")
+    files = (p for p in sorted(results.rglob("*")) if p.is_file())
     return {str(p.relative_to(results)): p.read_bytes() for p in files}
 
 

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from pipeline.drawings import algorithm1, predictions, references
+from pipeline.drawings import algorithm1, references
 from pipeline.drawings.algorithm1 import evaluate_on_grid
 from pipeline.experiments import load_experiment
 from pipeline.experiments.load import read_fit_of
-from pipeline.margins import margin_profile
 from pipeline.storage.results import Results
 from tests.project import ROOT
 from trackably.exports.figures import axis_label, svg
@@ -31,23 +30,6 @@ REFERENCES = {name: learned.reference for name, learned in FITTED.learned.items(
 SAMPLES, PLANT = FITTED.sampled.only, EXPERIMENT.plant
 STATE, INPUT = PLANT.quantities
 STEPS = np.arange(151.0)
-
-
-def test_a_closer_look_is_taken_only_where_a_reference_leaves_its_state_set() -> None:
-    kept = {"sound": REFERENCES["sound"]}
-    assert len(predictions.prediction(SAMPLES, kept, "sound", STEPS).axes) == 1
-    both = predictions.prediction(SAMPLES, REFERENCES, "sound", STEPS)
-    first, last = both.axes[1].get_xlim()
-    assert first < 77
-    assert last > 105
-
-
-def test_the_worst_margins_are_written_out() -> None:
-    (profile, *_) = profiles = [margin_profile(REFERENCES["unconstrained"], q, 150, 5) for q in PLANT.quantities]
-    (axes, *_) = references.margins({"unconstrained": profiles}, {}).axes
-    margin, time = profile.worst
-    labels = [text.get_text() for text in axes.get_legend().get_texts()]
-    assert any(f"{margin:.3g}".replace("-", "−") in label and f"{time:.4g} s" in label for label in labels)
 
 
 def drawn_path() -> Figure:

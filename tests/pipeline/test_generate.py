@@ -9,13 +9,8 @@ from tests.pipeline.stages import STAGES, call, run_here
 
 BAD_SAMPLES = {
     "not finite": ("k,y\n0,1\n10,inf\n20,0\n", "line 3"),
-    "not a number": ("k,y\n0,1\n10,high\n20,0\n", "'high'"),
-    "duplicate times": ("k,y\n0,1\n10,0\n10,0\n", "line 4: 'signal' has a second value"),
-    "unsorted times": ("k,y\n0,1\n20,0\n10,0\n", "line 4: times must not decrease"),
     "too few": ("k,y\n0,1\n", "at least as many"),
-    "none": ("k,y\n", "no rows"),
     "negative times": ("k,y\n-5,1\n10,0\n20,0\n", "negative"),
-    "a short row": ("k,y\n0,1\n10\n20,0\n", "line 3"),
 }
 
 

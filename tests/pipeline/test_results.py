@@ -14,13 +14,12 @@ import pytest
 from pipeline.experiments import Experiment, load_experiments
 from pipeline.experiments.load import read_fit_of
 from pipeline.loops import disturbed as runs
-from pipeline.loops.trajectory import ClosedLoops, read_loops
+from pipeline.loops.trajectory import Courses, below, by_reference, read_loops
 from pipeline.storage.archive import Fitted, read_stage
 from pipeline.storage.results import Results, read_columns
 from pipeline.story import table_of_loops, table_of_methods, table_of_offers
 from tests.project import ROOT
 from trackably.checker import Proved, Refuted, check
-from trackably.codec import dumps
 from trackably.control.controller import scaled_controller
 from trackably.control.simulation import simulate
 from trackably.control.tube import TubeController
@@ -43,7 +42,7 @@ class Committed:
         return _fitted(self.experiment.name)
 
     @property
-    def loops(self) -> ClosedLoops:
+    def loops(self) -> Courses:
         return _loops(self.experiment.name)
 
     def json(self, name: str) -> Any:
@@ -61,7 +60,7 @@ def _fitted(name: str) -> Fitted:
 
 
 @cache
-def _loops(name: str) -> ClosedLoops:
+def _loops(name: str) -> Courses:
     return read_loops(committed(name).results, EXPERIMENTS[name].plant)
 
 
@@ -91,7 +90,7 @@ def test_prices_are_differences_of_objectives_and_sums_over_bounds(name: str) ->
 
 
 @BY_NAME
-def test_active_bounds_and_studies_survive_their_log(name: str) -> None:
+def test_active_bounds_survive_their_log(name: str) -> None:
     of = committed(name)
     series = {series.topic: series for series in read_stage(of.results, "fit").series}
     for active in of.fitted.learned["joint"].active_bounds:
@@ -100,20 +99,6 @@ def test_active_bounds_and_studies_survive_their_log(name: str) -> None:
         logged = {field: float(values[row]) for field, values in topic.fields.items()}
         side = {"lower": -1.0, "upper": 1.0}[active.side]
         assert logged == {"side": side, "multiplier": active.multiplier, "price": active.price}
-    if (study := of.fitted.study) is not None:
-        assert dumps(study) == dumps(read_fit_of(of.experiment, of.results).study)
-
-
-def test_joint_learning_loses_no_samples_where_a_bound_is_tighter_than_their_noise() -> None:
-    fitted = committed("example1").fitted
-    assert fitted.study is not None
-    alone, joint = (fitted.study.tightness[name] for name in ("hyperparameters", "joint"))
-    for of, name in ((alone, "hyperparameters"), (joint, "joint")):
-        assert of.objectives[0] == pytest.approx(fitted.learned[name].objective, rel=1e-9)
-        assert np.all(np.diff(of.objectives) > 0)
-    (tight,) = np.flatnonzero(joint.uppers == 0.002)
-    assert 20 * joint.misfits[tight] < alone.misfits[tight]
-    assert joint.errors[tight] < 0.03 < alone.errors[tight]
 
 
 @BY_NAME
@@ -180,29 +165,21 @@ def test_loops_have_a_plan_at_each_step_on_what_is_proved_and_their_log_holds_wh
     assert counted["joint"]["first_untrackable_step"] is None
     assert counted["unconstrained"]["first_untrackable_step"] is not None
     system = of.experiment.plant.system
-    for reference, by_start in closed.courses.items():
+    for reference, by_start in by_reference(closed).items():
         for start, course in by_start.items():
             said, lost = counted[reference][start], course.infeasible
             assert len(lost) <= said["infeasible_steps"]
             assert said["first_infeasible_step"] in (None, *lost)
-            moved = system.successor(course.states[:-1], course.inputs[:-1])
-            np.testing.assert_allclose(moved, course.states[1:], atol=1e-12)
+            states, inputs = course.together(system.states), course.together(system.inputs)
+            moved = system.successor(states[:-1], inputs[:-1])
+            np.testing.assert_allclose(moved, states[1:], atol=1e-12)
     assert len(table_of_loops(of.results).rows) >= 2
     if "online" in counted:
         offers = counted["online"]["offers"]
         assert all(offer["reason"] for offer in offers)
         assert counted["online"]["infeasible_steps"] == 0
-        assert closed.offered["taken"].tolist() == [float(offer["taken"]) for offer in offers]
+        assert closed["/offers"]["taken"].tolist() == [float(offer["taken"]) for offer in offers]
         assert len(table_of_offers(of.results).rows) == len(offers)
-
-
-@BY_NAME
-def test_feasible_sets_of_scalar_systems_grow_with_the_horizon(name: str) -> None:
-    feasible = committed(name).loops.feasible
-    if all({"lower", "upper"} <= of.keys() for of in feasible.values()):
-        for short, long in zip(sorted(feasible)[:-1], sorted(feasible)[1:], strict=True):
-            assert np.all(feasible[long]["lower"] <= feasible[short]["lower"] + 1e-9)
-            assert np.all(feasible[long]["upper"] >= feasible[short]["upper"] - 1e-9)
 
 
 @DISTURBED
@@ -215,17 +192,19 @@ def test_robust_references_leave_room_and_disturbed_loops_on_them_break_nothing(
     assert disturbed["tube"]["broken"] == 0
     for kind, counts in disturbed["robust"]["tube"].items():
         assert (counts["steps_without_plan"], counts["steps_outside"]) == (0, 0), kind
-    for reference, by_controller in of.loops.disturbed.loops.items():
-        for controller, by_kind in by_controller.items():
-            for kind, course in by_kind.items():
-                said = disturbed[reference][controller][kind]
-                # A loop that is given up has no input at its last step, and no row for it.
-                assert said["steps_without_plan"] - len(course.infeasible) in {0, 1}
-                assert said["first_step_without_plan"] in {None, *course.infeasible}
-                worst = np.min(of.experiment.plant.state_set.margin(course.states[1:]))
-                assert worst == said["worst_state_margin"]
-    many = of.loops.disturbed.runs
-    assert np.all((many.lowest <= many.single) & (many.single <= many.highest))
+    states = of.experiment.plant.system.states
+    for topic, course in below(of.loops, "disturbed").items():
+        reference, controller, kind = topic.split("/")
+        said = disturbed[reference][controller][kind]
+        # A loop that is given up has no input at its last step, and no row for it.
+        assert said["steps_without_plan"] - len(course.infeasible) in {0, 1}
+        assert said["first_step_without_plan"] in {None, *course.infeasible}
+        worst = np.min(of.experiment.plant.state_set.margin(course.together(states)[1:]))
+        assert worst == said["worst_state_margin"]
+    ends, single = of.loops["/disturbed_range"], below(of.loops, "disturbed_runs").values()
+    for run in single:
+        for column, values in run.columns.items():
+            assert np.all((ends[f"{column}_lowest"] <= values) & (values <= ends[f"{column}_highest"]))
 
 
 def test_certificates_of_known_signals_bound_the_distance_from_them() -> None:

@@ -3,8 +3,9 @@
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import BSpline
 
-from benchmarks.rivals.judge.curves import interpolated, is_driven_by_accelerations, moving
+from benchmarks.rivals.judge import interpolated, is_driven_by_accelerations, moving
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
 from trackably.systems.constrained import LinearConstraint
@@ -21,8 +22,7 @@ def solve(problem: Problem, count: int | None = None) -> Answer:
     from pydrake.solvers import Solve
 
     task, m = problem.task, problem.task.plant.signal_count
-    start = 0.0
-    end = max(float(samples.times[-1]) for samples in task.samples)
+    start, end = 0.0, problem.span[1]
     count = count or int(np.clip(max(len(samples) for samples in task.samples), _FEWEST, _MOST))
     planned = KinematicTrajectoryOptimization(m, count, _ORDER, end - start)
     planned.AddDurationConstraint(end - start, end - start)
@@ -33,7 +33,9 @@ def solve(problem: Problem, count: int | None = None) -> Answer:
     program = planned.get_mutable_prog()
     points = planned.control_points()
     basis = planned.basis()
-    derivatives = _derivatives(np.array(basis.knots()) * (end - start), _ORDER, count)
+    spline = BSpline(np.array(basis.knots()) * (end - start), np.eye(count), _ORDER - 1)
+    # From control points to those of q, q̇ and q̈; SciPy pads the latter with zeros.
+    derivatives = [spline.derivative(order).c[: count - order] for order in range(3)]
     for limit in task.plant.given_constraints:
         _add_row(program, points, limit, derivatives, m)
     for c, samples in enumerate(task.samples):
@@ -67,17 +69,6 @@ def _box(problem: Problem, side: str, part: int) -> tuple[Array, Array]:
         if limit.side == side and len(touched) == 1 and touched[0] // m == part and limit.row[touched[0]] == 1:
             lower[touched[0] % m], upper[touched[0] % m] = limit.bounds.lower, limit.bounds.upper
     return lower, upper
-
-
-def _derivatives(knots: Array, order: int, count: int) -> list[Array]:
-    """Return the matrices from control points to those of q, q̇ and q̈."""
-    found = [np.eye(count)]
-    degree = order - 1
-    for of in range(2):
-        last = found[-1]
-        spans = [knots[i + degree - of + 1 + of] - knots[i + 1 + of] for i in range(len(last) - 1)]
-        found.append((degree - of) * np.diff(last, axis=0) / np.array(spans)[:, None])
-    return found
 
 
 def _add_row(program: Any, points: Any, limit: LinearConstraint, derivatives: list[Array], m: int) -> None:

@@ -8,11 +8,10 @@ import numpy as np
 
 from benchmarks.rivals.adapters.conic import Conic, Unsolved
 from benchmarks.rivals.adapters.rows import POINTS, Grid
-from benchmarks.rivals.judge.kernels import KernelCurve
+from benchmarks.rivals.judge import curve_of
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.gp.bounded import root
 from trackably.gp.row_posterior import RowPosterior
-from trackably.systems.reference import Reference
 
 
 def solve(problem: Problem, points: int = POINTS) -> Answer:
@@ -29,8 +28,7 @@ def solve(problem: Problem, points: int = POINTS) -> Answer:
     if isinstance(found, Unsolved):
         return found.answer
     above, below = np.split(found.dual, 2)
-    signals = given.signals((below - above) / 2)
-    curve = KernelCurve(Reference(signals, problem.task.plant), problem.task.samples)
+    curve = curve_of(given.signals((below - above) / 2), problem)
     objective = posterior.negative_log_marginal_likelihood()[0] + found.objective
     return Found(curve, objective, "J at the likeliest θ", points, posterior.prior)
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.rivals.adapters.rows import POINTS
-from benchmarks.rivals.judge.curves import interpolated, is_driven_by_accelerations, moving
+from benchmarks.rivals.judge import interpolated, is_driven_by_accelerations, moving, of_states_and_inputs
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
 from trackably.systems.reference import Reference
@@ -16,19 +16,18 @@ _TIMES = 60  # at which constraints are asked for: with 200 its optimiser needs 
 
 def solve(problem: Problem, points: int = _TIMES) -> Answer:
     """Move from where the likeliest mean is at the first sample to rest at the prior mean, with the least effort."""
-    if not is_driven_by_accelerations(problem) or not _comes_to_rest(problem):
+    is_periodic = any("period" in name for name in problem.task.prior.hyperparameters)
+    if is_periodic or not is_driven_by_accelerations(problem):
         return NotFound("does not apply", "moves from one state to another; here there is no such motion")
     import control.flatsys as fs
     from scipy.optimize import LinearConstraint
 
-    start, end = _ends(problem)
+    start, end = problem.span
     m = problem.task.plant.signal_count
     system = fs.FlatSystem(_flag, _states, inputs=m, outputs=2 * m, states=2 * m)
     basis = fs.BSplineFamily(np.linspace(0, end - start, _PIECES + 1), _DEGREE)
     first, last = _state(problem, start), _rest(problem)
-    limits = problem.task.plant.given_constraints
-    rows = np.array([_row(limit.side, [float(w) for w in limit.row], m) for limit in limits])
-    lower, upper = np.array([(limit.bounds.lower, limit.bounds.upper) for limit in limits]).T
+    limits = of_states_and_inputs(problem.task.plant)
     trajectory = fs.point_to_point(
         system,
         np.linspace(0, end - start, points),
@@ -38,7 +37,7 @@ def solve(problem: Problem, points: int = _TIMES) -> Answer:
         np.zeros(m),
         cost=lambda x, u: float(u @ u),
         basis=basis,
-        trajectory_constraints=[(LinearConstraint, rows, lower, upper)],
+        trajectory_constraints=[(LinearConstraint, limits.rows, limits.lower, limits.upper)],
         minimize_method="SLSQP",
         minimize_options={"maxiter": 200},
     )
@@ -50,32 +49,16 @@ def solve(problem: Problem, points: int = _TIMES) -> Answer:
 
 
 def _flag(x: Array, u: Array, params: Any = None) -> list[Array]:
-    m = len(u)
-    return [np.array([x[c], x[m + c], u[c]]) for c in range(m)]
+    return list(np.column_stack([*np.split(x, 2), u]))
 
 
 def _states(flag: list[Array], params: Any = None) -> tuple[Array, Array]:
-    return (
-        np.array([of[0] for of in flag] + [of[1] for of in flag]),
-        np.array([of[2] for of in flag]),
-    )
+    positions, velocities, accelerations = np.array(flag).T
+    return np.concatenate([positions, velocities]), accelerations
 
 
 def _position(trajectory: Any, c: int, start: float) -> Any:
     return lambda t: float(trajectory.eval(np.array([max(t - start, 0.0)]))[0][c, 0])
-
-
-def _row(side: str, row: list[float], m: int) -> list[float]:
-    return [*row, *[0.0] * m] if side == "state" else [*[0.0] * (2 * m), *row]
-
-
-def _comes_to_rest(problem: Problem) -> bool:
-    return all("period" not in name for name in problem.task.prior.hyperparameters)
-
-
-def _ends(problem: Problem) -> tuple[float, float]:
-    first = max(float(samples.times[0]) for samples in problem.task.samples)
-    return first, max(float(samples.times[-1]) for samples in problem.task.samples)
 
 
 def _state(problem: Problem, t: float) -> Array:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from benchmarks.rivals.judge.curves import StepCurve
+from benchmarks.rivals.judge import StepCurve
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
 from trackably.systems.constrained import ConstrainedSystem

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.rivals.judge.kernels import KernelCurve
+from benchmarks.rivals.judge import curve_of
 from benchmarks.rivals.model import Answer, Found, Problem, Promise, Rival
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
@@ -20,7 +20,6 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import NOISE, Prior
 from trackably.gp.samples import Samples
 from trackably.learning.space import SearchSpace
-from trackably.systems.reference import Reference
 
 Bounds = tuple[float, float]
 
@@ -47,7 +46,7 @@ def solve(problem: Problem) -> Answer:
         means.append(mean)
     theta = np.log([learned[name] for name in task.prior.learned])
     posterior = JointPosterior(task.prior.with_log_hyperparameters(theta), task.samples)
-    curve = KernelCurve(Reference(posterior.signals, task.plant), task.samples)
+    curve = curve_of(posterior.signals, problem)
     for i, (mean, samples) in enumerate(zip(means, task.samples, strict=True)):
         apart = float(np.max(np.abs(curve.sampled(i, samples.times) - mean)))
         if apart > _SAME * float(np.ptp(samples.values)):

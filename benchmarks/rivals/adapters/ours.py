@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from benchmarks.rivals.judge.kernels import KernelCurve
+from benchmarks.rivals.judge import curve_of
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from pipeline.methods import AS_PUBLISHED, Failed
 from trackably.certificates.certificate import Certificate
@@ -36,7 +36,7 @@ def answer(problem: Problem, found: Learned) -> Answer:
         return NotFound("unproved", found.explanation)
     solution = found.solution
     return Found(
-        KernelCurve(found.reference, problem.task.samples),
+        curve_of(found.reference.signals, problem),
         solution.objective,
         "J = l + D" if solution.method == "joint" else "l(θ)",
         prior=solution.posterior.prior,
@@ -59,7 +59,7 @@ def solve_as_published(problem: Problem) -> Answer:
     reference = Reference(found.solution.signals, task.plant)
     proof = AS_PUBLISHED.prove(task.goal, reference)
     says = f"proved for {proof.claim}" if isinstance(proof, Certificate) else f"not proved: {proof.explanation}"
-    curve, prior = KernelCurve(reference, task.samples), found.solution.posterior.prior
+    curve, prior = curve_of(reference.signals, problem), found.solution.posterior.prior
     return Found(curve, found.solution.objective, "l(θ)", prior=prior, says=says)
 
 

@@ -1,18 +1,17 @@
 """A cubic smoothing spline with bounds at many times: the smoothing by generalised cross-validation."""
 
-from fractions import Fraction
 from functools import partial
 
 import numpy as np
 import scipy
-from scipy.interpolate import BSpline, PPoly
+from scipy.interpolate import BSpline
 
 from benchmarks.rivals.adapters.conic import Conic, Unsolved
 from benchmarks.rivals.adapters.rows import POINTS, bounds_by_basis, samples_by_basis
-from benchmarks.rivals.judge.curves import of_flat_outputs
-from benchmarks.rivals.judge.polynomials import Pieces
+from benchmarks.rivals.judge import curve_of
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
+from trackably.systems.pieces import PolynomialPieces, pieces_of_spline
 
 _DEGREE = 3
 _PIECES = 120
@@ -47,10 +46,9 @@ def solve(problem: Problem, points: int = POINTS) -> Answer:
     if isinstance(found, Unsolved):
         return found.answer
     signals = [_pieces(knots, c) for c in np.split(found.x, plant.signal_count)]
-    curve = of_flat_outputs(signals, [s.stencil for s in task.samples], plant)
     objective = found.objective + sum(float(np.sum((s.values - s.stencil.offset) ** 2)) for s in task.samples)
     says = f"λ = {', '.join(f'{smoothing:.2g}' for smoothing in smoothings)} by cross-validation"
-    return Found(curve, objective, "Σ (y − s)² + λ ∫ s″²", points, says=says)
+    return Found(curve_of(signals, problem), objective, "Σ (y − s)² + λ ∫ s″²", points, says=says)
 
 
 def _values(knots: Array, t: Array) -> Array:
@@ -89,12 +87,9 @@ def _cross_validated(S: Array, y: Array, bending: Array, smoothings: Array) -> f
     return best[1]
 
 
-def _pieces(knots: Array, coefficients: Array) -> Pieces:
-    p = PPoly.from_spline(BSpline(knots, coefficients, _DEGREE))
-    kept = np.flatnonzero(np.diff(p.x) > 0)
-    breaks = [Fraction(t) for t in (*p.x[kept].tolist(), float(p.x[kept[-1] + 1]))]
-    parts = [tuple(map(Fraction, p.c[::-1, i].tolist())) for i in kept]
-    return Pieces(tuple(breaks), tuple(parts))
+def _pieces(knots: Array, coefficients: Array) -> PolynomialPieces:
+    ends, c = pieces_of_spline(BSpline(knots, coefficients, _DEGREE))
+    return PolynomialPieces(ends, c.T)
 
 
 SPLINE = Rival(

@@ -13,14 +13,13 @@ import scipy
 
 from benchmarks.rivals.adapters.conic import Conic, Unsolved
 from benchmarks.rivals.adapters.rows import POINTS, Grid, prior_covariance, rows_of, sample_rows
-from benchmarks.rivals.judge.kernels import KernelCurve
+from benchmarks.rivals.judge import curve_of
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
 from trackably.gp.bounded import root
 from trackably.gp.joint import JointPosterior
 from trackably.gp.rows import Rows, Terms, row_kernel
 from trackably.gp.signal import KernelSum
-from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Functional
 
 _LAGS = 16  # in which the supremum is sought; it is at the longest one where covariances fall with the distance
@@ -35,7 +34,8 @@ def solve(problem: Problem, points: int = POINTS) -> Answer:
     rows = Rows.joined([seen, grid.rows], problem.task.plant.signal_count)
     F = root(prior_covariance(posterior, rows))
     n, r = len(seen), F.shape[1]
-    before = rows.values([_level(part.mean) for part in posterior.prior.parts])
+    levels = (part.mean for part in posterior.prior.parts)
+    before = rows.values([lambda t, level=level: np.full(np.shape(t), level) for level in levels])
     noise = _noise(posterior)
     target = (np.concatenate([s.values for s in posterior.samples]) - before[:n]) / noise
     half = (grid.times[1] - grid.times[0]) / 2
@@ -55,8 +55,7 @@ def solve(problem: Problem, points: int = POINTS) -> Answer:
     # Stationarity: v (1 + Σ η μ/(2|v|)) = Fᵀ [(y − S g)/σ² ; (μ_below − μ_above)/2].
     shrink = 1 + float(eta @ (above + below)) / (2 * float(np.linalg.norm(v)))
     multipliers = np.concatenate([(target - S @ v) / noise, (below - above) / 2]) / shrink
-    signals = _signals(posterior, rows, multipliers)
-    curve = KernelCurve(Reference(signals, problem.task.plant), problem.task.samples)
+    curve = curve_of(_signals(posterior, rows, multipliers), problem)
     return Found(curve, objective, "‖y − Sg‖²/σ² + ‖g − m‖²", points, posterior.prior)
 
 
@@ -85,10 +84,6 @@ def _signals(posterior: JointPosterior, rows: Rows, multipliers: Array) -> tuple
 def _noise(posterior: JointPosterior) -> Array:
     pairs = zip(posterior.prior.parts, posterior.samples, strict=True)
     return np.concatenate([float(part.noise_std) * samples.relative_noise for part, samples in pairs])
-
-
-def _level(mean: float):
-    return lambda t: np.full(np.shape(t), mean)
 
 
 TIGHTENED = Rival(

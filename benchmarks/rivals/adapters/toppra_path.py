@@ -4,7 +4,7 @@ import logging
 
 import numpy as np
 
-from benchmarks.rivals.judge.curves import interpolated, is_driven_by_accelerations, moving
+from benchmarks.rivals.judge import interpolated, is_driven_by_accelerations, moving
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
 
@@ -22,8 +22,7 @@ def solve(problem: Problem, points: int = _TIMES) -> Answer:
 
     logging.getLogger("toppra").setLevel(logging.ERROR)
     task = problem.task
-    first = max(float(samples.times[0]) for samples in task.samples)
-    last = max(float(samples.times[-1]) for samples in task.samples)
+    first, last = problem.span
     at = np.linspace(first, last, points + 1)
     posterior = problem.likeliest.posterior
     learned = [

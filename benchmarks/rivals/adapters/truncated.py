@@ -9,7 +9,6 @@ Sums of shifted hats are linear between shifted knots: bounds at all of these ho
 """
 
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import partial
 
 import numpy as np
@@ -17,11 +16,11 @@ import scipy
 
 from benchmarks.rivals.adapters.conic import Conic, Unsolved
 from benchmarks.rivals.adapters.rows import bounds_by_basis, samples_by_basis
-from benchmarks.rivals.judge.curves import of_flat_outputs
-from benchmarks.rivals.judge.polynomials import Pieces
+from benchmarks.rivals.judge import curve_of
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
 from trackably.gp.bounded import BoundedNormal, NoRoom, root
+from trackably.systems.pieces import PolynomialPieces
 
 _DRAWS, _SEED = 2000, 0
 _MOST_KNOTS = 700
@@ -36,18 +35,6 @@ class Truncated:
     rows: Array
     lower: Array
     upper: Array
-
-    @classmethod
-    def given(
-        cls, covariance: Array, prior_mean: Array, seen: Array, noise: Array, values: Array, bounded: "Bounds"
-    ) -> "Truncated":
-        """Return ξ given `seen` ξ + noise = `values`, with the standard deviations `noise`, zero or not."""
-        across = covariance @ seen.T
-        among = seen @ across + np.diag(noise**2)
-        gain = np.linalg.solve(among, across.T).T
-        after = covariance - gain @ across.T
-        mean = prior_mean + gain @ (values - seen @ prior_mean)
-        return cls(mean, root((after + after.T) / 2), bounded.rows, bounded.lower, bounded.upper)
 
     def mode(self) -> Array | Unsolved:
         """Return the most likely ξ within the bounds."""
@@ -64,13 +51,13 @@ class Truncated:
         return np.asarray(self.mean + self.root @ np.mean(normal.draws(draws, _SEED), axis=0))
 
 
-@dataclass(frozen=True)
-class Bounds:
-    """`lower` ≤ `rows` ξ ≤ `upper`."""
-
-    rows: Array
-    lower: Array
-    upper: Array
+def conditioned(covariance: Array, prior_mean: Array, seen: Array, noise: Array, values: Array) -> tuple[Array, Array]:
+    """Return mean and root of ξ given `seen` ξ + noise = `values`; standard deviations of noise may be zero."""
+    across = covariance @ seen.T
+    among = seen @ across + np.diag(noise**2)
+    gain = np.linalg.solve(among, across.T).T
+    after = covariance - gain @ across.T
+    return prior_mean + gain @ (values - seen @ prior_mean), root((after + after.T) / 2)
 
 
 def solve(problem: Problem, of: str) -> Answer:
@@ -89,25 +76,19 @@ def solve(problem: Problem, of: str) -> Answer:
         seen, noise = samples_by_basis(part.samples, basis), float(part.prior.noise_std) * part.samples.relative_noise
         values = part.samples.values - part.samples.stencil.offset
         level = np.full(len(knots), part.prior.mean)
-        nothing = Bounds(np.empty((0, len(knots))), np.empty(0), np.empty(0))
         covariance = np.asarray(part.prior.kernel(knots[:, None] - knots))
-        parts.append(Truncated.given(covariance, level, seen, noise, values, nothing))
-    bounded = Bounds(*bounds_by_basis(problem, knots[: len(knots) - longest], basis))
-    whole = Truncated(
-        np.concatenate([p.mean for p in parts]),
-        scipy.linalg.block_diag(*(p.root for p in parts)),
-        bounded.rows,
-        bounded.lower,
-        bounded.upper,
-    )
+        parts.append(conditioned(covariance, level, seen, noise, values))
+    means, roots = zip(*parts, strict=True)
+    bounded = bounds_by_basis(problem, knots[: len(knots) - longest], basis)
+    whole = Truncated(np.concatenate(means), scipy.linalg.block_diag(*roots), *bounded)
     try:
         found = whole.mode() if of == "mode" else whole.average()
     except NoRoom as why:
         return NotFound("failed", f"no draws: {why}")
     if isinstance(found, Unsolved):
         return found.answer
-    signals = [_hats(knots, values) for values in np.split(found, len(parts))]
-    curve = of_flat_outputs(signals, [s.stencil for s in task.samples], task.plant)
+    lines = (dict(zip(knots.tolist(), values.tolist(), strict=True)) for values in np.split(found, len(parts)))
+    curve = curve_of([PolynomialPieces.lines(values) for values in lines], problem)
     says = f"{len(knots)} knots" + ("" if of == "mode" else f", {_DRAWS} draws")
     return Found(curve, None, "", len(knots), says=says)
 
@@ -115,16 +96,6 @@ def solve(problem: Problem, of: str) -> Answer:
 def hats(t: Array, knots: Array) -> Array:
     """Return the hat functions at t: shape (t, knots)."""
     return np.stack([np.interp(t, knots, row) for row in np.eye(len(knots))], axis=1)
-
-
-def _hats(knots: Array, values: Array) -> Pieces:
-    ends = [Fraction(t) for t in knots.tolist()]
-    heights = [Fraction(v) for v in values.tolist()]
-    parts = [
-        (low, (high - low) / (end - start))
-        for start, end, low, high in zip(ends[:-1], ends[1:], heights[:-1], heights[1:], strict=True)
-    ]
-    return Pieces(tuple(ends), tuple(parts))
 
 
 def _rival(of: str) -> Rival:

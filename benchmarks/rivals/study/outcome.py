@@ -8,11 +8,10 @@ import numpy as np
 
 from benchmarks.harness import root_mean_square
 from benchmarks.rivals.adapters import fine_grid, governor, splines, tightened, truncated
-from benchmarks.rivals.judge.kernels import KernelCurve
+from benchmarks.rivals.judge import curve_of
 from benchmarks.rivals.model import Answer, Found, Problem
 from benchmarks.rivals.study import learners
 from benchmarks.rivals.study.draws import Run
-from trackably.systems.reference import Reference
 
 _POINTS = 100
 _SOLVED = 1e-9  # violations below are a solver's tolerance
@@ -20,8 +19,7 @@ _TIMES = 201
 
 
 def _unconstrained(problem: Problem) -> Answer:
-    posterior = problem.likeliest.posterior
-    return Found(KernelCurve(Reference(posterior.signals, problem.task.plant), problem.task.samples))
+    return Found(curve_of(problem.likeliest.posterior.signals, problem))
 
 
 SOLVERS: dict[str, Callable[[Problem], Answer]] = {

@@ -1,68 +1,81 @@
 import math
-from fractions import Fraction
 from functools import cache
 
 import numpy as np
 import pytest
 import scipy
 
-from benchmarks.rivals.judge.polynomials import Pieces
-from benchmarks.rivals.pendulum import proved, transcribed
-from benchmarks.rivals.pendulum.statement import A, B, facts
+from benchmarks.rivals import pendulum
+from benchmarks.rivals.page import PENDULUM
+from benchmarks.rivals.pendulum import LEAST_SPEED, MOST_W, A, B, Row, Swing, proved, transcribed
+from benchmarks.rivals.tables import read
 
 
 @cache
-def on_grid():
-    return transcribed.solve(200, cones=False)
-
-
-def integrated(trajectory, t):
-    """States at t [s] by a numerical integrator, from the stored states and costates of the interval."""
-    i = min(int(np.searchsorted(trajectory.times, t, side="right")) - 1, len(trajectory.costates) - 1)
-    start = np.concatenate([trajectory.states[i], trajectory.costates[i]])
-    M = np.block([[A, B @ B.T], [np.zeros((3, 3)), -A.T]])
-    return (scipy.linalg.expm(M * (t - trajectory.times[i])) @ start)[:3]
+def on_grid() -> Swing:
+    return transcribed(200, cones=False)
 
 
 def test_tightened_bounds_reach_the_printed_number():
-    found = transcribed.solve(200, cones=True)
-    assert math.floor(100 * found.facts().final_speed) == 149
-    assert found.facts().kept
+    found, row = transcribed(200, cones=True), read(Row, PENDULUM)[1]
+    assert math.floor(100 * found.final_speed) == 149 == round(100 * row.printed)
+    assert found.final_speed == pytest.approx(row.final_speed, abs=1e-6)
+    assert found.violation == (0, 0)
 
 
 def test_a_grid_alone_breaks_the_bound_between_its_points_by_about_what_is_printed():
     # Printed: 3.21, and 11.48 on a grid of 800 points, by a solver that was given a singular matrix plus 1e-8.
-    found = on_grid().facts()
+    found = on_grid()
     assert found.final_speed == pytest.approx(3.21, abs=0.03)
-    assert found.w[0] == pytest.approx(11.48, abs=0.15)
-    assert found.violation[0] > 1.5
-    at = on_grid().times != 1 / 3  # where x is given, and nothing is asked of w
-    assert np.max(np.abs(on_grid().states[at, 2])) < 10 + 1e-6
+    assert found.largest_w == pytest.approx(11.48, abs=0.15)
+    least, most = found.violation
+    assert 1.5 < least <= most == pytest.approx(found.largest_w - MOST_W, abs=1e-6)
+    times = found.w.breakpoints[found.w.breakpoints != 1 / 3]  # where x is given, and nothing is asked of w
+    assert np.max(np.abs(found.w(times))) < 10 + 1e-6
 
 
-def test_between_grid_points_the_trajectory_is_the_one_that_is_integrated():
-    trajectory = on_grid()
-    assert integrated(trajectory, trajectory.times[7])[:3] == pytest.approx(trajectory.states[7])
-    ends = [integrated(trajectory, t - 1e-12) for t in trajectory.times[1:]]
-    assert np.array(ends) == pytest.approx(trajectory.states[1:], abs=1e-6)
-    seen = max(abs(integrated(trajectory, t)[2]) for t in np.linspace(0, 1, 3001))
-    assert trajectory.facts().w[0] == pytest.approx(seen, abs=0.05)
-    assert trajectory.facts().w[1] >= seen
+def test_trajectories_move_as_the_pendulum_does_from_the_given_states_and_through_them():
+    """From one breakpoint to the next by the matrix exponential, with a costate that explains the first derivatives."""
+    M = np.block([[A, B @ B.T], [np.zeros((3, 3)), -A.T]])
+    of = on_grid()
+    ends, z = of.w.breakpoints, [np.stack([s.coefficients[:, k] for s in (of.x, of.speed, of.w)]) for k in range(5)]
+    # u and its derivatives: w′, w″/2 and w‴/6 tell p through u = p_3, p_3′ = −p_2 and p_2′ = −p_1.
+    u, du, ddu = z[1][2], 2 * z[2][2], 6 * z[3][2]
+    start = np.stack([*z[0], ddu, -du, u])
+    for i in (0, 7, 100, 198):
+        moved = scipy.linalg.expm(M * (ends[i + 1] - ends[i])) @ start[:, i]
+        after = [s(np.nextafter(ends[i + 1], 0)).item() for s in (of.x, of.speed, of.w)]
+        assert moved[:3] == pytest.approx(after, abs=1e-6)
+    assert [of.x(0.0), of.speed(0.0), of.w(0.0), of.x(1 / 3), of.x(1.0)] == pytest.approx([0.5, 0, 0, 0.5, 0], abs=1e-6)
 
 
 def test_a_spline_is_proved_for_all_times_with_the_speed_that_the_issue_asks_for():
-    spline = proved.solve(60)
-    assert spline.residuals() == (0,) * 5
-    assert spline.facts().kept
-    assert spline.final_speed > Fraction(297, 100)
-    t = np.linspace(0, 1, 20_001)
-    assert np.max(np.abs(spline.w(t))) <= 10
-    assert np.min(spline.x.derivative()(t)) >= -3
+    spline = proved(60)
+    assert spline.violation == (0, 0)
+    assert spline.final_speed > 2.97
+    assert [spline.x(0.0), spline.speed(0.0), spline.x(1 / 3), spline.x(1.0)] == pytest.approx(
+        [0.5, 0, 0.5, 0], abs=1e-12
+    )
+    t, h = np.linspace(0, 1, 20_001), 1e-4
+    assert np.max(np.abs(spline.w(t))) <= MOST_W
+    assert np.min(spline.speed(t)) >= LEAST_SPEED
+    second = (spline.x(t[9:-9] + h) - 2 * spline.x(t[9:-9]) + spline.x(t[9:-9] - h)) / h**2
+    assert spline.w(t[9:-9]) == pytest.approx(second + 10 * spline.x(t[9:-9]), abs=1e-3)
 
 
-def test_a_spike_between_the_grid_points_is_no_proof():
-    flat = Pieces((Fraction(0), Fraction(1)), ((Fraction(0),),))
-    spike = Pieces((Fraction(0), Fraction(1)), ((Fraction(0), Fraction(4004, 100), Fraction(-4004, 100)),))
-    assert facts(flat, flat, 0.0).kept
-    assert not facts(flat, spike, 0.0).kept
-    assert not facts(flat, flat, 0.0, missed=Fraction(11)).kept
+def kernel(s: float, t: float) -> np.ndarray:
+    """K(s, t) by quadrature of its definition."""
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    inner = [(s - tau, t - tau) for tau in min(s, t) * (1 + nodes) / 2]
+    moved = [scipy.linalg.expm(A * a) @ B @ B.T @ scipy.linalg.expm(A.T * b) for a, b in inner]
+    integral = np.tensordot(weights, np.array(moved), 1) * min(s, t) / 2
+    return scipy.linalg.expm(A * s) @ scipy.linalg.expm(A.T * t) + 100 * integral
+
+
+def test_cones_are_as_steep_as_the_kernel_is():
+    times = np.array([0.0, 0.1, 0.7])
+    for t, eta in zip(times, pendulum._steepness(times), strict=True):
+        apart = [
+            np.diag(kernel(s, s) + kernel(t, t) - kernel(s, t) - kernel(t, s)) for s in (max(t - 0.05, 0), t + 0.05)
+        ]
+        assert eta == pytest.approx(np.sqrt(np.max(apart, axis=0))[1:], rel=1e-9)

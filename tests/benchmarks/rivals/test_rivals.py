@@ -6,7 +6,7 @@ import pytest
 from benchmarks.rivals import page, table
 from benchmarks.rivals.adapters import fine_grid, ours, tightened
 from benchmarks.rivals.adapters.rows import Grid
-from benchmarks.rivals.judge.kernels import KernelCurve
+from benchmarks.rivals.judge import curve_of
 from benchmarks.rivals.model import Found, NotFound, Promise, Rival
 from benchmarks.rivals.page import RIVALS
 from benchmarks.rivals.problems import problem, problems
@@ -14,7 +14,6 @@ from benchmarks.rivals.table import objective_of
 from benchmarks.rivals.tables import read
 from trackably.gp.row_posterior import RowPosterior
 from trackably.learning.joint.dual import solve_dual
-from trackably.systems.reference import Reference
 
 
 @cache
@@ -33,8 +32,7 @@ def on_a_dense_grid(curve, window):
 
 def test_the_violation_of_an_unconstrained_mean_is_what_dense_times_show():
     of = problem("example1")
-    posterior = of.likeliest.posterior
-    curve = KernelCurve(Reference(posterior.signals, of.task.plant), of.task.samples)
+    curve = curve_of(of.likeliest.posterior.signals, of)
     violation = curve.violation(of.window)
     dense = on_a_dense_grid(curve, of.window)
     assert dense == pytest.approx(0.0203, abs=1e-4)

@@ -66,19 +66,7 @@ SIGNAL = {
     "centres": [0.0],
     "weights": [1.5],
 }
-SYSTEM = {
-    "A": [[1.0, 0.1], [0.0, 0.9]],
-    "B": [[0.0], [0.5]],
-    "c": [0.0, 0.0],
-    "states": ["x", "v"],
-    "inputs": ["u"],
-    "sampling_time": 0.01,
-}
-SETS = {
-    "state_set": {"rows": [[1.0, 0.0], [1.0, 1.0]], "lower": [-2.0, -1.0], "upper": [0.05, 1.0], "dimension": 2},
-    "input_set": {"rows": [[1.0]], "lower": [-0.5], "upper": [0.5], "dimension": 1},
-}
-REFERENCE = {"signals": [SIGNAL], "plant": {"system": SYSTEM, **SETS}}
+REFERENCE = {"signals": [SIGNAL], "plant": {"state_set": {"lower": [-2.0, -1.0], "upper": [0.05, 1.0]}}}
 CERTIFICATE = {
     "format": "trackably certificate",
     "version": 3,

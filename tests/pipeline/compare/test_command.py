@@ -86,14 +86,11 @@ def test_a_broken_file_is_one_sentence(base: Path, new: Path, name: str, text: s
 
 
 @pytest.mark.parametrize("wrong", ["no-such-revision", "claims.yaml", "--not-an-option^{tree}"])
-def test_what_is_no_folder_and_no_revision_is_one_sentence(new: Path, wrong: str) -> None:
+def test_what_has_no_results_is_one_sentence(new: Path, wrong: str) -> None:
     git(new, "init", "--quiet")
     refused(run(new, *OPTIONS, "--", wrong), "neither a folder nor a revision")
-
-
-def test_a_folder_without_results_is_one_sentence(base: Path, new: Path, tmp_path: Path) -> None:
-    (tmp_path / "empty").mkdir()
-    refused(run(new, str(base), str(tmp_path / "empty"), *OPTIONS), "holds no results")
+    (new / "empty").mkdir()
+    refused(run(new, *OPTIONS, "--", str(new / "empty")), "holds no results")
 
 
 def refused(done: Done, said: str) -> None:

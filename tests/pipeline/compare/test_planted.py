@@ -217,10 +217,7 @@ def test_a_changed_picture(base: Path, new: Path) -> None:
     ("change", "said"),
     [
         (lambda r: r["signals"][0]["weights"].__setitem__(0, 1.5 + 1e-12), "signals[0].weights[0] is 1.500000000001"),
-        (lambda r: r["plant"]["state_set"]["upper"].__setitem__(0, 0.06), "plant.state_set.upper[0] is 0.06"),
-        (lambda r: r["plant"]["state_set"]["rows"].pop(1), "plant.state_set.rows[1][0] is not there"),
-        (lambda r: r["plant"]["system"]["A"][0].__setitem__(1, 0.2), "plant.system.A[0][1] is 0.2"),
-        (lambda r: r["plant"]["system"]["states"].reverse(), "plant.system.states[0] is 'v'"),
+        (lambda r: r["plant"]["state_set"]["upper"].pop(1), "plant.state_set.upper[1] is not there"),
     ],
 )
 def test_a_certificate_is_for_the_reference_beside_it(base: Path, new: Path, change: Any, said: str) -> None:

@@ -1,19 +1,19 @@
 """Long recordings are learned from by fewer centres, as `learn_reference` takes them, and what is stored says so."""
 
-from collections.abc import Callable
+import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from pipeline.experiments import Experiment, load_experiment
+from pipeline.experiments import load_experiment
 from pipeline.generate import generate, sampled_by
 from pipeline.methods import LearnedReference
 from pipeline.storage.archive import read_samples
 from pipeline.storage.results import Results
 from pipeline.verify import metrics_of
-from tests.pipeline.params import changed, written_to
-from trackably import Samples
+from tests.pipeline.params import changed, recorded, written_to
+from trackably import DoubtfulInputWarning, Samples
 from trackably.condensed import condense, condensed_enough
 from trackably.errors import InputError
 from trackably.learning.problem import ConstrainedProblem, Solution
@@ -21,28 +21,6 @@ from trackably.learning.search import best_solution
 
 TIMES = np.arange(2400.0)
 LEVELS = np.random.default_rng(1).normal(1.0, 0.1, TIMES.size)
-Written = Callable[[str], Experiment]
-
-
-@pytest.fixture
-def with_line(tmp_path: Path) -> Written:
-    """An experiment with 2400 samples of a level, and a line of its own."""
-    rows = "".join(f"{t!r},{level!r}\n" for t, level in zip(TIMES.tolist(), LEVELS.tolist(), strict=True))
-    (tmp_path / "tank.csv").write_text(f"t,x\n{rows}", encoding="utf-8")
-
-    def written(line: str) -> Experiment:
-        entry = changed(
-            "tank",
-            ("claim: all_times\n", f"claim: all_times\n    {line}\n"),
-            ("samples_from: data/recordings/tank.mcap", f"samples_from: {tmp_path}"),
-            ("mcap: data/recordings/tank.mcap", f"csv: {tmp_path / 'tank.csv'}"),
-            ("topic: /tank/level", "time_column: t\n        time_unit: s"),
-            ("field: level", "value_column: x"),
-            ("{start: 0.0, end: 240.0, held_out: 60.0}", "{end: 3000.0}"),
-        )
-        return load_experiment("tank", written_to(tmp_path, entry))
-
-    return written
 
 
 @pytest.mark.parametrize(
@@ -53,15 +31,29 @@ def with_line(tmp_path: Path) -> Written:
         ("centres: 60", condense(Samples(TIMES, LEVELS), 60)),
     ],
 )
-def test_centres_stand_for_all_samples(line: str, wanted: Samples, with_line: Written, tmp_path: Path) -> None:
+def test_centres_stand_for_all_samples(line: str, wanted: Samples, tmp_path: Path) -> None:
     """Of more than 2000 samples as few as lose nothing, as without a line; or a given number."""
-    generate(with_line(line), Results("tank", tmp_path))
+    generate(recorded(tmp_path, TIMES, LEVELS, line), Results("tank", tmp_path))
     found = read_samples(Results("tank", tmp_path)).only
     assert len(found) + found.scatter.count == 2400
     assert len(found) == len(wanted) < 1200
     for name in ("times", "values", "relative_noise"):
         np.testing.assert_array_equal(getattr(found, name), getattr(wanted, name))
     assert found.scatter == wanted.scatter
+
+
+@pytest.mark.parametrize("line", ["", "centres: 30"])
+def test_gaps_of_all_samples_are_asked_about(line: str, tmp_path: Path) -> None:
+    """Centres that stand for samples have gaps of their own, and hide those of samples."""
+    times = TIMES[:60] * 4
+    levels, late = 1.0 + 0.1 * np.sin(times / 30) + 0.1 * (LEVELS[:60] - 1.0), np.where(times > 120, times + 60, times)
+    with pytest.warns(
+        DoubtfulInputWarning, match="experiment tank: samples: there is none of level for 64 s after 120 s"
+    ):
+        generate(recorded(tmp_path, late, levels, line), Results("tank", tmp_path))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        generate(recorded(tmp_path, times, levels, line), Results("tank", tmp_path))
 
 
 def test_centres_are_refused_where_the_true_signal_is_bounded(tmp_path: Path) -> None:
@@ -72,8 +64,8 @@ def test_centres_are_refused_where_the_true_signal_is_bounded(tmp_path: Path) ->
         experiment.signals(sampled_by(experiment).by_name)
 
 
-def test_numbers_are_those_of_all_samples(with_line: Written) -> None:
-    experiment = with_line("centres: 60")
+def test_numbers_are_those_of_all_samples(tmp_path: Path) -> None:
+    experiment = recorded(tmp_path, TIMES, LEVELS, "centres: 60")
     samples = sampled_by(experiment).samples
     free = best_solution(ConstrainedProblem(samples, experiment.learned_prior, experiment.search_space(samples)))
     assert isinstance(free, Solution)

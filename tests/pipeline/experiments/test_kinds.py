@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from pipeline.experiments import load_experiment
-from pipeline.generate import sampled_by
 from tests.pipeline.params import written_to
 from tests.pipeline.stages import run_all_here
 from trackably import SquaredExponential, learn_reference
@@ -71,19 +70,6 @@ def test_it_learns_what_the_library_learns(tmp_path: Path) -> None:
     for name in noise:
         assert metrics[f"misfit_{name}"] == pytest.approx(found.misfit[name], rel=1e-6)
     assert isinstance(check(json.loads((folder / "results/axis/certificates/joint.json").read_text())), Proved)
-
-
-@pytest.mark.parametrize("other", ["velocity", "rate of position", "rate of z1"])
-def test_each_kind_has_its_stencil_and_its_noise(tmp_path: Path, other: str) -> None:
-    experiment = load_experiment("axis", written_to(tmp_path, _entry(tmp_path, other)))
-    sampled = sampled_by(experiment)
-    assert sampled.names == ("position",)
-    assert sampled.by_name.keys() == {"position", other}
-    np.testing.assert_allclose(sampled.by_name[other].relative_noise, 5.0)
-    np.testing.assert_array_equal(sampled.by_name["position"].relative_noise, 1.0)
-    of_a_line = sampled.by_name[other].stencil.measured(lambda t: 2 * t, _BETWEEN)
-    np.testing.assert_allclose(of_a_line, 2.0, rtol=1e-9)
-    assert sampled.only.times.tolist() == _TIMES.tolist()
 
 
 @pytest.mark.parametrize(

@@ -38,15 +38,6 @@ def test_the_mean_is_learned_and_then_known(tmp_path: Path) -> None:
     assert with_learned_means(known, samples) is known
 
 
-def test_a_mean_that_is_left_out_is_the_likeliest_of_all(tmp_path: Path) -> None:
-    left_out = load_experiment("tank", written_to(tmp_path, changed("tank", ("mean: 1.2, ", ""), ("8}", "2}"))))
-    samples = sampled_by(left_out).samples
-    mean = with_learned_means(left_out, samples).prior["level"].mean
-    assert mean == pytest.approx(
-        with_learned_means(tank(tmp_path, "[0.4, 1.24]"), samples).prior["level"].mean, rel=1e-3
-    )
-
-
 @pytest.mark.parametrize(
     "mean", ["[1.2, 0.4]", "[0.4]", "[low, high]", "[0.4, 0.8, 1.2]", "low", ".nan", "true", "[0.4, .inf]"]
 )

@@ -8,13 +8,10 @@ import numpy as np
 import pytest
 
 from pipeline.experiments import load_experiment
-from pipeline.generate import generate, sampled_by
-from pipeline.storage.results import Results
+from pipeline.generate import sampled_by
 from tests.pipeline.params import changed, written_to
 from tests.trackably.recordings.mcap_files.writers import START, TOPIC, write_plain
-from trackably import DoubtfulInputWarning
 from trackably.errors import InputError
-from trackably.input_warnings import doubts
 
 LEVEL = """mcap: data/recordings/tank.mcap
         topic: /tank/level
@@ -67,18 +64,3 @@ def test_an_excerpt_without_an_end_goes_on_to_the_last_sample(tmp_path: Path) ->
     assert times_of(written_to(tmp_path, changed("tank", (", end: 240.0, held_out: 60.0", "")))) == long
     with pytest.raises(InputError, match="held_out: expected the end of what is learned from"):
         load_experiment("tank", written_to(tmp_path, changed("tank", ("end: 240.0, ", ""))))
-
-
-def test_doubts_are_told_when_samples_are_made(tmp_path: Path) -> None:
-    path = written_to(tmp_path, changed("tank", ("claim: all_times", "claim: {window: [5000.0, 6000.0]}")))
-    with pytest.warns(DoubtfulInputWarning, match="experiment tank: claim: the window from 5000 s to 6000 s is"):
-        generate(load_experiment("tank", path), Results("tank", tmp_path))
-
-
-def test_a_differential_equation_without_the_word_continuous_is_asked_about(tmp_path: Path) -> None:
-    axis = changed("robot-axis", ("      continuous: true\n", ""))
-    experiment = load_experiment("robot-axis", written_to(tmp_path, axis))
-    (question,) = doubts(experiment.claim, {}, experiment.plant)
-    assert "are these the A and B of ẋ = A x + B u?" in question
-    given = load_experiment("robot-axis", written_to(tmp_path, changed("robot-axis")))
-    assert list(doubts(given.claim, {}, given.plant)) == []

@@ -17,37 +17,7 @@ LISTED = "[unconstrained, hyperparameters, joint]"
 # The entry, what is replaced, by what, and a pattern of the sentence: field, expectation, and what came.
 WRONG = [
     ("example1", "A: [[0.9]]", "A: [[true]]", r"system: A: expected a matrix.*True"),
-    ("example1", "A: [[0.9]]", "a: 0.9", r"system: has no field a; there are A, B, c, continuous"),
-    (
-        "example1",
-        "B: [[0.5]]",
-        "B: [[0]]",
-        r"must be controllable, .*reach 0 of 1 dimensions.*none of them ever changes",
-    ),
-    ("example1", "sampling_time: 0.01", "sampling_time: -0.01", r"system: sampling_time must be positive, got -0\.01"),
-    ("example1", "{lower: [-0.5], upper: [0.5]}", "{lower: [0.5], upper: [0.5]}", r"input_set: must have an interior"),
     ("example1", "{lower: [-0.5], upper: [0.5]}", "{lower: [0.5]}", r"input_set: expected lower with upper"),
-    (
-        "example1",
-        "{lower: [-0.5], upper: [0.5]}",
-        "{lower: [-0.5], upper: [null]}",
-        r"input_set: coordinate 1 has the bounds \[-0\.5, inf\]: give both or none",
-    ),
-    ("example1", "{state: –, input: –}", "{speed: m}", r"units: .*state, input, got speed"),
-    ("example1", "claim: all_times", "claim: all_times\n    plane: [state, time]", r"plane: .*states state, got time"),
-    (
-        "tank",
-        "{model: tank, sampling_time: 5.0, parameters: {outflow: 0.05}}",
-        "{model: kinematic_bicycle, sampling_time: 0.1}",
-        r"parameters: those of kinematic_bicycle are others: missing a required argument: 'wheelbase'",
-    ),
-    (
-        "mobile-robot",
-        "sampling_time: 0.1}",
-        "sampling_time: 0.1, parameters: {wheelbase: 0.3}}",
-        r"parameters: those of mobile_robot are others: got an unexpected keyword argument 'wheelbase'",
-    ),
-    ("example1", NOISE, NOISE.replace("0.01", "-0.01"), r"prior\.state\.noise_std: expected a positive .*got -0\.01"),
     ("example1", NOISE, NOISE.replace("0.01", "[0.2, 0.1]"), r"noise_std: .*0 < lower < upper.*got \[0\.2, 0\.1\]"),
     (
         "example1",
@@ -56,10 +26,7 @@ WRONG = [
         r"claim: expected .*\(start, end\) in seconds",
     ),
     ("example1", KERNEL, "{type: gaussian}", r"prior\.state\.kernel: type: expected one of .*got 'gaussian'"),
-    ("example1", KERNEL, "{type: matern32, length: 1}", r"prior\.state\.kernel: length: not a field"),
     ("example1", "mean: 0.0", "mean: zero", r"prior\.state\.mean: .*'zero'"),
-    ("example1", "starts: 8", "starts: 0", r"search\.starts: expected greater than 0, got 0"),
-    ("example1", "first_step: 70", "first_step: 700", r"algorithm1: expected first_step ≤ last_step, got 700 and 300"),
     ("example1", "verification: {last_step: 300", "verification: {last_step: 30", r"verification\.last_step .*got 30"),
     (
         "example1",
@@ -94,13 +61,6 @@ WRONG = [
     ),
     ("example2", "{type: periodic}", "{type: matern52}", r"methods: grid: .* needs a periodic kernel, got Matern52"),
     ("example2", "backoff: 1.0e-7", "backoff: 0", r"periodic\.backoff: .*got 0"),
-    ("example2", "[4, 8, 16, 32, 64, 128, 256]", "4", r"study\.conservatism: .*got 4"),
-    (
-        "example1",
-        "tightness: [0.05, 0.02,",
-        "tightness: [0.05, -2.5,",
-        r"study\.tightness: -2\.5: set: must have an interior",
-    ),
     (
         "vehicle",
         "    search: {starts: 8}\n",
@@ -108,20 +68,15 @@ WRONG = [
         r"study\.tightness: moves the",
     ),
     ("example2", "joint, robust]", "joint, robust, sampled]", r"methods: sampled: the period is learned"),
-    ("vehicle", "states: [x, y, vx, vy]", "states: [x, y, vx]", r"4 states and 2 inputs need as many different names"),
     (
         "hand",
         ", second_derivative: 400.0}",
         "}",
         r"truth\.position: expected a bound of the slope, of the second derivative, or of both",
     ),
-    ("hand", "noise: 2.0, second", "noise: -2.0, second", r"truth\.position: noise must not be negative, got -2"),
     ("hand", "      position: {noise: 2.0", "      speed: {noise: 2.0", r"truth: expected sampled states .*got speed"),
     ("hand", "400.0}", "400.0, rate: velocity, rate_noise: 1.0}", r"truth\.position\.rate: .*got velocity"),
-    ("hand", "{B: [[0], [1.25]]}", "{A: [[0, 2], [0, 0]]}", r"model_error: sampled: A of continuous time is not known"),
     ("hand", "{B: [[0], [1.25]]}", "{B: [[0], [40.0]]}", r"model_error: vertex 2 costs the bounds"),
-    ("vehicle", "A: [[0, 0, 1, 0],", "A: [[0, 0, 1],", r"system: A: expected a matrix: a list of rows of numbers, all"),
-    ("vehicle", "upper: [0.2, 2.0, 1.2, 1.2]", "upper: [0.2, 2.0, 1.2]", r"as many lower as upper bounds are needed"),
     (
         "vehicle",
         "ground_truth: docking_x",
@@ -129,12 +84,6 @@ WRONG = [
         r"samples\.x\.ground_truth: expected one of setpoint",
     ),
     ("vehicle", "      x: {mean: 0.0", "      vx: {mean: 0.0", r"samples and prior must have the same names, got x, y"),
-    (
-        "robot-axis",
-        "time_unit: ms",
-        "time_unit: {date_format: '%H:%M'}",
-        r"clock: expected a format with day, month and y",
-    ),
     (
         "robot-axis",
         "time_unit: ms",
@@ -152,7 +101,6 @@ WRONG = [
         "claim: always",
         r"claim: expected all_times, all_phases or \{window: \[start, end\]\}",
     ),
-    ("tank", "claim: all_times", "claim: {window: [9, 4]}", r"claim: a window needs start < end, got \[9, 4\]"),
     (
         "tank",
         LISTED,
@@ -176,12 +124,6 @@ WRONG = [
     (
         "tank",
         LISTED,
-        "[unconstrained, hyperparameters, joint, sound]",
-        r"algorithm1: is missing, but the method sound needs it",
-    ),
-    (
-        "tank",
-        LISTED,
         "[unconstrained, hyperparameters, joint, grid]",
         r"methods: grid: only a linear system has growth rates",
     ),
@@ -198,12 +140,6 @@ WRONG = [
         r"repairs: expected a list",
     ),
     ("tank", "field: level", "field: level\n        time: now", r"time: expected log, publish, or \{field: header\.s"),
-    (
-        "tank",
-        "field: level",
-        "field: level\n        time: {field: stamp, unit: moons}",
-        r"time: expected one of steps, .*",
-    ),
     ("tank", LISTED, "joint", r"methods: expected a list of methods, got 'joint'"),
     (
         "tank",
@@ -233,7 +169,7 @@ def test_all_mistakes_of_an_entry_are_told_at_once(tmp_path: Path) -> None:
         ("claim: all_times", "claim: all_times\n    plane: [state, time]", r"plane: .* got time"),
         ("samples_from: data/paper/", "samples_from: data/recordings/", r"samples_from: expected data/paper"),
         ("algorithm1: {first_step: 70, last_step: 300}", "", r"algorithm1: is missing, but the method sound needs it"),
-        ("B: [[0.5]]", "B: [[0]]", r"must be controllable"),
+        ("B: [[0.5]]", "B: [[0]]", r"must be controllable, .*reach 0 of 1 dimensions"),
         ("tightness: [0.05, 0.02,", "tightness: [0.05, true,", r"study\.tightness\.1: .*got True"),
     ]
     for chosen in (wrong, wrong[1:6], wrong[:2], wrong[1:3]):

@@ -1,7 +1,5 @@
 """The feasible set: the controller itself decides whether states near the corners are feasible."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 
@@ -17,11 +15,6 @@ def is_feasible(controller, reference, k, state) -> bool:
     return isinstance(controller.step(k, state, reference), Plan)
 
 
-def area(corners) -> float:
-    x, y = corners.T
-    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
-
-
 @pytest.mark.parametrize("level", [0.0, 1.2])
 @pytest.mark.parametrize("horizon", [2, 5, 12])
 def test_corners_are_where_feasibility_ends(horizon, level):
@@ -34,21 +27,6 @@ def test_corners_are_where_feasibility_ends(horizon, level):
             outside = centre + 1.001 * (place - centre)
             # The state set bounds the feasible set too, but the controller does not constrain the current state.
             assert PLANT.state_set.margin(outside) < 0 or not is_feasible(controller, still, 0, outside)
-
-
-def test_corners_go_around_a_convex_polygon_once():
-    controller = Controller(PLANT, 12, np.eye(2), np.eye(1))
-    corners = feasible_set(controller, instances.at_rest(PLANT, 0.5), 0)
-    edges = np.roll(corners, -1, axis=0) - corners
-    turns = edges[:, 0] * np.roll(edges, -1, axis=0)[:, 1] - edges[:, 1] * np.roll(edges, -1, axis=0)[:, 0]
-    assert np.all(turns > -1e-9)
-    assert np.sum(np.arctan2(turns, np.sum(edges * np.roll(edges, -1, axis=0), axis=1))) == pytest.approx(2 * np.pi)
-
-
-def test_longer_horizons_start_from_more_states():
-    still = instances.at_rest(PLANT, 0.5)
-    sizes = [area(feasible_set(Controller(PLANT, N, np.eye(2), np.eye(1)), still, 0)) for N in (2, 5, 10, 20)]
-    assert all(smaller < larger for smaller, larger in pairwise(sizes))
 
 
 def test_of_a_scalar_system_it_is_an_interval_around_the_reference(example):

@@ -1,7 +1,6 @@
 """Periodic references on Example 2: four ways to constrain the same samples, and what each of them is worth."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 from functools import partial
 from unittest import mock
 
@@ -10,16 +9,15 @@ import pytest
 
 from pipeline.baselines import exact, learn_unconstrained
 from pipeline.published.ground_truth import two_harmonics
-from pipeline.published.periodic import GrowthRates, grid, interval_growth_rates, on_intervals, sampled
+from pipeline.published.periodic import GrowthRates, grid, interval_growth_rates, on_intervals
 from pipeline.published.scalar import coefficients, growth_rates, interval_sets, scalar
 from tests.pipeline.published.periodic_instances import instance
-from tests.trackably.systems.instances import bounded
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning import search
-from trackably.learning.problem import ConstrainedProblem, NothingFeasible, Solution
+from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.space import SearchSpace
 from trackably.systems.intervals import Interval
 
@@ -53,15 +51,9 @@ def few_periods() -> Iterator[None]:
         yield
 
 
-def learn(method: str) -> Solution:
-    found = METHODS[method]((SAMPLES,), PRIOR, SYSTEM, SPACE)
-    assert isinstance(found, Solution)
-    return found
-
-
 @pytest.fixture(scope="module")
 def found() -> dict[str, Solution]:
-    return {name: learn(name) for name in METHODS}
+    return {name: method((SAMPLES,), PRIOR, SYSTEM, SPACE) for name, method in METHODS.items()}
 
 
 def margins(outcome: Solution, phases: int = 20_000) -> tuple[float, float]:
@@ -74,38 +66,17 @@ def margins(outcome: Solution, phases: int = 20_000) -> tuple[float, float]:
     return float(np.min(STATE_SET.margin(x))), float(np.min(INPUT_SET.margin(u)))
 
 
-def test_the_exact_form_keeps_every_phase(found):
-    assert min(margins(found["exact"])) >= 0
-
-
-def test_the_exact_form_is_no_worse_than_any_number_of_intervals(found):
-    exact = found["exact"].objective
-    by_count = [found[f"intervals {n}"].objective for n in COUNTS]
-    assert found["unconstrained"].objective < exact < min(by_count)
-    assert by_count == sorted(by_count, reverse=True)
-
-
-def test_the_unconstrained_fit_cannot_be_followed(found):
-    state, inputs = margins(found["unconstrained"])
-    assert state > 0.5
-    assert inputs == pytest.approx(-0.2974, abs=1e-4)
-
-
-def test_the_grid_holds_at_its_instants_and_breaks_between_them(found):
-    posterior = found["grid"].posterior
-    k = np.arange(0, 4000)
-    x = posterior.signals[0](k * 0.01)
-    inputs = INPUT_SET.margin((x[1:] - 0.9 * x[:-1]) / 0.1)
-    assert np.min(inputs[:400]) >= 0
-    assert np.min(inputs) < -1e-5, "a later instant meets a phase that the grid has not"
-    assert margins(found["grid"])[1] == pytest.approx(-4.57e-4, abs=1e-5)
-
-
-def test_the_exchange_ends_where_nothing_is_broken(found):
-    rounds = found["exact"].rounds
-    assert [r.margin < 0 for r in rounds] == [True] * (len(rounds) - 1) + [False]
-    assert [r.places for r in rounds] == sorted(r.places for r in rounds)
-    assert rounds[-1].objective == found["exact"].objective
+def test_what_is_constrained_more_costs_more_and_only_the_exact_form_needs_no_more_than_all_phases(found):
+    wanted = ("unconstrained", "grid", "exact", "intervals 32", "intervals 8")
+    costs = [found[name].objective for name in wanted]
+    assert costs == sorted(costs)
+    kept = {name: min(margins(found[name])) for name in wanted}
+    assert min(kept[name] for name in wanted[2:]) >= 0
+    assert kept["unconstrained"] == pytest.approx(-0.2974, abs=1e-4)
+    assert kept["grid"] == pytest.approx(-4.57e-4, abs=1e-5)
+    x = found["grid"].posterior.signals[0](np.arange(4000) * 0.01)
+    at_instants = INPUT_SET.margin((x[1:] - 0.9 * x[:-1]) / 0.1)
+    assert np.min(at_instants[:400]) >= 0 > np.min(at_instants), "a later instant meets a phase that the grid has not"
 
 
 def test_growth_rates_of_every_interval_contain_the_derivative(found):
@@ -157,29 +128,3 @@ def test_gradients_of_pairs_against_central_differences():
     np.testing.assert_allclose(value, at(theta), rtol=1e-12)
     differences = [(at(theta + h) - at(theta - h)) / 2e-5 for h in 1e-5 * np.eye(3)]
     np.testing.assert_allclose(gradient, differences, rtol=1e-6, atol=1e-7)
-
-
-def test_a_known_period_of_whole_steps_needs_its_instants_only():
-    known = JointPrior((replace(SINGLE, kernel=Periodic(period=3.14)),))
-    space = SearchSpace.around((SAMPLES,), known, starts=4)
-    on_instants, everywhere = (method((SAMPLES,), known, SYSTEM, space) for method in (sampled, exact))
-    assert on_instants.objective <= everywhere.objective + 1e-6
-    x = on_instants.posterior.signals[0](np.arange(3000) * 0.01)
-    assert np.min(INPUT_SET.margin((x[1:] - 0.9 * x[:-1]) / 0.1)) >= -1e-9
-    assert np.min(STATE_SET.margin(x)) >= -1e-9
-
-
-def test_no_admissible_equilibrium_and_nothing_feasible_is_explained():
-    plant = bounded(SYSTEM, state_set=Interval(3.0, 4.0))
-    outcome = exact((SAMPLES,), PRIOR, plant, replace(SPACE, starts=1))
-    assert isinstance(outcome, NothingFeasible)
-    assert "no admissible equilibrium" in outcome.explanation
-
-
-def test_learned_noise_is_allowed():
-    prior = JointPrior((SINGLE.as_learned(),))
-    space = SearchSpace.around((SAMPLES,), prior, starts=8)
-    outcome = exact((SAMPLES,), prior, SYSTEM, space)
-    assert isinstance(outcome, Solution)
-    assert min(margins(outcome)) >= -1e-9
-    assert outcome.objective < 71

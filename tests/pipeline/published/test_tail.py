@@ -56,6 +56,23 @@ def test_bounds_of_a_single_kernel_are_met_at_the_start(kernel, weight):
     assert bounds.derivative_bound == pytest.approx(abs(float(signal.derivative(np.array(start)))), rel=1e-12)
 
 
+@pytest.mark.parametrize("side", [0, 1])
+def test_both_tests_ask_both_sides(side):
+    """A bound of 0.5 around 0, a rate of 2: each side of each may be where it is touched, and no nearer."""
+    for end, expected in ((0.5, True), (0.4, False)):
+        ends = [-1.0, 1.0]
+        ends[side] = end if side else -end
+        plant = scalar(0.9, 0.5, state_set=Interval(*ends), input_set=Interval(-1, 1), sampling_time=0.1)
+        assert Tail(0.0, 0.0, 0.5, 1.0).keeps_states(plant) is expected
+        assert Tail(0.0, 0.0, 1.0, derivative_bound=2.0).keeps_rates((4 * ends[0], 4 * ends[1])) is expected
+    assert not Tail(0.0, 0.7, 0.5, 1.0).keeps_states(plant)
+
+
+@over(PERIODIC | OTHER_PAIRS)
+def test_of_what_repeats_nothing_is_known(kernel):
+    assert tail(KernelSum(kernel, 0.0, np.array([0.0]), np.array([1.0])), 1e6) is None
+
+
 @over(DECAYING)
 def test_the_last_sample_decides_whether_anything_is_known(kernel):
     zeta = kernel.decay_distance
@@ -63,12 +80,6 @@ def test_the_last_sample_decides_whether_anything_is_known(kernel):
     assert tail(signal, 5 * zeta) is None
     assert tail(signal, 10.999 * zeta) is None
     assert tail(signal, 11.001 * zeta) is not None
-
-
-@over(PERIODIC | OTHER_PAIRS)
-def test_of_what_repeats_nothing_is_known(kernel):
-    signal = KernelSum(kernel, 0.0, np.array([0.0]), np.array([1.0]))
-    assert tail(signal, 1e6) is None
 
 
 @over(PLANTS, "plant")
@@ -81,38 +92,3 @@ def test_inputs_hold_at_every_later_time(kernel, plant):
             u = state_and_input(plant)[1]((signal,), later_than(start, signal))
             rounding = 1e-12 * (1 + np.max(np.abs(u)) + float(np.sum(np.abs(signal.weights))))
             assert np.all((ends.lower - rounding <= u) & (u <= ends.upper + rounding))
-
-
-@pytest.mark.parametrize(
-    ("mean", "bound", "state_set", "expected"),
-    [
-        (0.0, 0.5, Interval(-1.0, 1.0), True),
-        (0.0, 0.5, Interval(-0.5, 0.5), True),
-        (0.0, 0.5, Interval(-1.0, 0.4), False),
-        (0.0, 0.5, Interval(-0.4, 1.0), False),
-        (0.7, 0.5, Interval(-1.0, 1.0), False),
-        (-0.7, 0.5, Interval(-1.0, 1.0), False),
-        (0.7, 0.2, Interval(-1.0, 1.0), True),
-    ],
-)
-def test_keeps_states_asks_both_sides(mean, bound, state_set, expected):
-    bounds = Tail(0.0, mean, bound, 1.0)
-    plant = scalar(0.9, 0.5, state_set=state_set, input_set=Interval(-1, 1), sampling_time=0.1)
-    assert (bounds.states.lower, bounds.states.upper) == (mean - bound, mean + bound)
-    assert bounds.keeps_states(plant) is expected
-
-
-@pytest.mark.parametrize(
-    ("rates", "expected"),
-    [
-        ((-3.0, 3.0), True),
-        ((-2.0, 2.0), True),
-        ((-1.9, 3.0), False),
-        ((-3.0, 1.9), False),
-        ((1.0, 3.0), False),
-        ((-3.0, -1.0), False),
-        ((3.0, -3.0), False),
-    ],
-)
-def test_keeps_rates_asks_both_signs(rates, expected):
-    assert Tail(0.0, 0.0, 1.0, derivative_bound=2.0).keeps_rates(rates) is expected

@@ -49,19 +49,17 @@ def foreign(
     *,
     library: str = "trackably",
     version: str = "1",
-    compression: CompressionType = CompressionType.ZSTD,
     encoding: str = "json",
-    schema_encoding: str = "jsonschema",
     schema: bytes = SCHEMA,
     message: bytes = b'{"t":0.0}',
 ) -> bytes:
     """A sound MCAP file with right checksums, and one message that another program may have written."""
     buffer = BytesIO()
-    writer = Writer(buffer, compression=compression, enable_data_crcs=True)
+    writer = Writer(buffer, compression=CompressionType.ZSTD, enable_data_crcs=True)
     writer.start(library=library)
     writer.add_metadata("trackably", {"format": version})
     writer.add_attachment(0, 0, "a", "application/json", b"0")
-    schema_id = writer.register_schema("x", schema_encoding, schema) if schema_encoding else 0
+    schema_id = writer.register_schema("x", "jsonschema", schema) if schema else 0
     writer.add_message(writer.register_channel("/x", encoding, schema_id), 0, message, 0)
     writer.finish()
     return buffer.getvalue()

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 
-from pipeline.storage.logs import Documents, Log, Series, read_log, write_log
+from pipeline.storage.logs import Log, Series, encode, read_log, write_log
 from tests.pipeline.storage.logs import LOG, NAN, same
 
 
@@ -23,13 +23,10 @@ def validator() -> Any:
     return importlib.import_module("jsonschema").Draft202012Validator
 
 
-def test_round_trip(path: Path, data: bytes) -> None:
+def test_round_trip_and_equal_logs_are_equal_files(path: Path, data: bytes) -> None:
     assert same(read_log(path), LOG)
-
-
-def test_equal_logs_are_equal_files(tmp_path: Path, data: bytes) -> None:
-    write_log(tmp_path / "again.mcap", replace(LOG))
-    assert (tmp_path / "again.mcap").read_bytes() == data
+    write_log(path, replace(LOG))
+    assert path.read_bytes() == data
 
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
@@ -76,29 +73,12 @@ T = np.array([0.0, 1.0])
 @pytest.mark.parametrize(
     ("make", "complaint"),
     [
-        (lambda: Series("/a", T, {"x": np.array([0, np.inf])}), r"/a: x\[1\] must be finite or NaN, got inf"),
-        (lambda: Series("/a", T, {"x": np.array([-np.inf, 0])}), r"/a: x\[0\] must be finite"),
         (lambda: Series("/a", T, {"x": T[:1]}), r"/a: x must be .* got shape \(1,\) beside \(2,\)"),
         (lambda: Series("/a", T[:, None], {}), "/a: t must be one-dimensional"),
-        (lambda: Series("/a", T[::-1], {}), r"t\[1\] lies before t\[0\]"),
-        (lambda: Series("/a", T - 1, {}), r"t\[0\] must be in \[0, "),
-        (lambda: Series("/a", T * 1e10, {}), r"t\[1\] must be in"),
-        (lambda: Series("/a", np.array([0, NAN]), {}), r"t\[1\] must be in"),
-        (lambda: Series("/a", T, {"t": T}), "'t'"),
-        (lambda: Series("/a", T, {"a b": T}), "'a b'"),
-        (lambda: Series("/a", T, {"a.": T}), "'a.'"),
-        (lambda: Series("/a", T, {"x": T}, {"y": "m"}), "units of no field: y"),
-        (lambda: Series("a", T, {}), "topic"),
-        (lambda: Series("/", T, {}), "topic"),
-        (lambda: Documents("a", "foxglove.Log", {}, ()), "documents"),
-        (lambda: Documents("/a", "Log", {}, ()), "schema"),
-        (lambda: Documents("/a", "foxglove.Log", {}, ((2, {}), (1, {}))), "times"),
-        (lambda: Log((Series("/a", T, {}),) * 2, {}, {"a": b"0"}), "several of /a"),
-        (lambda: Log((), {"trackably": {}}, {"a": b"0"}), "written by the log itself"),
-        (lambda: Log((), {}, {}), "at least one attachment"),
-        (lambda: Log((), {}, {"a": b"NaN"}), "attachment 'a' must be JSON: NaN"),
+        (lambda: Series("/a", T, {"t": T}), "/a: a field has another name than 't'"),
+        (lambda: encode(Log((Series("/a", T, {"x": np.array([0, np.inf])}),), {}, {"a": b"0"})), "not JSON"),
     ],
 )
-def test_what_breaks_a_rule_is_named(make: Callable[[], object], complaint: str) -> None:
+def test_what_no_viewer_could_read_is_not_written(make: Callable[[], object], complaint: str) -> None:
     with pytest.raises(ValueError, match=complaint):
         make()

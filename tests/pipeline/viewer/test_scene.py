@@ -4,26 +4,23 @@ import importlib
 import re
 from functools import cache
 from itertools import chain
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from pipeline.experiments import load_experiments
-from pipeline.loops.trajectory import LoopTrajectory
-from pipeline.storage.logs import Documents, Log, Topic, read_log, topics_of, write_log
+from pipeline.loops.trajectory import Course, below, read_loops
+from pipeline.storage.archive import read_fit
+from pipeline.storage.logs import Documents, Topic, topics_of
 from pipeline.storage.results import Results
-from pipeline.viewer.layout import layout_of
+from pipeline.viewer.layout import documents_of, layout_of
 from pipeline.viewer.scene import (
     SCHEMAS,
     allowed_region,
-    event_topic,
     losses,
     offers,
     plane_of,
-    proof_topic,
-    scene_topics,
 )
 from tests.project import ROOT
 from trackably.files import from_json
@@ -118,50 +115,40 @@ def plant(state_set: Polytope = BOX) -> ConstrainedSystem:
     return ConstrainedSystem(system, state_set, Polytope.box([-1, -1], [1, 1]))
 
 
-def course(places: list[tuple[float, float]], lost: tuple[int, ...] = ()) -> LoopTrajectory:
-    n = len(places)
-    states = np.hstack([np.array(places), np.zeros((n, 2))])
-    costs = np.array([NAN if k in lost or k == n - 1 else 1.0 for k in range(n)])
-    inputs = np.vstack([np.zeros((n - 1, 2)), [[NAN, NAN]]])
-    return LoopTrajectory(np.arange(n, dtype=float), states, inputs, states, inputs, costs, costs, costs)
+@cache
+def scene(name: str) -> dict[str, Documents]:
+    """What the last stage makes of the committed results."""
+    return {documents.topic: documents for documents in documents_of(EXPERIMENTS[name], results_of(name))}
 
 
-def topics() -> list[Documents]:
-    return [
-        *scene_topics(
-            plant(),
-            ("x", "y"),
-            paths={"joint": np.array([[0.0, 0.0], [1.0, 0.5]])},
-            samples=np.array([[0.1, 0.2]]),
-            feasible={5: np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])},
-            followed=course([(0, 0), (1, 0), (1, 1), (1, 1)]),
-        )
-    ]
-
-
-def test_messages_are_valid_by_their_schemas_and_are_read_as_they_were_written(tmp_path: Path) -> None:
+@BY_NAME
+def test_messages_are_valid_by_their_schemas(name: str) -> None:
     validator = importlib.import_module("jsonschema").Draft202012Validator
-    for documents in [*topics(), proof_topic({"joint": {"proof": "proved"}}), event_topic([(0, 2, "a", "b")])]:
+    for documents in scene(name).values():
         validator.check_schema(SCHEMAS[documents.name])
-        for _, message in documents.messages:
+        assert documents.schema == SCHEMAS[documents.name]
+        for _, message in documents.messages[:5]:
             validator(SCHEMAS[documents.name]).validate(message)
             assert {*message} == {*SCHEMAS[documents.name]["properties"]}
-    log = Log((), {"experiment": {}}, {"a": b"0"}, tuple(topics()))
-    write_log(tmp_path / "scene.mcap", log)
-    assert read_log(tmp_path / "scene.mcap") == log
 
 
-def test_a_scene_has_every_path_and_set_and_the_vehicle_turns_where_it_goes() -> None:
-    scene, frames = topics()
-    ((_, message),) = scene.messages
-    assert {entity["id"] for entity in message["entities"]} == {
-        "bounds", "path joint", "feasible with horizon 5", "samples", "vehicle"
-    }  # fmt: skip
-    assert [time for time, _ in frames.messages] == [0, 100_000_000, 200_000_000, 300_000_000]
-    turns = [2 * np.arctan2(m["rotation"]["z"], m["rotation"]["w"]) for _, m in frames.messages]
-    np.testing.assert_allclose(turns, [0, np.pi / 2, np.pi / 2, np.pi / 2], atol=1e-5)
-    places = [(m["translation"]["x"], m["translation"]["y"]) for _, m in frames.messages]
-    assert places == [(0, 0), (1, 0), (1, 1), (1, 1)]
+@pytest.mark.parametrize("name", ["hand", "vehicle", "mobile-robot"])
+def test_a_scene_has_every_path_and_set_and_the_vehicle_turns_where_it_goes(name: str) -> None:
+    plant, results = EXPERIMENTS[name].plant, results_of(name)
+    plane, closed = plane_of(plant, EXPERIMENTS[name].plane), read_loops(results, plant)
+    ((_, message),) = scene(name)["/scene"].messages
+    wanted = {"bounds", "vehicle", *(f"path {method}" for method in read_fit(results).learned)}
+    wanted |= {f"feasible with {horizon.replace('_', ' ')}" for horizon in below(closed, "feasible")}
+    assert {entity["id"] for entity in message["entities"]} - {"samples"} == wanted
+    followed, frames = closed["/loops/joint/on"], scene(name)["/tf"].messages
+    assert [time for time, _ in frames] == [round(k * plant.sampling_time * 1e9) for k in followed.steps.tolist()]
+    places = np.array([[m["translation"]["x"], m["translation"]["y"]] for _, m in frames])
+    np.testing.assert_allclose(places, followed.together(plane), atol=1e-6)
+    turns = np.array([2 * np.arctan2(m["rotation"]["z"], m["rotation"]["w"]) for _, m in frames[:-1]])
+    along, ahead = np.diff(followed.together(plane), axis=0), np.array([np.cos(turns), np.sin(turns)]).T
+    far = np.linalg.norm(along, axis=1) > 1e-3 * np.max(np.linalg.norm(along, axis=1))
+    cosines = np.sum(along * ahead, axis=1)[far] / np.linalg.norm(along, axis=1)[far]
+    np.testing.assert_allclose(cosines, 1.0, atol=1e-4)
 
 
 def test_the_region_is_cut_by_bounds_on_both_states_and_ends_at_a_distance_where_one_is_free() -> None:
@@ -176,7 +163,8 @@ def test_the_region_is_cut_by_bounds_on_both_states_and_ends_at_a_distance_where
 
 
 def test_events_name_each_time_without_a_plan_and_refused_offers_are_warnings() -> None:
-    lost = course([(0, 0)] * 8, lost=(1, 2, 5))
+    costs = np.array([1.0, NAN, NAN, 1.0, 1.0, NAN, 1.0, NAN])
+    lost = Course(np.arange(8.0), {"x": np.append(np.zeros(7), NAN), "cost": costs})
     assert [(time / 1e8, text) for time, _, _, text in losses("joint, on", lost, 0.1)] == [
         (1, "no plan from step 1 to 2"),
         (3, "a plan again at step 3"),

@@ -54,24 +54,18 @@ def test_kinds_and_lengths_of_files_are_told(address: str) -> None:
     assert (status, headers["Content-Length"], headers["Accept-Ranges"], body) == (200, "200", "bytes", b"")
 
 
-@pytest.mark.parametrize(
-    ("asked", "part"),
-    [("0-7", DATA[:8]), ("190-", DATA[190:]), ("-5", DATA[-5:]), ("150-999", DATA[150:]), ("199-199", DATA[199:])],
-)
-def test_a_part_of_a_file(address: str, asked: str, part: bytes) -> None:
-    status, headers, body = get(address, "/log.mcap", Range=f"bytes={asked}")
-    assert (status, body) == (206, part)
-    first = DATA.index(part)
-    assert headers["Content-Range"] == f"bytes {first}-{first + len(part) - 1}/200"
-
-
+PARTS = {"0-7": (0, 8), "190-": (190, 200), "-5": (195, 200), "150-999": (150, 200), "199-199": (199, 200)}
 NO_PARTS = ["bytes=200-", "bytes=9-3", "bytes=-0", "bytes=-", "lines=0-1", "bytes=0-1,5-6", "bytes=\xb2-", "\xff" * 99]
 
 
-@pytest.mark.parametrize("asked", [*NO_PARTS, f"bytes={ENDLESS}-", f"bytes=-{ENDLESS}", f"bytes=0-{ENDLESS}"])
-def test_no_such_part(address: str, asked: str) -> None:
-    status, headers, body = get(address, "/log.mcap", Range=asked)
-    assert (status, body, headers["Content-Range"]) == (416, b"", "bytes */200")
+def test_parts_of_a_file(address: str) -> None:
+    for asked, (first, end) in PARTS.items():
+        status, headers, body = get(address, "/log.mcap", Range=f"bytes={asked}")
+        assert (status, body) == (206, DATA[first:end])
+        assert headers["Content-Range"] == f"bytes {first}-{end - 1}/200"
+    for asked in (*NO_PARTS, f"bytes={ENDLESS}-", f"bytes=-{ENDLESS}", f"bytes=0-{ENDLESS}"):
+        status, headers, body = get(address, "/log.mcap", Range=asked)
+        assert (status, body, headers["Content-Range"]) == (416, b"", "bytes */200")
     assert range_of("bytes=0-", 0) is None
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from pipeline.control import InterpolatedReference
+from pipeline.control import interpolated
 from tests.trackably.control import instances
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.learning.problem import ConstrainedProblem
@@ -17,7 +17,7 @@ class Example:
     learning: instances.Learning
     learned: Certified
     unconstrained: Reference
-    interpolated: InterpolatedReference
+    interpolated: Reference
 
     @property
     def certified(self) -> Reference:
@@ -28,7 +28,7 @@ def _example(learning: instances.Learning) -> Example:
     learned = learn_certified(learning.samples, learning.prior, learning.plant, learning.space)
     plain = best_solution(ConstrainedProblem(learning.samples, learning.prior, learning.space))
     unconstrained = Reference(plain.posterior.signals, learning.plant)
-    return Example(learning, learned, unconstrained, InterpolatedReference(learning.samples, learning.plant))
+    return Example(learning, learned, unconstrained, interpolated(learning.samples, learning.plant))
 
 
 @pytest.fixture(scope="session")

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pipeline.control import InterpolatedReference
+from pipeline.control import interpolated
 from tests.trackably.control import instances
 from trackably.control.controller import Controller
 from trackably.control.error_model import reference_defects
@@ -25,7 +25,7 @@ POSITIONS = Samples(TIMES, np.array([0.0, 0.4, 0.4, -0.2, 0.1]), stencil=STENCIL
 
 
 def test_lines_through_positions_are_straight_between_the_samples_and_there_at_them():
-    reference = InterpolatedReference((POSITIONS,), PLANT)
+    reference = interpolated((POSITIONS,), PLANT)
     window = reference.window(0, 60)
     np.testing.assert_allclose(reference_defects(PLANT.system, window), 0, atol=1e-12)
     at = np.round(TIMES / 0.05).astype(int)
@@ -51,7 +51,7 @@ def box(system):
 
 
 def still(plant):
-    return InterpolatedReference((Samples([0.0, 1.0], [0.1, 0.1]),) * plant.signal_count, plant)
+    return interpolated((Samples([0.0, 1.0], [0.1, 0.1]),) * plant.signal_count, plant)
 
 
 def cubic(gain):

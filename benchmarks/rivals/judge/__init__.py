@@ -1,1 +1,0 @@
-"""Facts about what rivals hand out: by how much a bound is broken at any time, with certainty."""

@@ -1,0 +1,234 @@
+"""The pendulum of P.-C. Aubin-Frankowski (SIAM J. Control Optim. 59, 2021, 2693–2716), with its printed numbers.
+
+x″ = −10 x + w, w′ = u on [0, 1] with x(0) = 0.5, x′(0) = 0, w(0) = 0, x(1/3) = 0.5, x(1) = 0, x′ ≥ −3 and |w| ≤ 10 at
+all times; minimise −100 x′(1) + 10⁻⁴ ∫ u².
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from math import factorial
+from time import process_time
+
+import numpy as np
+import scipy
+from scipy.interpolate import BSpline
+
+from benchmarks.rivals.adapters.conic import Conic, Unsolved
+from benchmarks.rivals.judge import tracing
+from benchmarks.rivals.tables import markdown
+from trackably.arrays import Array
+from trackably.certificates.sketch import times_to_look_at
+from trackably.checker.floats.intervals import bernstein
+from trackably.systems.pieces import PolynomialPieces
+from trackably.systems.polytopes import Polytope
+
+PAPER = "Aubin-Frankowski, SICON 2021, figure 1"
+A = np.array([[0.0, 1.0, 0.0], [-10.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
+B = np.array([[0.0], [0.0], [1.0]])
+LEAST_SPEED, MOST_W = -3.0, 10.0
+_REWARD, _EFFORT = 100.0, 1e-4
+_GIVEN = np.array([0.5, 0.0, 0.0, 0.5, 0.0])  # x(0), x′(0), w(0), x(1/3), x(1)
+
+
+@dataclass(frozen=True, eq=False)
+class Swing:
+    """A trajectory: x, x′ and w as polynomials between their breakpoints in [0, 1], up to rounding in float64."""
+
+    x: PolynomialPieces
+    speed: PolynomialPieces
+    w: PolynomialPieces
+
+    @property
+    def final_speed(self) -> float:
+        """x′(1)."""
+        return self.speed(1.0).item()
+
+    @property
+    def largest_w(self) -> float:
+        """The largest |w| that is seen in float64."""
+        return float(np.max(np.abs(self.w(times_to_look_at([self.w], np.zeros(1), 0.0, 1.0)))))
+
+    @property
+    def violation(self) -> tuple[float, float]:
+        """By how much a bound is broken at some time, at least and at most, in its unit: both are certain."""
+        far = LEAST_SPEED + 2 * MOST_W  # above all speeds; violations are parts of widths, which so are the same
+        within = Polytope.box([LEAST_SPEED, -MOST_W], [far, MOST_W])
+        found = tracing([self.speed, self.w], ("speed", "w"), within).violation((0.0, 1.0))
+        return 2 * MOST_W * found.least, 2 * MOST_W * (np.inf if found.most is None else found.most)
+
+
+_TERMS = 12  # of Taylor's series between two grid points: what they leave out is below rounding
+_CONTROLLED = 100.0  # weight of the part of the kernel that is controlled
+
+
+def transcribed(points: int, cones: bool) -> Swing | Unsolved:
+    """Solve the published program: bounds on a grid, alone or with second-order `cones` that hold between its points.
+
+    Trajectories are functions in the space with the norm ‖z‖² = |z(0)|² + ∫u²/100, as in the published study: its
+    kernel is K(s, t) = e^(As) e^(Atᵀ) + 100 ∫ e^(A(s−τ)) B Bᵀ e^(Aᵀ(t−τ)) dτ. Between two grid points the optimal input
+    is the one of least effort, so that states on the grid and one vector e_i for each interval describe a trajectory:
+
+        z_(i+1) = Φ z_i + L e_i,    L Lᵀ = W = ∫ e^(As) B Bᵀ e^(Aᵀs) ds,    ∫ u² = Σ |e_i|².
+    """
+    times = np.union1d(np.linspace(0, 1, points), [1 / 3])
+    on_grid = np.flatnonzero(times != 1 / 3) if points % 3 != 1 else np.arange(len(times))
+    N, steps = len(times) - 1, np.diff(times)
+    flows, grown = zip(*map(_between, steps.tolist()), strict=True)
+    roots = np.linalg.cholesky(np.array(grown))
+    # Unknowns: z_0 … z_N, e_0 … e_(N−1), s ≥ ‖z‖.
+    size, inner = 6 * N + 4, slice(3 * N + 3, -1)
+    unknown = scipy.sparse.eye_array(size, format="csr")
+    flow = unknown[3 : 3 * N + 3] - scipy.sparse.block_diag(flows) @ unknown[: 3 * N]
+    flow = flow - scipy.sparse.block_diag([*roots]) @ unknown[3 * N + 3 : -1]
+    third = int(np.flatnonzero(times == 1 / 3)[0])
+    E = scipy.sparse.vstack([flow, unknown[[0, 1, 2, 3 * third, 3 * N]]])
+    eta = _steepness(times[on_grid]) if cones else np.zeros((len(on_grid), 2))
+    by_speed, by_w = (scipy.sparse.csr_array(column[:, None]) @ unknown[[size - 1]] for column in eta.T)
+    speed, w = unknown[3 * on_grid + 1], unknown[3 * on_grid + 2]
+    G, count = scipy.sparse.vstack([by_speed - speed, by_w + w, by_w - w]), len(on_grid)
+    h = np.repeat([-LEAST_SPEED, MOST_W], [count, 2 * count])
+    effort, q, norm = np.zeros(size), np.zeros(size), np.zeros(size)
+    effort[inner], q[3 * N + 1] = 2 * _EFFORT, -_REWARD
+    norm[:3], norm[inner], norm[-1] = 1.0, _CONTROLLED**-0.5, 1.0
+    kept = np.flatnonzero(norm)
+    cone = scipy.sparse.csr_array(scipy.sparse.diags_array(norm))[np.roll(kept, 1)], np.zeros(len(kept))
+    equations = E, np.concatenate([np.zeros(3 * N), _GIVEN])
+    found = Conic(scipy.sparse.diags_array(effort), q, G, h, equations, (cone,) if cones else ()).solve()
+    if isinstance(found, Unsolved):
+        return found
+    costates = np.linalg.solve(roots.swapaxes(1, 2), found.x[inner].reshape(N, 3, 1))[..., 0]
+    costates = np.einsum("ikj,ik->ij", np.array(flows), costates)
+    # z' = A z + B Bᵀ p and p' = −Aᵀ p: Taylor's series from the beginning of each interval.
+    M, terms = _doubled(), [np.hstack([found.x[: 3 * N].reshape(N, 3), costates])]
+    for k in range(1, _TERMS + 1):
+        terms.append(terms[-1] @ M.T / k)
+    return Swing(*(PolynomialPieces(times, np.array(terms)[:, :, row].T) for row in range(3)))
+
+
+def _doubled() -> Array:
+    return np.block([[A, B @ B.T], [np.zeros((3, 3)), -A.T]])
+
+
+def _between(step: float) -> tuple[Array, Array]:
+    """Return Φ and W over a step [s], by Van Loan's exponential."""
+    exponential = scipy.linalg.expm(_doubled() * step)
+    W = exponential[:3, 3:] @ exponential[:3, :3].T
+    return exponential[:3, :3], (W + W.T) / 2
+
+
+def _steepness(times: Array) -> Array:
+    """Return η of x′ and of w around each time, sought at both ends of its neighbourhood as published: (n, 2).
+
+    η² = ‖K_t − K_s‖² is the variance of z(t) − z(s) under the kernel. With a step h from the earlier of both, at which
+    the covariance is P, it is (Φ_h − I) P (Φ_h − I)ᵀ + 100 W_h.
+    """
+    half, found = (times[1] - times[0]) / 2, []
+    flow, grown = _between(half)
+    for t in times:
+        apart = []
+        for early in (t, max(t - half, 0.0)):
+            since, spread = _between(early)
+            P = since @ since.T + _CONTROLLED * spread
+            apart.append(np.diag((flow - np.eye(3)) @ P @ (flow - np.eye(3)).T + _CONTROLLED * grown))
+        found.append(np.sqrt(np.max(apart, axis=0))[1:])
+    return np.array(found)
+
+
+_DEGREE = 5
+_PARTS = 4  # of each interval, so that Bernstein coefficients lie close to their polynomial
+_KEPT_FREE = 1e-5  # of either bound, for the equations that are met to the last digits afterwards
+
+
+def proved(intervals: int = 240) -> Swing | Unsolved:
+    """Return the best spline x of degree five on as many intervals, a multiple of three, within its bounds for all t.
+
+    x is a flat output: w = x″ + 10 x and u = w′. The bounds of x′ and w are asked of Bernstein coefficients, which
+    enclose each part of an interval.
+    """
+    if intervals % 3:
+        raise ValueError(f"intervals: a multiple of 3 puts a knot at 1/3, got {intervals}")
+    knots = np.arange(-_DEGREE, intervals + _DEGREE + 1) / intervals
+    basis = BSpline(knots, np.eye(intervals + _DEGREE), _DEGREE)
+    ends = np.arange(_PARTS * intervals + 1) / (_PARTS * intervals)
+    # Taylor coefficients of each B-spline at the beginning of each part: shape (powers, parts, B-splines).
+    x = np.array([basis(ends[:-1], nu=k) / factorial(k) for k in range(_DEGREE + 1)])
+    speed = _derivative(x)
+    w = 10 * x
+    w[:-2] += _derivative(speed)
+    speeds, ws, u = _bernstein(speed, ends[1]), _bernstein(w, ends[1]), _derivative(w)
+    nodes, weights = np.polynomial.legendre.leggauss(_DEGREE)
+    at_nodes = np.tensordot(np.vander((1 + nodes) / 2 * ends[1], _DEGREE, increasing=True), u, 1)
+    effort = np.einsum("g,gpi,gpj->ij", weights / 2 * ends[1], at_nodes, at_nodes, optimize=True)
+    start = basis(0.0)
+    E = np.array([start, basis(0.0, nu=1), basis(0.0, nu=2) + 10 * start, basis(1 / 3), basis(1.0)])
+    h = np.repeat([-LEAST_SPEED, MOST_W], [len(speeds), 2 * len(ws)]) - _KEPT_FREE
+    G = scipy.sparse.csr_array(np.vstack([-speeds, ws, -ws]))
+    found = Conic(2 * _EFFORT * effort, -_REWARD * basis(1.0, nu=1), G, h, (E, _GIVEN)).solve()
+    if isinstance(found, Unsolved):
+        return found
+    coefficients = found.x - np.linalg.lstsq(E, E @ found.x - _GIVEN)[0]
+    return Swing(*(PolynomialPieces(ends, (of @ coefficients).T) for of in (x, speed, w)))
+
+
+def _derivative(c: Array) -> Array:
+    return np.arange(1.0, len(c))[:, None, None] * c[1:]
+
+
+def _bernstein(c: Array, width: float) -> Array:
+    """Return Bernstein coefficients on all parts, one row for each, of all B-splines."""
+    scaled = c * width ** np.arange(len(c))[:, None, None]
+    return np.asarray(np.tensordot(bernstein(len(c)), scaled, 1).reshape(-1, c.shape[2]))
+
+
+@dataclass(frozen=True)
+class Row:
+    """x′(1), and by how much a bound is broken between the grid's points: at least and at most.
+
+    `printed` is x′(1) in the paper, cut after two digits; None where it prints nothing.
+    """
+
+    way: str
+    final_speed: float | None = None
+    least: float | None = None
+    most: float | None = None
+    largest_w: float | None = None
+    seconds: float | None = None
+    printed: float | None = None
+    says: str = ""
+
+
+_WAYS: tuple[tuple[str, Callable[[], Swing | Unsolved], float | None], ...] = (
+    ("bounds on 200 points", partial(transcribed, 200, cones=False), 3.21),
+    ("second-order cones around 200 points", partial(transcribed, 200, cones=True), 1.49),
+    ("second-order cones around 400 points", partial(transcribed, 400, cones=True), 1.81),
+    ("second-order cones around 800 points", partial(transcribed, 800, cones=True), 2.07),
+    ("flat output, spline of 60 intervals", partial(proved, 60), None),
+    ("flat output, spline of 240 intervals", partial(proved, 240), None),
+)
+
+
+def rows() -> Iterator[Row]:
+    """Yield the rows as they are measured."""
+    for way, solve, printed in _WAYS:
+        started = process_time()
+        found = solve()
+        seconds = process_time() - started
+        if isinstance(found, Unsolved):
+            yield Row(way, seconds=seconds, printed=printed, says=f"CLARABEL says {found.status}")
+        else:
+            yield Row(way, found.final_speed, *found.violation, found.largest_w, seconds, printed)
+
+
+def page(found: Sequence[Row]) -> str:
+    """Return the table as Markdown."""
+    head = ("", "x′(1)", "printed", "largest \\|w\\| for all t", "largest violation", "time")
+    return markdown(head, "lrrrrr", map(_cells, found))
+
+
+def _cells(row: Row) -> list[str]:
+    printed, time = "" if row.printed is None else f"{row.printed:.2f}", f"{row.seconds:.2g} s"
+    if row.final_speed is None or row.least is None:
+        return [row.way, row.says, printed, "", "", time]
+    broken = "**none: proved**" if row.most == 0 else f"{row.least:.3g}"
+    return [row.way, f"{row.final_speed:.4f}", printed, f"{row.largest_w:.4f}", broken, time]

@@ -1,0 +1,53 @@
+"""What is certain of polynomials that rivals hand out: naive evaluation at dense times says the same."""
+
+import numpy as np
+import pytest
+from numpy.polynomial import Polynomial
+
+from benchmarks.rivals.judge import ReferenceCurve, derivative, interpolated, tracing
+from trackably.systems.pieces import PolynomialPieces
+from trackably.systems.polytopes import Polytope
+
+
+def random_pieces(seed: int, count: int = 5, degree: int = 4) -> PolynomialPieces:
+    rng = np.random.default_rng(seed)
+    breaks = np.concatenate([[0.0], np.cumsum(rng.uniform(0.1, 1.0, count))])
+    return PolynomialPieces(breaks, rng.standard_normal((count, degree + 1)))
+
+
+def bounded(of: PolynomialPieces, low: float, high: float) -> ReferenceCurve:
+    return tracing([of], ["x"], Polytope.box([low], [high]))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_largest_violation_is_enclosed_and_what_dense_times_show(seed):
+    of = random_pieces(seed)
+    ends, parts = of.breakpoints, [Polynomial(c) for c in of.coefficients]
+    seen = max(p(np.linspace(0, b - a, 4001)).max() for a, b, p in zip(ends[:-1], ends[1:], parts, strict=True))
+    low, high = seen - 50.0, seen - 0.1
+    found = bounded(of, low, high).violation((0.0, float(ends[-1])))
+    assert found.least == pytest.approx(0.1 / (high - low), rel=1e-4)
+    assert 0.1 / (high - low) - 1e-12 <= found.most <= found.least * (1 + 1e-3) + 1e-6
+
+
+def test_what_hides_between_two_grid_points_is_found():
+    # Below −1 at both ends, and 1/1000 above zero in the middle of a tenth.
+    spike = PolynomialPieces([0.0, 0.1], [[-1.0, 40.04, -400.4]])
+    assert spike(np.array([0.0, 0.1])).max() < 0
+    assert bounded(spike, -2.0, 0.0).violation((0.0, 0.1)).least > 0
+
+
+def test_a_curve_says_by_how_much_and_where_a_bound_is_broken():
+    half = PolynomialPieces([0.0, 1.0], [[0.0, 1.0, -1.0]])
+    broken = bounded(half, -1.0, 0.125).violation((0.0, 1.0))
+    assert broken.least == pytest.approx(0.125 / 1.125, rel=1e-9)
+    assert broken.least <= broken.most
+    assert (broken.quantity, broken.time) == ("x", pytest.approx(0.5, abs=1e-6))
+    assert bounded(half, -1.0, 0.375).violation((0.0, 1.0)).is_none
+
+
+def test_derivatives_and_interpolated_polynomials_are_those_of_the_polynomials():
+    p = Polynomial([1.0, -2.0, 0.5, 3.0])
+    found, t = interpolated(lambda t: float(p(t)), np.array([0.0, 0.3, 1.1]), 3), np.linspace(0, 1.1, 23)
+    assert found(t) == pytest.approx(p(t), abs=1e-12)
+    assert derivative(found)(t) == pytest.approx(p.deriv()(t), abs=1e-11)
