@@ -141,12 +141,12 @@ def _structured_factorisations(prior: Prior, samples: Samples, covariance: Covar
 
     longest, far = stencil.lags[-1][1], kernel.decays
     if far and is_allowed(_EPS * largest) and max(tail.rate for tail in far) * longest <= _WITHIN_A_LAG:
-        yield of_blocks(Cut(blocks(times, longest, _BLOCK), far, longest > 0))
+        yield of_blocks(Cut(blocks(times, longest, _BLOCK), far))
 
     if math.isfinite(kernel.decay_distance) and is_allowed(_EPS * largest):
         (variance,), _ = covariance(np.zeros(1))
         negligible = _NEGLIGIBLE * variance / stencil.largest_gain
-        cut = Cut(blocks(times, reach(kernel, samples.ladder.span, negligible) + longest), [], True)
+        cut = Cut(blocks(times, reach(kernel, samples.ladder.span, negligible) + longest), [])
         if len(cut.rows) > 2 and max(row.stop - row.start for row in cut.rows) <= _LARGEST_BLOCK:
             yield of_blocks(cut)
 

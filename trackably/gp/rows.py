@@ -72,6 +72,17 @@ class Terms:
         turn = np.arange(len(rows)) - np.searchsorted(rows, rows)
         return tuple(order[turn == k] for k in range(int(np.max(turn, initial=-1)) + 1))
 
+    def by_row(self, count: int) -> tuple[Array, Array]:
+        """Return times [s] and weights of the terms of each of `count` rows, shapes (count, J) for the longest row.
+
+        Shorter rows are filled up with zero weights at their first times.
+        """
+        times = np.repeat(self.first_times(count)[:, None], len(self._turns), axis=1)
+        weights = np.zeros(times.shape)
+        for j, terms in enumerate(self._turns):
+            times[self.of_row[terms], j], weights[self.of_row[terms], j] = self.times[terms], self.weights[terms]
+        return times, weights
+
     def first_times(self, count: int) -> Array:
         """Return the earliest time [s] of each row, shape (count,); zero for rows without terms."""
         first = np.full(count, np.inf)

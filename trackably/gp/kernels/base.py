@@ -74,17 +74,17 @@ class Decay:
         return type(self)(self.rate, np.trim_zeros(self.coefficients[row], "b")[None])
 
     def values(self, elapsed: Array) -> Array:
-        """Return x^j e^(−x) after so many seconds, shape (n,): shape (n, size)."""
+        """Return x^j e^(−x) after so many seconds: shape (*elapsed.shape, size)."""
         x = self.rate * elapsed
-        return np.asarray(x[:, None] ** np.arange(self.size) * np.exp(-x)[:, None])
+        return np.asarray(x[..., None] ** np.arange(self.size) * np.exp(-x)[..., None])
 
     def moved(self, by: Array) -> Array:
-        """Return the matrices that take a polynomial to later times, `by` [s] of shape (n,): shape (n, size, size)."""
-        x, found = self.rate * by, np.zeros((len(by), self.size, self.size))
+        """Return the matrices that take a polynomial to times `by` [s] later: shape (*by.shape, size, size)."""
+        x, found = self.rate * by, np.zeros((*by.shape, self.size, self.size))
         for j in range(self.size):
             for k in range(j + 1):
-                found[:, k, j] = comb(j, k) * x ** (j - k)
-        return np.asarray(found * np.exp(-x)[:, None, None])
+                found[..., k, j] = comb(j, k) * x ** (j - k)
+        return np.asarray(found * np.exp(-x)[..., None, None])
 
     def derivatives(self, order: int) -> list[Array]:
         """Return the coefficients of P, λ (d/dx − 1) P, …: of the first function and its derivatives for r > 0."""
