@@ -124,10 +124,10 @@ def row_blocks(terms: Terms, cut: Cut, covariance: Covariance) -> list[Block]:
     seen, into, j = [np.empty((len(t), 0))], list[Array](), 0
     for tail in cut.tails:
         size = slice(j, j := j + tail.size)
-        moves[:, size, size] = tail.moved(ends - begins)
+        moves[:, size, size] = np.moveaxis(tail.moved(ends - begins), -1, 0)
         seen.append(np.einsum("nj,njs->ns", weights, tail.values(t - begins[of_block, None])))
-        moved = np.einsum("nj,njks->nks", weights, tail.moved(ends[of_block, None] - t))
-        into.append(np.einsum("ps,nks->pkn", tail.coefficients, moved))
+        moved = np.einsum("nj,ksnj->ksn", weights, tail.moved(ends[of_block, None] - t))
+        into.append(np.einsum("ps,ksn->pkn", tail.coefficients, moved))
     by_tails, found = np.hstack(seen), list[Block]()
     for row, after, before, move in zip(cut.rows, near, np.append(0, near), moves, strict=False):
         until = slice(row.start, row.stop + after)

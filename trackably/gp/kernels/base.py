@@ -79,12 +79,12 @@ class Decay:
         return np.asarray(x[..., None] ** np.arange(self.size) * np.exp(-x)[..., None])
 
     def moved(self, by: Array) -> Array:
-        """Return the matrices that take a polynomial to times `by` [s] later: shape (*by.shape, size, size)."""
-        x, found = self.rate * by, np.zeros((*by.shape, self.size, self.size))
+        """Return the matrices that take a polynomial to times `by` [s] later: shape (size, size, *by.shape)."""
+        x, found = self.rate * by, np.zeros((self.size, self.size, *by.shape))
         for j in range(self.size):
             for k in range(j + 1):
-                found[..., k, j] = comb(j, k) * x ** (j - k)
-        return np.asarray(found * np.exp(-x)[..., None, None])
+                found[k, j] = comb(j, k) * x ** (j - k)
+        return found * np.exp(-x)
 
     def derivatives(self, order: int) -> list[Array]:
         """Return the coefficients of P, λ (d/dx − 1) P, …: of the first function and its derivatives for r > 0."""
@@ -137,7 +137,7 @@ def _before(decay: Decay, factors: list[Array], at: Array, weights: Array, times
 
 def _move(decay: Decay, moments: Array, by: Array) -> Array:
     """Return the moments (size, n) about later points, each at its own distance `by` [s]."""
-    return np.asarray(np.einsum("nlk,ln->kn", decay.moved(by), moments))
+    return np.asarray(np.einsum("lkn,ln->kn", decay.moved(by), moments))
 
 
 # Spectral densities S(ω) = ∫ κ(r) e^(−iωr) dr of kernels that decay fast, as their densities do.
