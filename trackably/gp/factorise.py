@@ -24,7 +24,7 @@ from trackably.gp.factors.dense import Dense
 from trackably.gp.factors.factorisation import Covariance, Factorisation
 from trackably.gp.factors.fourier import Fourier
 from trackably.gp.factors.low_rank import ROUNDING, LowRank
-from trackably.gp.factors.quasiseparable import Cut, Quasiseparable, blocks, reach, row_blocks
+from trackably.gp.factors.quasiseparable import Cut, Quasiseparable, blocks, row_blocks
 from trackably.gp.prior import Prior
 from trackably.gp.rows import Terms
 from trackably.gp.samples import Samples
@@ -39,7 +39,6 @@ _FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for
 _FEWEST_OF_WAVES = 50  # samples: for fewer, the dense matrix is always faster
 _MOST_WAVES = 0.65  # for each sample: with more, the dense matrix is faster
 _COST_OF_LOOKING = 5e5  # nanoseconds: one half for the search for other structure, one for the fastest other way
-_NEGLIGIBLE = 2.0**-53  # relative to the variance: a smaller addition to a diagonal entry is lost in rounding
 _AGREEMENT = 3e-9  # relative, with the dense factorisation: less than the promised 1e-8, as errors are only estimated
 _LOOSENED = 1e3  # the factor by which the agreement is loosened where a dense matrix would be too large
 _EPS = float(np.finfo(float).eps)
@@ -143,10 +142,8 @@ def _structured_factorisations(prior: Prior, samples: Samples, covariance: Covar
     if far and is_allowed(_EPS * largest) and max(tail.rate for tail in far) * longest <= _WITHIN_A_LAG:
         yield of_blocks(Cut(blocks(times, longest, _BLOCK), far))
 
-    if math.isfinite(kernel.decay_distance) and is_allowed(_EPS * largest):
-        (variance,), _ = covariance(np.zeros(1))
-        negligible = _NEGLIGIBLE * variance / stencil.largest_gain
-        cut = Cut(blocks(times, reach(kernel, samples.ladder.span, negligible) + longest), [])
+    if is_allowed(_EPS * largest):
+        cut = Cut(blocks(times, kernel.negligible_distance + longest), [])
         if len(cut.rows) > 2 and max(row.stop - row.start for row in cut.rows) <= _LARGEST_BLOCK:
             yield of_blocks(cut)
 

@@ -31,10 +31,8 @@ import scipy
 
 from trackably.arrays import Array
 from trackably.gp.factors.factorisation import Covariance, Factorisation
-from trackably.gp.kernels.base import Decay, Kernel
+from trackably.gp.kernels.base import Decay
 from trackably.gp.rows import Terms
-
-_HALVINGS, _PARTS = 12, 16  # the shortest reach is span / 2^12; it is found up to a factor 2^(1/16)
 
 
 def blocks(times: Array, reach: float, fewest: int = 1) -> list[slice]:
@@ -46,18 +44,6 @@ def blocks(times: Array, reach: float, fewest: int = 1) -> list[slice]:
     while (cut := max(int(np.searchsorted(times, times[cuts[-1]] + reach, "right")), cuts[-1] + fewest)) < len(times):
         cuts.append(cut)
     return [slice(*pair) for pair in zip(cuts, [*cuts[1:], len(times)], strict=True)]
-
-
-def reach(kernel: Kernel, span: float, negligible: float) -> float:
-    """Return the distance [s] beyond which a kernel and its derivatives stay below `negligible`.
-
-    The kernel must decrease (finite `decay_distance`). If there is no such distance, the result is at least `span`.
-    """
-    distances = span * 2.0 ** (-np.arange(_HALVINGS * _PARTS) / _PARTS)
-    value, gradient = kernel.value_and_gradient(distances)
-    matters = np.any(np.abs(np.concatenate([value[None], gradient])) > negligible, axis=0)
-    first = int(np.argmax(matters)) if np.any(matters) else len(distances)
-    return float(span * 2.0 ** ((1 - first) / _PARTS))
 
 
 class Cut(NamedTuple):

@@ -182,6 +182,10 @@ class SpectralDensity:
         return SpectralDensity(largest * self.largest, self.reach + length, self.limit, at)
 
 
+_UNDERFLOW = 746.0  # e^(−x) is zero in float64 for every larger x
+_NEGLIGIBLE = 56.0  # e^(−x) is below 2⁻⁸⁰ for every larger x, and below 2⁻⁶⁰ times the polynomials of derivatives
+
+
 @dataclasses.dataclass(frozen=True)
 class Kernel(ABC):
     """Stationary covariance κ(r) of two instants that lie r = t − t' [s] apart. Kernels add and multiply."""
@@ -251,17 +255,23 @@ class Kernel(ABC):
         """Whether κ has derivatives of every order, at 0 too, so that few points resolve κ and all its derivatives."""
         return True
 
+    def extent(self, exponent: float) -> float:
+        """Return a distance [s] beyond which κ and its derivatives are zero, or polynomials times less than
+        e^(−`exponent`); infinite if there is none.
+        """
+        return math.inf
+
     @property
     def vanishing_distance(self) -> float:
         """A distance [s] beyond which κ and its derivatives are zero in float64; infinite if there is none."""
-        return math.inf
+        return self.extent(_UNDERFLOW)
 
     @property
     def negligible_distance(self) -> float:
         """A distance [s] beyond which κ and its derivatives are lost in rounding, below 2⁻⁶⁰
         times their largest values.
         """
-        return self.vanishing_distance
+        return self.extent(_NEGLIGIBLE)
 
     @property
     def decays(self) -> tuple[Decay, ...]:
@@ -344,13 +354,8 @@ class Sum(_Pair):
     So does their sum.
     """
 
-    @property
-    def vanishing_distance(self) -> float:
-        return max(self.left.vanishing_distance, self.right.vanishing_distance)
-
-    @property
-    def negligible_distance(self) -> float:
-        return max(self.left.negligible_distance, self.right.negligible_distance)
+    def extent(self, exponent: float) -> float:
+        return max(self.left.extent(exponent), self.right.extent(exponent))
 
     @property
     def decays(self) -> tuple[Decay, ...]:
@@ -390,13 +395,8 @@ class Product(_Pair):
     decrease too. Only the product of both signal_std matters, so give one of them as known.
     """
 
-    @property
-    def vanishing_distance(self) -> float:
-        return min(self.left.vanishing_distance, self.right.vanishing_distance)
-
-    @property
-    def negligible_distance(self) -> float:
-        return min(self.left.negligible_distance, self.right.negligible_distance)
+    def extent(self, exponent: float) -> float:
+        return min(self.left.extent(exponent), self.right.extent(exponent))
 
     def jet(self, r: Array, order: int) -> Array:
         return np.asarray(leibniz(self.left.jet(r, order)[None], self.right.jet(r, order)[None])[0])
