@@ -115,17 +115,19 @@ class JointPrior:
 
 @dataclass(frozen=True)
 class JointPosterior:
-    """Posteriors of all processes.
+    """Posteriors of all processes; `bases` are prior means that are functions (see `Posterior`).
 
     Raises IllConditioned, on first use, if K + σ_n² I of a process cannot be factored.
     """
 
     prior: JointPrior
     samples: tuple[Samples, ...]
+    bases: tuple[KernelSum, ...] = ()
 
     @cached
     def parts(self) -> tuple[Posterior, ...]:
-        return tuple([Posterior(prior, samples) for prior, samples in zip(self.prior.parts, self.samples, strict=True)])
+        each = zip(self.prior.parts, self.samples, self.bases or [None] * len(self.samples), strict=True)
+        return tuple([Posterior(*of) for of in each])
 
     @cached
     def signals(self) -> tuple[KernelSum, ...]:
