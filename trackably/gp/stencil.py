@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from trackably.arrays import Array
 from trackably.gp.factors.factorisation import Covariance, Entries, places
-from trackably.gp.kernels.base import Kernel, SpectralDensity
+from trackably.gp.kernels.base import Kernel
 
 _CANCELLED = 1e-9  # relative to the largest weight: a smaller sum of weights is zero up to rounding (a difference)
 
@@ -85,18 +85,6 @@ class Stencil(_Instants):
     def covariance(self, kernel: Kernel) -> Covariance:
         """Return the covariance of two samples, Σ_d ρ_d κ(r + d step) over the lags, with its ∂/∂ln θ."""
         return kernel.value_and_gradient if self.weights == POINT.weights else partial(self._covariance, kernel)
-
-    def gain(self, omega: Array) -> Array:
-        """Return |Σ_j w_j e^(iωj step)|², the factor of a spectral density at ω [rad/s], shape (m,)."""
-        phases = np.exp(1j * self.step * omega[:, None] * np.arange(len(self.weights)))
-        return np.asarray(np.abs(phases @ self.weights) ** 2)
-
-    def spectral_density(self, kernel: Kernel) -> SpectralDensity | None:
-        """Return the spectral density of samples, |Σ_j w_j e^(iωj step)|² S(ω); None if the kernel has none."""
-        density = kernel.spectral_density
-        if density is None or self.weights == POINT.weights:
-            return density
-        return density.filtered(self.gain, self.largest_gain, self.lags[-1][1])
 
     def _covariance(self, kernel: Kernel, r: Array) -> tuple[Array, Array]:
         parts = [(rho, *kernel.value_and_gradient(r + lag)) for rho, lag in self.lags]
