@@ -38,11 +38,6 @@ class JointPrior:
             if len({(v, v.interval if isinstance(v, Learned) else ()) for v in values}) > 1:
                 raise ValueError(f"prior: {name} is shared, so that all processes must have the same {name}")
 
-    @classmethod
-    def of(cls, prior: "Prior | JointPrior") -> "JointPrior":
-        """Return the prior itself, or a single process as a joint prior of one."""
-        return prior if isinstance(prior, JointPrior) else cls((prior,))
-
     @property
     def hyperparameters(self) -> dict[str, float]:
         """All hyperparameters by name, in natural units, process by process."""

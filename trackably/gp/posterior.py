@@ -52,10 +52,6 @@ class Posterior:
         """Return m⁺(t): the shape of t [s]."""
         return self.signal(t)
 
-    def derivative(self, t: Array) -> Array:
-        """Return ṁ⁺(t): the shape of t [s]."""
-        return self.signal.derivative(t)
-
     def variance(self, t: Array) -> Array:
         """Return the variance of the noiseless signal at t [s]: κ(0) − k(t)ᵀ (K + σ_n² I)⁻¹ k(t), not below zero."""
         return self.variance_of(np.ones(1), 0.0, t)
