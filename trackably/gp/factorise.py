@@ -19,13 +19,13 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.gp.factors.dense import Dense
-from trackably.gp.factors.factorisation import Covariance, Factorisation
+from trackably.gp.factors.factorisation import Factorisation
 from trackably.gp.factors.low_rank import ROUNDING, LowRank
 from trackably.gp.factors.quasiseparable import Cut, Quasiseparable, blocks, row_blocks
 from trackably.gp.prior import Prior
 from trackably.gp.rows import Terms
 from trackably.gp.samples import Samples
-from trackably.gp.stencil import Stencil, Stencils
+from trackably.gp.stencil import Stencil
 
 LARGEST_DENSE = 4000  # samples: a larger dense matrix takes gigabytes of memory and minutes of time
 _LARGEST_MATRIX = 2**28  # entries: 2 GiB, of which a factorisation holds two
@@ -49,19 +49,6 @@ def terms_of(samples: Samples, origin: float = 0.0) -> Terms:
     return Terms(at, samples.stencil.spread(np.ones(n)), np.tile(np.arange(n), len(at) // n))
 
 
-def factorise_kinds(prior: Prior, samples: Samples, stencils: Stencils) -> Factorisation | None:
-    """Factorise K + V of samples of several kinds; None as in `factorise`.
-
-    ValueError: too many samples for a dense matrix.
-    """
-    if len(samples) > LARGEST_DENSE:
-        raise ValueError(
-            f"samples: {len(samples)} of {' and '.join(stencils.names)} are too many to learn from together; thin them "
-            f"out to {LARGEST_DENSE}, or give one of them"
-        )
-    return Dense.of(stencils.entries(prior.kernel, samples.times), noise_variance(prior, samples))
-
-
 class Candidate(NamedTuple):
     """A way to factorise A = K + V: `compute` takes about `cost` nanoseconds; None if A is not positive definite."""
 
@@ -69,23 +56,34 @@ class Candidate(NamedTuple):
     compute: Callable[[], Factorisation | None]
 
 
-def factorise(prior: Prior, samples: Samples, covariance: Covariance) -> Factorisation | None:
-    """Factorise K + V, K being the `covariance` of the samples; None if it is not positive definite in float64."""
-    found = (each.compute() for each in sorted(candidates(prior, samples, covariance), key=lambda each: each.cost))
+def factorise(prior: Prior, samples: Samples) -> Factorisation | None:
+    """Factorise K + V, K being the covariance of the samples; None if it is not positive definite in float64.
+
+    Raises ValueError as `candidates`.
+    """
+    found = (each.compute() for each in sorted(candidates(prior, samples), key=lambda each: each.cost))
     return next((factor for factor in found if factor is not None), None)
 
 
-def dense_factorisation(prior: Prior, samples: Samples, covariance: Covariance) -> Dense | None:
+def dense_factorisation(prior: Prior, samples: Samples) -> Dense | None:
     """Factorise K + V as a dense matrix; None as in `factorise`."""
-    return Dense.of(lambda part: covariance(samples.apart[part]), noise_variance(prior, samples))
+    return Dense.of(samples.entries(prior.kernel), noise_variance(prior, samples))
 
 
-def candidates(prior: Prior, samples: Samples, covariance: Covariance) -> list[Candidate]:
+def candidates(prior: Prior, samples: Samples) -> list[Candidate]:
     """Return all factorisations that are exact up to rounding.
 
-    Their costs were measured on one machine; only their order matters. ValueError: none fits into memory.
+    Their costs were measured on one machine; only their order matters. ValueError: none fits into memory, or there are
+    too many samples of several kinds for a dense matrix.
     """
-    n, found = len(samples), list(_structured_factorisations(prior, samples, covariance))
+    n, stencil, found = len(samples), samples.stencil, list[Candidate]()
+    if isinstance(stencil, Stencil):
+        found += _structured_factorisations(prior, samples, stencil)
+    elif n > LARGEST_DENSE:
+        raise ValueError(
+            f"samples: {n} of {' and '.join(stencil.names)} are too many to learn from together; thin them out to "
+            f"{LARGEST_DENSE}, or give one of them"
+        )
     if not found and n**2 > _LARGEST_MATRIX:
         raise ValueError(
             f"samples: {n} are too many for a correlation time of {prior.kernel.correlation_time:.3g} s within "
@@ -93,18 +91,17 @@ def candidates(prior: Prior, samples: Samples, covariance: Covariance) -> list[C
             "whose memory grows with the number of samples"
         )
     if n <= LARGEST_DENSE or not found:
-        found.append(Candidate(0.021 * n**3 + 10 * n**2, partial(dense_factorisation, prior, samples, covariance)))
+        found.append(Candidate(0.021 * n**3 + 10 * n**2, partial(dense_factorisation, prior, samples)))
     return found
 
 
-def _structured_factorisations(prior: Prior, samples: Samples, covariance: Covariance) -> Iterator[Candidate]:
+def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil) -> Iterator[Candidate]:
     """Yield the factorisations that use structure of K.
 
     Errors η in the entries of K change weights, mean and gradients by about √n η/σ_n² (relative). Where a dense matrix
     is possible, they have to stay below `_AGREEMENT`.
     """
-    n, times, kernel, stencil = len(samples), samples.times, prior.kernel, samples.stencil
-    assert isinstance(stencil, Stencil), "covariances of several kinds of samples have no such structure"
+    n, times, kernel = len(samples), samples.times, prior.kernel
     if n < _FEWEST:
         return
     variances, largest = noise_variance(prior, samples), stencil.largest_gain * kernel(np.zeros(())).item()
@@ -132,7 +129,7 @@ def _structured_factorisations(prior: Prior, samples: Samples, covariance: Covar
     moved = slope * float(np.spacing(np.max(np.abs(times)))) if times[0] else 0.0
     if not (kernel.is_analytic and moved <= tolerance * (1 if n <= LARGEST_DENSE else _LOOSENED)):
         return
-    bases, most = samples.bases, int(min(n / 2, _LARGEST_MATRIX / n))
+    covariance, bases, most = stencil.covariance(kernel), samples.bases, int(min(n / 2, _LARGEST_MATRIX / n))
     if is_allowed(ROUNDING * largest + _EPS * slope * bases.span) and (count := bases.points_for(covariance, most)):
         cost = 0.2 * count**3 + 12 * count**2 + 4 * n * count + 0.01 * n * count**2 + 3e4  # a basis is used ten times
         known = samples.relative_noise, prior.noise_std**2

@@ -9,13 +9,12 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.cached import cached
-from trackably.gp.factorise import factorise, factorise_kinds, noise_variance
+from trackably.gp.factorise import factorise, noise_variance
 from trackably.gp.factors.factorisation import Factorisation
 from trackably.gp.prior import Prior
 from trackably.gp.rows import RowKernel
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum, in_blocks
-from trackably.gp.stencil import Stencils
 
 _LOG_TAU = math.log(math.tau)
 _NONE = np.empty(0)
@@ -214,11 +213,7 @@ class Posterior:
     @cached
     def _factored(self) -> Factorisation:
         """The factorisation of A = K + σ_n² I."""
-        stencil = self.samples.stencil
-        if isinstance(stencil, Stencils):
-            found = factorise_kinds(self.prior, self.samples, stencil)
-        else:
-            found = factorise(self.prior, self.samples, stencil.covariance(self.prior.kernel))
+        found = factorise(self.prior, self.samples)
         if found is None:
             values = ", ".join(f"{name} = {value:.3g}" for name, value in self.prior.hyperparameters.items())
             raise IllConditioned(f"K + σ_n² I is not positive definite in float64 at {values}")

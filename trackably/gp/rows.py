@@ -52,8 +52,6 @@ class Terms:
     def summed(self, values: Array, count: int) -> Array:
         """Return L_a v for each of `count` rows, from values v (P, …) at the `times`: shape (count, …)."""
         values = np.asarray(values, dtype=float)
-        if values.ndim == 1:
-            return np.bincount(self.of_row, self.weights * values, count).astype(float)
         total = np.zeros((count, *values.shape[1:]))
         for terms in self._turns:
             weights = self.weights[terms].reshape(-1, *[1] * (values.ndim - 1))
