@@ -11,6 +11,7 @@ import numpy as np
 from trackably.arguments import instance, numbers
 from trackably.arrays import Array, ArrayLike
 from trackably.gp.factors.factorisation import Entries, differences
+from trackably.gp.factors.fourier import Ladder
 from trackably.gp.factors.low_rank import Bases
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.stencil import POINT, Stencil, Stencils
@@ -160,6 +161,11 @@ class Samples:
     def bases(self) -> Bases:
         """Bases for interpolation to the sample times; cached, as they do not depend on hyperparameters."""
         return Bases(self.times - self.times[0], self.relative_noise, float(self.times[-1] - self.times[0]))
+
+    @cached_property
+    def ladder(self) -> Ladder:
+        """Cosines and sines at the sample times; cached, as they do not depend on hyperparameters."""
+        return Ladder(self.times, self.relative_noise)
 
     @cached_property
     def scatter(self) -> ResidualStatistics:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from trackably.arrays import Array
 from trackably.gp.factors.factorisation import Covariance, Entries, places
-from trackably.gp.kernels.base import Kernel
+from trackably.gp.kernels.base import Kernel, SpectralDensity
 
 _CANCELLED = 1e-9  # relative to the largest weight: a smaller sum of weights is zero up to rounding (a difference)
 
@@ -87,6 +87,18 @@ class Stencil(_Instants):
         if self.weights == POINT.weights:
             return kernel.value_and_gradient
         return lambda r: _weighted_sum(kernel, ((rho, r + lag) for rho, lag in self.lags))
+
+    def gain(self, omega: Array) -> Array:
+        """Return |Σ_j w_j e^(iωj step)|², the factor of a spectral density at ω [rad/s], shape (m,)."""
+        phases = np.exp(1j * self.step * omega[:, None] * np.arange(len(self.weights)))
+        return np.asarray(np.abs(phases @ self.weights) ** 2)
+
+    def spectral_density(self, kernel: Kernel) -> SpectralDensity | None:
+        """Return the spectral density of samples, |Σ_j w_j e^(iωj step)|² S(ω); None if the kernel has none."""
+        density = kernel.spectral_density
+        if density is None or self.weights == POINT.weights:
+            return density
+        return density.filtered(self.gain, self.largest_gain, self.lags[-1][1])
 
 
 def _weighted_sum(kernel: Kernel, parts: Iterable[tuple[Array | float, Array]]) -> tuple[Array, Array]:

@@ -70,6 +70,11 @@ def differences(times: Array) -> Array:
     return np.asarray(times[rows] - times[columns])
 
 
+def pack(matrix: Array) -> Array:
+    """Return the stored entries of a symmetric matrix (n, n): shape (n (n + 1)/2,)."""
+    return np.asarray(scipy.linalg.lapack.dtrttf(matrix.T, uplo=LOWER)[0])
+
+
 def products(matrices: Array, c: Array) -> Array:
     """Return D_j c, shape (p, n), for the stored entries (p, n (n + 1)/2) of symmetric `matrices` D_j, and c (n,)."""
     if len(c) <= _FEW:
@@ -85,7 +90,7 @@ Covariance = Callable[[Array], tuple[Array, Array]]
 """k(r) of two samples r [s] apart, and ∂k/∂ln θ_j: shapes (*r.shape) and (p, *r.shape). Even in r."""
 
 Entries = Callable[[slice], tuple[Array, Array]]
-"""Some of the stored entries of K (see `places`), and of ∂K/∂ln θ_j: shapes (N,) and (p, N)."""
+"""Some of the stored entries of K (see `factors.pack`), and of ∂K/∂ln θ_j: shapes (N,) and (p, N)."""
 
 
 class Factorisation(ABC):

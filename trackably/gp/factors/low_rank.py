@@ -21,7 +21,7 @@ from trackably.gp.factors.factorisation import Covariance, Factorisation
 
 ROUNDING = 4 * float(np.finfo(float).eps)  # relative to the largest covariance: smaller differences are not resolved
 _CHECKED = 7 / 8  # of the coefficients: all beyond the last resolved one must be at rounding level
-_CACHE_SIZE = 8  # bases: an optimiser's iterates alternate between a few numbers of points
+_CACHE_SIZE = 4  # bases: an optimiser's iterates alternate between a few numbers of points
 _ON_NODE = 1e-200  # of the interval: a division by a smaller distance would overflow
 
 
@@ -107,8 +107,8 @@ class Bases:
 
 
 def _round_up(count: int) -> int:
-    """Round up to one of four values for each doubling, so that one basis serves many iterates of an optimiser."""
-    step = 1 << max(0, count.bit_length() - 3)
+    """Round up to one of two values for each doubling, so that one basis serves many iterates of an optimiser."""
+    step = 1 << max(0, count.bit_length() - 2)
     return -(-count // step) * step
 
 

@@ -57,7 +57,7 @@ class Cut(NamedTuple):
         """The time that a factorisation takes [ns], about."""
         own = np.array([row.stop - row.start for row in self.rows], dtype=float)
         after = np.zeros(len(own)) if self.tails else np.append(own[1:], 0.0)
-        return float(np.sum(0.12 * own**3 + 0.24 * own * after * (own + after) + 24 * own * (own + after) + 1.5e5))
+        return float(np.sum(0.06 * own**3 + 0.12 * own * after * (own + after) + 12 * own * (own + after) + 7.5e4))
 
 
 class Block(NamedTuple):

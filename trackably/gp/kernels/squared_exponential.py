@@ -5,7 +5,10 @@ import math
 import numpy as np
 
 from trackably.arrays import Array
+from trackably.gp.kernels.base import SpectralDensity
 from trackably.gp.kernels.elementary import Radial
+
+_EXTENT = 8.2  # e^(−s²/2) is at rounding level for every s beyond, and so is its integral
 
 
 class SquaredExponential(Radial):
@@ -43,6 +46,18 @@ class SquaredExponential(Radial):
         twice = np.multiply(value, 2.0, out=gradient[0, ...])
         np.multiply(twice, g, out=gradient[1, ...])
         return value, gradient
+
+    @property
+    def spectral_density(self) -> SpectralDensity:
+        """S = √(2π) θ₁² θ₂ e^(−s²/2) with s = θ₂ ω: a squared exponential again."""
+        variance, lengthscale = float(self.signal_std) ** 2, float(self.lengthscale)
+        return SpectralDensity(variance, _EXTENT * lengthscale, _EXTENT / lengthscale, self._density)
+
+    def _density(self, omega: Array) -> tuple[Array, Array]:
+        square = (float(self.lengthscale) * omega) ** 2
+        gradient = np.empty((2, len(omega)))
+        gradient[0], gradient[1] = 2, 1 - square
+        return math.sqrt(math.tau) * float(self.signal_std) ** 2 * self.lengthscale * np.exp(-0.5 * square), gradient
 
     @property
     def decay_distance(self) -> float:

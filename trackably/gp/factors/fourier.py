@@ -1,0 +1,179 @@
+"""Kernels with a spectral density S that decays fast: K = Φ diag(s) Φᵀ with m cosines and sines in the columns of Φ.
+
+Let T be the span of the samples. If κ is at rounding level from a distance P − T on, it equals its periodic summation
+Σ_j κ(r + j P) at all distances |r| ≤ T up to rounding, and Poisson's summation formula has its Fourier coefficients:
+
+    κ(r) = Σ_k s_k cos(ω_k r),    ω_k = 2πk/P,    s_0 = S(0)/P,    s_k = 2 S(ω_k)/P.
+
+Φ depends on the hyperparameters through P only. With M = ϱ⁻¹ Φ diag(√s)/σ_n and B = I + Mᵀ M, of size m,
+
+    A = K + V = σ_n² ϱ (I + M Mᵀ) ϱ,    |I + M Mᵀ| = |B|,    (I + M Mᵀ)⁻¹ = I − M B⁻¹ Mᵀ,
+
+    tr(A⁻¹ ∂K) = Σ_k ∂ln s_k (1 − (B⁻¹)_kk),    cᵀ ∂K c = Σ_k ∂ln s_k s_k (Φᵀ c)_k².
+
+So a gradient takes the diagonal of B⁻¹, and the exponentials of m frequencies instead of n (n + 1)/2 pairs of samples.
+"""
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple, Self
+
+import numpy as np
+import scipy
+
+from trackably.arrays import Array
+from trackably.gp.factors.factorisation import LOWER, Factorisation, diagonal, pack
+from trackably.gp.kernels.base import SpectralDensity
+
+_STEPS = 4  # periods on the ladder for each doubling of the reach
+_LOWEST = -13  # the lowest rung: a period about 10 % longer than the span, which serves all short reaches
+_LONGEST = 2.0**100  # times the span: the longest reach
+_CACHED = 2**23  # numbers in the cache of waves, as an optimiser's iterates alternate between a few periods
+
+
+class Waves(NamedTuple):
+    """1, cos ω₁t, sin ω₁t, cos ω₂t, …: columns of Φ (n, m) with `frequencies` ω [rad/s] (m,) and a `period` P [s].
+
+    `scaled` is ϱ⁻¹ Φ (n, m), and `products` are Φᵀ ϱ⁻² Φ (m, m).
+    """
+
+    period: float
+    frequencies: Array
+    scaled: Array
+    products: Array
+
+    def first(self, count: int) -> "Waves":
+        """Return the first of these waves."""
+        return Waves(self.period, self.frequencies[:count], self.scaled[:, :count], self.products[:count, :count])
+
+
+class Rung(NamedTuple):
+    """An entry of the ladder of periods: its index `place`, and the number of waves that a
+    density needs with this period.
+    """
+
+    place: int
+    waves: int
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """Waves at `times` [s] with `relative_noise` ϱ.
+
+    Their periods come from a fixed ladder, so that they serve many densities.
+    """
+
+    times: Array
+    relative_noise: Array
+    _cache: dict[tuple[int, int], Waves] = field(default_factory=dict, init=False, repr=False)
+
+    @cached_property
+    def span(self) -> float:
+        return float(self.times[-1] - self.times[0])
+
+    @cached_property
+    def log_relative_noise(self) -> float:
+        """Σ_i ln ϱ_i."""
+        return float(np.sum(np.log(self.relative_noise)))
+
+    def rung(self, density: SpectralDensity, most: float) -> Rung | None:
+        """Return the shortest period for a density, and its number of waves; None if these are more than `most`."""
+        waves_at_least = density.limit * (self.span + density.reach) / math.pi
+        if not (waves_at_least < most and density.reach < _LONGEST * self.span):
+            return None
+        place = max(math.ceil(_STEPS * math.log2(density.reach / self.span)), _LOWEST)
+        count = 1 + 2 * math.floor(density.limit * self._period(place) / math.tau)
+        return Rung(place, count) if count <= most else None
+
+    def waves(self, rung: Rung) -> Waves:
+        """Return the waves of a rung, from the cache of the most recently used ones if they are there."""
+        # A few more serve other densities, too. How many must not depend on those: results would, in their last bits.
+        key = rung.place, math.floor(math.exp2(math.ceil(_STEPS * math.log2(rung.waves)) / _STEPS)) | 1
+        found = self._cache.pop(key, None)
+        if found is None:
+            found = self._compute(self._period(rung.place), key[1])
+            while self._cache and found.scaled.size + sum(each.scaled.size for each in self._cache.values()) > _CACHED:
+                del self._cache[next(iter(self._cache))]
+        self._cache[key] = found  # a dictionary keeps its order: the last entry is the one used last
+        return found.first(rung.waves)
+
+    def _period(self, place: int) -> float:
+        return self.span * (1 + math.exp2(place / _STEPS))
+
+    def _compute(self, period: float, count: int) -> Waves:
+        frequencies = (np.arange(count) + 1) // 2 * (math.tau / period)
+        middle = self.times[0] + self.span / 2  # the shorter the times, the less of an angle is rounded
+        angles = frequencies[::2, None] * (self.times - middle)
+        phi = np.empty((count, len(self.times)))
+        phi[0::2], phi[1::2] = np.sin(angles), np.cos(angles[1:])
+        phi[0] = 1.0
+        phi /= self.relative_noise
+        return Waves(period, np.asarray(frequencies), phi.T, phi @ phi.T)
+
+
+@dataclass(frozen=True)
+class Fourier(Factorisation):
+    """A as above, by the stored entries of the `factor` L of B = L Lᵀ.
+
+    `root` is √s_k/σ_n (m,), and `slope` is ∂ln s_k/∂ln θ_j (p, m).
+    """
+
+    ladder: Ladder
+    waves: Waves
+    noise_variance: float
+    root: Array
+    slope: Array
+    factor: Array
+
+    @classmethod
+    def of(cls, ladder: Ladder, rung: Rung, density: SpectralDensity, noise_variance: float) -> Self | None:
+        """Factorise for σ_n² = `noise_variance`; None if B is not positive definite in float64."""
+        waves = ladder.waves(rung)
+        power, slope = density.at(waves.frequencies)
+        power *= 2 / (waves.period * noise_variance)
+        power[0] *= 0.5
+        root = np.sqrt(power, out=power)
+        b = waves.products * root
+        b *= root[:, None]
+        b.reshape(-1)[:: len(b) + 1] += 1
+        factor, info = scipy.linalg.lapack.dpftrf(len(b), pack(b), uplo=LOWER, overwrite_a=True)
+        return None if info else cls(ladder, waves, noise_variance, root, slope, factor)
+
+    @property
+    def log_determinant(self) -> float:
+        of_noise = 0.5 * len(self.ladder.times) * math.log(self.noise_variance) + self.ladder.log_relative_noise
+        return 2 * (of_noise + float(np.add.reduce(np.log(self.factor[diagonal(len(self.root))]))))
+
+    def solve(self, right: Array) -> Array:
+        y = right.T / self.ladder.relative_noise
+        x = self._solve(self._along(y))
+        rest = y - self._spread(x)
+        # Mᵀ (I + M Mᵀ)⁻¹ = B⁻¹ Mᵀ: the component of the rest along M should be x. Correct its rounding error.
+        rest -= self._spread(self._solve(self._along(rest) - x))
+        return np.asarray((rest / self.ladder.relative_noise).T / self.noise_variance)
+
+    def gradient_times(self, c: Array) -> Array:
+        noise = self.ladder.relative_noise
+        return np.asarray(self._spread(self.slope * self._along(noise * c)) * noise * self.noise_variance)
+
+    def likelihood_traces(self, c: Array) -> tuple[Array, float]:
+        inverse, _ = scipy.linalg.lapack.dpftri(len(self.root), self.factor, uplo=LOWER)
+        lost, scaled = inverse[diagonal(len(self.root))], self.ladder.relative_noise * c
+        by_kernel = self.slope.dot(1 - lost - self.noise_variance * self._along(scaled) ** 2)
+        # tr(A⁻¹ V) = tr((I + M Mᵀ)⁻¹) = n − m + tr(B⁻¹)
+        by_noise = len(c) - len(lost) + np.add.reduce(lost) - self.noise_variance * scaled.dot(scaled)
+        return by_kernel, float(by_noise)
+
+    def _along(self, rows: Array) -> Array:
+        """Return Mᵀ times each of the rows, shape (…, n)."""
+        return np.asarray(rows @ self.waves.scaled * self.root)
+
+    def _spread(self, rows: Array) -> Array:
+        """Return M times each of the rows, shape (…, m)."""
+        return np.asarray((rows * self.root) @ self.waves.scaled.T)
+
+    def _solve(self, rows: Array) -> Array:
+        """Return B⁻¹ times each of the rows, shape (…, m)."""
+        solved, _ = scipy.linalg.lapack.dpftrs(len(self.root), self.factor, rows.T, uplo=LOWER)
+        return np.asarray(solved.T.reshape(rows.shape))
