@@ -93,8 +93,7 @@ def _dense(samples: Samples) -> Callable[[], object]:
 
     def of_whole_matrix() -> object:
         posterior = Posterior(PRIOR.parts[0], samples)
-        covariance = samples.stencil.covariance(posterior.prior.kernel)
-        vars(posterior)["_factored"] = dense_factorisation(posterior.prior, samples, covariance)
+        vars(posterior)["_factored"] = dense_factorisation(posterior.prior, samples)
         return posterior.negative_log_marginal_likelihood()
 
     return of_whole_matrix

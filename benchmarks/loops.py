@@ -11,29 +11,25 @@ from time import process_time
 import numpy as np
 
 from benchmarks.harness import Row, agree, duel, kept, within
-from benchmarks.problems import Task, box, integrator
+from benchmarks.problems import box, integrator
 from pipeline.disturbed import Case, experiments, random_systems
 from pipeline.published.scalar import scalar
+from trackably import Relearner, TrackableReference, learn_reference
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.certified import Certified
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove_on_window
 from trackably.checker import Proved, check
-from trackably.checker.certificate import AllTimes
 from trackably.control.controller import Controller, scaled_controller
 from trackably.control.references import TabulatedReference, TrackedReference
 from trackably.control.stepping import Plan, Status
 from trackably.control.tube import TubeController
-from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
-from trackably.streams.relearner import WindowLearner
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
@@ -228,11 +224,11 @@ def _windows(name: str, plant: ConstrainedSystem, step: float, truth: Callable[[
     """Each window is one sample later than the one before it; the hyperparameters are those of the first."""
     times = step * np.arange(_COUNT + _WINDOWS)
     values = truth(times) + 0.02 * np.random.default_rng(0).standard_normal(times.size)
-    windows = [(Samples(times[i : i + _COUNT], values[i : i + _COUNT]),) for i in range(_WINDOWS)]
-    first = Task(windows[0], JointPrior((Prior(SquaredExponential()),)), plant, AllTimes(), starts=2).learned()
+    windows = [Samples(times[i : i + _COUNT], values[i : i + _COUNT]) for i in range(_WINDOWS)]
+    first = learn_reference(windows[0], plant, SquaredExponential(), "all_times", mean=0.0, starts=2, progress=False)
     for moving_every, what in ((0, "function alone"), (1, "hyperparameters too")):
-        learner = WindowLearner(first, clock=process_time, moving_every=moving_every)
-        certified = sum(isinstance(learner(samples), Certified) for samples in windows[1:])
+        learner = Relearner(first, clock=process_time, moving_every=moving_every)
+        certified = sum(isinstance(learner(samples), TrackableReference) for samples in windows[1:])
         note = f"{what}, {certified} of {_WINDOWS - 1} windows certified"
         for said, quantile, budget in _BUDGETS:
             taken, target = float(np.quantile(learner.seconds[1:], quantile)), None if moving_every else 1.0

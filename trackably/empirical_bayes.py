@@ -314,10 +314,7 @@ def _nearest(
                 value = quantity.at_rest(found) - float(rates @ (np.subtract(found, means)[moving] * stiffness))
                 normals.append(np.array([rates, -rates]) / size)
                 offsets += [(value - kept.lower) / size, (kept.upper - value) / size]
-        try:
-            change = least_norm(np.vstack(normals), np.array(offsets)) if np.isfinite(offsets).all() else None
-        except np.linalg.LinAlgError:
-            return None
+        change = least_norm(np.vstack(normals), np.array(offsets)) if np.isfinite(offsets).all() else None
         if change is None:
             return None
         for c, by in zip(moving.tolist(), (change / stiffness).tolist(), strict=True):

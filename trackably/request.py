@@ -131,7 +131,7 @@ class Measurements:
     @cached_property
     def fewer(self) -> dict[str, Samples]:
         """The samples to learn from, by name."""
-        return condense_by_name(self.all, self.kinds, self.centres, self.noise_std, self.times)
+        return condense_by_name(self.all, self.centres, self.times)
 
     @cached_property
     def names(self) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 A new one is accepted only if it keeps every guarantee.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +24,7 @@ from trackably.control.stepping import Infeasible, Unsolved
 from trackably.errors import InputError, NoReferenceError
 from trackably.gp.samples import Samples
 from trackably.learning.learner import JOINT
-from trackably.streams.relearner import BudgetExceeded, LearnFromWindow, LearningResult, holds_for_all_times
+from trackably.streams.relearner import BudgetExceeded, LearningResult, holds_for_all_times
 from trackably.systems.reference import Reference
 from trackably.systems.sampling import sampled_signals
 
@@ -100,7 +100,7 @@ def simulate_online(
     initial_state: ArrayLike,
     steps: int,
     arrivals: Iterable[tuple[int, tuple[Samples, ...]]],
-    learner: LearnFromWindow,
+    learner: Callable[[tuple[Samples, ...]], LearningResult],
 ) -> OnlineLoop:
     """Simulate the closed loop from `initial_state` (n,) at step 0, and learn the reference again at each arrival.
 

@@ -30,8 +30,8 @@ _HELD = 1e-9  # a wall closer than this counts as touched
 def least_norm(normals: Array, offsets: Array) -> Array | None:
     """Return the w of least norm with N w + g ≥ 0, for `normals` N (W, r) of length one and `offsets` g (W,).
 
-    The result satisfies all rows up to 1e-9. None if there is no such w. Only violated rows are added to the program.
-    Raises LinAlgError if w is not found in float64.
+    The result satisfies all rows up to 1e-9. None if there is no such w, or if it is not found in float64. Only
+    violated rows are added to the program.
     """
     w, walls = np.zeros(normals.shape[1]), list[int]()
     while (height := normals @ w + offsets).min(initial=0.0) < -_HELD:
@@ -42,10 +42,10 @@ def least_norm(normals: Array, offsets: Array) -> Array | None:
         system, target = np.vstack([normals[walls].T, -offsets[walls]]), np.append(np.zeros(len(w)), 1.0)
         try:
             found, _ = scipy.optimize.nnls(system, target, maxiter=_MOST_STEPS * len(walls))
-        except RuntimeError as error:
-            raise np.linalg.LinAlgError("the active-set method does not end, as rounding makes it cycle") from error
-        pushes = np.array(walls)[found > 0]
-        w = np.linalg.lstsq(normals[pushes], -offsets[pushes])[0]
+            pushes = np.array(walls)[found > 0]
+            w = np.linalg.lstsq(normals[pushes], -offsets[pushes])[0]
+        except (RuntimeError, np.linalg.LinAlgError):  # rounding makes the active-set method cycle
+            return None
     return w
 
 
@@ -102,12 +102,9 @@ class BoundedNormal:
 
         Raises NoRoom if there is none, or if it is not found.
         """
-        try:
-            found = least_norm(self.normals, self.offsets - _INSIDE)
-        except np.linalg.LinAlgError as error:
-            raise NoRoom(f"the most likely point within the bounds cannot be computed in float64: {error}") from error
+        found = least_norm(self.normals, self.offsets - _INSIDE)
         if found is None:
-            raise NoRoom(f"no point lies inside all bounds by {_INSIDE:g} standard deviations")
+            raise NoRoom(f"no point inside all bounds by {_INSIDE:g} standard deviations is found in float64")
         return found
 
     def draws(self, count: int, seed: int) -> Array:

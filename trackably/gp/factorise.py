@@ -21,14 +21,14 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.gp.factors.dense import Dense
-from trackably.gp.factors.factorisation import Covariance, Factorisation
+from trackably.gp.factors.factorisation import Factorisation
 from trackably.gp.factors.fourier import Fourier
 from trackably.gp.factors.low_rank import ROUNDING, LowRank
-from trackably.gp.factors.quasiseparable import Cut, Quasiseparable, blocks, reach, row_blocks
+from trackably.gp.factors.quasiseparable import Cut, Quasiseparable, blocks, row_blocks
 from trackably.gp.prior import Prior
 from trackably.gp.rows import Terms
 from trackably.gp.samples import Samples
-from trackably.gp.stencil import Stencil, Stencils
+from trackably.gp.stencil import Stencil
 
 LARGEST_DENSE = 4000  # samples: a larger dense matrix takes gigabytes of memory and minutes of time
 _LARGEST_MATRIX = 2**28  # entries: 2 GiB, of which a factorisation holds two
@@ -39,7 +39,6 @@ _FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for
 _FEWEST_OF_WAVES = 50  # samples: for fewer, the dense matrix is always faster
 _MOST_WAVES = 0.65  # for each sample: with more, the dense matrix is faster
 _COST_OF_LOOKING = 5e5  # nanoseconds: one half for the search for other structure, one for the fastest other way
-_NEGLIGIBLE = 2.0**-53  # relative to the variance: a smaller addition to a diagonal entry is lost in rounding
 _AGREEMENT = 3e-9  # relative, with the dense factorisation: less than the promised 1e-8, as errors are only estimated
 _LOOSENED = 1e3  # the factor by which the agreement is loosened where a dense matrix would be too large
 _EPS = float(np.finfo(float).eps)
@@ -56,19 +55,6 @@ def terms_of(samples: Samples, origin: float = 0.0) -> Terms:
     return Terms(at, samples.stencil.spread(np.ones(n)), np.tile(np.arange(n), len(at) // n))
 
 
-def factorise_kinds(prior: Prior, samples: Samples, stencils: Stencils) -> Factorisation | None:
-    """Factorise K + V of samples of several kinds; None as in `factorise`.
-
-    ValueError: too many samples for a dense matrix.
-    """
-    if len(samples) > LARGEST_DENSE:
-        raise ValueError(
-            f"samples: {len(samples)} of {' and '.join(stencils.names)} are too many to learn from together; thin them "
-            f"out to {LARGEST_DENSE}, or give one of them"
-        )
-    return Dense.of(stencils.entries(prior.kernel, samples.times), noise_variance(prior, samples))
-
-
 class Candidate(NamedTuple):
     """A way to factorise A = K + V: `compute` takes about `cost` nanoseconds; None if A is not positive definite."""
 
@@ -76,23 +62,34 @@ class Candidate(NamedTuple):
     compute: Callable[[], Factorisation | None]
 
 
-def factorise(prior: Prior, samples: Samples, covariance: Covariance) -> Factorisation | None:
-    """Factorise K + V, K being the `covariance` of the samples; None if it is not positive definite in float64."""
-    found = (each.compute() for each in sorted(candidates(prior, samples, covariance), key=lambda each: each.cost))
+def factorise(prior: Prior, samples: Samples) -> Factorisation | None:
+    """Factorise K + V, K being the covariance of the samples; None if it is not positive definite in float64.
+
+    Raises ValueError as `candidates`.
+    """
+    found = (each.compute() for each in sorted(candidates(prior, samples), key=lambda each: each.cost))
     return next((factor for factor in found if factor is not None), None)
 
 
-def dense_factorisation(prior: Prior, samples: Samples, covariance: Covariance) -> Dense | None:
+def dense_factorisation(prior: Prior, samples: Samples) -> Dense | None:
     """Factorise K + V as a dense matrix; None as in `factorise`."""
-    return Dense.of(lambda part: covariance(samples.apart[part]), noise_variance(prior, samples))
+    return Dense.of(samples.entries(prior.kernel), noise_variance(prior, samples))
 
 
-def candidates(prior: Prior, samples: Samples, covariance: Covariance) -> list[Candidate]:
+def candidates(prior: Prior, samples: Samples) -> list[Candidate]:
     """Return all factorisations that are exact up to rounding.
 
-    Their costs were measured on one machine; only their order matters. ValueError: none fits into memory.
+    Their costs were measured on one machine; only their order matters. ValueError: none fits into memory, or there are
+    too many samples of several kinds for a dense matrix.
     """
-    n, found = len(samples), list(_structured_factorisations(prior, samples, covariance))
+    n, stencil, found = len(samples), samples.stencil, list[Candidate]()
+    if isinstance(stencil, Stencil):
+        found += _structured_factorisations(prior, samples, stencil)
+    elif n > LARGEST_DENSE:
+        raise ValueError(
+            f"samples: {n} of {' and '.join(stencil.names)} are too many to learn from together; thin them out to "
+            f"{LARGEST_DENSE}, or give one of them"
+        )
     if not found and n**2 > _LARGEST_MATRIX:
         raise ValueError(
             f"samples: {n} are too many for a correlation time of {prior.kernel.correlation_time:.3g} s within "
@@ -100,18 +97,17 @@ def candidates(prior: Prior, samples: Samples, covariance: Covariance) -> list[C
             "whose memory grows with the number of samples"
         )
     if n <= LARGEST_DENSE or not found:
-        found.append(Candidate(0.025 * n**3 + 8 * n**2 + 2e5, partial(dense_factorisation, prior, samples, covariance)))
+        found.append(Candidate(0.025 * n**3 + 8 * n**2 + 2e5, partial(dense_factorisation, prior, samples)))
     return found
 
 
-def _structured_factorisations(prior: Prior, samples: Samples, covariance: Covariance) -> Iterator[Candidate]:
+def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil) -> Iterator[Candidate]:
     """Yield the factorisations that use structure of K.
 
     Errors η in the entries of K change weights, mean and gradients by about √n η/σ_n² (relative). Where a dense matrix
     is possible, they have to stay below `_AGREEMENT`.
     """
-    n, times, kernel, stencil = len(samples), samples.times, prior.kernel, samples.stencil
-    assert isinstance(stencil, Stencil), "covariances of several kinds of samples have no such structure"
+    n, times, kernel = len(samples), samples.times, prior.kernel
     if n < _FEWEST_OF_WAVES:
         return
     variances, density = noise_variance(prior, samples), stencil.spectral_density(kernel)
@@ -141,12 +137,10 @@ def _structured_factorisations(prior: Prior, samples: Samples, covariance: Covar
 
     longest, far = stencil.lags[-1][1], kernel.decays
     if far and is_allowed(_EPS * largest) and max(tail.rate for tail in far) * longest <= _WITHIN_A_LAG:
-        yield of_blocks(Cut(blocks(times, longest, _BLOCK), far, longest > 0))
+        yield of_blocks(Cut(blocks(times, longest, _BLOCK), far))
 
-    if math.isfinite(kernel.decay_distance) and is_allowed(_EPS * largest):
-        (variance,), _ = covariance(np.zeros(1))
-        negligible = _NEGLIGIBLE * variance / stencil.largest_gain
-        cut = Cut(blocks(times, reach(kernel, samples.ladder.span, negligible) + longest), [], True)
+    if is_allowed(_EPS * largest):
+        cut = Cut(blocks(times, kernel.negligible_distance + longest), [])
         if len(cut.rows) > 2 and max(row.stop - row.start for row in cut.rows) <= _LARGEST_BLOCK:
             yield of_blocks(cut)
 
@@ -155,7 +149,7 @@ def _structured_factorisations(prior: Prior, samples: Samples, covariance: Covar
     moved = slope * float(np.spacing(np.max(np.abs(times)))) if times[0] else 0.0
     if not (kernel.is_analytic and moved <= tolerance * (1 if n <= LARGEST_DENSE else _LOOSENED)):
         return
-    bases, most = samples.bases, int(min(n / 2, _LARGEST_MATRIX / n))
+    covariance, bases, most = stencil.covariance(kernel), samples.bases, int(min(n / 2, _LARGEST_MATRIX / n))
     if is_allowed(ROUNDING * largest + _EPS * slope * bases.span) and (count := bases.points_for(covariance, most)):
         cost = 0.2 * count**3 + 12 * count**2 + 4 * n * count + 0.01 * n * count**2 + 2e5  # a basis is used ten times
         known = samples.relative_noise, prior.noise_std**2

@@ -38,11 +38,6 @@ class JointPrior:
             if len({(v, v.interval if isinstance(v, Learned) else ()) for v in values}) > 1:
                 raise ValueError(f"prior: {name} is shared, so that all processes must have the same {name}")
 
-    @classmethod
-    def of(cls, prior: "Prior | JointPrior") -> "JointPrior":
-        """Return the prior itself, or a single process as a joint prior of one."""
-        return prior if isinstance(prior, JointPrior) else cls((prior,))
-
     @property
     def hyperparameters(self) -> dict[str, float]:
         """All hyperparameters by name, in natural units, process by process."""
@@ -115,17 +110,19 @@ class JointPrior:
 
 @dataclass(frozen=True)
 class JointPosterior:
-    """Posteriors of all processes.
+    """Posteriors of all processes; `bases` are prior means that are functions (see `Posterior`).
 
     Raises IllConditioned, on first use, if K + σ_n² I of a process cannot be factored.
     """
 
     prior: JointPrior
     samples: tuple[Samples, ...]
+    bases: tuple[KernelSum, ...] = ()
 
     @cached
     def parts(self) -> tuple[Posterior, ...]:
-        return tuple([Posterior(prior, samples) for prior, samples in zip(self.prior.parts, self.samples, strict=True)])
+        each = zip(self.prior.parts, self.samples, self.bases or [None] * len(self.samples), strict=True)
+        return tuple([Posterior(*of) for of in each])
 
     @cached
     def signals(self) -> tuple[KernelSum, ...]:

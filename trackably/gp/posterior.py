@@ -9,13 +9,12 @@ from typing import Self
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.gp.factorise import factorise, factorise_kinds, noise_variance
+from trackably.gp.factorise import factorise, noise_variance
 from trackably.gp.factors.factorisation import Factorisation
 from trackably.gp.prior import Prior
 from trackably.gp.rows import RowKernel
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum, in_blocks
-from trackably.gp.stencil import Stencils
 
 _LOG_TAU = math.log(math.tau)
 _NONE = np.empty(0)
@@ -30,11 +29,13 @@ class Posterior:
     """A Gaussian process given samples.
 
     Weights, variance, likelihood with its gradient, and the gradient of the mean all use one factorisation of K + σ_n²
-    I. Raises IllConditioned, on first use, if it does not exist.
+    I. Raises IllConditioned, on first use, if it does not exist. The prior mean is the function `base`, with the kernel
+    and the mean of the prior, all known; or the constant of the prior if there is none.
     """
 
     prior: Prior
     samples: Samples
+    base: KernelSum | None = None
 
     @cached
     def weights(self) -> Array:
@@ -49,10 +50,6 @@ class Posterior:
     def mean(self, t: Array) -> Array:
         """Return m⁺(t): the shape of t [s]."""
         return self.signal(t)
-
-    def derivative(self, t: Array) -> Array:
-        """Return ṁ⁺(t): the shape of t [s]."""
-        return self.signal.derivative(t)
 
     def variance(self, t: Array) -> Array:
         """Return the variance of the noiseless signal at t [s]: κ(0) − k(t)ᵀ (K + σ_n² I)⁻¹ k(t), not below zero."""
@@ -116,8 +113,10 @@ class Posterior:
     def with_kernels(self, own: Array, t: Array, weights: Array) -> KernelSum:
         """Return m + Σ_i w_i κ(·, S_i) + Σ_p u_p κ(·, t_p) with w = `own` of the samples, u = `weights` at t [s]."""
         some, own = weights != 0, self.samples.stencil.spread(self._factored.weights_at_centres(own))
-        centres, together = np.concatenate([self._kernel_centres, t[some]]), np.concatenate([own, weights[some]])
-        return KernelSum.of_terms(self.prior.kernel, self.prior.mean, centres, together)
+        centres, together = [self._kernel_centres, t[some]], [own, weights[some]]
+        if self.base:
+            centres, together = [self.base.centres, *centres], [self.base.weights, *together]
+        return KernelSum.of_terms(self.prior.kernel, self.prior.mean, np.concatenate(centres), np.concatenate(together))
 
     @cached
     def misfit_gradient(self) -> Array:
@@ -184,7 +183,9 @@ class Posterior:
     @cached
     def _residual(self) -> Array:
         """y minus the prior mean of the samples, shape (n,)."""
-        return self.samples.values - self.samples.stencil.at_rest(self.prior.mean)
+        stencil = self.samples.stencil
+        before = stencil.measured(self.base, self.samples.times) if self.base else stencil.at_rest(self.prior.mean)
+        return np.asarray(self.samples.values - before)
 
     def _variance_of(self, weights: Array, step: float, t: Array) -> Array:
         kernel = self.prior.kernel
@@ -212,11 +213,7 @@ class Posterior:
     @cached
     def _factored(self) -> Factorisation:
         """The factorisation of A = K + σ_n² I."""
-        stencil = self.samples.stencil
-        if isinstance(stencil, Stencils):
-            found = factorise_kinds(self.prior, self.samples, stencil)
-        else:
-            found = factorise(self.prior, self.samples, stencil.covariance(self.prior.kernel))
+        found = factorise(self.prior, self.samples)
         if found is None:
             values = ", ".join(f"{name} = {value:.3g}" for name, value in self.prior.hyperparameters.items())
             raise IllConditioned(f"K + σ_n² I is not positive definite in float64 at {values}")

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.arguments import real
-from trackably.arrays import Array
 from trackably.gp.hyperparameter import Hyperparameter, Learned, Scales, Search, as_learned, noise, with_value
 from trackably.gp.kernels.base import Kernel
 
@@ -47,11 +46,6 @@ class Prior:
         values = self.hyperparameters.values()
         return np.array([place for place, value in enumerate(values) if isinstance(value, Learned)], dtype=np.intp)
 
-    @property
-    def log_hyperparameters(self) -> Array:
-        """ln θ of the learned hyperparameters, shape (p,)."""
-        return np.log([self.hyperparameters[name] for name in self.learned])
-
     def search(self, name: str, scales: Scales) -> Search:
         """Return the search interval of a hyperparameter: the given one, or one chosen from the
         `scales` of the samples.
@@ -77,12 +71,3 @@ class Prior:
         moved = type(self)(kernel, with_value(self.noise_std, values.get(NOISE, self.noise_std)), self.mean)
         vars(moved).update(learned=self.learned, places=self.places)  # names do not depend on values
         return moved
-
-    def with_log_hyperparameters(self, log_theta: Array) -> Self:
-        """Return the prior at ln θ of the learned hyperparameters, shape (p,): the inverse of `log_hyperparameters`.
-
-        ValueError: the number of logarithms is wrong, or a hyperparameter is not positive and finite.
-        """
-        if len(log_theta) != len(self.learned):
-            raise ValueError(f"prior: expected {len(self.learned)} logarithms, got {len(log_theta)}")
-        return self.with_hyperparameters(dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True)))

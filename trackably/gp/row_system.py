@@ -47,7 +47,7 @@ class RowSystem:
         order = np.argsort(first, kind="stable")
         places = np.empty(count, dtype=np.intp)
         places[order] = np.arange(count)
-        cut = Cut(blocks(first[order], longest, _BLOCK), own, longest > 0)
+        cut = Cut(blocks(first[order], longest, _BLOCK), own)
         found = row_blocks(every.renumber(places), cut, lambda r: (kernel(r), np.empty((0, *r.shape))))
         return cls(part, found, places[:n], places[n:])
 

@@ -1,6 +1,5 @@
 """Rows: finitely many linear functionals of the processes, each a weighted sum of values at shifted times."""
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property as cached
@@ -53,8 +52,6 @@ class Terms:
     def summed(self, values: Array, count: int) -> Array:
         """Return L_a v for each of `count` rows, from values v (P, …) at the `times`: shape (count, …)."""
         values = np.asarray(values, dtype=float)
-        if values.ndim == 1:
-            return np.bincount(self.of_row, self.weights * values, count).astype(float)
         total = np.zeros((count, *values.shape[1:]))
         for terms in self._turns:
             weights = self.weights[terms].reshape(-1, *[1] * (values.ndim - 1))
@@ -71,6 +68,17 @@ class Terms:
         rows = self.of_row[order]
         turn = np.arange(len(rows)) - np.searchsorted(rows, rows)
         return tuple(order[turn == k] for k in range(int(np.max(turn, initial=-1)) + 1))
+
+    def by_row(self, count: int) -> tuple[Array, Array]:
+        """Return times [s] and weights of the terms of each of `count` rows, shapes (count, J) for the longest row.
+
+        Shorter rows are filled up with zero weights at their first times.
+        """
+        times = np.repeat(self.first_times(count)[:, None], len(self._turns), axis=1)
+        weights = np.zeros(times.shape)
+        for j, terms in enumerate(self._turns):
+            times[self.of_row[terms], j], weights[self.of_row[terms], j] = self.times[terms], self.weights[terms]
+        return times, weights
 
     def first_times(self, count: int) -> Array:
         """Return the earliest time [s] of each row, shape (count,); zero for rows without terms."""
@@ -131,34 +139,7 @@ _MANY = 2**18  # terms: for fewer, moments take longer than the sum
 _NODES, _APART = 9, 0.1  # correlation times: the sums of kernels that stand for rows err by about 0.4⁹/√9!
 
 
-class RowKernel(ABC):
-    """Covariances of `count` rows of one process with each other, and with the process at other times."""
-
-    @property
-    @abstractmethod
-    def centres(self) -> Terms:
-        """The times and weights of a sum of kernels that approximates κ(·, L_a) closely."""
-
-    @abstractmethod
-    def among(self) -> Array:
-        """Return L_a L_b κ: shape (count, count)."""
-
-    @abstractmethod
-    def across(self, t: Array) -> Array:
-        """Return L_a κ(·, t) for times t [s] of shape (n,): shape (count, n)."""
-
-    @abstractmethod
-    def among_gradient(self, multipliers: Array) -> Array:
-        """Return ∂/∂ln θ of νᵀ (L L κ) ν for multipliers ν (count,): one entry for each
-        hyperparameter of the kernel.
-        """
-
-    @abstractmethod
-    def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
-        """Return ∂/∂ln θ of νᵀ (L κ(·, t)) w for weights w at times t [s], both of shape (n,)."""
-
-
-def row_kernel(kernel: Kernel, terms: Terms, count: int) -> RowKernel:
+def row_kernel(kernel: Kernel, terms: Terms, count: int) -> "RowKernel":
     """Return the sums over terms, or Taylor series if the rounding errors of these sums are too large."""
     direct = Direct(kernel, terms, count)
     if not (kernel.is_analytic and len(terms.times)):
@@ -179,8 +160,8 @@ def row_kernel(kernel: Kernel, terms: Terms, count: int) -> RowKernel:
 
 
 @dataclass(frozen=True)
-class Direct(RowKernel):
-    """Covariances of rows as sums over their terms."""
+class Direct:
+    """Covariances of `count` rows of one process, as sums over their terms."""
 
     kernel: Kernel
     terms: Terms
@@ -188,22 +169,29 @@ class Direct(RowKernel):
 
     @property
     def centres(self) -> Terms:
+        """The times and weights of a sum of kernels that is κ(·, L_a), up to a small residual."""
         return self.terms
 
     def among(self) -> Array:
+        """Return L_a L_b κ: shape (count, count)."""
         return self.terms.summed(self.across(self.terms.times).T, self.count)
 
     def across(self, t: Array) -> Array:
+        """Return L_a κ(·, t) for times t [s] of shape (n,): shape (count, n)."""
         return in_blocks(self._across, t, len(self.terms.times))
 
     def _across(self, t: Array) -> Array:
         return self.terms.summed(self.kernel(self.terms.times[:, None] - t), self.count)
 
     def among_gradient(self, multipliers: Array) -> Array:
+        """Return ∂/∂ln θ of νᵀ (L L κ) ν for multipliers ν (count,): one entry for each
+        hyperparameter of the kernel.
+        """
         own = self._weigh(multipliers)
         return self._form_gradient(*own, *own)
 
     def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
+        """Return ∂/∂ln θ of νᵀ (L κ(·, t)) w for weights w at times t [s], both of shape (n,)."""
         return self._form_gradient(*self._weigh(multipliers), t, weights)
 
     def _form_gradient(self, times: Array, u: Array, t: Array, weights: Array) -> Array:
@@ -221,8 +209,8 @@ class Direct(RowKernel):
 
 
 @dataclass(frozen=True)
-class Taylor(RowKernel):
-    """Covariances of rows by a Taylor series about the first time of each, shape (count,).
+class Taylor:
+    """Covariances of rows by a Taylor series about the first time of each, shape (count,): methods as in `Direct`.
 
     `moments` are the coefficients μ_n, shape (count, N).
     """
@@ -280,3 +268,7 @@ class Taylor(RowKernel):
     @property
     def _order(self) -> int:
         return int(self.moments.shape[1]) - 1
+
+
+RowKernel = Direct | Taylor
+"""Covariances of rows of one process with each other, and with the process at other times."""

@@ -10,9 +10,10 @@ import numpy as np
 
 from trackably.arguments import instance, numbers
 from trackably.arrays import Array, ArrayLike
-from trackably.gp.factors.factorisation import differences
+from trackably.gp.factors.factorisation import Entries, differences
 from trackably.gp.factors.fourier import Ladder
 from trackably.gp.factors.low_rank import Bases
+from trackably.gp.kernels.base import Kernel
 from trackably.gp.stencil import POINT, Stencil, Stencils
 
 _UNIFORM = np.empty(0)
@@ -196,8 +197,15 @@ class Samples:
         """The instants [s] of the process on which the samples depend; cached."""
         return self.stencil.centres(self.times)
 
+    def entries(self, kernel: Kernel) -> Entries:
+        """Return entries of the covariance of the samples, without noise."""
+        if isinstance(self.stencil, Stencils):
+            return self.stencil.entries(kernel, self.times)
+        covariance, apart = self.stencil.covariance(kernel), self._apart
+        return lambda part: covariance(apart[part])
+
     @cached_property
-    def apart(self) -> Array:
+    def _apart(self) -> Array:
         """t_i − t_j [s] for the stored entries of a matrix; cached, as they do not depend on hyperparameters."""
         return differences(self.times)
 

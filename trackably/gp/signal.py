@@ -148,10 +148,6 @@ class CachedSum(KernelSum):
 
     known: dict[bytes, Array] = field(default_factory=dict)
 
-    @classmethod
-    def of(cls, signal: KernelSum) -> Self:
-        return cls(signal.kernel, signal.mean, signal.centres, signal.weights)
-
     def __call__(self, t: Array) -> Array:
         if np.ndim(t) != 2 or t.shape[-1] < _LONG_ROW:
             return self.nearly(t)
@@ -170,4 +166,4 @@ class EvaluationCache:
 
     @classmethod
     def of(cls, signals: Sequence[KernelSum]) -> Self:
-        return cls(tuple(map(CachedSum.of, signals)))
+        return cls(tuple(CachedSum(of.kernel, of.mean, of.centres, of.weights) for of in signals))

@@ -1,8 +1,8 @@
 """The measurement stencil: a sample is a weighted sum of values of the process at shifted times."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -84,7 +84,9 @@ class Stencil(_Instants):
 
     def covariance(self, kernel: Kernel) -> Covariance:
         """Return the covariance of two samples, Σ_d ρ_d κ(r + d step) over the lags, with its ∂/∂ln θ."""
-        return kernel.value_and_gradient if self.weights == POINT.weights else partial(self._covariance, kernel)
+        if self.weights == POINT.weights:
+            return kernel.value_and_gradient
+        return lambda r: _weighted_sum(kernel, ((rho, r + lag) for rho, lag in self.lags))
 
     def gain(self, omega: Array) -> Array:
         """Return |Σ_j w_j e^(iωj step)|², the factor of a spectral density at ω [rad/s], shape (m,)."""
@@ -98,10 +100,12 @@ class Stencil(_Instants):
             return density
         return density.filtered(self.gain, self.largest_gain, self.lags[-1][1])
 
-    def _covariance(self, kernel: Kernel, r: Array) -> tuple[Array, Array]:
-        parts = [(rho, *kernel.value_and_gradient(r + lag)) for rho, lag in self.lags]
-        covariance = sum(rho * value for rho, value, _ in parts)
-        return np.asarray(covariance), np.asarray(sum(rho * gradient for rho, _, gradient in parts))
+
+def _weighted_sum(kernel: Kernel, parts: Iterable[tuple[Array | float, Array]]) -> tuple[Array, Array]:
+    """Return Σ ρ κ(r) over pairs of weights ρ and times r [s], and its ∂/∂ln θ."""
+    found = [(rho, *kernel.value_and_gradient(r)) for rho, r in parts]
+    value = sum(rho * of_pair for rho, of_pair, _ in found)
+    return np.asarray(value), np.asarray(sum(rho * gradient for rho, _, gradient in found))
 
 
 POINT = Stencil((1.0,))
@@ -155,18 +159,16 @@ class Stencils(_Instants):
         return np.array([part.at_rest(level) for part in self.parts])[self.places]
 
     def entries(self, kernel: Kernel, t: Array) -> Entries:
-        """Return entries of the covariance of samples at t [s]: Σ_d (Σ_j w_j w'_(j − d)) κ(t − t' + d step)."""
-        longest, weights, stored = len(self.weights), self.weights, places(len(t))
+        """Return entries of the covariance of samples at t [s]: Σ_jk w_j w'_k κ(t − t' + (j − k) step)."""
+        weights, stored, shifts = self.weights, places(len(t)), range(len(self.weights))
 
         def entries(part: slice) -> tuple[Array, Array]:
             row, column = (each[part] for each in stored)
-            apart, values, gradient = t[row] - t[column], np.zeros(()), np.zeros(())
-            for d in range(1 - longest, longest):
-                pairs = [(j, j - d) for j in range(longest) if 0 <= j - d < longest]
-                rho = sum(weights[j, row] * weights[i, column] for j, i in pairs)
-                of_lag, slopes = kernel.value_and_gradient(apart + d * self.step)
-                values, gradient = values + rho * of_lag, gradient + rho * slopes
-            return np.asarray(values), np.asarray(gradient)
+            apart = t[row] - t[column]
+            pairs = (
+                (weights[j, row] * weights[k, column], apart + (j - k) * self.step) for j in shifts for k in shifts
+            )
+            return _weighted_sum(kernel, pairs)
 
         return entries
 

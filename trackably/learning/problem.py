@@ -44,8 +44,8 @@ class ConstrainedProblem:
 
     There is one set of samples for each process of the prior. Without constraints, prior means may be learned too:
     `means` has an interval for each learned mean and None for each known one, and each learned mean is the most likely
-    one for θ. ValueError: samples, prior and space do not fit together, or there are fewer samples than learned
-    hyperparameters.
+    one for θ. With `bases`, prior means are these functions, and all hyperparameters are known. ValueError: samples,
+    prior and space do not fit together, or there are fewer samples than learned hyperparameters.
     """
 
     samples: tuple[Samples, ...]
@@ -54,6 +54,7 @@ class ConstrainedProblem:
     constraints: tuple[Bounded, ...] = field(default=())
     required: tuple[RequiredValue, ...] = field(default=())
     means: tuple[tuple[float, float] | None, ...] = field(default=())
+    bases: tuple[KernelSum, ...] = field(default=())
 
     def __post_init__(self) -> None:
         if self.means and (len(self.means) != len(self.prior.parts) or self.constraints or self.required):
@@ -82,7 +83,7 @@ class ConstrainedProblem:
 
     def posterior(self, log_theta: Array) -> JointPosterior:
         done("evaluation")
-        found = JointPosterior(self.prior.with_log_hyperparameters(log_theta), self.samples)
+        found = JointPosterior(self.prior.with_log_hyperparameters(log_theta), self.samples, self.bases)
         return found.with_likeliest_means(self.means) if self.means else found
 
 

@@ -47,60 +47,7 @@ class BudgetExceeded:
 
 
 LearningResult = Certified | NoSolution | Counterexample | Unproved | BudgetExceeded
-LearnFromWindow = Callable[[tuple[Samples, ...]], LearningResult]
-"""Returns a reference with a proof, in absolute time, from the samples of a window; or the reason why there is none."""
-
-
-@dataclass
-class WindowLearner:
-    """Learn from each window, starting from the result of the `last` one: a `LearnFromWindow` with a memory.
-
-    The function is learned again for each window, starting with the places at which the last one had active bounds, and
-    is proved for all times. In every `moving_every`-th window the hyperparameters are learned too, from their last
-    values to the next local minimum of J, which takes a few times longer; with 0 they are fixed. If learning takes
-    longer than `budget` [s] by the `clock`, the answer is `BudgetExceeded`: the old reference then stays in use, which
-    is certified for ever, and the next window starts from the late result. `seconds` are the durations of the windows.
-
-    ValueError: hyperparameters are to be learned, but all of them are known.
-    """
-
-    last: Certified
-    budget: float = float("inf")
-    clock: Clock = perf_counter
-    seconds: list[float] = field(default_factory=list)
-    moving_every: int = 0
-    _prior: JointPrior = field(init=False)
-
-    def __post_init__(self) -> None:
-        self._prior = self.last.solution.posterior.prior
-        if self.moving_every and not self._prior.learned:
-            raise ValueError(
-                f"windows: hyperparameters that are known cannot move, got moving_every = {self.moving_every}"
-            )
-
-    def __call__(self, samples: tuple[Samples, ...]) -> LearningResult:
-        """Return a reference with a proof from the samples of a window.
-
-        Or the reason why there is none, or none in time.
-        """
-        begun = self.clock()
-        found = self._learned(samples)
-        self.seconds.append(self.clock() - begun)
-        if isinstance(found, Certified):
-            self.last = found
-        return BudgetExceeded(self.seconds[-1], self.budget) if self.seconds[-1] > self.budget else found
-
-    def _learned(self, samples: tuple[Samples, ...]) -> LearningResult:
-        """Learn the function, and the hyperparameters in every `moving_every`-th window, from the last solution."""
-        solution, plant = self.last.solution, self.last.reference.plant
-        learner, prior = FUNCTION, solution.posterior.prior.as_known()
-        if self.moving_every and (len(self.seconds) + 1) % self.moving_every == 0:
-            values = solution.posterior.prior.hyperparameters
-            learner = _MOVING
-            prior = self._prior.with_log_hyperparameters(np.log([values[name] for name in self._prior.learned]))
-        near = replace(solution, posterior=replace(solution.posterior, prior=prior))
-        space = SearchSpace.around(samples, prior, starts=1)
-        return learn_certified(samples, prior, plant, space, learner=learner, last=near)
+"""A reference with a proof, in absolute time, from the samples of a window; or the reason why there is none."""
 
 
 def holds_for_all_times(learned: Certified) -> bool:
@@ -112,10 +59,11 @@ def holds_for_all_times(learned: Certified) -> bool:
 class Relearner:
     """Learn a reference again from each window of samples that arrives, while a loop runs.
 
-    Each window starts from the result of the last one, as in a `WindowLearner`: from its hyperparameters, and from the
+    Each window starts from the result of the last one, even if that was late: from its hyperparameters, and from the
     times at which bounds were active. Prior means stay those of the first reference, and so does noise that was learned
-    without bounds. In every `moving_every`-th window the hyperparameters are learned again too, which takes a few times
-    longer; with 0 they are fixed. Times of samples are those of the loop: step k is at k T_s.
+    without bounds. In every `moving_every`-th window the hyperparameters are learned too, from their last values to the
+    next local minimum of J, which takes a few times longer; with 0 they are fixed. Times of samples are those of the
+    loop: step k is at k T_s.
 
     `reference` is the one that the loop tracks, at first the given one. It holds for all times, so that the loop can
     track it until there is another one. `step` switches to the last one that was learned within the `budget` [s], if
@@ -132,29 +80,28 @@ class Relearner:
     moving_every: int = 0
     noise_std: Mapping[str, float] | None = None
     clock: Clock = perf_counter
-    _windows: WindowLearner = field(init=False, repr=False)
+    seconds: list[float] = field(default_factory=list, init=False)
+    _last: Certified = field(init=False, repr=False)
+    _prior: JointPrior = field(init=False, repr=False)
     _learned: TrackableReference | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
         instance("reference", self.reference, TrackableReference, "one that learn_reference returns")
         fit = self.reference.fit
         space = SearchSpace.around(fit.samples, fit.prior)
-        first = Certified(fit.solution, fit.reference, self.reference.certificate, 0.0, space)
-        if not holds_for_all_times(first):
+        self._last = Certified(fit.solution, fit.reference, self.reference.certificate, 0.0, space)
+        self._prior = fit.solution.posterior.prior
+        if not holds_for_all_times(self._last):
             raise ValueError(
-                "reference: a loop may need it for ever, so that it has to be proved for all times, but it is "
-                f"for {times_of(first.certificate.claim)} only; learn it with the claim 'all_times' or 'all_phases'"
+                "reference: a loop may need it for ever, so that it has to be proved for all times, but it is for "
+                f"{times_of(self._last.certificate.claim)} only; learn it with the claim 'all_times' or 'all_phases'"
             )
-        budget = float("inf") if self.budget is None else real("budget", self.budget)
-        if not budget > 0:
+        if self.budget is not None and not real("budget", self.budget) > 0:
             raise ValueError(f"budget: expected a positive number of seconds, got {self.budget!r}")
-        every = whole("moving_every", self.moving_every, least=0)
-        self._windows = WindowLearner(first, budget, self.clock, moving_every=every)
-
-    @property
-    def seconds(self) -> list[float]:
-        """The duration of each window's learning [s]."""
-        return self._windows.seconds
+        if whole("moving_every", self.moving_every, least=0) and not self._prior.learned:
+            raise ValueError(
+                f"windows: hyperparameters that are known cannot move, got moving_every = {self.moving_every}"
+            )
 
     def __call__(
         self, samples: SamplesLike
@@ -169,7 +116,13 @@ class Relearner:
         plant = self.reference.reference.plant
         kinds = names_of_each(plant, self.reference.sampled)
         _, seen = sampled_signals(plant, same_states("samples", samples, plant, kinds, self.noise_std))
-        found = self._windows(seen)
+        begun = self.clock()
+        found = self._learn(seen)
+        self.seconds.append(self.clock() - begun)
+        if isinstance(found, Certified):
+            self._last = found
+        if self.budget is not None and self.seconds[-1] > self.budget:
+            return BudgetExceeded(self.seconds[-1], self.budget)
         if not isinstance(found, Certified):
             return judge(found)
         # Its l without bounds is that of the same θ.
@@ -178,6 +131,18 @@ class Relearner:
         certificate = found.certificate.with_robust(tightening)
         self._learned = TrackableReference(fit, certificate, tightening=tightening)
         return self._learned
+
+    def _learn(self, samples: tuple[Samples, ...]) -> LearningResult:
+        """Learn the function, and the hyperparameters in every `moving_every`-th window, from the last solution."""
+        solution, plant = self._last.solution, self._last.reference.plant
+        learner, prior = FUNCTION, solution.posterior.prior.as_known()
+        if self.moving_every and (len(self.seconds) + 1) % self.moving_every == 0:
+            values = solution.posterior.prior.hyperparameters
+            learner = _MOVING
+            prior = self._prior.with_log_hyperparameters(np.log([values[name] for name in self._prior.learned]))
+        near = replace(solution, posterior=replace(solution.posterior, prior=prior))
+        space = SearchSpace.around(samples, prior, starts=1)
+        return learn_certified(samples, prior, plant, space, learner=learner, last=near)
 
     def step(
         self, controller: SteppedController, k: int, state: ArrayLike, initial_guess: ArrayLike | None = None

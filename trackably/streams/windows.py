@@ -7,17 +7,14 @@ covariance is the same, because covariances do not depend on values. Only zeros 
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
-from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.prove import Failure, prove_on_window, prove_while_settling
 from trackably.certificates.waypoint import Waypoint
 from trackably.checker.certificate import Claim, Window
-from trackably.gp.joint import JointPosterior, JointPrior
-from trackably.gp.posterior import Posterior
+from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint
@@ -28,44 +25,6 @@ from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
 from trackably.work import done
-
-
-@dataclass(frozen=True)
-class Continued(Posterior):
-    """The posterior of a process whose prior mean is the function `base`, with the kernel of the prior, all known."""
-
-    base: KernelSum
-
-    def with_kernels(self, own: Array, t: Array, weights: Array) -> KernelSum:
-        more = super().with_kernels(own, t, weights)  # with the same prior mean, which counts once
-        centres, weights = np.append(self.base.centres, more.centres), np.append(self.base.weights, more.weights)
-        return KernelSum.of_terms(self.base.kernel, self.base.mean, centres, weights)
-
-    @cached_property
-    def _residual(self) -> Array:
-        return self.samples.values - self.samples.stencil.measured(self.base, self.samples.times)
-
-
-@dataclass(frozen=True)
-class JointlyContinued(JointPosterior):
-    """Posteriors of processes whose prior means are the functions `bases`."""
-
-    bases: tuple[KernelSum, ...]
-
-    @cached_property
-    def parts(self) -> tuple[Posterior, ...]:
-        each = zip(self.prior.parts, self.samples, self.bases, strict=True)
-        return tuple(Continued(*of_process) for of_process in each)
-
-
-@dataclass(frozen=True)
-class ContinuedProblem(ConstrainedProblem):
-    """The problem of continuing the functions `bases`, for known hyperparameters."""
-
-    bases: tuple[KernelSum, ...] = ()
-
-    def posterior(self, log_theta: Array) -> JointPosterior:
-        return JointlyContinued(self.prior, self.samples, self.bases)
 
 
 def part_of(samples: Samples, start: float, end: float) -> Samples | None:
@@ -202,7 +161,7 @@ def _problem(
     ends = [float(of.times[i]) for of in stream.samples for i in (0, -1)]
     within = (at for at in stream.pinned if times.start <= min(max(at.time, min(ends)), max(ends)) <= times.end)
     required = tuple(value for at in within for value in at.required_values(stream.plant))
-    return ContinuedProblem(given, stream.prior, space, constraints, required, bases=bases)
+    return ConstrainedProblem(given, stream.prior, space, constraints, required, bases=bases)
 
 
 def constraints_at(times: Window, plant: ConstrainedSystem, backoff: float = _BACKOFFS[0]) -> tuple[Constraint, ...]:

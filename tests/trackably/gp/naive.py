@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from trackably.gp.joint import JointPrior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.gp.stencil import Stencils
@@ -53,8 +54,10 @@ def negative_log_marginal_likelihood(prior: Prior, samples: Samples) -> float:
     return float(log_determinant + residual @ inverse @ residual + len(samples) * math.log(2 * math.pi))
 
 
-def by_log_hyperparameters(f, prior: Prior, step: float = 1e-5):
+def by_log_hyperparameters(f, prior: Prior | JointPrior, step: float = 1e-5):
     """∂f(prior)/∂ln θ of the learned hyperparameters by central differences: one row for each."""
+    if isinstance(prior, Prior):
+        return by_log_hyperparameters(lambda joint: f(joint.parts[0]), JointPrior((prior,)), step)
     theta = prior.log_hyperparameters
     rows = []
     for direction in np.eye(theta.size):

@@ -46,7 +46,7 @@ def test_hyperparameters_from_samples_of_their_own() -> None:
     other = Samples(times, 0.3 * np.sin(4 * times) + 0.03 * np.random.default_rng(3).standard_normal(40))
     kernel, noise = SquaredExponential(), (0.001, 0.2)
     found = learned(learn_from={"position": other}, kernel=kernel, noise_std=noise)
-    prior = JointPrior.of(Prior(kernel, noise))
+    prior = JointPrior((Prior(kernel, noise),))
     least = best_solution(ConstrainedProblem((other,), prior, SearchSpace.around((other,), prior, 2)))
     assert isinstance(least, Solution)
     known = least.posterior.prior.hyperparameters

@@ -12,7 +12,8 @@ Two kinds of covariances have this form:
   neighbouring blocks are correlated. The state is the covariance with each sample of the next block, and Φ is zero.
 
 Rows, sums of values at several instants (samples by a stencil are such), need both: their covariance is a polynomial
-times e^(−λ|r|) only where all instants of one lie after those of the other.
+times e^(−λ|r|) only where all instants of one lie after those of the other. So the state also has the covariances with
+those rows of the next block that begin before the last instant of this one.
 
 Time and memory are linear in the number of samples. As in a dense Cholesky factorisation, only covariances of samples
 given all earlier ones are factorised, and rounding errors are like its own. (D. Foreman-Mackey, E. Agol, S. Ambikasaran
@@ -26,15 +27,12 @@ from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
-import numpy.typing as npt
 import scipy
 
 from trackably.arrays import Array
 from trackably.gp.factors.factorisation import Covariance, Factorisation
-from trackably.gp.kernels.base import Decay, Kernel
+from trackably.gp.kernels.base import Decay
 from trackably.gp.rows import Terms
-
-_HALVINGS, _PARTS = 12, 16  # the shortest reach is span / 2^12; it is found up to a factor 2^(1/16)
 
 
 def blocks(times: Array, reach: float, fewest: int = 1) -> list[slice]:
@@ -48,38 +46,25 @@ def blocks(times: Array, reach: float, fewest: int = 1) -> list[slice]:
     return [slice(*pair) for pair in zip(cuts, [*cuts[1:], len(times)], strict=True)]
 
 
-def reach(kernel: Kernel, span: float, negligible: float) -> float:
-    """Return the distance [s] beyond which a kernel and its derivatives stay below `negligible`.
-
-    The kernel must decrease (finite `decay_distance`). If there is no such distance, the result is at least `span`.
-    """
-    distances = span * 2.0 ** (-np.arange(_HALVINGS * _PARTS) / _PARTS)
-    value, gradient = kernel.value_and_gradient(distances)
-    matters = np.any(np.abs(np.concatenate([value[None], gradient])) > negligible, axis=0)
-    first = int(np.argmax(matters)) if np.any(matters) else len(distances)
-    return float(span * 2.0 ** ((1 - first) / _PARTS))
-
-
 class Cut(NamedTuple):
-    """Blocks of `rows` with covariances that pass through `tails`; with `is_near`, neighbours covary otherwise, too."""
+    """Blocks of `rows` with covariances that pass through `tails`; without tails, only neighbours covary."""
 
     rows: list[slice]
     tails: Sequence[Decay]
-    is_near: bool
 
     @property
     def cost(self) -> float:
         """The time that a factorisation takes [ns], about."""
         own = np.array([row.stop - row.start for row in self.rows], dtype=float)
-        after = np.append(own[1:], 0.0) if self.is_near else np.zeros(len(own))
+        after = np.zeros(len(own)) if self.tails else np.append(own[1:], 0.0)
         return float(np.sum(0.06 * own**3 + 0.12 * own * after * (own + after) + 12 * own * (own + after) + 7.5e4))
 
 
 class Block(NamedTuple):
     """The samples in `rows`: A_ii without noise, `own`; Q_i, `into`; and the parts of P_i and Φ_i that are of tails.
 
-    `own` and `into` hold values, followed by each ∂/∂ln θ_j: shapes (1 + p, b, b) and (1 + p, r, b). If `is_next`, the
-    state before the block ends with the covariances with each of its samples.
+    `own` and `into` hold values, followed by each ∂/∂ln θ_j: shapes (1 + p, b, b) and (1 + p, r, b). The state before
+    the block ends with the covariances with the first `near` of its samples.
     """
 
     rows: slice
@@ -87,18 +72,18 @@ class Block(NamedTuple):
     into: Array
     by_tails: Array
     move: Array
-    is_next: bool
+    near: int
 
     def seen(self, state: Array) -> Array:
         """Return P x for a state x, (r, …)."""
         count = self.by_tails.shape[1]
         found = self.by_tails @ state[:count]
-        return found + state[count:] if self.is_next else found
+        found[: self.near] += state[count:]
+        return np.asarray(found)
 
     def shown(self, values: Array) -> Array:
         """Return Pᵀ v for numbers v of the samples, (b, …)."""
-        by_tails = self.by_tails.T @ values
-        return np.concatenate([by_tails, values]) if self.is_next else by_tails
+        return np.concatenate([self.by_tails.T @ values, values[: self.near]])
 
     def past(self, state: Array) -> Array:
         """Return the part of Φ x that is not zero: that of the tails."""
@@ -115,38 +100,43 @@ def row_blocks(terms: Terms, cut: Cut, covariance: Covariance) -> list[Block]:
     Rows have `terms`, at least one each, and are in the order of their first times. The `covariance` of two instants
     has as many derivatives as the tails.
     """
-    order = np.argsort(terms.of_row, kind="stable")
-    t, weights, of_row = terms.times[order], terms.weights[order], terms.of_row[order]
-    at = np.searchsorted(of_row, [*(row.start for row in cut.rows), cut.rows[-1].stop])
-    begins = np.minimum.reduceat(t, at[:-1])
-    ends, of_block = np.append(begins[1:], np.max(t)), np.repeat(np.arange(len(begins)), np.diff(at))
+    stops = [row.stop for row in cut.rows]
+    t, weights = terms.by_row(stops[-1])
+    first, last = np.min(t, axis=1), [np.max(t[row]) for row in cut.rows]
+    near = np.clip(np.searchsorted(first, last) if cut.tails else len(t), stops, [*stops[1:], len(t)]) - stops
+    begins = first[[row.start for row in cut.rows]]
+    ends, of_block = np.append(begins[1:], np.max(t)), np.repeat(np.arange(len(begins)), np.diff(stops, prepend=0))
     moves = np.zeros((len(begins), *[sum(tail.size for tail in cut.tails)] * 2))
-    seen, into, j = [np.empty((cut.rows[-1].stop, 0))], list[Array](), 0
+    seen, into, j = [np.empty((len(t), 0))], list[Array](), 0
     for tail in cut.tails:
         size = slice(j, j := j + tail.size)
-        moves[:, size, size] = tail.moved(ends - begins)
-        seen.append(_summed(of_row, weights[:, None] * tail.values(t - begins[of_block]), 0))
-        told = np.einsum("pj,nkj->pkn", tail.coefficients, tail.moved(ends[of_block] - t))
-        into.append(_summed(of_row, weights * told, 2))
-    before, found = np.hstack(seen), list[Block]()
-    for i, row in enumerate(cut.rows):
-        within, near = slice(at[i], at[i + 1]), slice(at[i], at[min(i + 1 + cut.is_near, len(cut.rows))])
-        value, gradient = covariance(t[near, None] - t[within])
-        each = weights[near, None] * np.concatenate([value[None], gradient]) * weights[within]
-        both = _summed(of_row[within], _summed(of_row[near], each, 1), 2)
-        count = row.stop - row.start
+        moves[:, size, size] = np.moveaxis(tail.moved(ends - begins), -1, 0)
+        seen.append(np.einsum("nj,njs->ns", weights, tail.values(t - begins[of_block, None])))
+        moved = np.einsum("nj,ksnj->ksn", weights, tail.moved(ends[of_block, None] - t))
+        into.append(np.einsum("ps,ksn->pkn", tail.coefficients, moved))
+    by_tails, found = np.hstack(seen), list[Block]()
+    for row, after, before, move in zip(cut.rows, near, np.append(0, near), moves, strict=False):
+        until = slice(row.start, row.stop + after)
+        both = _covariances(covariance, (t[until], weights[until]), (t[row], weights[row]))
+        own, beside = np.split(both, [row.stop - row.start], axis=1)
         told = np.concatenate([both[:, :0], *(part[:, :, row] for part in into)], axis=1)
-        if cut.is_near:
-            after = slice(row.stop, row.start + both.shape[1])
-            told = np.concatenate([told, both[:, count:] - before[after] @ told], axis=1)
-        found.append(Block(row, both[:, :count], told, before[row], moves[i], cut.is_near and i > 0))
+        told = np.concatenate([told, beside - by_tails[row.stop : until.stop] @ told], axis=1)
+        found.append(Block(row, own, told, by_tails[row], move, before))
     return found
 
 
-def _summed(of_row: npt.NDArray[np.intp], values: Array, axis: int) -> Array:
-    """Return the sums of values over the terms of each row, whose numbers do not decrease, along an axis."""
-    first = np.flatnonzero(np.diff(of_row, prepend=-1))
-    return values if len(first) == len(of_row) else np.asarray(np.add.reduceat(values, first, axis))
+def _covariances(covariance: Covariance, one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
+    """Return the covariances of rows with others, followed by each ∂/∂ln θ_j: shape (1 + p, n, m).
+
+    Rows have the times [s] and weights of their terms, shapes (n, J) and (m, J).
+    """
+    found = np.zeros(())
+    for t, weights in zip(*(array.T for array in one), strict=True):
+        for s, others in zip(*(array.T for array in other), strict=True):
+            if np.any(weights) and np.any(others):
+                value, gradient = covariance(t[:, None] - s)
+                found = found + weights[:, None] * others * np.concatenate([value[None], gradient])
+    return found
 
 
 class Factor(NamedTuple):

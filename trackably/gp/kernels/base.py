@@ -74,17 +74,17 @@ class Decay:
         return type(self)(self.rate, np.trim_zeros(self.coefficients[row], "b")[None])
 
     def values(self, elapsed: Array) -> Array:
-        """Return x^j e^(−x) after so many seconds, shape (n,): shape (n, size)."""
+        """Return x^j e^(−x) after so many seconds: shape (*elapsed.shape, size)."""
         x = self.rate * elapsed
-        return np.asarray(x[:, None] ** np.arange(self.size) * np.exp(-x)[:, None])
+        return np.asarray(x[..., None] ** np.arange(self.size) * np.exp(-x)[..., None])
 
     def moved(self, by: Array) -> Array:
-        """Return the matrices that take a polynomial to later times, `by` [s] of shape (n,): shape (n, size, size)."""
-        x, found = self.rate * by, np.zeros((len(by), self.size, self.size))
+        """Return the matrices that take a polynomial to times `by` [s] later: shape (size, size, *by.shape)."""
+        x, found = self.rate * by, np.zeros((self.size, self.size, *by.shape))
         for j in range(self.size):
             for k in range(j + 1):
-                found[:, k, j] = comb(j, k) * x ** (j - k)
-        return np.asarray(found * np.exp(-x)[:, None, None])
+                found[k, j] = comb(j, k) * x ** (j - k)
+        return found * np.exp(-x)
 
     def derivatives(self, order: int) -> list[Array]:
         """Return the coefficients of P, λ (d/dx − 1) P, …: of the first function and its derivatives for r > 0."""
@@ -137,7 +137,7 @@ def _before(decay: Decay, factors: list[Array], at: Array, weights: Array, times
 
 def _move(decay: Decay, moments: Array, by: Array) -> Array:
     """Return the moments (size, n) about later points, each at its own distance `by` [s]."""
-    return np.asarray(np.einsum("nlk,ln->kn", decay.moved(by), moments))
+    return np.asarray(np.einsum("lkn,ln->kn", decay.moved(by), moments))
 
 
 # Spectral densities S(ω) = ∫ κ(r) e^(−iωr) dr of kernels that decay fast, as their densities do.
@@ -180,6 +180,10 @@ class SpectralDensity:
             return density * gain(omega), gradient
 
         return SpectralDensity(largest * self.largest, self.reach + length, self.limit, at)
+
+
+_UNDERFLOW = 746.0  # e^(−x) is zero in float64 for every larger x
+_NEGLIGIBLE = 56.0  # e^(−x) is below 2⁻⁸⁰ for every larger x, and below 2⁻⁶⁰ times the polynomials of derivatives
 
 
 @dataclasses.dataclass(frozen=True)
@@ -251,17 +255,23 @@ class Kernel(ABC):
         """Whether κ has derivatives of every order, at 0 too, so that few points resolve κ and all its derivatives."""
         return True
 
+    def extent(self, exponent: float) -> float:
+        """Return a distance [s] beyond which κ and its derivatives are zero, or polynomials times less than
+        e^(−`exponent`); infinite if there is none.
+        """
+        return math.inf
+
     @property
     def vanishing_distance(self) -> float:
         """A distance [s] beyond which κ and its derivatives are zero in float64; infinite if there is none."""
-        return math.inf
+        return self.extent(_UNDERFLOW)
 
     @property
     def negligible_distance(self) -> float:
         """A distance [s] beyond which κ and its derivatives are lost in rounding, below 2⁻⁶⁰
         times their largest values.
         """
-        return self.vanishing_distance
+        return self.extent(_NEGLIGIBLE)
 
     @property
     def decays(self) -> tuple[Decay, ...]:
@@ -344,13 +354,8 @@ class Sum(_Pair):
     So does their sum.
     """
 
-    @property
-    def vanishing_distance(self) -> float:
-        return max(self.left.vanishing_distance, self.right.vanishing_distance)
-
-    @property
-    def negligible_distance(self) -> float:
-        return max(self.left.negligible_distance, self.right.negligible_distance)
+    def extent(self, exponent: float) -> float:
+        return max(self.left.extent(exponent), self.right.extent(exponent))
 
     @property
     def decays(self) -> tuple[Decay, ...]:
@@ -390,13 +395,8 @@ class Product(_Pair):
     decrease too. Only the product of both signal_std matters, so give one of them as known.
     """
 
-    @property
-    def vanishing_distance(self) -> float:
-        return min(self.left.vanishing_distance, self.right.vanishing_distance)
-
-    @property
-    def negligible_distance(self) -> float:
-        return min(self.left.negligible_distance, self.right.negligible_distance)
+    def extent(self, exponent: float) -> float:
+        return min(self.left.extent(exponent), self.right.extent(exponent))
 
     def jet(self, r: Array, order: int) -> Array:
         return np.asarray(leibniz(self.left.jet(r, order)[None], self.right.jet(r, order)[None])[0])

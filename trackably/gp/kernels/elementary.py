@@ -73,12 +73,6 @@ def _fields(kernel: type[Elementary]) -> dict[str, Hyperparameter]:
 
 # Kernels that decay with distance, κ(r) = θ₁² φ(r/θ₂): each states φ and its derivatives, nothing more.
 
-UNDERFLOW = 746.0
-"""e^(−x) is zero in float64 for every larger x."""
-
-NEGLIGIBLE = 56.0
-"""e^(−x) is below 2⁻⁸⁰ for every larger x, and below 2⁻⁶⁰ after multiplication with the polynomials of derivatives."""
-
 
 @dataclass(frozen=True, repr=False)
 class Radial(Elementary):

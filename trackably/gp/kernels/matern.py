@@ -9,7 +9,7 @@ from numpy.polynomial import Polynomial
 
 from trackably.arrays import Array
 from trackably.gp.kernels.base import Decay
-from trackably.gp.kernels.elementary import NEGLIGIBLE, UNDERFLOW, Radial, horner
+from trackably.gp.kernels.elementary import Radial, horner
 
 
 class Matern(Radial):
@@ -22,13 +22,8 @@ class Matern(Radial):
     def is_analytic(self) -> bool:
         return False
 
-    @property
-    def vanishing_distance(self) -> float:
-        return self.lengthscale * UNDERFLOW / self.rate
-
-    @property
-    def negligible_distance(self) -> float:
-        return self.lengthscale * NEGLIGIBLE / self.rate
+    def extent(self, exponent: float) -> float:
+        return self.lengthscale * exponent / self.rate
 
     @property
     def decays(self) -> tuple[Decay, ...]:

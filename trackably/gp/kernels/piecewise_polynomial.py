@@ -32,8 +32,7 @@ class _PiecewisePolynomial(Radial):
     def is_analytic(self) -> bool:
         return False
 
-    @property
-    def vanishing_distance(self) -> float:
+    def extent(self, exponent: float) -> float:
         return self.lengthscale
 
     def correlation(self, s: Array, order: int) -> Array:

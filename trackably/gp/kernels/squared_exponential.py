@@ -6,7 +6,7 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.gp.kernels.base import SpectralDensity
-from trackably.gp.kernels.elementary import NEGLIGIBLE, UNDERFLOW, Radial
+from trackably.gp.kernels.elementary import Radial
 
 _EXTENT = 8.2  # e^(−s²/2) is at rounding level for every s beyond, and so is its integral
 
@@ -63,10 +63,5 @@ class SquaredExponential(Radial):
     def decay_distance(self) -> float:
         return self.lengthscale
 
-    @property
-    def vanishing_distance(self) -> float:
-        return self.lengthscale * math.sqrt(2 * UNDERFLOW)
-
-    @property
-    def negligible_distance(self) -> float:
-        return self.lengthscale * math.sqrt(2 * NEGLIGIBLE)
+    def extent(self, exponent: float) -> float:
+        return self.lengthscale * math.sqrt(2 * exponent)

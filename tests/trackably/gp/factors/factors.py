@@ -3,7 +3,7 @@
 import numpy as np
 
 from trackably.gp.factorise import candidates, dense_factorisation
-from trackably.gp.factors.factorisation import Covariance, Factorisation
+from trackably.gp.factors.factorisation import Factorisation
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
@@ -20,20 +20,15 @@ def posterior_at(kernel, times, noise, relative_noise=None, stencil=POINT):
     return Posterior(Prior(kernel, noise * scale, 0.1).as_learned(), samples)
 
 
-def covariance_of(posterior: Posterior) -> Covariance:
-    return posterior.samples.stencil.covariance(posterior.prior.kernel)
-
-
 def factorisations(posterior: Posterior) -> dict[type[Factorisation], Factorisation]:
     """All factorisations that are offered and succeed, by type."""
-    computed = (each.compute() for each in candidates(posterior.prior, posterior.samples, covariance_of(posterior)))
+    computed = (each.compute() for each in candidates(posterior.prior, posterior.samples))
     return {type(factor): factor for factor in computed if factor is not None}
 
 
 def dense(posterior: Posterior) -> Posterior:
     """The same posterior by a Cholesky factor of the whole matrix."""
-    prior, samples = posterior.prior, posterior.samples
-    return with_factor(posterior, dense_factorisation(prior, samples, covariance_of(posterior)))
+    return with_factor(posterior, dense_factorisation(posterior.prior, posterior.samples))
 
 
 def with_factor(posterior: Posterior, factor: Factorisation | None) -> Posterior:

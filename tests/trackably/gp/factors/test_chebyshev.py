@@ -5,8 +5,8 @@ import pytest
 
 from tests.trackably.gp.factors.factors import dense, factorisations, posterior_at, with_factor
 from tests.trackably.gp.instances import over
-from trackably.gp.factors.low_rank import ROUNDING, Bases, LowRank
-from trackably.gp.kernels.base import Kernel, Product
+from trackably.gp.factors.low_rank import Bases, LowRank
+from trackably.gp.kernels.base import Product
 from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
@@ -14,27 +14,6 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.stencil import POINT, Stencil
 
 EVENLY = np.linspace(0.0, 7.0, 400)
-
-
-SMOOTH: list[Kernel] = [
-    SquaredExponential(2.0, 0.5),
-    SquaredExponential(0.1, 30.0),
-    RationalQuadratic(1.0, 2.0, 1.5),
-    Periodic(1.0, 0.8, 2.5),
-]
-
-
-@pytest.mark.parametrize("kernel", SMOOTH, ids=str)
-def test_so_many_points_resolve_a_smooth_kernel(kernel):
-    bases = Bases(EVENLY, np.ones(400), 7.0)
-    count = bases.points_for(kernel.value_and_gradient, 200)
-    assert count
-    basis = bases.of(count)
-    w = basis.q @ basis.r
-    for between, exact in zip(
-        _both(kernel, basis.points[:, None] - basis.points), _both(kernel, EVENLY[:, None] - EVENLY), strict=True
-    ):
-        assert np.max(np.abs(w @ between @ w.T - exact)) < 20 * ROUNDING * np.max(np.abs(exact))
 
 
 @pytest.mark.parametrize("kernel", [Matern32(1.0, 5.0), Matern52(1.0, 5.0), SquaredExponential(1.0, 0.01)], ids=str)
@@ -69,8 +48,3 @@ def test_fewer_centres_represent_the_posterior_mean(kernel, stencil):
     assert len(condensed.centres) <= len(whole.centres) / 2
     for one, other in zip(condensed.jet(t, 2), whole.jet(t, 2), strict=True):
         np.testing.assert_allclose(one, other, atol=1e-9 * np.max(np.abs(other)))
-
-
-def _both(kernel, r):
-    value, gradient = kernel.value_and_gradient(r)
-    return [value, *gradient]

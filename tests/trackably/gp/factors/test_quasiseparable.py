@@ -19,7 +19,7 @@ def test_digits_of_slow_processes_are_those_of_the_samples():
     n, rate, sigma, noise = 60, mpmath.sqrt(5) / 70, 4, 0.1
     posterior = posterior_at(Matern52(4.0, 70.0), STEP * np.arange(n), noise / sigma)
     samples, kernel = posterior.samples, posterior.prior.kernel
-    sevens = Cut(blocks(samples.times, 0.0, 7), kernel.decays, False)
+    sevens = Cut(blocks(samples.times, 0.0, 7), kernel.decays)
     found = row_blocks(terms_of(samples), sevens, kernel.value_and_gradient)
     factor = Quasiseparable.of(found, noise_variance(posterior.prior, samples))
     value, gradient = with_factor(posterior, factor).negative_log_marginal_likelihood()

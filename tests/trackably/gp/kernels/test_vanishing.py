@@ -44,6 +44,7 @@ def test_sums_are_those_of_all_terms(kernel: Kernel, in_order: bool) -> None:
     for t in (
         np.linspace(-1, 12, 50),
         np.append(np.linspace(-1, 12, 3001), centres),
+        np.linspace(-1, 12, 6000).reshape(2000, 3),  # more than is held at once
         np.array([4.0]),
         np.array([-100.0, -99.0]),
         np.array(5.0),
