@@ -556,8 +556,8 @@ def _with_row(plant: ConstrainedSystem, of: TrueSignal, tolerance: float) -> Con
     high[:, 0] += tolerance
     X, hull = plant.state_set, plant.state_set.hull.extent(i := plant.system.states.index(of.state))
     far, beyond = _WIDER * float(np.max(high[:, 0]) - np.min(low[:, 0])), (hull,) if hull else ()
-    least = min(float(np.min(low[:, 0])) - far, *(of.lower for of in beyond))
-    most = max(float(np.max(high[:, 0])) + far, *(of.upper for of in beyond))
+    least = min([float(np.min(low[:, 0])) - far, *(of.lower for of in beyond)])
+    most = max([float(np.max(high[:, 0])) + far, *(of.upper for of in beyond)])
     ends, sides = np.array(of.ends), []
     times = [2 * ends[0] - ends[1], *ends, 2 * ends[-1] - ends[-2]]
     for given, pieces, value in zip(X.ends, (low, high), (least, most), strict=True):

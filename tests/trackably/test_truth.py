@@ -152,6 +152,12 @@ def test_a_tolerance_below_the_error_of_what_is_learned_is_kept(far):
     assert f"|x_r(t) - f(t)| ≤ {truth.error!r}" in verdict.statement
 
 
+def test_a_tolerance_bounds_a_state_that_has_no_bounds():
+    free = ConstrainedSystem(SYSTEM, Polytope.box([-np.inf, -0.5], [np.inf, 0.5]), PLANT.input_set)
+    found = learn_reference(near_samples(), free, SquaredExponential(), (0.0, 1.4), **COARSE, tolerance=0.05)
+    assert found.certificate.truth[0].error <= 0.05
+
+
 def test_a_tolerance_that_no_reference_reaches_is_refused_with_the_least(far):
     least = far.accuracy().least
     with pytest.raises(NotTrackableError, match="from a tolerance of") as raised:

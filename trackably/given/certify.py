@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import inf, nextafter
@@ -67,10 +67,11 @@ def _repeating(ends: Array, coefficients: Array, curve: PolynomialPieces) -> Pol
     coarse = 4 * np.spacing(np.max(np.abs(ends)))  # multiples of this have differences that are exact
     ends[0] = np.round(ends[0] / coarse) * coarse
     ends[-1] = ends[0] + curve.period
-    try:
-        return PolynomialPieces(ends, coefficients, "period")
-    except ValueError:
-        return PolynomialPieces(curve.breakpoints, coefficients, "period")
+    with suppress(ValueError):
+        found = PolynomialPieces(ends, coefficients, "period")
+        if found.period == curve.period:  # any other one would drift away from the curve
+            return found
+    return PolynomialPieces(curve.breakpoints, coefficients, "period")
 
 
 def distance(

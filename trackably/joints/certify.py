@@ -95,7 +95,7 @@ class BrokenLimit:
     time: float
     violation: float
     jumps: bool
-    place: Mapping[str, Any] = field(repr=False)
+    place: Mapping[str, Any] = field(repr=False, hash=False)
 
     def __str__(self) -> str:
         by = rounded_text(self.violation, "down")

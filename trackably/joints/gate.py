@@ -20,6 +20,8 @@ from trackably.joints.trajectory import JointTrajectory, hermite
 _CLOSEST = 1e-6  # s; pieces are no shorter
 _SHORTEST, _LONGEST, _STOPS = 0.01, 20.0, 40
 """Shortest and longest duration of a stop [s], and the number of durations tried."""
+_AT_ONCE = 64
+"""Ends of pieces at which stops are tried at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +137,8 @@ class Gate:
             raise ValueError(f"gate: the running motion begins at {first:.9g} s, after now, {t:.9g} s")
         if start < last + _CLOSEST:
             start = min(start, last)
-        begins = ends[ends <= t][-1]
+        begun = ends if start > last else ends[:-1]  # a motion that ends now is continued from its last piece
+        begins = begun[begun <= t][-1]
         start = max(start, begins + _CLOSEST)
         inner = ends[(begins < ends) & (ends < start - _CLOSEST)]
         return replace(motion.on(np.array([begins, *inner, start])), rests=False)
@@ -184,16 +187,18 @@ class Gate:
         only velocities are limited, they may jump, and a stop takes the shortest duration.
         """
         states, ends = motion.at_ends(self._order), motion.breakpoints[1:]
-        widths = np.geomspace(_SHORTEST, _LONGEST, _STOPS)
-        for k in reversed(np.flatnonzero(ends >= since).tolist()):
-            q, *start = np.repeat(states[:, [k]], _STOPS, axis=1)
+        durations, possible = np.geomspace(_SHORTEST, _LONGEST, _STOPS), np.flatnonzero(ends >= since)
+        for some in reversed(np.split(possible, np.arange(_AT_ONCE, len(possible), _AT_ONCE))):
+            q, *start = np.repeat(states[:, some], _STOPS, axis=1)
+            widths = np.tile(durations, len(some))
             velocity = hermite(np.array(start), np.zeros_like(start), widths) if start else np.zeros((*q.T.shape, 1))
             powers = np.arange(1.0, velocity.shape[2] + 1)
             c = np.concatenate([q.T[:, :, None], velocity / powers], axis=2)
-            open_ = np.flatnonzero(within_limits(c, widths, self.joints))
-            if len(open_):
-                best = open_[:1]
-                return motion.on(motion.breakpoints[: k + 2]).followed_by(ends[k] + widths[best], c[:, best])
+            open_ = within_limits(c, widths, self.joints).reshape(len(some), _STOPS)
+            if len(stops := np.flatnonzero(open_.any(axis=1))):
+                k, best = some[stops[-1]], np.argmax(open_[stops[-1]])
+                stop = c[:, [stops[-1] * _STOPS + best]]
+                return motion.on(motion.breakpoints[: k + 2]).followed_by(ends[k] + durations[[best]], stop)
         return None
 
     def _repair(self, given: JointTrajectory, before: JointTrajectory, left: float) -> CertifiedTrajectory | None:

@@ -22,6 +22,7 @@ _ACCEPTED = (
     "a spline of SciPy with a column for each joint, splines by name of a joint, a trajectory of Ruckig or of TOPP-RA, "
     "or a JointTrajectory"
 )
+_AT_TARGET = 1e-3  # s; the duration of a motion of Ruckig that begins at its target and takes no time
 _OFF = 1e-9  # largest rounding error of pieces that are read, relative to the largest position
 
 
@@ -69,6 +70,9 @@ class JointTrajectory:
         if isinstance(given, JointTrajectory):
             return replace(given, rests=rests)  # type: ignore[return-value]
         if isinstance(given, Mapping):
+            for curve in given.values():
+                if isinstance(curve, Mapping | JointTrajectory):
+                    raise TypeError(f"trajectory: expected a curve for each joint, got {short(curve)}")
             parts = [cls.of(curve, [name], rests) for name, curve in given.items()]
             if not parts:
                 raise ValueError("trajectory: no joint is given")
@@ -247,7 +251,8 @@ def _of_ruckig(given: Any) -> tuple[Array, Array]:
     """Return pieces of constant jerk between the times at which the jerk of some joint changes."""
     if len(given.profiles) != 1:
         raise ValueError("trajectory: a trajectory of Ruckig must have one profile, so no intermediate waypoints")
-    end, changes = given.duration, [np.cumsum([0.0, *of.brake.t, *of.t]) for of in given.profiles[0]]
+    end = given.duration or _AT_TARGET
+    changes = [np.cumsum([0.0, *of.brake.t, *of.t]) for of in given.profiles[0]]
     ends = _shared_breakpoints([np.append(times[times < end], end) for times in changes])
     part = np.diff(ends) / 4
     inside = (np.array([given.at_time(t)[:3] for t in ends[:-1] + k * part]) for k in (1, 3))

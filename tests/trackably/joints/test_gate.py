@@ -35,6 +35,25 @@ def test_a_chunk_that_is_met_runs_to_its_end_and_stops_behind_it():
     np.testing.assert_allclose(motion(0.9), chunk(0.0, 0.0)(0.9), atol=0.05)
 
 
+@pytest.mark.parametrize("now", [0.5, 1.0, 1.0 + 5e-7])
+def test_a_chunk_is_met_where_the_running_motion_ends(now):
+    given = JointTrajectory.through([1.0, 2.2], [[0.0], [0.3]], [[0.0], [0.0]], [[0.0], [0.0]], names=["a"])
+    jerk = 1.0001 * float(np.max(np.abs(given(np.linspace(1.0, 2.19, 999), 3))))
+    gate = Gate(Joints(velocity=1.0, acceleration=3.0, jerk=jerk, names=["a"]), budget=1e-9)
+    assert gate(given, gate.at_rest([0.0], 0.0), now).kind == "stitched"
+
+
+def test_a_stop_far_back_in_a_chunk_is_found():
+    """Of 200 pieces, stops are possible behind the first ones only, which are slow."""
+    joint = Joints(position=[(-1, 1)], velocity=5.0, acceleration=20.0, names=["a"])
+    t = np.linspace(0.0, 1.0, 201)
+    q = np.where(t < 0.1, 0.0, (t - 0.1) ** 2 * 1.2)[:, None]
+    given = JointTrajectory.through(t, q, np.where(t < 0.1, 0.0, 2.4 * (t - 0.1))[:, None], names=["a"])
+    answer = Gate(joint, budget=1e-9)(given, Gate(joint).at_rest([0.0], 0.0), 0.0)
+    assert answer.kind == "stitched"
+    assert 0.1 < answer.running.trajectory.span[1] < 2.0
+
+
 def test_a_chunk_that_is_late_or_out_of_reach_changes_nothing():
     gate = Gate(ARM, budget=1e-9)  # nothing is repaired
     running = gate.at_rest([0.0, 0.0, 0.0], 0.0)

@@ -228,3 +228,19 @@ def test_what_ruckig_hands_out_is_read(jump):
         np.testing.assert_allclose(found(t), given.at_time(t)[0], atol=1e-12)
     with pytest.raises(ValueError, match=r"the pieces read from Ruckig differ from its own values by 0\.00"):
         JointTrajectory.of(ruckig_like(off=0.1))
+
+
+def test_a_motion_of_ruckig_that_takes_no_time_rests():
+    still = {name: [0.0] * 7 for name in "tvaj"} | {"p": [0.3] * 7}
+    profile = SimpleNamespace(**still, pf=0.3, vf=0.0, af=0.0, brake=SimpleNamespace(**{name: [] for name in "tpvaj"}))
+    at_time = lambda _: np.array([[0.3], [0.0], [0.0]])  # noqa: E731
+    found = JointTrajectory.of(SimpleNamespace(profiles=[[profile]], at_time=at_time, duration=0.0), ["a"])
+    assert found(0.0) == found(1.0) == 0.3
+
+
+@pytest.mark.parametrize(
+    "inside", [JointTrajectory(["b"], [0, 1], [[[0.0]]]), {"z": CubicSpline([0, 1, 2], [0, 1, 0])}]
+)
+def test_a_joint_has_one_curve(inside):
+    with pytest.raises(TypeError, match="expected a curve for each joint"):
+        JointTrajectory.of({"a": inside})
