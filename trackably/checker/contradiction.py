@@ -242,7 +242,8 @@ def _price(rows: Sequence[_Weighted], count: int, of_inputs: Sequence[Sequence[i
                 if factors is None:
                     return None
                 factor += x * factors[i]
-            found += replace(row, multiplier=factor).most
+            if factor:
+                found += replace(row, multiplier=factor).most
     return found
 
 

@@ -93,6 +93,8 @@ def _limits(needs: FormulaNeeds, q: Quantity, envelopes: list[Decay], step: Real
     _ = FormulaValues(needs, 1).enclose(q, constants(inside, 1))
     if q.combination is not None:
         return q.combination.offset, reaches[ITSELF]
+    if not q.arguments:  # a number
+        return value_of(q, {}), ZERO
     slopes = _slopes(q, inside, len(envelopes))
     reach = ZERO
     for s, envelope in enumerate(envelopes):

@@ -44,16 +44,18 @@ def boxes_left(
         some = boxes[begin : begin + at_once]
         inside = {name: [any(q is each for each in held[box]) for box in some] for name, q in every.items()}
         proved = {name: np.zeros(len(some), dtype=bool) for name in every}
+        needed_in, every_box = [_needs(held[box]) for box in some], Boxes(*np.array(some).T)
+        used = {shifted: np.flatnonzero([shifted in each for each in needed_in]) for shifted in signals}
         with np.errstate(all="ignore"):  # results that are not finite prove nothing
-            found = {shifted: of.enclose(Boxes(*np.array(some).T), terms) for shifted, of in signals.items()}
+            found = {s: of.enclose(every_box.at(used[s]), terms) for s, of in signals.items() if len(used[s])}
             for name, q in every.items():
                 where = np.flatnonzero(inside[name])
-                models = {shifted: found[shifted].at(where) for shifted in _needs([q])}
+                models = {s: found[s].at(np.searchsorted(used[s], where)) for s in _needs([q]) if len(where)}
                 if models:  # else it is a number
                     proved[name][where] = _stays_inside(needs, subject, q, models, [some[b] for b in where])
         for b, box in enumerate(some):
             rest = [q for q in held[box] if not proved[q.name][b]]
-            known = {shifted: _model(found[shifted], b) for shifted in _needs(filter(_is_formula, rest))}
+            known = {s: _model(found[s], int(np.searchsorted(used[s], b))) for s in _needs(filter(_is_formula, rest))}
             yield box, rest, {shifted: model for shifted, model in known.items() if model}
 
 

@@ -50,8 +50,8 @@ def cells_left(
     at_once = max(1, _COEFFICIENTS // (n * max(len(terms), len(rows))))
     weights = np.array([[_nearest(row.weights[s][j]) for s, j in terms] for row, _, _ in rows])
     offsets = np.array([[_nearest(row.offset)] for row, _, _ in rows])
-    least = np.array([nextafter(as_float(low), inf) for _, low, _ in rows])
-    most = np.array([nextafter(as_float(high), -inf) for _, _, high in rows])
+    least = np.array([[nextafter(as_float(low), inf)] for _, low, _ in rows])
+    most = np.array([[nextafter(as_float(high), -inf)] for _, _, high in rows])
     found: list[list[Cell]] = [[] for _ in rows]
     for begin in range(0, len(cells), at_once):
         some = cells[begin : begin + at_once]
@@ -62,13 +62,17 @@ def cells_left(
 
 
 def _are_kept(c: Array, a: Array, b: Array, weights: Array, offsets: Array, least: Array, most: Array) -> Mask:
-    """Return which weighted sums (R, T) of c(a + b y) certainly stay between two numbers in each cell: (R, B)."""
+    """Return which weighted sums (R, T) of c(a + b y) certainly stay between two numbers in each cell: (R, B).
+
+    The numbers `least` and `most` are those of a sum, (R, 1), or of a sum in a cell, (R, B).
+    """
     n, terms, count = c.shape
     with np.errstate(all="ignore"):  # what is not finite is not proved
         values = _sums(c, a, b, weights, offsets, 0.0)
         sizes = _sums(abs(c), abs(a), b, abs(weights), abs(offsets), _TINY)
         off = 1.1 * (4 * n + terms + 8) * 2.0**-53 * sizes + _TINY
-        kept = stay_between(Floats(values - off, values + off), np.repeat(least, count), np.repeat(most, count))
+        ends = (np.broadcast_to(end, (len(weights), count)).ravel() for end in (least, most))
+        kept = stay_between(Floats(values - off, values + off), *ends)
     return kept.reshape(len(weights), count)
 
 
@@ -133,20 +137,27 @@ def undecided(trajectory: JointTrajectory) -> tuple[Open, Open]:
     joints, limits, jumps = trajectory.joints, list[tuple[int, int, int]](), list[tuple[int, int, int]]()
     n = max(len(piece) for pieces in trajectory.coefficients for piece in pieces)
     c = np.array([[[*piece, *[0.0] * (n - len(piece))] for piece in pieces] for pieces in trajectory.coefficients])
-    c, each, no_offset = c.transpose(2, 0, 1), np.eye(len(joints)), np.zeros((1, 1))  # powers, joints, pieces
+    c, no_offset = c.transpose(2, 0, 1), np.zeros((1, 1))  # powers, joints, pieces
     widths = np.diff(trajectory.breakpoints)
     h = np.broadcast_to(np.where(widths > _SMALL, widths, nan), c.shape[1:])
     rest = (0, 0), (0, int(trajectory.rests))  # is one more piece, not decided here
     for r in range(len(trajectory.jumps) + 1):
         tick()
-        ends = np.array([of.limits[r] or (-inf, inf) for of in joints]).T
-        kept = np.pad(_are_kept(c, 0 * h, h, each, no_offset, *ends), rest)
+        least, most = np.array([of.limits[r] or (-inf, inf) for of in joints]).repeat(len(widths), axis=0).T
+        one, a, b = map(_side_by_side, (c[:, None], 0 * h[None], h[None]))
+        kept = np.pad(_are_kept(one, a, b, np.ones((1, 1)), no_offset, least, most).reshape(h.shape), rest)
         limits += [(j, r, i) for j, i in np.argwhere(~kept).tolist() if joints[j].limits[r]]
         if r < len(trajectory.jumps):
-            beside = np.concatenate([c[..., :-1], c[..., 1:]], axis=1)
-            at = np.concatenate([h[:, :-1], 0 * h[:, 1:]])
-            most = np.full(len(joints), trajectory.jumps[r])
-            kept = np.pad(_are_kept(beside, at, 0 * at, np.hstack([-each, each]), no_offset, -most, most), rest)
+            two, at = np.stack([c[..., :-1], c[..., 1:]], axis=1), np.stack([h[:, :-1], 0 * h[:, 1:]])
+            two, a, b = map(_side_by_side, (two, at, 0 * at))
+            jump = np.array(trajectory.jumps[r])
+            kept = _are_kept(two, a, b, np.array([[-1.0, 1.0]]), no_offset, -jump, jump)
+            kept = np.pad(kept.reshape(len(joints), -1), rest)
             jumps += [(j, r, i + 1) for j, i in np.argwhere(~kept).tolist() if r < joints[j].order]
         c = np.arange(1.0, len(c))[:, None, None] * c[1:] if len(c) > 1 else 0 * c
     return limits, jumps
+
+
+def _side_by_side(of: Array) -> Array:
+    """Return arrays (…, J, K) of K pieces of J joints as those of J K cells: (…, J K)."""
+    return of.reshape(*of.shape[:-2], -1)
