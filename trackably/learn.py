@@ -124,11 +124,12 @@ def learn_reference(
         The largest number of kernel centres for the samples of each name. None: one centre for each sample. A whole
         number: time is divided into bins, and the samples in each bin are replaced by four that have the same
         likelihood for every signal that is a cubic polynomial in each bin, noise included. "auto", with more than 500
-        samples: so few centres that, at the learned hyperparameters, the exact l differs by less than 4, and the exact
-        mean by less than a tenth of σ_n at samples, at centres and halfway between them; one for each sample if half as
-        many do not suffice, as for many kernels with kinks. With more than 4000 samples, this comparison is with twice
-        as many centres instead of all samples; `learn_stream` is faster then. The proof is of the reference that is
-        returned; its `explanation` gives the number of samples and centres, and the differences of l and of the mean.
+        samples: just enough centres that, at the learned hyperparameters, the exact l differs by less than 4, and the
+        exact mean by less than a tenth of σ_n at samples, at centres and halfway between them; one for each sample if
+        half as many do not suffice, as for many kernels with kinks. With more than 4000 samples, this comparison is
+        with twice as many centres instead of all samples; `learn_stream` is faster then. The proof is of the reference
+        that is returned; its `explanation` gives the number of samples and centres, and the differences of l and of the
+        mean.
     at
         Waypoints: values of states and inputs, by name, that the reference has at times [s]. {0.0: {"position": -0.08,
         "velocity": 0.0}} begins at a plant's present state. {6.0: "rest"} is in an equilibrium then, with the input
@@ -197,16 +198,17 @@ def learn_reference(
         Where an argument is of another type: the message names it.
     ValueError
         Where samples, kernels, claim and options do not fit together, and where the prior mean is no admissible
-        equilibrium though all times are claimed. Where a value of `at` is outside of its set, or a time outside of
-        the claim. Where a disturbance leaves nothing of the bounds: it says which bound is short by how much, and which
-        part of the disturbance set would do.
+        equilibrium though all times are claimed. Where a value of `at` is outside of its set, or a time outside of the
+        claim. Where a disturbance leaves nothing of the bounds: the message says which bound is short by how much, and
+        which part of the disturbance set would do.
     NotTrackableError
-        Where no reference was found, or none that is proved: the message says by how much, where and why. Its
-        `outcome` is `Impossible` where values of `at` and bounds contradict each other whatever the kernel, and
-        `InfeasibleTightening` where bounds do that are tightened for this feedback or margin: both are found before
-        anything is learned, and `save_contradiction` writes what the checker accepted. It is `OutOfTime` where the
-        budget ended before anything was proved, `NoSignal` where no signal of `truth` explains the samples, and
-        `TooFar` where a linear program finds no reference within the `tolerance`: it says from which on it finds one.
+        Where no reference was found, or none that is proved: the message says by how much, where and why. Its `outcome`
+        is `Impossible` where values of `at` and bounds contradict each other whatever the kernel, and
+        `InfeasibleTightening` where only bounds that are tightened for this feedback or margin contradict: both are
+        found before anything is learned, and `save_contradiction` writes what the checker accepted. It is `OutOfTime`
+        where the budget ended before anything was proved, `NoSignal` where no signal of `truth` explains the samples,
+        and `TooFar` where a linear program finds no reference within the `tolerance`: the message says with which it
+        finds one.
 
     """
     end, learner = _end_of(budget), _learner(method, at, learn_from, near)

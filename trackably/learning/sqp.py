@@ -65,12 +65,12 @@ class QuadraticProgram(NamedTuple):
         return cls(jacobian, lower, upper, inverse, shift, -shift.dot(inverse), reach)
 
     def solve(self, slack: Array, penalty: float, likely: Array | None = None) -> tuple[Array, Array]:
-        """Return d and the multipliers of the constraints for g = `slack`; d is Newton's step if it satisfies all
-        constraints.
+        """Return d and the multipliers of the constraints for g = `slack`.
 
-        Otherwise, if there are many constraints and ends of the box, the program is first solved with few of them:
-        those with positive `likely` multipliers (m,), if any, and ends of the box that Newton's step violates. Those
-        that a solution violates are added until there are none.
+        d is Newton's step if that satisfies all constraints. Otherwise, if there are many constraints and ends of the
+        box, the program is first solved with few of them: constraints with positive `likely` multipliers (m,), or, if
+        there are none, those that Newton's step violates, and the ends of the box that it violates. Those that a
+        solution violates are added, until it violates none.
         """
         multipliers, m = np.zeros(len(slack)), len(slack)
         room = self._room(slack, self.newton)

@@ -132,9 +132,9 @@ def at_steps(problem: ConstrainedProblem, places: Places, known: Places, same: f
 
     A sample acts at one time. An active bound of g(t + T_s) − g(t) passes its effect on from step to step. At places
     whole steps away from the sample, multipliers are as large as the effect, and the weights that they give to one time
-    cancel. At other places, many share the effect, and their weights cancel only after evaluation, with rounding errors
-    that can be a thousand times larger. A place is not moved to within `same` [s] of a known place. Functions with
-    analytic kernels are smooth and touch a bound at single times, so their places are not moved.
+    cancel. At other places, many multipliers share the effect, and their weights cancel only after evaluation, with
+    rounding errors that can be a thousand times larger. A place is not moved to within `same` [s] of a known place.
+    Functions with analytic kernels are smooth and touch a bound at single times, so their places are not moved.
     """
     if is_smooth(problem):
         return places
