@@ -39,7 +39,7 @@ Indices = npt.NDArray[np.intp]
 _ANYWHERE = (-inf, inf)
 _NO_EVIDENCE = 1.0  # in −2 ln p: if the bounds cost less, the noise is not learned once more
 _SEEN = 10.0  # times the lower end of the search interval of σ_n: a σ_n below that is not measurable
-_ROOM = 1e-2, 1e-4, 1e-6  # slacks of a chosen mean, relative to a width; the first that is possible is used
+_ROOM = 1e-2, 1e-4, 1e-6  # slacks of a learned mean at the bounds, relative to a width; the first possible one is used
 _MOST_STEPS = 50  # most steps to an admissible equilibrium; a linear system takes two
 _FAR_LIKELIER = 10.0  # another kernel is preferred if its −2 ln p is lower by more than this: odds of 150 to 1
 # Samples may be noise alone if their −2 ln p is then larger by less than this: 2 for each of a kernel's two
@@ -47,7 +47,7 @@ _FAR_LIKELIER = 10.0  # another kernel is preferred if its −2 ln p is lower by
 _AS_LIKELY = 4.0
 _UNRELATED = 0.2  # neighbouring samples with a lower correlation are unrelated: between them the mean is the prior mean
 _FEWEST = 10  # fewer samples than this may be waypoints, and are not taken for noise
-_SAME = 1e-9  # relative difference of two steps that count as equal
+_SAME = 1e-9  # the search for an equilibrium ends when two steps differ by less, relative to 1 + |step|
 
 
 @dataclass(frozen=True)

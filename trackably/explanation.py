@@ -15,8 +15,8 @@ from trackably.gp.samples import Samples
 from trackably.learning.problem import LEAST_GAP
 from trackably.systems.tightening import Tightening
 
-_DEAREST = 3
-_SHOWN = 4  # times of given values
+_DEAREST = 3  # most contacts that a sentence names
+_SHOWN = 4  # given values that a sentence names if there are many
 _OF_NOISE = 0.5  # largest relative difference of noise learned with the bounds from that learned without them
 
 # A sample is far off if its residual is larger than both the typical residual and the noise, by these factors. It also
@@ -25,7 +25,7 @@ _OF_NOISE = 0.5  # largest relative difference of noise learned with the bounds 
 _TIMES_TYPICAL = 10.0
 _TIMES_NOISE = 5.0
 _BEYOND = 0.5
-_FEW = 0.1  # of all samples
+_FEW = 0.1  # part of all samples
 _FEWEST = 10
 _WINDOW = 24.0  # correlation times: the window that is suggested for a stream, twice its memory
 _WINDOWS = 2.0  # a stream is suggested if samples last at least this many windows,

@@ -22,7 +22,7 @@ from_json = form.from_json
 """Parse JSON as strictly as the checker parses certificates."""
 
 LEFT_OUT = "left out by default"
-"""Metadata of a dataclass field that is not written to files while it has its default value."""
+"""Metadata of a dataclass field that is left out of files if it has its default value."""
 
 
 def path_of(what: str, given: object) -> Path:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 LOG = logging.getLogger("trackably")
 
-_EVERY = 10.0  # seconds before the first message, and between two
+_EVERY = 10.0  # seconds before the first log message, and between two of them
 
 
 class _LogFile:

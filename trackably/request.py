@@ -27,7 +27,7 @@ T = TypeVar("T")
 # The prior of each sampled name: its kernel, its noise and its mean, given for all names or by name.
 
 Noise = float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None
-"""σ_n of samples, given like a hyperparameter, for all names or by name."""
+"""σ_n of samples for all names or by name: a number, an interval in which it is learned, or None (learned)."""
 
 
 def _value_of(given: T | Mapping[str, T], name: str, what: str) -> T:

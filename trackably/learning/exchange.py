@@ -78,7 +78,7 @@ class Candidate:
         return found if any(len(m) > len(k) for m, k in zip(merge(known, found), known, strict=True)) else None
 
     def infeasible(self, problem: ConstrainedProblem) -> NothingFeasible:
-        """Explain which bound is violated most; call it on the candidate with the smallest violation."""
+        """Explain which bound is violated most. It is called on the candidate with the smallest violation."""
         margin, index, time = self.worst
         quantity = problem.constraints[index].quantity
         return NothingFeasible(self.posterior, quantity, time, -margin * quantity.bounds.width, problem.broken_at_rest)
@@ -183,7 +183,7 @@ class Exchange:
                 heapq.heappush(queue, (paths[0].rounds[-1].objective, next(order), start, paths[0], met, is_second))
 
     def together(self, points: Iterable[Array], step: Step = Program.minimise) -> None:
-        """Improve all points by `step` until none violates a bound at a place that is not yet `active`."""
+        """Improve all points by `step` until none of them violates a bound at a place that is not yet `active`."""
         paths, places = [_Descent(point) for point in points], self.active or self._no_places
         for _ in range(_MAX_ROUNDS):
             if not paths:

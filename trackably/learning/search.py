@@ -93,7 +93,7 @@ def _from_spread_starts(exchange: Exchange, near: Solution | None, free: Solutio
     if exchange.best is None:
         exchange.restore(starts)
         exchange.together(_best(exchange) or [exchange.closest.log_theta])
-    if exchange.best is None:  # the last resort: points of the whole space
+    if exchange.best is None:  # the last resort is to try points of the whole space
         for point in space.points(_SPREAD_THINLY):
             exchange.try_point(point)
         exchange.restore([exchange.closest.log_theta])

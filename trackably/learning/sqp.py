@@ -224,9 +224,10 @@ def minimise(
 ) -> Minimum | None:
     """Return a local minimum found from `start`; None if f is undefined at `start`, or if the search is given up.
 
-    `evaluate` returns None where f is undefined. The first step is no longer than `radius`: with a small radius the
-    iteration stays in the basin of a good start. It starts with the `curvature` of a similar problem if one is given,
-    and ends when a step promises to gain less than `precision` (relative to 1 + |f|), or after `most_iterations`.
+    `evaluate` returns None where f is undefined. The first step in each variable is no longer than `radius`: with a
+    small radius the iteration stays in the basin of a good start. It starts with the `curvature` (p, p) of a similar
+    problem if one is given. It ends when a step promises to gain less than `precision` (relative to 1 + |f|), or after
+    `most_iterations`.
     """
     x = np.clip(start, lower, upper)
     if (here := evaluate(x)) is None:
@@ -315,8 +316,8 @@ def _update(
 ) -> Array:
     """Return Powell's damped BFGS update of the Lagrangian's Hessian, which stays positive definite.
 
-    If the information matrix predicts the change of slope along the step better, it is updated instead. This is not
-    done after a step that left linearised constraints violated (`broken`): multipliers are then as large as the
+    If the information matrix predicts the change of slope along the step better, that matrix is updated instead. This
+    is not done after a step that left linearised constraints violated by `broken`: multipliers are then as large as the
     penalty, and the curvature of the constraints matters.
     """
     change = there.gradient - here.gradient - multipliers.dot(there.jacobian - here.jacobian)

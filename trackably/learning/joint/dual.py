@@ -98,9 +98,10 @@ class DualSolution:
 def solve_dual(
     covariance: Array, demand: Array, is_equation: Flags, likely: Flags | None = None
 ) -> DualSolution | None:
-    """Return the multipliers for K (r, r) and d (r,); None if K is not positive semidefinite up to rounding.
+    """Return the multipliers for the covariance K (r, r) of the rows and d = `demand` (r,).
 
-    The search starts with the rows that are `likely` to have a multiplier, flags of shape (r,).
+    None if K is not positive semidefinite up to rounding. The search starts with the rows that are `likely` to have a
+    multiplier, flags of shape (r,).
     """
     scale = _norms(covariance)
     scaled, wanted = covariance / np.outer(scale, scale), demand / scale
@@ -151,8 +152,9 @@ def _solve(K: Array, d: Array, is_equation: Flags, likely: Flags | None) -> Arra
 
 
 def _eliminate(K: Array, d: Array, is_equation: Flags, likely: Flags | None) -> Array:
-    """Return the multipliers if some rows are equations: eliminate these, and solve the smaller
-    program of the other rows.
+    """Return the multipliers if some rows are equations.
+
+    The equations are eliminated, and the smaller program of the other rows is solved.
     """
     free, bounded, found = np.flatnonzero(is_equation), np.flatnonzero(~is_equation), np.zeros(len(d))
     factor, beside = scipy.linalg.cho_factor(K[np.ix_(free, free)], lower=True), K[np.ix_(free, bounded)]

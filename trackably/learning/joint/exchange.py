@@ -30,10 +30,10 @@ _NO_GAIN = 1e-9  # relative to the price: if a round raises it by less, what is 
 
 @dataclass(frozen=True)
 class ExchangeResult:
-    """A function with its `places`, and the `active` ones among them; `margin` is the smallest relative margin.
+    """A function with its `places`, and the `active` ones among them; `margin` is its smallest relative margin.
 
-    The smallest margin is that of the constraint with the index `constraint`, at `time` [s]. `rounds` counts the
-    programs that were solved.
+    That is the margin of the constraint with the index `constraint`, at `time` [s]. `rounds` counts the programs that
+    were solved.
     """
 
     mean: ConstrainedMean
@@ -128,7 +128,8 @@ def _removed_by_backoff(problem: ConstrainedProblem, bent: ConstrainedMean) -> f
 
 
 def at_steps(problem: ConstrainedProblem, places: Places, known: Places, same: float) -> Places:
-    """Return places of rough functions moved by up to half a step, so that samples lie whole steps away from them.
+    """Return the places of rough functions, moved by up to half a time step to times that are whole steps from a
+    sample.
 
     A sample acts at one time. An active bound of g(t + T_s) − g(t) passes its effect on from step to step. At places
     whole steps away from the sample, multipliers are as large as the effect, and the weights that they give to one time

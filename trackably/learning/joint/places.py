@@ -197,7 +197,7 @@ def _linearise(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Arr
 
 
 _CLOSE = 0.05  # relative to a width: local minima with a smaller margin become places, for the next steps of θ
-_IN_REACH = 0.5  # relative to a width: with formulas, places with a smaller slack matter for steps of θ
+_IN_REACH = 0.5  # relative to a width: with formulas, only places with a smaller slack are kept for steps of θ
 _NEW = 0.1  # relative to the distance of regular times: a time closer than this to a place is not new
 
 Minima = list[tuple[Array, Array]]

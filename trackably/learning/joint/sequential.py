@@ -139,7 +139,7 @@ def _root(covariance: Array, largest: float) -> Array:
 _KNOTS, _FINE = 4, 2000  # knots for each correlation time; points of a path
 # Times of regular places: the number in each correlation time, and the least and the largest number in all.
 _CLOSE, _FEWEST_REGULAR, _MOST_REGULAR = 8, 48, 100
-_SLOWER = 0.5
+_SLOWER = 0.5  # the distance from the prior means is multiplied by this
 _OFF = 0.02  # relative to a width: bounds stay this far off a point of rest at which a formula has no derivative
 
 
