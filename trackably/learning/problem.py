@@ -41,12 +41,12 @@ class RequiredValue:
 
 @dataclass(frozen=True)
 class ConstrainedProblem:
-    """minimise l(θ) over the `space` of the prior's learned hyperparameters, subject to `constraints` on m⁺(·|θ).
+    """minimise l(θ) over the `space` of learned hyperparameters, under `constraints` on the posterior means m⁺(·|θ).
 
-    m⁺ are the posterior means. There is one set of samples for each process of the prior. Without constraints, prior
-    means may be learned too: `means` has an interval for each learned mean and None for each known one, and each
-    learned mean is the most likely one for θ. ValueError: samples, prior and space do not fit together, or there are
-    fewer samples than learned hyperparameters.
+    There is one set of samples for each process of the prior. Without constraints, prior means may be learned too:
+    `means` has an interval for each learned mean and None for each known one, and each learned mean is the most likely
+    one for θ. ValueError: samples, prior and space do not fit together, or there are fewer samples than learned
+    hyperparameters.
     """
 
     samples: tuple[Samples, ...]
