@@ -1,6 +1,4 @@
-"""Check arguments of public functions: each error is one sentence with the argument, what was
-expected and what came.
-"""
+"""Check arguments of public functions: each error is a sentence with the argument, what was expected and what came."""
 
 import math
 import reprlib
@@ -22,7 +20,10 @@ _LONGEST = 200  # characters of a value in a message
 
 
 def short(value: object) -> str:
-    """Return a value as a text for messages, in which long lists and texts are cut, and so is the whole."""
+    """Return a value as a text for messages.
+
+    Long lists and texts in it are shortened, and the whole text is cut after 200 characters.
+    """
     said = reprlib.repr(value)
     return said if len(said) <= _LONGEST else f"{said[:_LONGEST]}…"
 
@@ -45,7 +46,7 @@ def positive(what: str, given: object) -> float:
 
 
 def whole(what: str, given: object, least: int | None = None, most: int | None = None) -> int:
-    """Return a whole number as an int. TypeError: `given` is none. ValueError: it is not between `least` and `most`."""
+    """Return a whole number as an int. TypeError: it is not whole. ValueError: it is not between `least` and `most`."""
     if not isinstance(given, int | np.integer) or isinstance(given, bool):
         raise TypeError(f"{what}: expected a whole number, got {short(given)}")
     if least is not None and given < least:
@@ -84,7 +85,7 @@ def numbers(what: str, given: npt.ArrayLike) -> Array:
         raise TypeError(f"{what}: some values are masked; leave them out, as with `.compressed()`")
     try:
         array = np.array(given)
-    except ValueError:  # NumPy's word for lists of lists of other lengths
+    except ValueError:  # NumPy raises it if nested lists differ in length
         raise TypeError(f"{what}: expected numbers, in lists of one length, got {short(given)}") from None
     match array.dtype.kind:
         case "b" | "i" | "u" | "f":
@@ -134,8 +135,8 @@ def _came(given: object) -> str:
 
 
 def is_number(value: object) -> TypeGuard[float]:
-    """Whether `value` is a real number that fits into a float64, rounded if need be; True and False are none."""
-    if isinstance(value, float):  # by far the most are
+    """Whether `value` is a real number that fits into a float64, rounded if need be; True and False do not count."""
+    if isinstance(value, float):  # most values are floats
         return True
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real | Decimal | Fraction):
         return False

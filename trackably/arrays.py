@@ -1,6 +1,4 @@
-"""Array types of the project: float64 and bool arrays of any shape, and whatever NumPy converts
-to arrays (lists, say).
-"""
+"""Array types of the project: float64 and bool arrays of any shape, and what NumPy makes arrays of, such as lists."""
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +9,10 @@ ArrayLike = npt.ArrayLike
 
 
 def subdivide(ends: Array, parts: ArrayLike) -> Array:
-    """Return increasing numbers with as many `parts` of each interval between them; (K,) if they differ."""
+    """Divide each of the K intervals between the increasing `ends` into equal parts; return the ends of all parts.
+
+    `parts` is their number in every interval, or has shape (K,).
+    """
     counts = np.broadcast_to(parts, len(ends) - 1)
     inner = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(ends[:-1], ends[1:], counts, strict=True)]
     return np.concatenate([*inner, ends[-1:]])

@@ -24,10 +24,10 @@ from trackably.systems.trajectories import Coordinate, Functional
 def step_normal(reference: Reference, posterior: JointPosterior, steps: Array) -> tuple[Array, Array]:
     """Return the p = n + m states and inputs of a plant at `steps` (S,), as a normal distribution.
 
-    These are the mean, shape (p, S), and F with which mean + F w has the right covariance for w ~ N(0, I_r), shape (p,
-    S, r). States and inputs are weighted sums of the learned signals at shifted times; for a nonlinear plant this holds
-    to first order in the distance from the `reference`. The mean is that of the `posterior`, which may differ from the
-    reference.
+    The result is its mean, shape (p, S), and a factor F, shape (p, S, r): for w ~ N(0, I_r), mean + F w has this
+    distribution. States and inputs are weighted sums of the learned signals at shifted times; for a nonlinear plant
+    this holds to first order in the distance from the `reference`. The mean is that of the `posterior`, which may
+    differ from the reference.
 
     ValueError: an input has no finite derivative. Raises IllConditioned as the posterior does.
     """
@@ -52,8 +52,8 @@ MOST_VALUES = 1200
 
 _BETWEEN_SAMPLES = 50  # intervals between the steps with bounds, from the first sample to the last
 _LOOKED_AT = 5000  # steps at which the reference is evaluated to find small margins
-_NEXT_TO = 1e-2  # margin relative to a bound's width, below which bounds matter
-_PLACES = 50
+_NEXT_TO = 1e-2  # relative to a width: bounds are also imposed where the margin has a smaller local minimum,
+_PLACES = 50  # but at no more steps than this
 
 
 class Draws(NamedTuple):

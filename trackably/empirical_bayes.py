@@ -37,15 +37,17 @@ Ends = tuple[tuple[float, float] | None, ...]
 Indices = npt.NDArray[np.intp]
 
 _ANYWHERE = (-inf, inf)
-_NO_EVIDENCE = 1.0  # in −2 ln p
-_SEEN = 10.0  # times the lower end of the noise's search interval: a smaller noise is not measurable
-_ROOM = 1e-2, 1e-4, 1e-6  # slacks of a chosen mean, relative to a width; the first that is possible is used
-_MOST_STEPS = 50  # to an admissible equilibrium; a linear system takes two
-_FAR_LIKELIER = 10.0  # in −2 ln p: odds of 150 to 1
-_AS_LIKELY = 4.0  # in −2 ln p: 2 for each of a kernel's two hyperparameters, as Akaike's criterion counts them
-_UNRELATED = 0.2  # correlation of neighbouring samples: with less, the mean between them falls back to the prior mean
-_FEWEST = 10  # samples: fewer than that may be waypoints
-_SAME = 1e-9  # relative difference of two steps that count as equal
+_NO_EVIDENCE = 1.0  # in −2 ln p: if the bounds cost less, the noise is not learned once more
+_SEEN = 10.0  # times the lower end of the search interval of σ_n: a σ_n below that is not measurable
+_ROOM = 1e-2, 1e-4, 1e-6  # slacks of a learned mean at the bounds, relative to a width; the first possible one is used
+_MOST_STEPS = 50  # most steps to an admissible equilibrium; a linear system takes two
+_FAR_LIKELIER = 10.0  # another kernel is preferred if its −2 ln p is lower by more than this: odds of 150 to 1
+# Samples may be noise alone if their −2 ln p is then larger by less than this: 2 for each of a kernel's two
+# hyperparameters, as Akaike's criterion counts them.
+_AS_LIKELY = 4.0
+_UNRELATED = 0.2  # neighbouring samples with a lower correlation are unrelated: between them the mean is the prior mean
+_FEWEST = 10  # fewer samples than this may be waypoints, and are not taken for noise
+_SAME = 1e-9  # the search for an equilibrium ends when two steps differ by less, relative to 1 + |step|
 
 
 @dataclass(frozen=True)
@@ -53,8 +55,8 @@ class EmpiricalPrior:
     """The `prior` for learning with bounds, and `questions` about intervals that may have been too narrow.
 
     `likeliest` is the posterior without bounds from which means and noise were taken; None if all were given.
-    `with_noise` is the prior in which the noise that is known in `prior` is learned; None if there is none. `minima`
-    are ln θ by name at the local minima of l for these means, best first; none if they are not known.
+    `with_noise` is the prior in which the noise that is known only in `prior` is learned; None if there is no such
+    noise. `minima` are ln θ by name at the local minima of l for these means, best first; empty if they are not known.
     """
 
     prior: JointPrior
@@ -73,7 +75,8 @@ class EmpiricalPrior:
     def best(self, learn: Callable[[JointPrior], T]) -> T:
         """Return the result of learning with the prior, or with its noise learned too, if that result is better.
 
-        The noise is learned too only if no function is found for the known noise, because it would always cost less.
+        The noise is learned too only if no function is found for the known noise, because otherwise this would always
+        lower J.
         """
         found = learn(self.prior)
         first = _solution_of(found)
@@ -153,7 +156,7 @@ def empirical_prior(
 
 
 class _Likelier(NamedTuple):
-    """The `noise_std` that is learned instead for the samples of `name`, and the `question` that it raises."""
+    """A better `noise_std` for the samples of `name`, and the `question` to the user about it."""
 
     name: str
     noise_std: float
@@ -163,9 +166,9 @@ class _Likelier(NamedTuple):
 def _likelier(
     likeliest: JointPosterior, prior: JointPrior, between: Ends, left_out: Sequence[bool], starts: int
 ) -> Iterator[_Likelier]:
-    """Yield what σ_n is learned with instead, for each name whose kernel takes motion for noise, or noise for motion.
+    """Yield a better σ_n for each name whose kernel takes motion for noise, or noise for motion.
 
-    Only names with a σ_n that was `left_out` are examined, and samples that are not all equal.
+    Only names with a σ_n that was `left_out` are examined, and only samples that are not all equal.
     """
     parts = zip(prior.names, prior.parts, likeliest.parts, between, left_out, strict=True)
     for name, part, posterior, ends, may in parts:
@@ -195,14 +198,15 @@ def _likelier(
 
 
 def _without_bounds(samples: tuple[Samples, ...], prior: JointPrior, means: Ends, starts: int) -> Solution | NoSolution:
-    """Return what is most likely without bounds."""
+    """Return the most likely hyperparameters, and means with an interval in `means`, without bounds."""
     return best_solution(ConstrainedProblem(samples, prior, SearchSpace.around(samples, prior, starts), means=means))
 
 
 def _noise_alone(posterior: Posterior) -> float | None:
-    """Return the σ_n of samples that are as likely noise about the level at rest; None if a motion is likelier.
+    """Return σ_n if the samples may just as well be noise about the level at rest; None if a motion is likelier.
 
-    Length scales below the spacing of samples explain noise too: then the likelihood does not tell noise from motion.
+    Length scales below the spacing of samples explain noise too, so that the likelihood does not tell noise from
+    motion.
     """
     samples, prior = posterior.samples, posterior.prior
     spacings = np.diff(np.unique(samples.times))
@@ -235,9 +239,10 @@ def _go_on(posterior: Posterior) -> bool:
 def split_means(
     mean: Mean | Mapping[str, Mean], names: tuple[str, ...], samples: Mapping[str, Samples]
 ) -> tuple[dict[str, float], dict[str, tuple[float, float]]]:
-    """Return a mean for each name, and the intervals of the learned ones. ValueError: an interval is invalid.
+    """Return a prior mean for each name, and the intervals of the learned ones. ValueError: an interval is invalid.
 
-    Means that are left out are learned without limits; until then, they are the average of the `samples`.
+    A mean given as None is learned without limits, and is first set to the average of the `samples` of its name. A mean
+    given as a pair is learned in this interval, and is first set to its middle.
     """
     given = mean if isinstance(mean, Mapping) else dict.fromkeys(names, mean)
     known, between = dict[str, float](), dict[str, tuple[float, float]]()
@@ -259,7 +264,7 @@ def known_means(level: Mapping[str, float], between: Mapping[str, tuple[float, f
 
 
 def levels(between: Mapping[str, tuple[float, float]], names: tuple[str, ...], samples: tuple[Samples, ...]) -> Ends:
-    """Return the intervals of the flat outputs' levels, from those of the sampled names."""
+    """Return the interval of each flat output's mean, computed from that of the sampled name; None if it is known."""
     return tuple(_levels(between.get(name), of.of_level) for name, of in zip(names, samples, strict=True))
 
 
@@ -301,8 +306,8 @@ def _nearest(
 ) -> list[float] | None:
     """Return means with a slack of `room` at each bound, relative to its width, that minimise Σ stiffness² · change².
 
-    Only the means `moving` change, and quantities that do not depend on them need no slack. Formulas are linearised at
-    the last step, until the steps converge. None if no such means are found.
+    Only the means with indices in `moving` change, and quantities that do not depend on them need no slack. Formulas
+    are linearised at the means of the last step, until the steps converge. None if no such means are found.
     """
     found, last = list(means), np.full(len(moving), inf)
     for _ in range(_MOST_STEPS):

@@ -15,24 +15,25 @@ from trackably.gp.samples import Samples
 from trackably.learning.problem import LEAST_GAP
 from trackably.systems.tightening import Tightening
 
-_DEAREST = 3
-_SHOWN = 4  # times of given values
-_OF_NOISE = 0.5  # by which noise learned with the bounds may differ from that without them
+_DEAREST = 3  # most contacts that a sentence names
+_SHOWN = 4  # given values that a sentence names if there are many
+_OF_NOISE = 0.5  # largest relative difference of noise learned with the bounds from that learned without them
 
-# A sample is far off if it is so by more than both, and beyond those before and after it by a part of that: where a
-# signal jumps, samples are off a smooth fit, but between their neighbours. More than a few are noise of another kind.
+# A sample is far off if its residual is larger than both the typical residual and the noise, by these factors. It also
+# has to lie outside of the values before and after it, by a part of its residual: where a signal jumps, samples are off
+# a smooth fit, but between their neighbours. If more than a few are far off, the noise is not normal.
 _TIMES_TYPICAL = 10.0
 _TIMES_NOISE = 5.0
 _BEYOND = 0.5
-_FEW = 0.1  # of all samples
+_FEW = 0.1  # part of all samples
 _FEWEST = 10
-_WINDOW = 24.0  # correlation times: twice the memory of a stream
-_WINDOWS = 2.0
-_MANY = 500  # samples
+_WINDOW = 24.0  # correlation times: the window that is suggested for a stream, twice its memory
+_WINDOWS = 2.0  # a stream is suggested if samples last at least this many windows,
+_MANY = 500  # and there are at least this many samples
 _NORMAL = 0.6745  # the median of |x| of standard normal x
 _LAST = 0.1  # part of the samples that shows where a motion ends
 _FEWEST_LAST = 3
-_STAYS = 5.0  # times the noise: samples at rest differ by less, and those of another level by more
+_STAYS = 5.0  # times the noise: samples stay at a level if they differ from it by less
 
 
 class IgnoresSamplesWarning(UserWarning):
@@ -70,9 +71,7 @@ def condensation_sentence(fit: Fit) -> str | None:
 
 
 def distances(fit: Fit) -> str:
-    """Return sentences on the distance of the reference from its samples, compared with noise
-    and the fit without bounds.
-    """
+    """Return sentences on how far the reference is off its samples, compared with noise and the fit without bounds."""
     return "; ".join(_distance(misfit) for misfit in fit.misfits)
 
 

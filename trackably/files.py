@@ -16,13 +16,13 @@ YAML_DEPTH, YAML_VALUES = 100, 1_000_000
 """Most levels of nesting in YAML, and most values (numbers, texts, sequences and mappings)."""
 
 ACCEPTED = "accepted file"
-"""The key, in `vars` of an outcome, of the bytes of its file that the checker has accepted."""
+"""Key in `vars(outcome)` of the bytes of the outcome's file, once the checker has accepted them."""
 
 from_json = form.from_json
 """Parse JSON as strictly as the checker parses certificates."""
 
 LEFT_OUT = "left out by default"
-"""Metadata of a dataclass field that is not written to files while it has its default value."""
+"""Metadata of a dataclass field that is left out of files if it has its default value."""
 
 
 def path_of(what: str, given: object) -> Path:
@@ -67,7 +67,7 @@ def write_atomically(path: Path, data: bytes) -> None:
         error.filename = str(path)  # users do not know the temporary file's name
         raise
     finally:
-        neighbour.unlink(missing_ok=True)  # once it took the name there is nothing left to remove
+        neighbour.unlink(missing_ok=True)  # after the renaming there is nothing to remove
 
 
 def read_bytes(path: Path, most: int | None = None) -> bytes:
@@ -96,7 +96,7 @@ def open_input(path: Path) -> Iterator[BinaryIO]:
 
 @contextmanager
 def errors_of(place: object) -> Iterator[None]:
-    """Raise InputError, which names a place, such as a file, where a TypeError or a ValueError says what is wrong."""
+    """Raise InputError for a TypeError or ValueError, with a `place`, such as a file, in front of its message."""
     try:
         yield
     except (TypeError, ValueError) as error:
@@ -136,7 +136,10 @@ def read_json(path: Path) -> object:
 
 
 def read_yaml(path: Path, most: int | None = None) -> object:
-    """Return what a YAML file of so many bytes at most says. InputError: it cannot be read, or YAML in general."""
+    """Return the content of a YAML file of at most `most` bytes.
+
+    InputError: it cannot be read, is larger, or is not YAML, or ruamel.yaml is not installed.
+    """
     try:
         return from_yaml(read_bytes(path, most))
     except ModuleNotFoundError:
@@ -154,7 +157,7 @@ def to_json(value: object) -> bytes:
 def from_yaml(data: bytes) -> object:
     """Parse YAML. ValueError: `data` is not YAML, or is nested too deeply, or has too many values.
 
-    A part that aliases repeat counts as often as it is repeated. ModuleNotFoundError: ruamel.yaml is not installed.
+    A part counts again for each alias that refers to it. ModuleNotFoundError: ruamel.yaml is not installed.
     """
     from ruamel.yaml import YAML  # noqa: PLC0415  an extra
     from ruamel.yaml.error import YAMLError  # noqa: PLC0415
@@ -178,7 +181,7 @@ def _require_small(events: Iterable[Any]) -> None:
         match type(event).__name__:
             case "AliasEvent":
                 if event.anchor not in sizes:
-                    raise ValueError(f"the alias {event.anchor} is of nothing that ends before it")
+                    raise ValueError(f"the alias {event.anchor} refers to nothing that ends before it")
                 count += sizes[event.anchor]
             case "ScalarEvent":
                 count += 1

@@ -47,16 +47,14 @@ class Contact:
 
 
 def _seconds(time: float) -> str:
-    """Format a time with three digits at least, and to a hundredth of a second."""
+    """Format a time [s] with at least three digits, and to a hundredth of a second."""
     return f"{time:.3g}" if abs(time) < 10 else f"{round(time, 2):.12g}"
 
 
 def contacts(active: Iterable[ActiveBound], apart: float) -> tuple[Contact, ...]:
     """Join active bounds of the same quantity and side that are less than `apart` [s] apart.
 
-    The most expensive come first.
-
-    Given values are not joined.
+    The most expensive come first. Given values are not joined.
     """
     found: list[Contact] = []
     for bound in sorted(active, key=lambda bound: (bound.name, bound.side, bound.time)):
@@ -68,7 +66,7 @@ def contacts(active: Iterable[ActiveBound], apart: float) -> tuple[Contact, ...]
     return tuple(sorted(found, key=lambda contact: -contact.price))
 
 
-# A reference follows its samples unless it is further off than all of these.
+# A reference ignores its samples if its residuals exceed all three limits: see `Misfit.is_large`.
 _TIMES_UNCONSTRAINED = 3.0
 _TIMES_NOISE = 1.0
 _OF_SPREAD = 0.1
@@ -111,10 +109,10 @@ class Misfit:
     def is_large(self) -> bool:
         """Whether the reference ignores the samples.
 
-        Three conditions have to hold; residuals are weighted by relative noise. They are more than 3 times those of the
+        Three conditions have to hold, for residuals weighted by relative noise. They are more than 3 times those of the
         fit without bounds: then neither the kernel nor the noise explains them. They exceed the noise of that fit,
-        because a fit through all samples is no measure. They exceed a tenth of the samples' spread, because less is
-        hardly visible in a plot.
+        because its residuals are small where it goes through all samples. They exceed a tenth of the samples' spread,
+        because less is hardly visible in a plot.
         """
         w = self.samples.relative_noise**-2
         about = self.samples.values - np.average(self.samples.values, weights=w)
@@ -133,7 +131,7 @@ class Misfit:
         return float(np.sqrt(squares / (len(values) + scatter.count)))
 
 
-_AT_EDGE = 1e-4  # in ln θ: an optimiser stops so close to an active limit
+_AT_EDGE = 1e-4  # in ln θ: a value closer than this to an end of its interval lies at this end
 
 
 @dataclass(frozen=True)
@@ -147,7 +145,7 @@ class Edge:
 
     @classmethod
     def of(cls, name: str, value: float, interval: Interval) -> Self | None:
-        """Return the edge at which a value lies; None if it lies inside."""
+        """Return the edge if `value` lies at an end of the interval; None if it lies inside."""
         inside = np.log([value / interval.lower, interval.upper / value]) > _AT_EDGE
         given = isinstance(value, Learned) and value.interval is not None
         return None if inside.all() else cls(name, float(value), interval, given)
@@ -205,7 +203,8 @@ class Fit:
     ) -> Self:
         """Return the fit of a solution.
 
-        Its comparison without bounds is `unconstrained` or itself, the one with smaller l.
+        It is compared with the posterior without bounds, `unconstrained`, or with its own posterior if l is smaller
+        there.
         """
         learned = solution.posterior
         least = min(unconstrained, learned, key=lambda posterior: posterior.negative_log_marginal_likelihood()[0])
@@ -301,7 +300,10 @@ class Fit:
         return np.asarray(np.sqrt(np.stack(np.broadcast_arrays(*variances), axis=-1)))
 
     def _variance(self, q: Coordinate, t: Array) -> Array:
-        """Return the posterior variance at t [s]: the shape of t. Formulas are linearised at each t."""
+        """Return the posterior variance of a coordinate at each time [s]; an array of the same shape as t.
+
+        Formulas are linearised at each t.
+        """
         if isinstance(q, Functional):
             return self.posterior.variance_of(q.rounded, t, q.sampling_time)
         each = [

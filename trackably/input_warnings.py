@@ -15,14 +15,17 @@ from trackably.systems.linear import LinearSystem
 
 _OUTLYING = 1e3  # an outlier is this many times the spread of the other samples away from their median
 _FEW = 0.1  # part of the samples that may be outliers
-_FEWEST = 5  # samples at least, to tell outliers from the others
-_FEWEST_BESIDE = 10  # samples at least, to tell what is usual between neighbours
-_TIMES_USUAL, _TIMES_NOISE, _TIMES_MOVES = 20.0, 10.0, 5.0  # a sample further off its neighbours than all these is one
+_FEWEST = 5  # with fewer samples, outliers cannot be told from the others
+_FEWEST_BESIDE = 10  # with fewer samples, the usual distance of neighbours is not known
+# An outlier is further off its neighbours than the usual distance, the noise, and moves nearby, times these factors.
+_TIMES_USUAL, _TIMES_NOISE, _TIMES_MOVES = 20.0, 10.0, 5.0
 _NORMAL = 0.6745  # the median of |x| of standard normal x
 _LATE = 1e4  # times start late if they exceed this many times the span of the samples
-_SLOW = 500.0  # time steps from one sample to the next; about 0.5 is usual
-_TURNS = {2 * np.pi: "np.unwrap(values)", 360.0: "np.unwrap(values, period=360)"}  # of an angle
-_OF_TURN, _LARGEST_MOVE = 0.02, 0.15  # parts of a turn: a jump is one up to this, and up to other moves, all smaller
+_SLOW = 500.0  # time steps from one sample to the next, from which on units are in doubt; about 0.5 is usual
+_TURNS = {2 * np.pi: "np.unwrap(values)", 360.0: "np.unwrap(values, period=360)"}  # of an angle, and the remedy
+# Parts of a turn: a jump may differ from a whole turn by the first, plus the largest other move, and other moves are no
+# larger than the second.
+_OF_TURN, _LARGEST_MOVE = 0.02, 0.15
 _BEYOND = 10.0  # widths of the bounds: most samples, or a mean, lie this far outside
 _MOST = 0.75  # part of the samples that counts as most of them
 
@@ -61,14 +64,15 @@ def doubts(
 
 
 def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
-    """Warn of a singular A: it may come from a delay, or be that of a differential equation,
-    since exp(A T_s) is regular.
+    """Warn if A is singular, which it is in discrete time only with delays.
+
+    It may be the A of a differential equation, of which exp(A T_s) is never singular.
     """
     system = plant.system
     if isinstance(system, LinearSystem) and np.linalg.matrix_rank(system.A) < len(system.A):
         yield (
-            "system: A is singular, as it is in x(k+1) = A x(k) + B u(k) only with delays: are these the A and B of "
-            "ẋ = A x + B u? LinearSystem.discretised(A, B, sampling_time) samples them"
+            "system: A is singular, which happens in x(k+1) = A x(k) + B u(k) only with delays: are these the A and "
+            "B of ẋ = A x + B u? Then use LinearSystem.discretised(A, B, sampling_time)"
         )
 
 
@@ -121,8 +125,11 @@ def _of_gaps(name: str, samples: Samples) -> Iterator[str]:
 
 
 def _of_outliers(name: str, samples: Samples, noise_std: float | None, bounds: Interval | None) -> Iterator[str]:
-    """Ask about the sample that is farthest off, by the first of these measures by which a few are far off: the spread
-    of all, neighbours in time (if noise is known; otherwise the fit without bounds tells), and the bounds.
+    """Ask about the sample that is farthest off, if only a few samples are far off.
+
+    Three measures are tried in turn, until a few samples are far off by one of them: the distance from the median,
+    compared with the spread of all samples; the distance from neighbours in time, if the noise is known (otherwise the
+    fit without bounds shows outliers later); and the distance outside of the bounds.
     """
     if len(samples) < _FEWEST:
         return
@@ -150,11 +157,12 @@ def _of_outliers(name: str, samples: Samples, noise_std: float | None, bounds: I
 
 
 def _off_neighbours(samples: Samples, noise_std: float) -> Array:
-    """Return how far each sample is off all that its neighbours let expect, shape (n,); 0 where that is not far.
+    """Return the distance of each sample from what its neighbours predict, shape (n,); 0 where this is not far.
 
-    Expected are the values before and after it, and the lines through two neighbours: the value beside a step is on one
-    of them. Far is more than noise, than is usual, and than the moves between the neighbours. The first and the last
-    sample are never far, as they may be all that is seen of a step.
+    Predicted are the values before and after it, and the lines through two neighbours: the value beside a step is on
+    one of these lines. The nearest prediction counts. Far is more than the noise, than the usual distance, and than the
+    moves between the neighbours, each times a factor. The first and the last sample are never far, because they may be
+    all that is seen of a step.
     """
     noise, n = noise_std * samples.relative_noise, len(samples)
     t, y = (np.pad(of, 3, constant_values=np.nan) for of in (samples.times, samples.values))
@@ -189,8 +197,9 @@ def _of_turns(name: str, samples: Samples) -> Iterator[str]:
 
 
 def _of_bounds(name: str, samples: Samples, bounds: Interval) -> Iterator[str]:
-    """Warn if most samples of a state are many widths outside of its bounds, as when metres and
-    millimetres are mixed up.
+    """Warn if most samples of a state are many widths outside of its bounds.
+
+    That happens, for example, if metres and millimetres are mixed up.
     """
     off = float(np.quantile(-bounds.margin(samples.values, samples.times), 1 - _MOST))
     if off > _BEYOND * bounds.width:
@@ -202,7 +211,7 @@ def _of_bounds(name: str, samples: Samples, bounds: Interval) -> Iterator[str]:
 
 
 def _of_noise(name: str, samples: Samples, noise_std: float) -> Iterator[str]:
-    """Warn if noise is known to be larger than all that samples differ by, as when units are mixed up."""
+    """Warn if the known noise is larger than all differences of the samples, as happens when units are mixed up."""
     extent = float(np.ptp(samples.values))
     if len(samples) >= _FEWEST_BESIDE and 0 < extent < noise_std * np.min(samples.relative_noise):
         yield (

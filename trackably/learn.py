@@ -49,10 +49,10 @@ from trackably.waypoints import Waypoints, waypoints
 from trackably.work import BudgetEnded, until
 
 Found = tuple[Certified, tuple[Condensation, ...], tuple[str, ...]]
-"""The certified reference, the cost of having fewer centres than samples, and length scales that left their search."""
+"""The certified reference, the effect of condensing samples, and the names whose search intervals were shortened."""
 
-_SAME_VALUE = 1e-6  # relative to 1 + |J|: searches that end at one minimum differ by less
-_FIRST = 200  # samples: likely hyperparameters are found from them in a second
+_SAME_VALUE = 1e-6  # relative to 1 + |J|: values of J that differ by less count as equal
+_FIRST = 200  # from this many first samples of a name, likely hyperparameters are found in a second
 _CALLER = 3  # stack frames up to the user's line, counting the decorator of `learn_reference`
 _LEARNERS: dict[str, Learner] = {"joint": JOINT, "hyperparameters": HYPERPARAMETERS}
 
@@ -124,11 +124,12 @@ def learn_reference(
         The largest number of kernel centres for the samples of each name. None: one centre for each sample. A whole
         number: time is divided into bins, and the samples in each bin are replaced by four that have the same
         likelihood for every signal that is a cubic polynomial in each bin, noise included. "auto", with more than 500
-        samples: so few centres that, at the learned hyperparameters, the exact l differs by less than 4, and the exact
-        mean by less than a tenth of σ_n at samples, at centres and halfway between them; one for each sample if half as
-        many do not suffice, as for many kernels with kinks. With more than 4000 samples, this comparison is with twice
-        as many centres instead of all samples; `learn_stream` is faster then. The proof is of the reference that is
-        returned; its `explanation` gives the number of samples and centres, and the differences of l and of the mean.
+        samples: just enough centres that, at the learned hyperparameters, the exact l differs by less than 4, and the
+        exact mean by less than a tenth of σ_n at samples, at centres and halfway between them; one for each sample if
+        half as many do not suffice, as for many kernels with kinks. With more than 4000 samples, this comparison is
+        with twice as many centres instead of all samples; `learn_stream` is faster then. The proof is of the reference
+        that is returned; its `explanation` gives the number of samples and centres, and the differences of l and of the
+        mean.
     at
         Waypoints: values of states and inputs, by name, that the reference has at times [s]. {0.0: {"position": -0.08,
         "velocity": 0.0}} begins at a plant's present state. {6.0: "rest"} is in an equilibrium then, with the input
@@ -161,9 +162,9 @@ def learn_reference(
         from every such signal, from the first sample to the last, and `accuracy` compares it with the least possible.
     tolerance
         With `truth`: the largest distance of the reference from the true signal that will do, in the state's unit, for
-        all names of `truth` or by name. The state then also keeps bounds that move, which exclude all that is further
-        from a possible signal: the certificate states them, and proves a distance of at most this. If the plant is
-        disturbed, they hold for the plant too, at steps.
+        all names of `truth` or by name. The state then also keeps bounds that move, which exclude all values
+        that are further from a possible signal: the certificate states them, and proves a distance of at most this. If
+        the plant is disturbed, they hold for the plant too, at steps.
     near
         A warm start: a reference learned for the same names with the same kernels, for other bounds, samples or times.
         The search also starts at its hyperparameters and prior means, and the function for them is one more candidate.
@@ -175,7 +176,7 @@ def learn_reference(
         Seconds after which the best proved reference is returned; its `explanation` says how far its J may be from the
         least. A function for likely hyperparameters is proved first, then one with hyperparameters from a single start,
         then the same as without a budget. The result then depends on the machine and on its load. A step that is under
-        way is finished. None: as long as it takes, always with the same result.
+        way is finished. None: there is no limit, and the result is always the same.
     progress
         Whether a line on a terminal counts fits, evaluations and boxes proved. Elsewhere, the logger "trackably" logs
         them every 10 s, at level INFO: `logging.basicConfig(level="INFO")` shows that.
@@ -197,16 +198,17 @@ def learn_reference(
         Where an argument is of another type: the message names it.
     ValueError
         Where samples, kernels, claim and options do not fit together, and where the prior mean is no admissible
-        equilibrium though all times are claimed. Where a value of `at` is outside of its set, or a time outside of
-        the claim. Where a disturbance leaves nothing of the bounds: it says which bound is short by how much, and which
-        part of the disturbance set would do.
+        equilibrium though all times are claimed. Where a value of `at` is outside of its set, or a time outside of the
+        claim. Where a disturbance leaves nothing of the bounds: the message says which bound is short by how much, and
+        which part of the disturbance set would do.
     NotTrackableError
-        Where no reference was found, or none that is proved: the message says by how much, where and why. Its
-        `outcome` is `Impossible` where values of `at` and bounds contradict each other whatever the kernel, and
-        `InfeasibleTightening` where bounds do that are tightened for this feedback or margin: both are found before
-        anything is learned, and `save_contradiction` writes what the checker accepted. It is `OutOfTime` where the
-        budget ended before anything was proved, `NoSignal` where no signal of `truth` explains the samples, and
-        `TooFar` where a linear program finds no reference within the `tolerance`: it says from which on it finds one.
+        Where no reference was found, or none that is proved: the message says by how much, where and why. Its `outcome`
+        is `Impossible` where values of `at` and bounds contradict each other whatever the kernel, and
+        `InfeasibleTightening` where only bounds that are tightened for this feedback or margin contradict: both are
+        found before anything is learned, and `save_contradiction` writes what the checker accepted. It is `OutOfTime`
+        where the budget ended before anything was proved, `NoSignal` where no signal of `truth` explains the samples,
+        and `TooFar` where a linear program finds no reference within the `tolerance`: the message says with which it
+        finds one.
 
     """
     end, learner = _end_of(budget), _learner(method, at, learn_from, near)
@@ -283,13 +285,13 @@ def _learner(method: object, at: object, learn_from: object, near: object) -> Le
     if not isinstance(method, str) or method not in _LEARNERS:
         raise ValueError(f"method: expected {' or '.join(map(repr, _LEARNERS))}, got {method!r}")
     if at and method != "joint":
-        raise ValueError('at: values at given times need method="joint": hyperparameters alone cannot meet them')
+        raise ValueError('at: values at given times need method="joint", as hyperparameters alone cannot meet them')
     if learn_from is not None and method != "joint":
-        raise ValueError('learn_from: needs method="joint": with known hyperparameters, they alone cannot be learned')
+        raise ValueError('learn_from: needs method="joint", as otherwise nothing is left to learn from `samples`')
     if near is not None:
         instance("near", near, TrackableReference, "one that learn_reference returns")
         if method != "joint":
-            raise ValueError('near: needs method="joint": the function for its hyperparameters is a candidate')
+            raise ValueError('near: needs method="joint", as the function for its hyperparameters is a candidate')
     return _LEARNERS[method]
 
 
@@ -315,9 +317,9 @@ def _informed(learner: Learner, first: EmpiricalPrior, near: TrackableReference 
 
 
 def _end_of(budget: object) -> float:
-    """Return the time at which a budget ends, on the clock of `monotonic`.
+    """Return the time at which a budget [s] ends, on the clock of `monotonic`; infinity without a budget.
 
-    TypeError or ValueError: not a positive number.
+    TypeError or ValueError: `budget` is not a positive number.
     """
     if budget is None:
         return float("inf")
@@ -405,7 +407,7 @@ def _problem_of_first_samples(prior: JointPrior, measured: Measurements, starts:
 
 
 def _beside(likeliest: JointPosterior | None, certified: Certified) -> Certified:
-    """Return `certified` together with the solution of the same problem without bounds.
+    """Return `certified` with the posterior without bounds to which it is compared.
 
     That is `likeliest` if given, otherwise the one that the search found, otherwise one that is computed here.
     """

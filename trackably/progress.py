@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 LOG = logging.getLogger("trackably")
 
-_EVERY = 10.0  # seconds before the first message, and between two
+_EVERY = 10.0  # seconds before the first log message, and between two of them
 
 
 class _LogFile:
@@ -39,9 +39,9 @@ def line_of(
 ) -> Iterator[tqdm[Any]]:
     """Yield a progress bar that shows `content`, a format of tqdm, and the time; `more` are its options on a terminal.
 
-    Elsewhere it logs its lines, the first one after 10 s. It is disabled if nobody would see it.
+    If there is no terminal, its lines are logged, the first one after 10 s. It is disabled if nobody would see it.
     """
-    from tqdm import tqdm  # noqa: PLC0415  loading the library shall not take longer for a bar
+    from tqdm import tqdm  # noqa: PLC0415  imported only here, so that importing trackably stays fast
 
     is_seen = sys.stderr.isatty()
     if not is_seen:

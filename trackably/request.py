@@ -27,7 +27,7 @@ T = TypeVar("T")
 # The prior of each sampled name: its kernel, its noise and its mean, given for all names or by name.
 
 Noise = float | tuple[float, float] | Mapping[str, float | tuple[float, float] | None] | None
-"""σ_n of samples, given like a hyperparameter, for all names or by name."""
+"""σ_n of samples for all names or by name: a number, an interval in which it is learned, or None (learned)."""
 
 
 def _value_of(given: T | Mapping[str, T], name: str, what: str) -> T:
@@ -76,10 +76,10 @@ class FrameLike(Protocol):
 
 
 def _of_column(what: str, column: SeriesLike) -> Samples:
-    """Return the values of a column at the times [s] of its index; a time without a value (NaN) is no sample.
+    """Return the values of a column at the times [s] of its index; values that are NaN are left out.
 
     Times may be durations (timedelta64). TypeError: they are dates, whose zero is unknown, or the index only counts
-    rows. ValueError as `Samples`, which includes their order.
+    rows. ValueError as `Samples` raises it, for example if times are not in order.
     """
     if type(column.index).__name__ == "RangeIndex":
         raise TypeError(f"{what}: expected an index of times in seconds, got row numbers; see `frame.set_index(times)`")
@@ -99,8 +99,9 @@ SamplesLike = Samples | SeriesLike | FrameLike | Mapping[str, Samples | SeriesLi
 class Measurements:
     """Samples of a `plant` by name, with the noise `noise_std` of each.
 
-    `kinds` are the names that depend on each flat output; noise is relative to that of the first of them. If a name has
-    many samples, they are condensed according to `centres`; see `condense_by_name` for `times`.
+    `kinds` has, for each flat output, the names of the samples that depend on it; their noise is relative to that of
+    the first name. If a name has many samples, they are condensed (replaced by fewer kernel centres) according to
+    `centres`; see `condense_by_name` for `times`.
     """
 
     plant: ConstrainedSystem
@@ -198,7 +199,7 @@ class Measurements:
         for what, given in (("kernel", kernel), ("noise_std", noise_std), ("mean", mean)):
             if isinstance(given, Mapping) and set(self.names) < set(given):  # it would be ignored silently
                 unknown = next(name for name in given if name not in self.names)
-                raise ValueError(f"{what}: is given for {unknown}, expected for {', '.join(self.names)} only")
+                raise ValueError(f"{what}: got a value for {unknown}, expected values for {', '.join(self.names)} only")
         return {
             name: _prior(
                 name,
@@ -215,7 +216,7 @@ class Measurements:
 
 
 def names_of_each(plant: ConstrainedSystem, names: Iterable[str]) -> list[tuple[str, ...]]:
-    """Return the names that depend on each flat output, first one that shows its level.
+    """Return, for each flat output, the sampled names that depend on it; the first one shows its level.
 
     ValueError as `kinds_by_name`.
     """
@@ -251,7 +252,8 @@ def with_noise(
 ) -> dict[str, Samples]:
     """Return samples whose noise is relative to σ_n of the first name for the same flat output.
 
-    `kinds` are the names that depend on each flat output. ValueError: there are several, and their noise is not known.
+    `kinds` has, for each flat output, the names that depend on it. ValueError: there are several such names, and the
+    noise of one is not known.
     """
     several = [names for names in kinds if len(names) > 1]
     known = {name: _known_noise(_value_of(noise_std, name, "noise_std"), names) for names in several for name in names}
@@ -267,7 +269,7 @@ def same_states(
 ) -> dict[str, Samples]:
     """Return other samples by name, with their relative noise; `what` names them in messages.
 
-    ValueError: they are not of the same states as the first samples, which have these `kinds`.
+    ValueError: their names are not those of the first samples, given by `kinds`.
     """
     return with_noise(_of_states(what, samples, plant, kinds), kinds, noise_std)
 
@@ -278,7 +280,7 @@ def _of_states(
     given = samples_by_name(samples, plant, what)
     if names_of_each(plant, given) != kinds:
         expected = ", ".join(name for shown in kinds for name in shown)
-        raise ValueError(f"{what}: expected samples of {expected}, as of the first ones, got {', '.join(given)}")
+        raise ValueError(f"{what}: expected samples of {expected}, like `samples`, got {', '.join(given)}")
     return given
 
 
@@ -299,7 +301,7 @@ def refuse_mean(
 ) -> None:
     """Raise ValueError if the claim needs the prior mean to be followed for ever, and this is not possible.
 
-    If the bounds of the plant were tightened, `tightening` is the tightening.
+    `tightening` is None, or how the bounds of the plant were tightened.
     """
     if quantities_at_rest(claim, plant):
         why = "what fades to it" if isinstance(claim, AllTimes) else "what swings about it"

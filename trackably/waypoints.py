@@ -109,6 +109,6 @@ def _tolerance(given: float | Mapping[str, float] | None, name: str, bounds: Int
     found = given.get(name) if isinstance(given, Mapping) else given
     if found is None:
         if bounds is None:
-            raise ValueError(f"at_tolerance: is needed for {name}, which has no bounds to take a part of")
+            raise ValueError(f"at_tolerance: is needed for {name}, which has no bounds that give a default")
         return _OF_WIDTH * bounds.width
     return positive(f"at_tolerance of {name}", found)

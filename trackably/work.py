@@ -25,8 +25,9 @@ def seconds_left() -> float | None:
 
 @contextmanager
 def until(end: float) -> Iterator[None]:
-    """Within this context, raise BudgetEnded after the first piece of work that finishes at
-    `end` or later (`monotonic`).
+    """Within this context, raise BudgetEnded after the first piece of work that finishes at `end` or later.
+
+    `end` [s] is a time of the clock `monotonic`.
     """
     before = _END.set(min(end, _END.get()))
     try:

@@ -1,6 +1,8 @@
 """Constraints of the learning problem: a quantity, its bounds, and the places (times) at which they have to hold.
 
-Linear functionals are weighted sums of signals at some times, so all of them are evaluated together, with gradients.
+A linear functional is a weighted sum of values of the signals at some times, so that all functionals are evaluated
+together, with gradients. A formula is a nonlinear function of such functionals, which are its arguments. The back-off
+of a bound tightens it, so that a proof has room.
 """
 
 from abc import ABC, abstractmethod
@@ -26,8 +28,9 @@ Indices = npt.NDArray[np.intp]
 class Sums(NamedTuple):
     """N sums Σ_k w_k u_k. The entries of u are 1 and the signals at their `times` [s], one signal after the other.
 
-    Column n of `at` has the indices k of the terms of sum n, and column n of `weights` their weights: shapes (terms,
-    N). The first term is the constant, u = 1. Shorter sums are filled up with weights of zero.
+    `times[c]` are the times of signal c. Column n of `at` has the indices k of the terms of sum n, and column n of
+    `weights` their weights: shapes (terms, N). The first term is the constant, u = 1. Shorter sums are filled up with
+    weights of zero.
     """
 
     times: dict[int, Array]
@@ -58,7 +61,7 @@ class Sums(NamedTuple):
         return found
 
     def values_and_gradients(self, posterior: JointPosterior) -> Array:
-        """Return all sums of the posterior means, and their ∂/∂ln θ: shape (1 + p, N)."""
+        """Return all sums of the posterior means in row 0, and their ∂/∂ln θ in the p other rows: shape (1 + p, N)."""
         one = np.zeros((1 + len(posterior.prior.learned), 1))
         one[0] = 1.0
         signals = [posterior.jets(c, t, 0)[:, 0] for c, t in self.times.items()]
@@ -67,11 +70,11 @@ class Sums(NamedTuple):
         return np.asarray(np.add.reduce(terms, axis=1))
 
 
-# Bounds are tightened by this part of their width: the optimiser's rounding errors are smaller.
+# Bounds are tightened by this part of their width, which is larger than the rounding errors of the optimiser.
 ROUNDING_BACKOFF = 1e-9
-_PARTS = 8  # the time between two places is divided into so many parts
-_INNER = (np.arange(1, _PARTS) / _PARTS)[:, None]  # the ends of parts that lie inside
-CLOSER = 2  # times: beside a kink a margin may be negative for a hundredth of the way to the next one
+_PARTS = 8  # the time between two neighbouring places is divided into this number of equal parts
+_INNER = (np.arange(1, _PARTS) / _PARTS)[:, None]  # where these parts meet
+CLOSER = 2  # refinements between kinks: a margin may be negative for a hundredth of the way to the next kink
 
 
 class Signalled(Protocol):
@@ -99,7 +102,8 @@ class Bounded(ABC):
     def closest(self, posterior: Signalled) -> tuple[Array, Array]:
         """Return the places of the margin's local minima, and the relative margins (n,) there.
 
-        A relative margin is a part of the bounds' width: negative where they are violated, 1/2 at the centre.
+        A relative margin is the distance to the nearer bound divided by the width of the bounds: negative where they
+        are violated, 1/2 at the centre.
         """
 
     def missed_minima(self, posterior: Signalled) -> tuple[Array, Array]:
@@ -114,10 +118,11 @@ class Bounded(ABC):
         """
 
     def slacks(self, found: Array, places: Array) -> Array:
-        """Return the slacks to the lower bound, then those to the upper one, as parts of the width: shape (1 + p, 2 n).
+        """Return the slacks to the lower bound, then those to the upper one, less the back-off, divided by the width.
 
-        `found` has the quantity at n `places` and its p derivatives, shape (1 + p, n), or the constant and the weights
-        of a sum that is the quantity; the slacks have the same form. The back-off is subtracted.
+        `found` has n columns, one for each of the `places`: the quantity and its p derivatives, shape (1 + p, n), or
+        the constant and the weights of the sum that is the quantity. The slacks are given in the same form, in 2 n
+        columns.
         """
         bounds = self.quantity.bounds
         both = np.concatenate([found, -found], axis=1)
@@ -148,20 +153,19 @@ class Constraint(Bounded):
         return between([self], alone, [self.suspect_centres(posterior)], CLOSER)[0]
 
     def suspect_centres(self, posterior: Signalled) -> Array:
-        """Return the times [s] of centres between which `closest` may miss a violation, because a
-        kernel has kinks there.
+        """Return the times [s] of centres between which `closest` may miss a violation; a kernel has kinks there.
 
-        Empty if all kernels are analytic: such a signal varies as slowly near a centre as anywhere.
+        Empty if all kernels are analytic, because their signals vary as slowly near a centre as elsewhere.
         """
         if all(signal.kernel.is_analytic for signal in posterior.signals):
             return self.none
         return self.index_set.suspect_centres(self._turns(posterior))
 
     def _turns(self, posterior: Signalled) -> Array:
-        """Return the times at which q(t) = Σ_j w_j g(t + j T_s) may have kinks: each kink of g appears once for each j.
+        """Return the times [s] at which q(t) = Σ_j w_j g(t + j T_s) may have kinks.
 
-        Kinks of g are at its centres. The centres of smooth signals are included unshifted: these change little within
-        T_s.
+        A kink of the signal g, which lies at one of its centres, appears in q once for each j. The centres of smooth
+        signals are included without shifts, because these signals change little within T_s.
         """
         found = [signal.centres for signal in posterior.signals]
         for _, functional in self.quantity.trajectory.arguments:
@@ -172,7 +176,7 @@ class Constraint(Bounded):
         return np.unique(np.concatenate(found))
 
     def relative_margin(self, posterior: Signalled, t: Array) -> Array:
-        """Return the distance to the nearer bound at t [s] as a part of the bounds' width: negative where violated."""
+        """Return the distance to the nearer bound at t [s], divided by the bounds' width: negative where violated."""
         return self.quantity.margin(posterior.signals, t) / self.quantity.bounds.width
 
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
@@ -191,7 +195,11 @@ class Constraint(Bounded):
 
 
 def of_arguments(trajectory: Trajectory, found: Array) -> Array:
-    """Return q and its ∂/∂ln θ, shape (1 + p, n), from those of the k arguments of its trajectory: (1 + p, k n)."""
+    """Return a quantity q and its ∂/∂ln θ, shape (1 + p, n).
+
+    `found`, shape (1 + p, k n), has the values and the ∂/∂ln θ of the k arguments of its trajectory, one after the
+    other.
+    """
     if trajectory.functional is not None:
         return found
     names = [name for name, _ in trajectory.arguments]
@@ -213,7 +221,10 @@ def timed(constraints: Sequence[Bounded]) -> list[Constraint]:
 def local_minima(
     constraints: Sequence[Constraint], kernels: Sequence[Kernel], signals: Signals
 ) -> list[TimesAndMargins]:
-    """Return the local minima of each relative margin. Constraints with a common index set are evaluated together."""
+    """Return the times and the values of the local minima of each relative margin.
+
+    Constraints with a common index set are evaluated together.
+    """
     found = dict[int, TimesAndMargins]()
     for index_set in dict.fromkeys(constraint.index_set for constraint in constraints):
         members = [i for i, constraint in enumerate(constraints) if constraint.index_set == index_set]
@@ -227,7 +238,7 @@ def local_minima(
 def closest(constraints: Sequence[Bounded], posterior: Signalled) -> list[TimesAndMargins]:
     """Return the places and margins of `Bounded.closest` for each constraint.
 
-    Those with index sets are evaluated together.
+    Constraints with an index set are evaluated together.
     """
     timed = [constraint for constraint in constraints if isinstance(constraint, Constraint)]
     found = iter(local_minima(timed, [signal.kernel for signal in posterior.signals], posterior.signals))
@@ -237,10 +248,10 @@ def closest(constraints: Sequence[Bounded], posterior: Signalled) -> list[TimesA
 def between(
     constraints: Sequence[Constraint], together: Quantities, places: Sequence[Array], closer: int = 0
 ) -> list[TimesAndMargins]:
-    """Return for each constraint the lowest margins between its neighbouring `places`, in order, where negative.
+    """Return, for each constraint, the negative ones among the lowest margins between neighbouring `places`.
 
-    `together` has the constraints' quantities. The margins are relative, and looked for `closer` several times around
-    the lowest found before.
+    `places` are sorted, and `together` has the constraints' quantities. Margins are relative. The search is repeated
+    `closer` times, each time in a shorter stretch around the lowest margin found before.
     """
     if all(len(at) < 2 for at in places):
         return [(np.empty(0), np.empty(0)) for _ in places]
@@ -257,12 +268,15 @@ def between(
 def _lowest(
     constraints: Sequence[Constraint], together: Quantities, starts: Sequence[Array], reach: Sequence[Array]
 ) -> list[TimesAndMargins]:
-    """Return the lowest margins at times that divide what begins at `starts`, and is `reach` [s] long."""
+    """Return the time and the value of the lowest margin in each stretch of time.
+
+    Stretches begin at `starts` and last for `reach` [s]. The margins are evaluated where their equal parts meet.
+    """
     times = [
         constraint.index_set.nearest(first + _INNER * length)
         for constraint, first, length in zip(constraints, starts, reach, strict=True)
     ]
-    if all(np.array_equal(at, times[0]) for at in times[1:]):  # signals are evaluated there once
+    if all(np.array_equal(at, times[0]) for at in times[1:]):  # equal times: signals are evaluated only once
         return [_lowest_of_each(*pair) for pair in zip(times, together.margins(times[0]), strict=True)]
     firsts = [at[0] for at in times]
     every = np.concatenate(times, axis=1)
@@ -277,7 +291,7 @@ def _lowest_of_each(times: Array, margins: Array) -> tuple[Array, Array]:
 
 
 def joined(one: Sequence[TimesAndMargins], other: Sequence[TimesAndMargins]) -> list[TimesAndMargins]:
-    """Return, for each constraint, the places and margins of both."""
+    """Return, for each constraint, the places and margins of both lists, one after the other."""
     pairs = zip(one, other, strict=True)
     return [(np.concatenate([a, b]), np.concatenate([c, d])) for (a, c), (b, d) in pairs]
 
@@ -293,7 +307,7 @@ def worst(minima: Sequence[TimesAndMargins]) -> tuple[float, int, float]:
 
 
 def owners(of_each: Sequence[Array]) -> Indices:
-    """Return, for each entry of the joined arrays, the index of its array."""
+    """Return, for each entry of the concatenated arrays, the index of the array from which it comes."""
     return np.repeat(np.arange(len(of_each)), [len(part) for part in of_each])
 
 

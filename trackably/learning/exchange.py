@@ -1,11 +1,12 @@
 """Exchange method: solve a problem with a continuum of constraints by programs with constraints at few places.
 
 Solve with constraints at few places, find the places at which the result violates a bound, add them, repeat. Every
-program on the way is a relaxation of the whole problem. So the first minimiser that keeps all bounds solves the whole
-problem, and a minimiser that is no better than a known solution can be given up. Programs are solved roughly first, and
-precisely only if the rough minimiser violates no bound at a new place.
+program on the way is a relaxation of the whole problem. So the first minimiser that satisfies all bounds solves the
+whole problem, and a minimiser that is no better than a known solution can be given up. Programs are solved roughly
+first, and precisely only if the rough minimiser violates no bound at a new place.
 
-A candidate is a point of the search with the values of objective and constraints there.
+A place is a time, or several times, at which a program imposes a bound. A candidate is a point of the search with the
+values of objective and constraints there.
 """
 
 import heapq
@@ -70,14 +71,14 @@ class Candidate:
     def violated(self, known: Places) -> Places | None:
         """Return the places where a bound is violated; None if all of them are `known`.
 
-        Places where the quantity is not defined are left out, because it has no gradient there: another constraint has
-        to lead the search back to its domain.
+        Places where the quantity is not defined are left out, because it has no gradient there. Other constraints have
+        to lead the search back to where it is defined.
         """
         found = tuple(places[(margins < 0) & np.isfinite(margins)] for places, margins in self.minima)
         return found if any(len(m) > len(k) for m, k in zip(merge(known, found), known, strict=True)) else None
 
     def infeasible(self, problem: ConstrainedProblem) -> NothingFeasible:
-        """Explain which bound is violated most; call it on the candidate with the smallest violation."""
+        """Explain which bound is violated most. It is called on the candidate with the smallest violation."""
         margin, index, time = self.worst
         quantity = problem.constraints[index].quantity
         return NothingFeasible(self.posterior, quantity, time, -margin * quantity.bounds.width, problem.broken_at_rest)
@@ -89,7 +90,7 @@ def merge(known: Places, new: Places) -> Places:
 
 
 def _unite(places: Array, new: Array) -> Array:
-    """Return the union of places, sorted by the first number of each; places that are nearly known are not added."""
+    """Return the union of places, sorted by their first number, without new places that nearly equal a known one."""
     fresh = [place for place in new if not len(places) or np.min(_distances(places, place)) > _SAME_TIME]
     joined = np.concatenate([places, np.array(fresh).reshape(-1, *places.shape[1:])])
     return joined[np.argsort(joined if joined.ndim == 1 else joined[:, 0], kind="stable")]
@@ -103,21 +104,21 @@ _MAX_ROUNDS = 60
 _MAX_HALVINGS = 60
 _SAME_POINT = 1e-3
 _SAME_BASIN = 1e-2
-_NEARBY = 0.1  # length in each ln θ of the first step from a promising start, which has to stay in its basin
-_ROUGH = 1e-8  # relative to 1 + |l|: precision of a minimiser that violates a bound at a new place
-_MORE_STEPS = 60  # a search is given up if so many steps with the last gain would not reach the best objective
+_NEARBY = 0.1  # largest first step in each ln θ from a promising start: the search has to stay in its basin
+_ROUGH = 1e-8  # relative to 1 + |l|: precision of the first minimiser, enough if it violates a bound at a new place
+_MORE_STEPS = 60  # a search is given up if this many further steps, each with the last gain, would not reach the best l
 
 
 @dataclass(frozen=True)
 class _Descent:
-    """The current end of a local search, and the rounds that led there."""
+    """The point ln θ that a local search has reached, and the rounds that led there."""
 
     end: Array
     rounds: tuple[Round, ...] = ()
 
 
 Step = Callable[[Program, Array, Array | None, float, sqp.GiveUp], sqp.Minimum | None]
-"""Solves a program from a start with the curvature there, up to a precision, or gives up: see `Program.minimise`."""
+"""Minimises (program, start, curvature at the start, precision, give_up); None if given up. See `Program.minimise`."""
 
 _minimise_nearby: Step = partial(Program.minimise, radius=_NEARBY)
 
@@ -128,8 +129,8 @@ class Exchange:
 
     `together` runs searches from several starts with the same places in their programs; `follow` runs searches with
     places of their own. `active` are the places of the last program, `rounds` are those that led to the best point, and
-    `fits` counts the nonlinear programs. Searches whose l is not below the `ceiling` are given up: each program is
-    a relaxation, so that l only rises on the way. So are those that come near to a minimum that is known.
+    `fits` counts the nonlinear programs. A search is given up if its l is not below the `ceiling`: each program is a
+    relaxation, so that l only rises on the way. It is also given up if it comes near to a known minimum.
     """
 
     problem: ConstrainedProblem
@@ -182,7 +183,7 @@ class Exchange:
                 heapq.heappush(queue, (paths[0].rounds[-1].objective, next(order), start, paths[0], met, is_second))
 
     def together(self, points: Iterable[Array], step: Step = Program.minimise) -> None:
-        """Improve all points by `step` until none violates a bound at a place that is not yet `active`."""
+        """Improve all points by `step` until none of them violates a bound at a place that is not yet `active`."""
         paths, places = [_Descent(point) for point in points], self.active or self._no_places
         for _ in range(_MAX_ROUNDS):
             if not paths:
@@ -233,7 +234,7 @@ class Exchange:
         minima = list[Array]()
 
         def give_up(x: Array, merit: float, gain: float) -> bool:
-            # Without constraints, worse minima are useful too: they are starts for other problems.
+            # Without constraints, worse minima are useful too, as starts for other problems.
             is_hopeless = bool(self.problem.constraints) and merit - _MORE_STEPS * gain >= self._least
             return is_hopeless or _is_near(x, ends) or _is_near(x, minima)
 
@@ -267,7 +268,7 @@ class Exchange:
     def _evaluate(self, point: Array) -> Candidate | None:
         """Evaluate a point; None if K + σ_n² I cannot be factored.
 
-        If it may be the best, check the whole index sets.
+        If the point may be the best, also search where the grid of times may have missed a violation.
         """
         try:
             candidate = Candidate.at(self.problem, point)

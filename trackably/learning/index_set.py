@@ -19,7 +19,7 @@ from trackably.systems.trajectories import Quantities
 _POINTS_PER_CORRELATION_TIME = 12
 _FEWEST_POINTS, _MOST_POINTS = 64, 50_000
 _REFINEMENTS, _NARROWER = 3, 0.1
-_BESIDE = np.array([[-1], [0], [1]])  # left of a centre, there, and right of it
+_BESIDE = np.array([[-1], [0], [1]])  # to the left of a centre, at the centre, and to its right
 
 Indices = npt.NDArray[np.intp]
 
@@ -32,7 +32,7 @@ TimesAndMargins = tuple[Array, Array]
 
 @dataclass(frozen=True)
 class _Single:
-    """A single margin, in the form of those of several quantities."""
+    """A single margin with the methods of `Quantities`, which evaluate several margins together."""
 
     margin: Margin
 
@@ -51,18 +51,18 @@ Margins = Quantities | _Single
 
 
 class IndexSet(ABC):
-    """A set of times [s]; it may depend on the signals' kernels, whose period is learned."""
+    """A set of times [s]. It may depend on the kernels of the signals, because their period may be learned."""
 
     @abstractmethod
     def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
-        """Return the local minima of each margin: their times, and the margins there."""
+        """Return, for each margin, the times [s] of its local minima in the set, and its values there."""
 
     def local_minima(self, margin: Margin, kernels: Sequence[Kernel]) -> Array:
         """Return the times of the set at which `margin` has its local minima, in increasing order."""
         return self.minima_of_each(_Single(margin), kernels)[0][0]
 
     def nearest(self, t: Array) -> Array:
-        """Return the nearest times of the set to t [s]; t lies between the first and the last of them."""
+        """Return the times of the set that are nearest to t [s]; t must lie between the first and the last of them."""
         return t
 
     @property
@@ -103,8 +103,8 @@ class Steps(IndexSet):
 class RealTimes(IndexSet):
     """All real times of a window; or all phases of signals whose kernels have one common period.
 
-    Of all phases, local minima are sought in [0, period], and every time stays in the set when the learned period
-    changes. TypeError for kernels without a common period.
+    With all phases, local minima are searched in [0, period]; whatever period is learned, every time belongs to the
+    set. TypeError for kernels without a common period.
     """
 
     of: Window | AllPhases
@@ -124,7 +124,7 @@ class RealTimes(IndexSet):
 
 
 def _minima_in_cells(margins: Margins, start: float, end: float, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
-    """Return the local minima in each cell between breakpoints of bounds."""
+    """Return the local minima of each margin, searched separately in each cell between breakpoints of bounds."""
     inner = margins.breakpoints_in(start, end).tolist()
     cells = [_refined_minima(margins, a, b, kernels) for a, b in pairwise([start, *inner, end])]
     if len(cells) == 1:
@@ -137,7 +137,7 @@ def _refined_minima(margins: Margins, start: float, end: float, kernels: Sequenc
     times = np.linspace(start, end, _grid_intervals(end - start, kernels) + 1)
     values, reach = margins.margins(times), times[1] - times[0]
     which, grid = np.nonzero(_are_minima(values))
-    inner = np.clip(grid, 1, len(times) - 2)  # at an end the parabola leans inwards
+    inner = np.clip(grid, 1, len(times) - 2)  # at an end of the grid, the parabola goes through three points inside
     at, centre, beside = times[grid], times[inner], values[which, inner + _BESIDE]
     at, refined = _at_lowest(at, centre, reach, beside)
     for _ in range(_REFINEMENTS - 1):
@@ -153,9 +153,8 @@ def _refined_minima(margins: Margins, start: float, end: float, kernels: Sequenc
 def _at_lowest(at: Array, centre: Array, reach: float, beside: Array) -> TimesAndMargins:
     """Fit parabolas to values (3, n) at centre − reach, centre and centre + reach.
 
-    Return the times and values of their minima.
-
-    A time is at most `reach` from its centre. Where a parabola has no minimum, it is the time `at`.
+    Return the times and values of their minima. Each time is at most `reach` away from its centre. Where a parabola has
+    no minimum, the time is `at`.
     """
     left, middle, right = beside
     with np.errstate(invalid="ignore"):  # where a margin is infinite, the minimum on the grid stays

@@ -15,9 +15,9 @@ Outcome = Solution | NoSolution
 class Learner:
     """The functions that solve constrained problems.
 
-    `solve` starts from nothing, `continued` from the solution of a problem with other bounds, `extended` from that of a
-    problem with fewer times. `first_backoff` is the part of a bound's width by which bounds are tightened at first. The
-    `fallback` is used if no reference of this learner can be proved.
+    `solve` starts from nothing, `continued` from the solution of a problem with other bounds, `extended` from the
+    solution of a problem with fewer times. `first_backoff` is the part of a bound's width by which bounds are tightened
+    at first. The `fallback` is used if no reference of this learner can be proved.
     """
 
     solve: Callable[[ConstrainedProblem], Outcome]
@@ -31,7 +31,7 @@ HYPERPARAMETERS = Learner(best_solution, continued, lambda _, problem: best_solu
 """The hyperparameters alone, as in the paper: the reference is a posterior mean."""
 
 JOINT = Learner(joint.learn_jointly, joint.continued, joint.extended, first_backoff=1e-6, fallback=HYPERPARAMETERS)
-"""The function together with its hyperparameters; the hyperparameters alone where that cannot be proved."""
+"""The function together with its hyperparameters; the hyperparameters alone if no such reference can be proved."""
 
 FUNCTION = Learner(joint.learn_function, joint.function_near, joint.function_near, first_backoff=1e-6)
 """The function alone, for hyperparameters that are all known: one convex program for linear systems."""

@@ -29,9 +29,8 @@ class Program:
         give_up: sqp.GiveUp = sqp.never,
         radius: float = sqp.FIRST_RADIUS,
     ) -> sqp.Minimum | None:
-        """Return a local minimum found from `start`.
-
-        None if the objective is undefined there, or the search is given up.
+        """Return a local minimum found from `start`; None if the objective is undefined there, or the search is given
+        up.
 
         See `sqp.minimise` for the options.
         """

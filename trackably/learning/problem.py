@@ -17,13 +17,14 @@ from trackably.learning.space import SearchSpace
 from trackably.systems.trajectories import Quantity, Trajectory
 from trackably.work import done
 
-_ROUNDING = 1e-9  # of a width
-MANY_CONTACTS = 100  # a function with kinks and more active bounds than this is rough
-LEAST_GAP, _RELATIVE_GAP = 0.01, 1e-3  # allowed gap of J: an absolute one, and a part of the price; the larger counts
+_ROUNDING = 1e-9  # relative to a width: a smaller change of a value at rest counts as none
+MANY_CONTACTS = 100  # a function whose kernels have kinks is rough if it has more active bounds than this
+# J may exceed its least value by LEAST_GAP, or by the part _RELATIVE_GAP of the price, whichever is larger.
+LEAST_GAP, _RELATIVE_GAP = 0.01, 1e-3
 
 
 def gap_allowed(price: float) -> float:
-    """Return the amount by which J may exceed the least J for the same hyperparameters, if bounds cost this `price`."""
+    """Return the amount by which J may exceed the least J for the same hyperparameters, if bounds cost D = `price`."""
     return max(LEAST_GAP, _RELATIVE_GAP * price)
 
 
@@ -40,7 +41,7 @@ class RequiredValue:
 
 @dataclass(frozen=True)
 class ConstrainedProblem:
-    """minimise l(θ) over the `space` of the prior's learned hyperparameters, subject to `constraints` on m⁺(·|θ).
+    """minimise l(θ) over the `space` of learned hyperparameters, under `constraints` on the posterior means m⁺(·|θ).
 
     There is one set of samples for each process of the prior. Without constraints, prior means may be learned too:
     `means` has an interval for each learned mean and None for each known one, and each learned mean is the most likely
@@ -58,13 +59,13 @@ class ConstrainedProblem:
 
     def __post_init__(self) -> None:
         if self.means and (len(self.means) != len(self.prior.parts) or self.constraints or self.required):
-            raise ValueError("means: are learned without constraints, and need an interval or None for each process")
+            raise ValueError("means: expected an interval or None for each process, and no bounds or given values")
         count = sum(len(samples) for samples in self.samples)
         if len(self.samples) != len(self.prior.parts):
-            raise ValueError(f"samples: needed for {len(self.prior.parts)} processes, got {len(self.samples)}")
+            raise ValueError(f"samples: expected those of {len(self.prior.parts)} processes, got {len(self.samples)}")
         if count < len(self.prior.learned):
             raise ValueError(
-                f"samples: at least as many samples as learned hyperparameters are needed, got {count} "
+                f"samples: expected at least as many samples as learned hyperparameters, got {count} "
                 f"for {len(self.prior.learned)} ({', '.join(self.prior.learned)})"
             )
 
@@ -108,8 +109,9 @@ Method = Literal["joint", "hyperparameters"]
 class ActiveBound:
     """A bound that is active at one `time` [s]; it costs `price`, in the unit of l.
 
-    `name` is that of the quantity, and `side` is "lower", "upper", or "equal" for a required value. Twice the
-    `multiplier` λ is the change of l per unit of the quantity. The prices of all active bounds sum up to D.
+    `name` is that of the quantity, and `side` is "lower", "upper", or "equal" for a required value. J changes by twice
+    the `multiplier` λ for each unit by which the bound moves, to first order. The prices of all active bounds sum up to
+    D.
     """
 
     name: str
@@ -123,14 +125,15 @@ class ActiveBound:
 class Solution:
     """Learned hyperparameters and signals that satisfy every constraint on its whole index set.
 
-    `objective` is J = l + D, where D = `price` is the cost of the `active_bounds`. Without these the `signals` are the
-    posterior means, and J = l. `active` holds the places of each constraint in the last program, `fits` counts the
-    nonlinear programs solved, and `rounds` are those from a start to this solution. `others` are the ln θ of other
-    local minima, best first. `method` says what was learned. `unconstrained` is the posterior at the minimum of the
-    likelihood, if the learner computed it. `missed` bounds the violation, as a part of a bound's width, that is left if
-    a program would need too many places; a larger back-off removes it. `alone` is the least J found with
-    hyperparameters alone, infinite if none was sought. `spread` is the range of J among functions found from several
-    starts for the same hyperparameters, which differ if bounds are formulas.
+    `objective` is J = l + D, where D = `price` is the cost of the `active_bounds`. Without active bounds, the `signals`
+    are the posterior means, and J = l. `active` holds the places of each constraint in the last program, `fits` counts
+    the nonlinear programs solved, and `rounds` are the rounds of the exchange that led from a start to this solution.
+    `others` are the ln θ of other local minima, best first. `method` says what was learned. `unconstrained` is the
+    posterior at the minimum of the likelihood, if the learner computed it. `missed` bounds the violation, relative to a
+    bound's width, that is left if a program would need too many places; a larger back-off (tightening of the bounds)
+    removes it. `alone` is the least J found with hyperparameters alone, infinite if none was sought. `spread` is the
+    range of J among functions found from several starts for the same hyperparameters, which may differ if bounded
+    quantities are formulas of the signals.
     """
 
     posterior: JointPosterior
@@ -168,7 +171,7 @@ class Solution:
         return gap_allowed(self.price)
 
     def rise(self, quantities: Iterable[Quantity]) -> float:
-        """Return by how much J rises to first order, for each part of their width that these bounds move inwards."""
+        """Return dJ/dε to first order if the bounds of these quantities move inwards by ε times their width."""
         widths = {quantity.name: quantity.bounds.width for quantity in quantities}
         return 2 * sum(abs(bound.multiplier) * widths.get(bound.name, 0.0) for bound in self.active_bounds)
 
@@ -179,7 +182,7 @@ class NoSolution(ABC):
     @property
     @abstractmethod
     def explanation(self) -> str:
-        """A sentence for the user."""
+        """One sentence for the user: why the problem has no solution, and what may help."""
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.explanation})"
@@ -209,14 +212,14 @@ class OutOfTime(NoSolution):
     @property
     def explanation(self) -> str:
         return (
-            f"the budget of {self.budget:g} s ended before a reference was proved: give more, fewer `centres`, or "
+            f"the budget of {self.budget:g} s ended before a reference was proved: give more time, fewer `centres` or "
             "known hyperparameters; `learn_stream` is faster where samples last far longer than a kernel's memory"
         )
 
 
 @dataclass(frozen=True, repr=False)
 class UnmetBounds(NoSolution):
-    """No function was found that meets all bounds and required values; `among` are those with the largest multipliers.
+    """No function was found that meets all bounds and required values; `among` has those with the largest multipliers.
 
     The multipliers are a dual ray, in float64, of the program at the hyperparameters of `posterior`. That is no proof:
     for other hyperparameters there may be such a function. `feasibility` looks for contradictions that hold for every
@@ -231,8 +234,8 @@ class UnmetBounds(NoSolution):
         sides = {"lower": "lower bound", "upper": "upper bound", "equal": "given value"}
         said = "; ".join(f"{bound.name} ({sides[bound.side]}) at t = {bound.time:.6g} s" for bound in self.among)
         return (
-            f"no function was found that satisfies these together: {said}; that there is none is not proved: wider "
-            "bounds, fewer or other values, or other hyperparameters may find one"
+            f"no function was found that satisfies these together: {said}; this is no proof that there is none; "
+            "try wider bounds, fewer or other values, or other hyperparameters"
         )
 
 
@@ -252,7 +255,7 @@ class NoFunction(NoSolution):
 
 
 def _depends_on_mean(quantity: Quantity, means: Sequence[float]) -> bool:
-    """Whether the value at rest changes with the prior mean; that of a velocity is zero for any mean."""
+    """Whether the value at rest changes with the prior mean. A velocity at rest is zero for any mean."""
     change = quantity.at_rest([mean + 1.0 for mean in means]) - quantity.at_rest(means)
     return not abs(change) <= _ROUNDING * quantity.bounds.width
 
@@ -287,8 +290,8 @@ class NothingFeasible(NoSolution):
         what = f"breaks the {self.quantity.name} bounds {self.quantity.bounds.at(self.time)} at t = {self.time:.6g} s"
         if not np.isfinite(self.violation):
             what = (
-                f"has no {self.quantity.name} at t = {self.time:.6g} s, as its formula is not defined there: bounds of "
-                "states may help that keep what is under a root or in a logarithm above zero, and a divisor off zero"
+                f"has no {self.quantity.name} at t = {self.time:.6g} s, as its formula is not defined there: give "
+                "bounds of states that keep arguments of roots and logarithms above zero, and divisors away from zero"
             )
         by = f" by {self.violation:.3g}" if np.isfinite(self.violation) else ""
         found = f"{rest}no reference was found that keeps its bounds: the best attempt ({theta}) {what}{by}"

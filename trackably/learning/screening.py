@@ -22,7 +22,7 @@ from trackably.work import done
 _POINTS = 1200
 _AMPLITUDES, _LOWEST, _HIGHEST = 48, 0.02, 5.0
 _PHASES = 24
-_MOST_SAMPLES, _NUMBERS = 100, 2**14  # samples of one signal; and entries of the matrices that are decomposed together
+_MOST_SAMPLES, _NUMBERS = 100, 2**14  # most samples used of one signal; most entries of matrices decomposed at once
 # Two starts have to differ by more than this in some ln θ, otherwise only the better one is kept.
 _APART = {"lengthscale": 0.3, "period": 0.03, NOISE: 0.3}
 
@@ -35,9 +35,10 @@ def can_screen(prior: JointPrior) -> bool:
 def screen(problem: ConstrainedProblem, keep: int) -> list[Array]:
     """Return ln θ of up to `keep` starts, the most promising first, if all kernels are `Periodic`.
 
-    First come points that keep all bounds at a few phases, sorted by objective; then the others, sorted by violation.
-    Bounds are evaluated at phases of one period, whatever the index sets of the constraints are. For several signals,
-    bounds are not evaluated, as one bound may depend on all of them. Of many samples, every second or third is used.
+    First come points that satisfy all bounds at a few phases, sorted by objective; then the others, sorted by
+    violation. Bounds are evaluated at phases of one period, whatever the index sets of the constraints are. For several
+    signals, bounds are not evaluated, as one bound may depend on all signals. If a signal has many samples, only some
+    are used.
     """
     points, constraints = problem.space.points(_POINTS), problem.constraints if len(problem.prior.parts) == 1 else ()
     violation, objective = np.zeros(len(points)), np.zeros(len(points))
@@ -65,10 +66,9 @@ def screen(problem: ConstrainedProblem, keep: int) -> list[Array]:
 def _rays(
     prior: Prior, samples: Samples, amplitudes: Array, theta: dict[str, Array], constraints: tuple[Bounded, ...]
 ) -> tuple[Array, Array]:
-    """Return the largest relative violation at some phases of a period, and l, for each amplitude:
-    both of shape (b, a).
+    """Return the largest relative violation at some phases of a period, and l: shapes (b, a), for a amplitudes.
 
-    Hyperparameters are those in `theta` (b,), and those of the `prior` otherwise.
+    Hyperparameters have the values in `theta`, each of shape (b,), or else those of the prior.
     """
     count = len(next(reversed(theta.values())))
     lengthscale, period, noise = (
@@ -95,7 +95,7 @@ def _rays(
 
 
 def _few(samples: Samples) -> Samples:
-    """Return every second or third sample, so that at most `_MOST_SAMPLES` are left."""
+    """Return every k-th sample, with the smallest k that leaves at most `_MOST_SAMPLES`."""
     if len(samples) <= _MOST_SAMPLES:
         return samples
     chosen = np.arange(0, len(samples), -(-len(samples) // _MOST_SAMPLES))
@@ -104,7 +104,7 @@ def _few(samples: Samples) -> Samples:
 
 
 def _amplitudes(problem: ConstrainedProblem, prior: Prior, samples: Samples, places: list[int]) -> Array:
-    """Return amplitudes around that of the samples, inside the search space; θ₁ alone where it is known."""
+    """Return amplitudes around that of the samples, inside the search space; if θ₁ is known, only θ₁."""
     if "signal_std" not in prior.learned:
         return np.array([prior.hyperparameters["signal_std"]])
     scale = amplitude(samples, prior)

@@ -1,4 +1,7 @@
-"""Search for the solution of a problem, constrained or not: choose starts, and restore feasibility if needed."""
+"""Search for the solution of a problem, constrained or not: choose starts, and restore feasibility if needed.
+
+A place is a time at which a program imposes a bound.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,10 +20,10 @@ _SPREAD_THINLY = 256
 def best_solution(
     problem: ConstrainedProblem, near: Solution | None = None, free: Solution | None = None
 ) -> Solution | NoSolution:
-    """Return the best local minimum that keeps every bound on its whole index set, or the reason why there is none.
+    """Return the best local minimum that satisfies every bound on its whole index set, or the reason why there is none.
 
     Deterministic. The likelihood of periodic kernels has a basin for nearly every period: the most promising basins are
-    searched one by one. For other kernels, searches run from the starts of the search space with common places in their
+    searched one by one. For other kernels, the searches from the starts of the search space share the places in their
     programs. `near`, the solution of a problem with fewer or slightly different constraints, is one more start. `free`
     is the solution without constraints, if it is known: it saves the first search for its minima. ValueError: the
     problem has required values, which a posterior mean cannot meet.
@@ -40,7 +43,7 @@ def solution_from(
 ) -> Solution | NoSolution:
     """Return the best local minimum found from these ln θ, each of shape (p,), with l below the `ceiling`.
 
-    The search ends when the relaxed programs reach the ceiling.
+    A search ends when the minimum of its relaxed program is not below the ceiling.
     """
     exchange = Exchange(problem, ceiling)
     exchange.together(starts)
@@ -48,7 +51,7 @@ def solution_from(
 
 
 def tightened(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
-    """Solve a problem that has further constraints beside those of the problem that `solution` solves.
+    """Solve a problem that has all constraints of the problem of `solution`, and further ones.
 
     If the old minimiser satisfies the new constraints, it is the new minimiser.
     """
@@ -78,7 +81,7 @@ def _from_spread_starts(exchange: Exchange, near: Solution | None, free: Solutio
     space = exchange.problem.space
     starts = list(space.start_points())
     exchange.active = near.active if near else ()
-    known = len(starts) if free else len(space.bounds)  # so many starts have been searched without places
+    known = len(starts) if free else len(space.bounds)  # the first starts, searched without places
     exchange.together([*_point(near), *([*_point(free), *free.others] if free else starts[:known])])
     others = starts if any(map(len, exchange.active)) else starts[known:]
     if exchange.best is None:
@@ -90,7 +93,7 @@ def _from_spread_starts(exchange: Exchange, near: Solution | None, free: Solutio
     if exchange.best is None:
         exchange.restore(starts)
         exchange.together(_best(exchange) or [exchange.closest.log_theta])
-    if exchange.best is None:  # the last resort: points of the whole space
+    if exchange.best is None:  # the last resort is to try points of the whole space
         for point in space.points(_SPREAD_THINLY):
             exchange.try_point(point)
         exchange.restore([exchange.closest.log_theta])

@@ -68,12 +68,18 @@ class SearchSpace:
         return np.log([interval.upper for interval in self.bounds.values()])
 
     def start_points(self) -> Array:
-        """Return ln θ of the starts, an additive recurrence in their intervals: shape (starts, p); (1, 0) if p = 0."""
+        """Return ln θ of the starts, shape (starts, p); (1, 0) if p = 0.
+
+        They are spread evenly over their intervals by an additive recurrence.
+        """
         low, high = np.array([self._log_sought(name) for name in self.bounds]).reshape(-1, 2).T
         return np.asarray(low + (high - low) * self._spread(self.starts))
 
     def points(self, count: int) -> Array:
-        """Return ln θ of `count` points, an additive recurrence in the box: shape (count, p); (1, 0) if p = 0."""
+        """Return ln θ of `count` points, shape (count, p); (1, 0) if p = 0.
+
+        They are spread evenly over the box by an additive recurrence.
+        """
         return np.asarray(self.log_lower + (self.log_upper - self.log_lower) * self._spread(count))
 
     def _spread(self, count: int) -> Array:

@@ -30,9 +30,9 @@ from scipy.linalg.lapack import dpotrf, dtrtri
 from trackably.arrays import Array
 
 FEASIBLE = 1e-12
-_PIVOTS = 100  # for each row of a quadratic program: SciPy's own 3 are too few where bounds nearly coincide
+_PIVOTS = 100  # most steps for each row of a quadratic program: SciPy's 3 are too few where bounds nearly coincide
 
-_MANY = 200  # constraints and ends of the box: of more, few matter
+_MANY = 200  # with more constraints and ends of the box than this, a program is solved with few of them
 
 _ONE = np.ones(1)
 
@@ -65,16 +65,18 @@ class QuadraticProgram(NamedTuple):
         return cls(jacobian, lower, upper, inverse, shift, -shift.dot(inverse), reach)
 
     def solve(self, slack: Array, penalty: float, likely: Array | None = None) -> tuple[Array, Array]:
-        """Return d and the multipliers of the constraints for g = `slack`: Newton's step if it keeps all constraints.
+        """Return d and the multipliers of the constraints for g = `slack`.
 
-        Otherwise, if there are many constraints and ends of the box, those that the last step breaks are added until
-        none is broken, first to those with `likely` multipliers (m,).
+        d is Newton's step if that satisfies all constraints. Otherwise, if there are many constraints and ends of the
+        box, the program is first solved with few of them: constraints with positive `likely` multipliers (m,), or, if
+        there are none, those that Newton's step violates, and the ends of the box that it violates. Those that a
+        solution violates are added, until it violates none.
         """
         multipliers, m = np.zeros(len(slack)), len(slack)
         room = self._room(slack, self.newton)
         if room.min() >= 0:
             return self.newton, multipliers
-        possible = np.append(slack < self.reach, np.ones(2 * len(self.shift), dtype=bool))  # no step breaks the others
+        possible = np.append(slack < self.reach, np.ones(2 * len(self.shift), dtype=bool))  # no step violates others
         begun = room < 0 if likely is None or not likely.any() else np.append(likely > 0, room[m:] < 0)
         chosen = possible if possible.sum() <= _MANY else begun
         while True:
@@ -90,16 +92,19 @@ class QuadraticProgram(NamedTuple):
                 break
             chosen = chosen | broken
         multipliers[rows] = u[: len(rows)]
-        if u[len(rows)] > 0:  # s = 0: all can be kept
+        if u[len(rows)] > 0:  # s ≥ 0 is active, thus s = 0: one step can satisfy all constraints
             d = self._correct(d, slack, rows, ends, normals, u > 0)
         return np.minimum(np.maximum(d, self.lower), self.upper), multipliers
 
     def _room(self, slack: Array, d: Array) -> Array:
-        """Return the slack that d leaves to each constraint and each end of the box if s = 0."""
+        """Return the slack of each constraint and of each end of the box after the step d, if s = 0."""
         return np.concatenate([slack + self.jacobian.dot(d), d - self.lower, self.upper - d])
 
     def _polyhedron(self, slack: Array, rows: Indices, ends: Indices, penalty: float) -> Array:
-        """Return (N; bᵀ) of Nᵀ y ≥ b: of some constraints, of s ≥ 0, and of some ends of the box."""
+        """Return (N; bᵀ) of the polyhedron Nᵀ y ≥ b.
+
+        Its columns are the constraints with the indices `rows`, s ≥ 0, and the ends of the box with the indices `ends`.
+        """
         m, p = len(rows), len(self.shift)
         found = np.zeros((p + 2, m + 1 + len(ends)))
         normals, offsets = found[:p], found[-1]
@@ -115,7 +120,7 @@ class QuadraticProgram(NamedTuple):
     ) -> Array:
         """Correct a step that violates a constraint by rounding errors in flat directions.
 
-        No larger penalty would correct it.
+        A larger penalty would not correct such an error.
         """
         room, m = self._room(slack, d), len(slack)
         room = np.concatenate([room[rows], [0.0], room[m + ends]])
@@ -140,11 +145,13 @@ def _of_the_shortest(polyhedron: Array) -> Array:
 
 _MAX_ITERATIONS, _STEP_TOLERANCE = 1000, 1e-10
 PRECISION = 1e-15
-_ROUNDING = 1e-10  # of constraints: a tenth of the back-off of their bounds
+_ROUNDING = 1e-10  # smaller violations count as zero: a tenth of the bounds' back-off (tightening)
 FIRST_RADIUS, _LARGEST_RADIUS, _SMALLEST_RADIUS = 0.5, 4.0, 1e-13
 _FIRST_PENALTY, _LARGEST_PENALTY, _STEERED = 1e2, 1e9, 0.5
-_ENOUGH, _MOST_REDUCTIONS = 10.0, 5  # times the multipliers: a larger penalty makes steps along curved bounds tiny
-_RIDGE = 1e-10  # relative to the trace of B: limits its condition number, beyond which rounding errors dominate
+# A large penalty makes steps along curved bounds tiny. It is lowered to this many times the sum of the multipliers, and
+# at most this often.
+_ENOUGH, _MOST_REDUCTIONS = 10.0, 5
+_RIDGE = 1e-10  # this part of the trace of B is added to its diagonal: it limits the condition number of B
 
 GiveUp = Callable[[Array, float, float], bool]
 """Decides from x, its merit and a gain whether to give up a search. Neither the last step nor the next one lowers the
@@ -217,9 +224,10 @@ def minimise(
 ) -> Minimum | None:
     """Return a local minimum found from `start`; None if f is undefined at `start`, or if the search is given up.
 
-    `evaluate` returns None where f is undefined. The first step is no longer than `radius`: with a small radius the
-    iteration stays in the basin of a good start. It starts with the `curvature` of a similar problem if one is given,
-    and ends when a step promises to gain less than `precision` (relative to 1 + |f|), or after `most_iterations`.
+    `evaluate` returns None where f is undefined. The first step in each variable is no longer than `radius`: with a
+    small radius the iteration stays in the basin of a good start. It starts with the `curvature` (p, p) of a similar
+    problem if one is given. It ends when a step promises to gain less than `precision` (relative to 1 + |f|), or after
+    `most_iterations`.
     """
     x = np.clip(start, lower, upper)
     if (here := evaluate(x)) is None:
@@ -289,7 +297,7 @@ def _steered_step(
 
 
 def _size(d: Array) -> float:
-    """Return the largest absolute value."""
+    """Return the largest absolute value of the entries of d."""
     largest: float = max(map(abs, d.tolist()))
     return largest
 
@@ -308,8 +316,8 @@ def _update(
 ) -> Array:
     """Return Powell's damped BFGS update of the Lagrangian's Hessian, which stays positive definite.
 
-    If the information matrix predicts the change of slope along the step better, it is updated instead. This is not
-    done after a step that left linearised constraints violated (`broken`): multipliers are then as large as the
+    If the information matrix predicts the change of slope along the step better, that matrix is updated instead. This
+    is not done after a step that left linearised constraints violated by `broken`: multipliers are then as large as the
     penalty, and the curvature of the constraints matters.
     """
     change = there.gradient - here.gradient - multipliers.dot(there.jacobian - here.jacobian)

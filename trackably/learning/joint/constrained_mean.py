@@ -2,7 +2,8 @@
 
     g* = argmin ‖y − S g‖²_{Σ⁻¹} + ‖g − m‖²_H   subject to the rows   =   m⁺ + Σ_a λ_a κ⁺(·, L_a),
 
-a convex program whose minimum is that of the posterior mean plus D(θ) = min ‖g − m⁺‖²_{H⁺}. Formulas are linearised at
+a convex program whose minimum is that of the posterior mean plus D(θ) = min ‖g − m⁺‖²_{H⁺}. A row L_a is a linear
+functional of the signals that has to be at least (or, for given values, equal to) a limit. Formulas are linearised at
 the function at which sequential convex programs end.
 
 A working set holds the places whose bounds are active for some θ on the way. A search meets hundreds of places, and few
@@ -29,10 +30,11 @@ from trackably.systems.trajectories import Signals
 from trackably.work import done
 
 _CORRECTIONS = 5
-_MET = 1e-10  # relative to a width: smaller residuals are below any back-off, and little more than rounding
-_JITTERS = 1e-12, 1e-10, 1e-8  # relative to the rows' variances, one after the other
+_MET = 1e-10  # relative to a width: corrections end when residuals are smaller, which is less than any back-off
+# These parts of the rows' variances are added to the diagonal of K⁺, in turn, until it can be factored.
+_JITTERS = 1e-12, 1e-10, 1e-8
 _NEGLIGIBLE = 1e-6
-_NEAR = 0.02  # relative to a width: the linear program moves the function by less from where it was linearised
+_NEAR = 0.02  # relative to a width: rows further from their limit are left out, as the linear program moves less
 
 
 @dataclass(frozen=True)
@@ -113,7 +115,7 @@ class ConstrainedMean:
 
     @property
     def rise(self) -> float:
-        """By how much D rises to first order, for each part of their width that all bounds move inwards."""
+        """dD/dε to first order if all bounds move inwards by ε times their width."""
         moved = ~self.demanded.is_equation
         return float(2 * np.abs(self.multipliers[moved]) @ self.demanded.widths[moved])
 
@@ -155,9 +157,7 @@ def is_linear(problem: ConstrainedProblem) -> bool:
 def mean_meeting(posterior: JointPosterior, demanded: Demands, likely: Flags | None = None) -> ConstrainedMean | None:
     """Return the function that meets the demands; None if the program cannot be solved in float64.
 
-    See `constrained_mean`.
-
-    Giving the rows that are probably active as flags `likely`, shape (r,), saves work.
+    Giving the rows that are probably active as flags `likely`, shape (r,), saves work. See `constrained_mean`.
     """
     done("evaluation")
     given = RowPosterior(posterior, demanded.rows)
@@ -172,7 +172,7 @@ def mean_meeting(posterior: JointPosterior, demanded: Demands, likely: Flags | N
     return ConstrainedMean(given, demanded, dual.multipliers, dual.value, dual.contradicts)
 
 
-_MISSED = 1e-9  # of a bound's width
+_MISSED = 1e-9  # relative to a width: rows that miss their limit by more join the working set
 _MAX_ROUNDS = 30
 
 
@@ -180,9 +180,8 @@ _MAX_ROUNDS = 30
 class WorkingSet:
     """The `demanded` rows, and flags (r,) of those `chosen` so far.
 
-    The set only grows, so that J stays smooth near a minimum.
-
-    The search for active rows starts at the active rows of the last function.
+    The set only grows, so that J stays smooth near a minimum. The search for active rows starts at the active rows of
+    the last function.
     """
 
     demanded: Demands

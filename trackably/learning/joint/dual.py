@@ -14,7 +14,7 @@ import scipy
 
 from trackably.arrays import Array, Flags
 
-_MOST_EXCHANGES, _MOST_STEPS = 60, 30  # of blocks; and of single variables, for each variable
+_MOST_EXCHANGES, _MOST_STEPS = 60, 30  # most exchanges of blocks; most steps with single variables, for each variable
 _PATIENCE = 3  # block exchanges allowed without a decrease of the number of wrong variables
 _ROUNDING = 2 * float(np.finfo(float).eps)
 
@@ -71,14 +71,15 @@ def _by_single_steps(G: Array, b: Array) -> Array:
     return np.asarray(found)
 
 
-# Rows at neighbouring places explain each other: this part of every row's norm is added to the diagonal.
+# Rows at neighbouring places are nearly dependent: this part of each row's variance is added to the diagonal.
 _JITTER = 1e-12
 _LARGEST_JITTER = 1e-4
 _WEAK = 1e-9
-# A contradiction costs what is missed, squared, divided by the jitter: a larger jitter makes it cheaper.
+# If rows contradict, the dual value is about the squared residual divided by the jitter. So they contradict if a jitter
+# that is _LARGER times larger lowers the value to less than the part _CHEAPER of it.
 _LARGER = 100.0
 _CHEAPER = 0.1
-_MISSED = 1e-7  # relative to √value: smaller residuals cannot account for most of the value
+_MISSED = 1e-7  # relative to √value: with smaller residuals, rows do not contradict
 
 
 @dataclass(frozen=True)
@@ -97,9 +98,10 @@ class DualSolution:
 def solve_dual(
     covariance: Array, demand: Array, is_equation: Flags, likely: Flags | None = None
 ) -> DualSolution | None:
-    """Return the multipliers for K (r, r) and d (r,); None if K is not positive semidefinite up to rounding.
+    """Return the multipliers for the covariance K (r, r) of the rows and d = `demand` (r,).
 
-    The search starts with the rows that are `likely` to have a multiplier, flags of shape (r,).
+    None if K is not positive semidefinite up to rounding. The search starts with the rows that are `likely` to have a
+    multiplier, flags of shape (r,).
     """
     scale = _norms(covariance)
     scaled, wanted = covariance / np.outer(scale, scale), demand / scale
@@ -150,8 +152,9 @@ def _solve(K: Array, d: Array, is_equation: Flags, likely: Flags | None) -> Arra
 
 
 def _eliminate(K: Array, d: Array, is_equation: Flags, likely: Flags | None) -> Array:
-    """Return the multipliers if some rows are equations: eliminate these, and solve the smaller
-    program of the other rows.
+    """Return the multipliers if some rows are equations.
+
+    The equations are eliminated, and the smaller program of the other rows is solved.
     """
     free, bounded, found = np.flatnonzero(is_equation), np.flatnonzero(~is_equation), np.zeros(len(d))
     factor, beside = scipy.linalg.cho_factor(K[np.ix_(free, free)], lower=True), K[np.ix_(free, bounded)]

@@ -16,24 +16,24 @@ from trackably.learning.problem import MANY_CONTACTS, ConstrainedProblem, gap_al
 from trackably.systems.trajectories import Signals
 
 MAX_ROUNDS = 40
-_CROWD = 800  # active places; beyond, a larger back-off is used instead of more places
-_CROWDED = 100  # violated places; so many are neighbours along stretches of an active bound
-_MATTERS = 1e-5  # relative to a width: with so many places, a larger back-off removes smaller violations
-_KEPT = 0.9  # correlation between neighbouring places, between which a function cannot violate a bound by much
-_SAME_TIME = 3e-4  # relative to a correlation time: between closer places a bound cannot be violated by much
-_JUMPED = 0.1  # relative to a width: with larger violations between places, formulas are in another local minimum
-_MOST_JUMPS = 2  # rounds of an exchange with so large violations: more places hardly make formulas feasible
-_OF_BACKOFF = 0.25  # violations that a larger back-off removes, as a part of it: half of it is for times between places
-_FAR = 3.0  # times the present back-off; a larger one is worth another search
-_NO_GAIN = 1e-9  # relative to the price: if it rises by less, violations are not worth another program
+_CROWD = 800  # with more active places, new ones are thinned out: a larger back-off (tightening) does the rest
+_CROWDED = 100  # more violated places than this are neighbours along stretches where a bound is active
+_MATTERS = 1e-5  # relative to a width: with many places, smaller violations are left to a larger back-off
+_KEPT = 0.9  # the prior correlation over the distance of thinned places, between which violations stay small
+_SAME_TIME = 3e-4  # relative to a correlation time: closer places count as one, as violations between them stay small
+_JUMPED = 0.1  # relative to a width: a larger violation means that the formulas went to another local minimum
+_MOST_JUMPS = 2  # the exchange ends after this many rounds with such violations, as more places hardly help then
+_OF_BACKOFF = 0.25  # a larger back-off removes violations up to this part of it; half of it is for times between places
+_FAR = 3.0  # a back-off is worth another search if it is more than this many times twice the present one
+_NO_GAIN = 1e-9  # relative to the price: if a round raises it by less, what is violated is not worth another program
 
 
 @dataclass(frozen=True)
 class ExchangeResult:
-    """A function with its `places`, and the `active` ones among them; `margin` is the smallest relative margin.
+    """A function with its `places`, and the `active` ones among them; `margin` is its smallest relative margin.
 
-    The smallest margin is that of the constraint with the index `constraint`, at `time` [s]. `rounds` counts the
-    programs that were solved.
+    That is the margin of the constraint with the index `constraint`, at `time` [s]. `rounds` counts the programs that
+    were solved.
     """
 
     mean: ConstrainedMean
@@ -54,12 +54,18 @@ def exchange_bounds(
     ceiling: float = np.inf,
     rounds: int = MAX_ROUNDS,
 ) -> ExchangeResult | None:
-    """Return the function that keeps all bounds at all times of their index sets, or the last function of the exchange.
+    """Return the function that satisfies all bounds at all times of their index sets, or the last one of the exchange.
 
-    The exchange ends when bounds are violated by at most `tolerance`, a part of their width, or by what the next
-    back-off removes, or when the price exceeds the `ceiling`, as more places would only raise it; with formulas, also
-    when bounds are violated far between places again. At most so many `rounds` are computed. None if the function
-    cannot be computed, which may happen with formulas. Raises IllConditioned.
+    Each round solves a program, with formulas near the signals `near`, and adds places where its function violates
+    bounds. The exchange ends when
+    - no bound is violated by more than `tolerance`, a part of its width, or than a later, larger back-off removes,
+    - the bounds contradict each other,
+    - the price exceeds the `ceiling`, as more places would only raise it,
+    - a round adds no place, or hardly raises the price,
+    - with formulas, for the second time a bound is violated by more than a tenth of its width, or
+    - the number of `rounds` is reached.
+
+    None if not even the first function can be computed, which may happen with formulas. Raises IllConditioned.
     """
     best: ExchangeResult | None = None
     kept: Places | None = None
@@ -67,7 +73,7 @@ def exchange_bounds(
     is_thinned, is_close, jumps = False, False, 0
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
     is_rough = not is_smooth(problem)
-    if not is_convex:  # places of other hyperparameters may be too far apart for these
+    if not is_convex:  # places from other hyperparameters may be too far apart
         places = with_regular(problem, posterior, places)
     for count in range(1, rounds + 1):
         bent = constrained_mean(problem, posterior, places, near, kept)
@@ -78,7 +84,7 @@ def exchange_bounds(
         least, gain, price = worst(minima)[0], bent.price - price, bent.price
         removed = _removed_by_backoff(problem, bent) if is_rough else 0.0
         is_stuck, was_thinned = abs(gain) <= _NO_GAIN * price, is_thinned
-        # What hides beside kinks is looked for near the end only: before, it would be thousands of places.
+        # Violations beside kinks are searched near the end only, because before there would be thousands of them.
         was_close, is_close = is_close, is_rough and (is_close or is_stuck or least >= -max(removed, _MATTERS))
         if is_close or least >= 0:
             minima = seen.with_overlooked(minima)
@@ -110,10 +116,10 @@ def exchange_bounds(
 
 
 def _removed_by_backoff(problem: ConstrainedProblem, bent: ConstrainedMean) -> float:
-    """Return the violation, a part of a width, that the next back-off of a function with kinks removes; 0 without one.
+    """Return the violation, relative to a width, that the next back-off removes for a function with kinks; 0 if none.
 
-    If its bounds are long active, it is given the largest back-off that raises J by the allowed gap, which makes its
-    proof short. Rounds that remove smaller violations would find what is thrown away.
+    If its bounds are active for long, it later gets the largest back-off that raises J by the allowed gap, which makes
+    its proof short. Rounds that remove smaller violations would be wasted.
     """
     if np.count_nonzero(bent.multipliers) <= MANY_CONTACTS:
         return 0.0
@@ -122,13 +128,14 @@ def _removed_by_backoff(problem: ConstrainedProblem, bent: ConstrainedMean) -> f
 
 
 def at_steps(problem: ConstrainedProblem, places: Places, known: Places, same: float) -> Places:
-    """Return places of rough functions moved by up to half a step, so that samples lie whole steps away from them.
+    """Return the places of rough functions, moved by up to half a time step to times that are whole steps from a
+    sample.
 
     A sample acts at one time. An active bound of g(t + T_s) − g(t) passes its effect on from step to step. At places
     whole steps away from the sample, multipliers are as large as the effect, and the weights that they give to one time
-    cancel. At other places, many share the effect, and their weights cancel only after evaluation, with rounding errors
-    that can be a thousand times larger. A place is not moved to within `same` [s] of a known place. Functions with
-    analytic kernels are smooth and touch a bound at single times, so their places are not moved.
+    cancel. At other places, many multipliers share the effect, and their weights cancel only after evaluation, with
+    rounding errors that can be a thousand times larger. A place is not moved to within `same` [s] of a known place.
+    Functions with analytic kernels are smooth and touch a bound at single times, so their places are not moved.
     """
     if is_smooth(problem):
         return places

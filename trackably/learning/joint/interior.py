@@ -14,16 +14,16 @@ from trackably.arrays import Array
 from trackably.gp.row_system import RowSystem
 
 _MOST_STEPS = 60
-_SMALL = 1e-13  # μ, relative to its value at the start
-_EXACT = 1e-10  # slacks, relative to the largest demand
-_JITTER = 1e-13  # relative to the variance of a row
-_BACK = 0.995  # part of the longest step that keeps everything positive
+_SMALL = 1e-13  # the method ends when μ is smaller than this, relative to its value at the start,
+_EXACT = 1e-10  # and K λ − d − s is smaller than this, relative to the largest demand
+_JITTER = 1e-13  # added to the diagonal of K, relative to the variance of a row
+_BACK = 0.995  # part of the longest step that keeps λ and s positive
 
 
 def interior_multipliers(system: RowSystem, demand: Array) -> Array | None:
-    """Return the multipliers λ (r,) of rows that shall be at least d = `demand` above their posterior mean.
+    """Return the multipliers λ (r,) of rows that have to be at least d = `demand` above their posterior mean.
 
-    Those of rows that are not active are zero. None if the method does not converge in float64.
+    Multipliers of inactive rows are zero. None if the method does not converge in float64.
     """
     scale = np.sqrt(system.variances)
     if not np.all(scale > 0):
@@ -57,7 +57,7 @@ def _newton_step(
 ) -> tuple[Array, Array, Array]:
     """Return the changes of λ, s and K λ after which, to first order, λ_a s_a are `products` and K λ − d − s is zero.
 
-    Now it is `missed`; `solve` is that of K + D for rows that are not divided by their `scale`.
+    Before, K λ − d − s is `missed`. `solve` is that of K + D for rows that are not divided by their `scale`.
     """
     wanted = products / multipliers - slacks
     right = wanted - missed

@@ -87,7 +87,7 @@ def places_of(active: Sequence[ActiveBound], names: Sequence[str]) -> Places:
 
 
 def flags(places: Places, among: Places) -> Flags:
-    """Return a flag for each place that tells whether it is also in `among`, all constraints joined: shape (r,)."""
+    """Return, for each place of all constraints in order, whether it is also in `among`: shape (r,)."""
     known = [set(map(tuple, of_constraint.tolist())) for of_constraint in among]
     pairs = zip(places, known, strict=True)
     return np.array([tuple(place) in those for some, those in pairs for place in some.tolist()], dtype=bool)
@@ -113,7 +113,7 @@ def _unite(places: Array, new: Array, same: float) -> Array:
 
 
 class PlacedBounds(NamedTuple):
-    """Bounds of the quantity `name` at `times` [s]: `sides` · q ≥ `limits`, or q = `limits` if it `is_equation`.
+    """Bounds of the quantity `name` at `times` [s]: `sides` · q ≥ `limits`, or q = `limits` if `is_equation` holds.
 
     Times, sides and limits have shape (n,). Violations are compared with the `width`.
     """
@@ -148,7 +148,7 @@ def placed_bounds(problem: ConstrainedProblem, places: Places) -> list[PlacedBou
 
 
 def demands(problem: ConstrainedProblem, places: Places, near: Signals) -> Demands:
-    """Return what has to hold at all places, and all required values, one row of signals for each.
+    """Return the demands of all places, then those of the required values, one row of signals for each.
 
     Formulas are linearised at the signals `near`.
     """
@@ -197,8 +197,8 @@ def _linearise(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Arr
 
 
 _CLOSE = 0.05  # relative to a width: local minima with a smaller margin become places, for the next steps of θ
-_IN_REACH = 0.5  # relative to a width: with formulas, places with a smaller slack matter for steps of θ
-_NEW = 0.1  # relative to the distance of regular times: a time so close to a place is not new
+_IN_REACH = 0.5  # relative to a width: with formulas, only places with a smaller slack are kept for steps of θ
+_NEW = 0.1  # relative to the distance of regular times: a time closer than this to a place is not new
 
 Minima = list[tuple[Array, Array]]
 """For each constraint times [s], and relative margins there: parts of the bounds' widths."""
@@ -230,8 +230,7 @@ class MarginScan:
         return joined(found, between(self._known, self._all, centres, CLOSER))
 
     def thinned(self, found: Minima, places: Places, apart: Sequence[float], by: float) -> Minima:
-        """Return few of the times at which bounds are violated `by` more than this part of their
-        width, and their margins.
+        """Return few of the times at which bounds are violated by more than `by` of their width, and the margins there.
 
         These are regular times, `apart` [s] for each constraint, and minima far from those. When no regular time is
         new, all violated minima are returned. If single minima were added one by one, a function with a long active
@@ -269,7 +268,7 @@ class MarginScan:
         return tuple(parts(places, times))
 
     def near(self, places: Places) -> Places:
-        """Return the places at which a moderate change of the function may reach the bound."""
+        """Return those of the `places` at which a moderate change of the function may reach the bound."""
         kept = []
         for constraint, at in zip(self._known, places, strict=True):
             bounds = constraint.quantity.bounds

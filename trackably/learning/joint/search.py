@@ -1,7 +1,9 @@
 """Search for hyperparameters and function together: local minima of J(θ) = l(θ) + D(θ) from given starts.
 
-A program with few places is a relaxation. Its minimiser may be far from any minimum of J. A step to it is taken only if
-it lowers J with bounds at all times; otherwise the places that it has shown are kept, and the next step is shorter.
+D(θ) is the price of the bounds, in the unit of l. A place is a time, with a side of a bound, at which a program imposes
+the bound. A program with few places is a relaxation, and its minimiser may be far from any minimum of J. A step to this
+minimiser is taken only if it lowers J with bounds at all times. Otherwise the places where it violates bounds are kept,
+and the next step is shorter.
 
 The starts are the minima of the likelihood, and the minimum with hyperparameters alone.
 """
@@ -50,27 +52,31 @@ from trackably.systems.trajectories import Signals
 
 _MAX_ROUNDS = 30
 _SAME_VALUE = 1e-9
-_PRECISION = 1e-11  # relative to J: the covariances of rows are not more precise
+_PRECISION = 1e-11  # relative to 1 + |J|: J is not minimised more precisely, as covariances of rows are no better
 _NEARBY = 0.1
-_FIRST, _FIRST_OF_FORMULAS, _SHORTER, _SHORTEST = 2.0, 0.5, 4.0, 1e-3  # steps in ln θ
-# Functions on the way to a minimum may violate their bounds by this part of the width. So may rough functions, and
-# those with large rounding errors: a larger back-off mends them, other starts would not.
+# The largest first step in each ln θ, without and with formulas. A rejected step is divided by _SHORTER; a descent ends
+# when steps are limited to less than _SHORTEST.
+_FIRST, _FIRST_OF_FORMULAS, _SHORTER, _SHORTEST = 2.0, 0.5, 4.0, 1e-3
+# Functions on the way to a minimum may violate their bounds by this part of the width. Rough solutions, and those
+# with large rounding errors, may, too: a larger back-off (tightening of the bounds) removes that, other starts do not.
 _ALMOST = 3e-3
-_ROUGH = 1e-6  # relative to a width: a function with larger violations needs too many places for steps in θ
-_MOST_GIVEN_UP = 3  # steps of a descent that meet too many bounds: shorter ones may do
-_BACKOFFS = 0.1, 0.03, 0.01, 0.0  # back-offs relative to a width, one after the other
-_COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9  # relative to 1 + |J|
-_OF_GAP = 0.1  # with formulas: a smaller part of the allowed gap does not count as a gain
-_EXACT = 1e-2  # relative to a gain: precision with which a relaxation is minimised
-_DOUBLINGS, _GLANCE = 10, 3  # of the noise of a start; rounds of an exchange that show about what its bounds cost
-_FEW_SAMPLES = 40  # with fewer, a descent takes seconds
+_ROUGH = 1e-6  # relative to a width: after a larger violation no more steps in θ are taken; they need too many places
+_MOST_GIVEN_UP = 3  # most steps of a descent that lead to no function within the bounds; a shorter step may lead to one
+_BACKOFFS = 0.1, 0.03, 0.01, 0.0  # with formulas, bounds are first tightened by these parts of a width, in turn
+# The coarse and the fine descent end when the next step can lower J by no more than this, relative to 1 + |J|.
+_COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9
+_OF_GAP = 0.1  # with formulas, a descent ends when a step can lower J by no more than this part of the allowed gap
+_EXACT = 1e-2  # a relaxation is minimised up to this part of the gain at which a descent ends
+# Noises that are tried for a start, each twice the last; and rounds of the exchange that estimate the price for each.
+_DOUBLINGS, _GLANCE = 10, 3
+_FEW_SAMPLES = 40  # with fewer samples, a descent takes only seconds
 
 
 @dataclass(frozen=True)
 class JointProgram:
     """J(θ) with bounds at given `places` only, a relaxation. Formulas are linearised at the signals `near`.
 
-    By the envelope theorem, the gradient at their θ is that of J with formulas.
+    At the θ of these signals, its gradient equals that of J with the formulas themselves (envelope theorem).
     """
 
     problem: ConstrainedProblem
@@ -120,7 +126,7 @@ class JointProgram:
 
 @dataclass(frozen=True)
 class Point:
-    """A point ln θ with l(θ) = `nlml`, and the function under bounds at all times."""
+    """A point ln θ with l(θ) = `nlml`, and the `function` that the exchange found there for bounds at all times."""
 
     log_theta: Array
     nlml: float
@@ -138,7 +144,7 @@ class Point:
 
     @property
     def is_solution(self) -> bool:
-        """Whether the function keeps its bounds, up to violations that a larger back-off removes."""
+        """Whether the function satisfies its bounds, up to violations that a larger back-off removes."""
         return not self.function.mean.contradicts and self.function.margin >= -_ALMOST
 
     def is_unfinished(self, ceiling: float) -> bool:
@@ -153,8 +159,8 @@ class Point:
 
 @dataclass(frozen=True)
 class _Descent:
-    """The last point of a descent, the places met so far, the Hessian of J, and the largest next
-    step, `reach`, in ln θ.
+    """The last point of a descent, the places of all its functions, the Hessian of J, and the largest next step,
+    `reach`, in each ln θ.
     """
 
     point: Point
@@ -163,7 +169,7 @@ class _Descent:
     reach: float = _FIRST
 
     def met(self, point: Point) -> Places:
-        """Return the places met so far together with those of a point."""
+        """Return the places of all functions of the descent, together with those of a further point."""
         return merge(self.places, point.function.places, same_time(self.point.function.mean.signals))
 
 
@@ -171,9 +177,9 @@ class _Descent:
 class JointSearch:
     """Local searches for minima of J: `best` is the best point, `closest` the one with the smallest violation.
 
-    A search takes at most so many `steps` in θ. If it `is_brief` and quantities are formulas, it begins with the first
-    function that it finds. `fits` counts the programs in θ. `spread` is the range of J among the functions with which a
-    search could begin.
+    A search takes at most `steps` steps in θ. If quantities are formulas, it begins with the best function from several
+    starts, or, if it `is_brief`, with the first function that it finds. `fits` counts the programs in θ. `spread` is
+    the range of J among the functions with which a search could begin.
     """
 
     problem: ConstrainedProblem
@@ -190,9 +196,10 @@ class JointSearch:
     def follow(
         self, start: Array, places: Places | None = None, near: Signals | None = None, farthest: float = np.inf
     ) -> None:
-        """Minimise J from a start: first with functions that almost keep their bounds, then with solutions.
+        """Minimise J from ln θ = `start`: first with functions that may violate bounds a little, then with solutions.
 
-        The first step in each ln θ goes no further than `farthest`.
+        The search begins with the `places` and the signals `near`, if they are given. The first step in each ln θ goes
+        no further than `farthest`.
         """
         start = np.clip(start, self.problem.space.log_lower, self.problem.space.log_upper)
         if near is None and not is_linear(self.problem):
@@ -223,10 +230,10 @@ class JointSearch:
             self.best = found
 
     def _with_noise(self, start: Array) -> Array:
-        """Return a start with as much more noise as its bounds ask for.
+        """Return the start with its noise doubled for as long as this lowers J.
 
         What bounds cut off from the samples counts as noise. With the noise that is likeliest without bounds, rough
-        functions break them nearly everywhere, and thousands of places are active on the way down.
+        functions violate them nearly everywhere, and thousands of places are active on the way down.
         """
         noise = np.array([name.endswith(NOISE) for name in self.problem.prior.learned])
         steps = (np.minimum(start + k * np.log(2) * noise, self.problem.space.log_upper) for k in range(_DOUBLINGS))
@@ -247,8 +254,9 @@ class JointSearch:
     def _begin_with_formulas(self, start: Array) -> tuple[Array, Places, Signals] | None:
         """Return ln θ, places and signals at which a search from `start` begins if quantities are formulas.
 
-        None if J with formulas linearised at the best function is nowhere lower by the allowed gap, or if no function
-        is found. The first search begins at the minimiser of J with formulas linearised at an even pace.
+        The first search begins at the minimiser of J with formulas linearised at the path of the means at an even pace
+        (see `starts_for`), or at `start`. A later one begins at the minimiser of J with formulas linearised at the best
+        function; None if J there is not lower than the best J by the allowed gap. None also if no function is found.
         """
         if self.best is not None:
             known = self.best.function
@@ -275,7 +283,8 @@ class JointSearch:
     def begin(self, log_theta: Array) -> Point | None:
         """Return the best function for these hyperparameters, from several starts if quantities are formulas.
 
-        None without one. A brief search takes the first one that a start leads to, beginning with the slower motion.
+        None if no function is found. A brief search returns the first function found, and tries the slower motion first
+        (see `starts_for`).
         """
         starts = starts_for(self.problem, self.problem.posterior(log_theta))
         one_by_one = [[start] for start in (*starts[1:], *starts[:1])]
@@ -283,10 +292,10 @@ class JointSearch:
         return next(filter(None, found), None)
 
     def _best_from(self, log_theta: Array, starts: Sequence[Signals]) -> Point | None:
-        """Return the best function found from these starts; None without one.
+        """Return the best function found from these starts; None if none is found.
 
-        Bounds are tightened at first, and relaxed step by step. If they cannot be relaxed to the given ones, the search
-        continues with the last bounds that are kept.
+        Bounds are tightened at first, and widened step by step. If no function is found for the next wider bounds, the
+        search continues with the last ones.
         """
         paths, ends = [(no_places(self.problem), start) for start in starts], list[tuple[Point, ConstrainedProblem]]()
         for backoff in _BACKOFFS:
@@ -304,10 +313,10 @@ class JointSearch:
     def _distinct(
         self, log_theta: Array, paths: Sequence[tuple[Places, Signals]], backoff: float
     ) -> list[tuple[Point, ConstrainedProblem]]:
-        """Return the functions that keep bounds tightened by this part of their width, one for each J, with the bounds.
+        """Return functions that satisfy bounds tightened by `backoff`, a part of their width, each with its problem.
 
-        They are searched from places and signals on the `paths`. What has the same J up to the allowed gap has the same
-        path from there on.
+        Each search begins with the places and signals of one of the `paths`. Of functions whose J differs by no more
+        than the allowed gap, only the first is returned, because their paths hardly differ from there on.
         """
         found = list[tuple[Point, ConstrainedProblem]]()
         for places, near in paths:
@@ -327,10 +336,11 @@ class JointSearch:
             self.best = point
 
     def _descend(self, path: "_Descent", tolerance: float, least_gain: float) -> "_Descent":
-        """Take steps in θ as long as they lower J by more than `least_gain`, relative to 1 + |J|.
+        """Take steps in θ as long as they can lower J by more than `least_gain`, relative to 1 + |J|.
 
-        From a contradiction, one step is taken to the minimiser of the relaxation. If the rows contradict there too,
-        more places do not resolve it, and the search is given up. It is also given up if no function is found.
+        If the bounds contradict each other at the first point, one step is taken to the minimiser of the relaxation. If
+        they contradict there too, more places do not resolve it, and the search is given up. It is also given up if no
+        function is found.
         """
         given_up = 0
         for _ in range(self.steps):
@@ -374,7 +384,7 @@ class JointSearch:
         ceiling: float = np.inf,
         rounds: int = MAX_ROUNDS,
     ) -> Point | None:
-        """Return the point at ln θ, evaluated until J exceeds the ceiling; None if it cannot be evaluated."""
+        """Return the point at ln θ; None if it cannot be evaluated. The exchange ends when J exceeds the `ceiling`."""
         posterior = self.problem.posterior(log_theta)
         try:
             nlml, _ = posterior.negative_log_marginal_likelihood()
@@ -421,20 +431,20 @@ class JointSearch:
         return NothingFeasible(mean.posterior, quantity, function.time, violation, problem.broken_at_rest)
 
 
-_OTHER_MINIMA = 3  # minima of the likelihood that are starts beside the best one
-_MANY_SAMPLES = 200  # with more, the search over θ alone takes longer than that for functions
+_OTHER_MINIMA = 3  # number of minima of the likelihood that are starts in addition to the best one
+_MANY_SAMPLES = 200  # with more samples, the search over θ alone takes longer than that for functions
 _TOLD = 4  # largest number of contradicting bounds in an explanation
 
 
 def learn_jointly(
     problem: ConstrainedProblem, also: Sequence[Array] = (), minima: Sequence[Mapping[str, float]] = ()
 ) -> Solution | NoSolution:
-    """Return the best local minimum of J = l + D that keeps every bound at all times, or the reason why there is none.
+    """Return the best local minimum of J = l + D with every bound kept at all times, or the reason why there is none.
 
     Starts are the minima of the likelihood, the ln θ in `also`, and the minimum over θ alone (the paper's problem, in
     which D = 0), so that J is never larger than there. If no start leads to a function, which may happen with formulas,
-    the minimum over θ alone is returned, which has no active bounds. Where the `minima` of the likelihood are nearly
-    known, as ln θ by name, they are not searched again. Deterministic.
+    the minimum over θ alone is returned, which has no active bounds. If the `minima` of the likelihood are nearly
+    known, as ln θ by name, they are not searched from all starts again. Deterministic.
     """
     free = _likeliest(problem, minima)
     if not isinstance(free, Solution):
@@ -486,9 +496,9 @@ def learn_from(
 def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
     """Solve a problem whose bounds differ slightly from those of `solution`.
 
-    Its hyperparameters are kept if J rises by no more than the allowed gap: they hardly move where J does not. What the
-    bounds that it violates would have cost is no reason to search again. Otherwise they are learned again, as in
-    `extended`.
+    The hyperparameters are kept if J rises by no more than twice the allowed gap, because then they would hardly
+    change. If `solution` violates its bounds, the cost of removing the violation is added to the gap. Otherwise the
+    hyperparameters are learned again, as in `extended`.
     """
     found = function_near(solution, problem)
     missed = solution.missed * solution.rise([constraint.quantity for constraint in problem.constraints])
@@ -501,7 +511,8 @@ def extended(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSo
     """Solve a problem whose samples or times differ slightly from those of `solution`, starting at its minimiser.
 
     If no function is found, a solution with hyperparameters alone is continued as such, and any other problem is solved
-    anew. The result may cost more than hyperparameters alone would: `alone` is taken from `solution`, and shows this.
+    anew. The result may cost more than hyperparameters alone would: compare J with `alone`, which is that of
+    `solution`.
     """
     takes_long = solution.missed or solution.is_rough
     return continued(solution, problem) if takes_long else _searched_on(solution, problem)
@@ -523,7 +534,7 @@ def _places(solution: Solution) -> Places | None:
 
 
 def _like(solution: Solution, found: Solution | NoSolution) -> Solution | NoSolution:
-    """Return what was found, with what is known of a similar problem: without bounds, and of hyperparameters alone."""
+    """Return what was found; a solution takes `alone`, `spread` and `unconstrained` from a similar `solution`."""
     if not isinstance(found, Solution):
         return found
     return replace(found, alone=solution.alone, spread=solution.spread, unconstrained=solution.unconstrained)
@@ -541,13 +552,12 @@ def _alone(problem: ConstrainedProblem, free: Solution, best: Point | None) -> S
 
 
 def learn_function(problem: ConstrainedProblem) -> Solution | NoSolution:
-    """Return the function that keeps every bound at all times, for known hyperparameters, or the
-    reason why there is none.
+    """Return the function that satisfies every bound at all times, or the reason why there is none.
 
-    Raises ValueError if hyperparameters are to be learned.
+    Raises ValueError if not all hyperparameters are known.
     """
     if problem.prior.learned:
-        raise ValueError(f"function: hyperparameters have to be known, but {', '.join(problem.prior.learned)}")
+        raise ValueError(f"function: all hyperparameters must be known, got unknown {', '.join(problem.prior.learned)}")
     search, known = JointSearch(problem, steps=0), problem.prior.log_hyperparameters
     if is_linear(problem):
         search.follow(known)

@@ -31,12 +31,14 @@ from trackably.systems.intervals import Corridor, Interval
 from trackably.systems.trajectories import Quantity, Signals
 from trackably.work import done
 
-_WEAK = 1e-11  # relative to the largest eigenvalue: smaller ones are rounding errors
-_ROUNDING = 4 * float(np.finfo(float).eps)  # relative to the prior variance
-_FILTERED = 1e-6  # relative to the largest eigenvalue: a start is not represented by weaker directions
-_PRECISION = 1e-7  # relative to 1 + the price
-_RADIUS = 2.0  # of the first step, in prior standard deviations
-_MOST_STEPS, _BROKEN = 60, 1e-3  # steps; and the largest violation of a result, relative to a width
+# Eigenvalues of a covariance are rounding errors if they are below _WEAK relative to the largest one, plus _ROUNDING
+# relative to the prior variance, times the root of their number.
+_WEAK = 1e-11
+_ROUNDING = 4 * float(np.finfo(float).eps)
+_FILTERED = 1e-6  # relative to the largest eigenvalue: weaker directions hardly count when a start is written as ξ
+_PRECISION = 1e-7  # relative to 1 + the price: a search ends when a step promises to lower the price by less
+_RADIUS = 2.0  # the largest first step in each component of ξ
+_MOST_STEPS, _BROKEN = 60, 1e-3  # most steps; largest violation, relative to a width, where they do not converge
 
 
 @dataclass(frozen=True)
@@ -114,7 +116,10 @@ class FormulaProgram:
 
 
 def _slacks(of: PlacedBounds, arguments: Array) -> Array:
-    """Return slacks relative to the width and their derivatives, shape (1 + k, n); of equations those of both sides."""
+    """Return slacks relative to the width, and their derivatives by ξ: shape (1 + k, n).
+
+    Equations have slacks on both sides: shape (1 + k, 2 n).
+    """
     found = of.sides * of_arguments(of.trajectory, arguments)
     found[0] -= of.limits
     found /= of.width
@@ -122,17 +127,20 @@ def _slacks(of: PlacedBounds, arguments: Array) -> Array:
 
 
 def _root(covariance: Array, largest: float) -> Array:
-    """Return W with orthogonal columns and W Wᵀ = Σ, without those that are rounding of the `largest` variance."""
+    """Return W with orthogonal columns and W Wᵀ = Σ.
+
+    Columns are left out if they are only rounding errors of the `largest` prior variance.
+    """
     powers, directions = np.linalg.eigh(covariance)
     kept = powers > _WEAK * np.max(powers, initial=0.0) + _ROUNDING * np.sqrt(len(powers)) * largest
     return np.asarray(directions[:, kept] * np.sqrt(powers[kept]))
 
 
 _KNOTS, _FINE = 4, 2000  # knots for each correlation time; points of a path
-# Regular places for each correlation time, and how many there are on each side of a bound.
+# Times of regular places: the number in each correlation time, and the least and the largest number in all.
 _CLOSE, _FEWEST_REGULAR, _MOST_REGULAR = 8, 48, 100
-_SLOWER = 0.5
-_OFF = 0.02  # relative to a width: the distance of a bound from a singular point of rest
+_SLOWER = 0.5  # the distance from the prior means is multiplied by this
+_OFF = 0.02  # relative to a width: bounds stay this far off a point of rest at which a formula has no derivative
 
 
 def starts_for(problem: ConstrainedProblem, posterior: JointPosterior) -> list[Signals]:
@@ -184,7 +192,10 @@ def _regular(constraint: Constraint, times: Array) -> Array:
 
 
 def _span(problem: ConstrainedProblem, signals: Sequence[KernelSum]) -> tuple[float, float, bool]:
-    """Return the first and the last time [s] at which signals affect the bounds, or a period, and whether it is one."""
+    """Return the first and the last time [s] at which signals affect the bounds, and whether they span a period.
+
+    If all signals have a common period, these times are 0 and the period.
+    """
     if (period := common_period([signal.kernel for signal in signals])) is not None:
         return 0.0, period, True
     constraints = timed(problem.constraints)
@@ -220,9 +231,10 @@ def _keep_off_rest(constraint: Constraint, levels: Sequence[float]) -> Constrain
 
 
 def keep_off_short_times(problem: ConstrainedProblem) -> ConstrainedProblem:
-    """Return the problem without length scales below two steps, unless bounds hold at steps only, or these are given.
+    """Return the problem with a search space without length scales below two time steps.
 
-    Bounds that cut the samples favour them: for signals that move between two steps, as no input can make them.
+    Bounds that cut off samples would favour such length scales, with signals that move between two steps as no input
+    can make them move. Nothing changes if bounds hold at steps only, or for length scales whose interval is given.
     """
     at_all_times = (c for c in timed(problem.constraints) if isinstance(c.index_set, RealTimes))
     steps = [q.sampling_time for each in at_all_times for _, q in each.quantity.trajectory.arguments]
