@@ -30,7 +30,7 @@ def write_bundle(out: Path) -> None:
             for name, data in sorted(files.items()):
                 entry = zipfile.ZipInfo(name)
                 entry.compress_type = zipfile.ZIP_DEFLATED
-                entry.create_system = 3  # written alike on every system
+                entry.create_system = 3  # Unix, whatever system writes the file
                 entry.external_attr = 0o644 << 16
                 archive.writestr(entry, data, compresslevel=9)
 
@@ -48,11 +48,11 @@ def _sources(package: str) -> Iterator[tuple[str, bytes]]:
 
 
 def _license(distribution: str) -> bytes:
-    """Return the text of a distribution's licence."""
+    """Return the content of the licence file of an installed distribution."""
     for path in metadata.files(distribution) or ():
         if path.name.startswith(("LICENSE", "LICENCE", "COPYING")):
             return path.read_binary()
-    raise FileNotFoundError(f"{distribution} comes without its licence")
+    raise FileNotFoundError(f"the installed {distribution} comes without its licence; install it again from PyPI")
 
 
 if __name__ == "__main__":

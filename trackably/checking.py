@@ -54,12 +54,12 @@ def check_file(path: Path | str) -> str:
 
 
 def read(path: Path) -> object:
-    """Return the parsed JSON of a certificate's file. InputError: it cannot be read."""
+    """Return the parsed JSON of a certificate's file. InputError: it cannot be read, or holds a saved reference."""
     content: object
     try:
         content = from_json(read_bytes(path, BYTES))
     except ValueError as error:
         raise InputError(f"{path}: is not a certificate: {error}") from error
     if isinstance(content, dict) and "fit" in content and "format" not in content:
-        raise InputError(f"{path}: is a saved reference, not a certificate; `save_certificate` writes that of one")
+        raise InputError(f"{path}: is a saved reference, not a certificate; `save_certificate` writes its certificate")
     return content

@@ -39,7 +39,7 @@ class CodecError(ValueError):
 
 @dataclass(frozen=True)
 class LearnedHyperparameter:
-    """The JSON of a `Learned`."""
+    """The JSON of a `Learned` hyperparameter: its value, and the interval in which it was searched."""
 
     learned: float
     interval: tuple[float, float] | None
@@ -48,10 +48,10 @@ class LearnedHyperparameter:
 def encode(value: object) -> Any:
     """Return a dataclass as nested dicts, lists, strings and numbers, which `decode` reads.
 
-    CodecError: it has no JSON.
+    CodecError: it cannot be written as JSON.
     """
     if isinstance(value, type) or not is_dataclass(value):
-        raise CodecError(f"only a dataclass has a JSON here, got {short(value)}")
+        raise CodecError(f"only a dataclass of the library can be written as JSON, got {short(value)}")
     data = encode_unverified(value)
     decode(type(value), data)
     return data
@@ -60,7 +60,7 @@ def encode(value: object) -> Any:
 def encode_unverified(value: object) -> Any:  # noqa: PLR0911  one form for each type
     """Return the same as `encode`, but do not verify that `decode` reads it.
 
-    For certificates, which the checker reads.
+    It is meant for certificates, which only the checker reads.
     """
     match value:
         case Learned():
@@ -77,7 +77,7 @@ def encode_unverified(value: object) -> Any:  # noqa: PLR0911  one form for each
             return sorted(map(encode_unverified, value))
         case tuple() | list():
             return [encode_unverified(of) for of in value]
-        case Polytope():  # an end that moves in time is an object instead of a number
+        case Polytope():  # an end that moves in time is written as an object, not as a number
             low, high = map(encode_unverified, value.ends)
             return {"rows": value.rows.tolist(), "lower": low, "upper": high, "dimension": value.dimension}
     if isinstance(value, Formula):
@@ -97,15 +97,15 @@ def decode(wanted: type[T], data: object) -> T:
     """Return the value of type `wanted` whose `encode` is `data`. CodecError: there is none."""
     try:
         value = _read(wanted, data, "$")
-        if encode_unverified(value) != data:  # a class may complete what it is given
-            raise CodecError("not written as a value of its type would be @ $")
+        if encode_unverified(value) != data:  # a class may change or complete what it is given
+            raise CodecError("expected the JSON that is written for this value, got another; write the value again @ $")
     except CodecError as error:
         raise CodecError(f"{wanted.__name__}: {error}") from error
     return cast(T, value)
 
 
 def dumps(value: object) -> bytes:
-    """Return the JSON file's content for `encode(value)`."""
+    """Return the bytes of a JSON file with the content `encode(value)`."""
     return to_json(encode(value))
 
 
@@ -119,7 +119,7 @@ def loads(wanted: type[T], data: bytes) -> T:
 
 
 def _read(wanted: Any, data: Any, where: str) -> Any:  # noqa: PLR0911  one form for each type
-    """Return a value of a type; `where` is its place. CodecError: it is none."""
+    """Return `data` as a value of the type `wanted`; messages name its place `where`. CodecError: it is none."""
     kind, inner = get_origin(wanted) or wanted, get_args(wanted)
     if wanted is Hyperparameter and isinstance(data, dict):
         return Learned(*astuple(_read_dataclass(LearnedHyperparameter, data, where)))
@@ -150,7 +150,7 @@ def _read(wanted: Any, data: Any, where: str) -> Any:  # noqa: PLR0911  one form
     if kind in (Mapping, dict):
         _require(isinstance(data, dict), "must be an object", data, where)
         return {name: _read(inner[1], of, f"{where}.{name}") for name, of in data.items()}
-    _require(is_dataclass(wanted), f"has the type {wanted}, which has no JSON", data, where)
+    _require(is_dataclass(wanted), f"has the type {wanted}, which cannot be read from JSON", data, where)
     return _read_dataclass(wanted, data, where)
 
 
@@ -176,7 +176,7 @@ def _read_array(data: Any, where: str) -> Array:
 
 
 def _best(kinds: tuple[Any, ...], data: Any) -> Any:
-    """Return the class of which an object lacks the fewest fields, or the only other type."""
+    """Return the class of which an object lacks the fewest fields; for other data, the type that is no class."""
     given = set(data) if isinstance(data, dict) else set[str]()
     some = [kind for kind in kinds if kind is not type(None)]
     return min(some, key=lambda kind: len(_required_fields(kind) - given) if is_dataclass(kind) else bool(given))

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from trackably.exports.table import Units
 
 
-# The methods of every proved reference for its users, in conventions that they know.
+# Methods that all proved references offer to users, in the conventions of common tools.
 
 
 class Values(NamedTuple):
@@ -101,7 +101,7 @@ class ExportMixin:
 
         `.at(k)` returns the arrays yref (N, n + m) and yref_e (n,) at step k, and `.set_in(solver, k)` sets them in a
         solver. If a state is a heading, pass the plant's state too: whole turns are then added to bring the heading
-        near it.
+        near that of the plant.
         """
         from trackably.exports.acados import SlidingReferences  # noqa: PLC0415
 
@@ -165,8 +165,8 @@ class ExportMixin:
 
         `name_at(t, x, u)` and `name_step(k, x, u)` use the operations whose rounding errors are certified: values
         differ from the exact ones by at most the certificate's `evaluation_error`. For times that are not proved, they
-        return 1 and no values. Of redundant inputs they give the smallest, as `input` does. ValueError: a formula has
-        no counterpart in C.
+        return 1 and no values. If inputs are redundant, they give the smallest ones, as `input` does. ValueError: a
+        formula has no counterpart in C.
         """
         from trackably.exports.c99 import header  # noqa: PLC0415
 
@@ -185,8 +185,9 @@ class ProvedReference(ExportMixin, ABC):
     pin_certificates: tuple[Certificate, ...] = ()
 
     def __post_init__(self) -> None:
-        """Raise NotTrackableError if the checker refuses a certificate, ValueError if one is
-        about another reference.
+        """Let the checker judge the certificates.
+
+        NotTrackableError: it refuses one. ValueError: one is about another reference.
         """
         for certificate in (self.certificate, *self.pin_certificates):
             found_or_raise(judge(certificate))
@@ -229,9 +230,7 @@ class ProvedReference(ExportMixin, ABC):
 
     @property
     def fingerprint(self) -> str:
-        """The SHA-256 of the data that define states and inputs, as the checker prints it for
-        certificates of this reference.
-        """
+        """The SHA-256 of the data that define states and inputs; the checker prints it for each certificate of them."""
         return as_subject(self.reference).fingerprint
 
     @property

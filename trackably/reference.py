@@ -51,12 +51,15 @@ class LearnedReference(ProvedReference):
     @property
     @abstractmethod
     def misfits(self) -> tuple[Misfit, ...]:
-        """The residuals for the samples of each name."""
+        """The differences of samples and reference, for each sampled name."""
 
     @classmethod
     @abstractmethod
     def _read(cls, path: Path) -> Callable[[], Self]:
-        """Return the function that proves what a file holds. Raises InputError and CodecError as `load`."""
+        """Read a file, and return a function that proves its content again and returns the reference.
+
+        Raises InputError and CodecError as `load` does.
+        """
 
     @property
     def hyperparameters(self) -> dict[str, float]:
@@ -142,7 +145,7 @@ class TrackableReference(LearnedReference):
 
     @property
     def misfits(self) -> tuple[Misfit, ...]:
-        """The residuals for the samples of each name, of this reference and of the one without bounds."""
+        """The differences of samples and reference for each sampled name, also for the reference without bounds."""
         return self.fit.misfits
 
     @property
@@ -152,8 +155,9 @@ class TrackableReference(LearnedReference):
 
     @property
     def method(self) -> Method:
-        """What was optimised: "joint" (function and hyperparameters), or "hyperparameters" if no
-        function beat a posterior mean.
+        """What was optimised: "joint" (the function together with the hyperparameters), or "hyperparameters" alone.
+
+        The latter if no function was better than a posterior mean.
         """
         return self.fit.method
 
@@ -164,9 +168,7 @@ class TrackableReference(LearnedReference):
 
     @property
     def duality_gap(self) -> float:
-        """An upper bound of how much smaller J could be for the same hyperparameters, with the
-        best function within the bounds.
-        """
+        """By how much J could be smaller at most, for the same hyperparameters with the best function within bounds."""
         return self.fit.duality_gap
 
     @property

@@ -1,4 +1,4 @@
-"""The content of saved references: the reference and the proved times. Loading a file proves the reference again."""
+"""What files of saved references hold: the reference and the proved times. Loading one proves the reference again."""
 
 import re
 from abc import ABC, abstractmethod
@@ -48,7 +48,7 @@ class SavedTightening:
         return cls(found.given, found.margin, found.disturbance, K, found.noise, found.model_error)
 
     def found_again(self, plant: ConstrainedSystem) -> Tightening:
-        """Compute the tightening again. ValueError: it does not lead to `plant`, the reference's."""
+        """Return the tightening, computed again. ValueError: its bounds are not those of the reference's `plant`."""
         found = tightening(self.given, self.disturbance, self.feedback, self.margin, self.noise, self.model_error)
         if as_written(found.plant) != as_written(plant):
             raise ValueError("tightening: the bounds of the reference are not the tightened ones")
@@ -56,9 +56,9 @@ class SavedTightening:
 
 
 class Saved(ABC):
-    """The content of a file; `proved_from` and `proved_until` [s] are None unless a window is proved.
+    """The content of the file of a reference; subclasses say how the reference was found.
 
-    ValueError: they are no window.
+    `proved_from` and `proved_until` [s] are None unless a window is proved. ValueError: they are no window.
     """
 
     proved_from: float | None
@@ -78,8 +78,9 @@ class Saved(ABC):
 
     @classmethod
     def read(cls, path: Path) -> Self:
-        """Read a file. InputError: it cannot be read, or holds a certificate. CodecError: it is
-        no saved reference, or damaged.
+        """Return the content of a file. InputError: it cannot be read, or holds a certificate.
+
+        CodecError: it is no saved reference, or is damaged.
         """
         from trackably.codec import CodecError, loads  # noqa: PLC0415  loaded for files only
 
@@ -96,7 +97,7 @@ class Saved(ABC):
         ends = self.proved_from, self.proved_until
         if (ends[0] is None) is not (ends[1] is None):
             raise ValueError(f"proved_from and proved_until: expected both or none, got {ends[0]} and {ends[1]}")
-        _ = self.computed_tightening  # found now, to raise its error
+        _ = self.computed_tightening  # computed here, so that it raises its errors here
         if ends[0] is not None and ends[1] is not None and not ends[0] < ends[1]:
             raise ValueError(f"proved_from and proved_until: expected a window, got {ends[0]} and {ends[1]}")
 
@@ -111,7 +112,7 @@ class Saved(ABC):
         write_atomically(path, dumps(self))
 
     def proofs(self) -> tuple[Certificate, tuple[Certificate, ...]] | Failure:
-        """Prove again the claim, and the values at each time that has some."""
+        """Prove the claim again, and the required values at each time; return the certificates, or a failure."""
         if self.proved_from is None or self.proved_until is None:
             found = prove(self.reference)
         else:
@@ -125,9 +126,9 @@ class Saved(ABC):
 
 @dataclass(frozen=True, repr=False)
 class Unchecked(Generic[T]):
-    """A reference that was read, and of which nothing is known yet. `check` finishes what took longer than `seconds`.
+    """A reference that was read, but is not checked, as that took longer than `seconds`; nothing is known about it.
 
-    It returns the reference, or raises as `load` does without a limit of time.
+    `check` checks it without a limit of time, and returns the reference or raises as `load` does.
     """
 
     path: Path
@@ -143,7 +144,7 @@ class Unchecked(Generic[T]):
 
 
 def checked_within(seconds: float | None, path: Path, check: Callable[[], T]) -> T | Unchecked[T]:
-    """Return what a `check` of what was read returns; Unchecked where it takes longer than some seconds."""
+    """Return what `check` returns, or Unchecked if that takes longer than `seconds`; None means no limit."""
     try:
         with until(inf if seconds is None else monotonic() + real("load: seconds", seconds)):
             return check()

@@ -19,7 +19,7 @@ from trackably.checking import read
 from trackably.errors import InputError
 
 KERNELS = ("SquaredExponential", "Periodic", "Matern32", "Matern52", "Sum", "Product")
-"""Kernels that `theorem/Checker.v` covers: class names here, constructors there."""
+"""Kernels that `theorem/Checker.v` covers; its constructors have the names of the classes here."""
 
 _HEADER = """(* What a check of the certificate names as its reference has the SHA-256
    {}. *)
@@ -56,7 +56,7 @@ _ROUNDING = 1 + Fraction(1, 2**30)
 A + B K are summed one by one in return, which keeps the errors below those of the certificate."""
 
 _COVER = "check_sound _ {{| {0}.degree := 10; {0}.halvings := 40; {0}.cuts := 14; {0}.by_ := {0}.{1} |}}"
-"""Enclose by polynomials of degree 10 about the middle of each box; boxes need far fewer halvings than these."""
+"""Polynomials of degree 10 about the middle of each box enclose signals; boxes are halved far fewer than 40 times."""
 
 SILENT = """It says nothing about evaluation in float64, distances from true signals, plants that differ from their
 model, or disturbances from the hull of given points. That its numbers are those of the certificate is not proved, but
@@ -65,8 +65,9 @@ can be read."""
 
 @dataclass(frozen=True)
 class Part:
-    """A definition, a theorem about it, and the lemma from which the theorem follows by
-    computation, as texts for Coq.
+    """A `definition`, a theorem with its `name` and what it `says`, and the `lemma` that proves it by computation.
+
+    All are texts for Coq.
     """
 
     definition: str
@@ -99,7 +100,7 @@ class Theorem:
 
     @property
     def statement(self) -> str:
-        """The definitions and theorems without proofs: system, signals, sets and claim, and what is said of them."""
+        """The definitions of system, signals, sets and claim, and the theorems about them, without proofs."""
         return "\n".join(part.statement for part in self.parts)
 
     @property
@@ -194,7 +195,7 @@ def _times(claim: Claim) -> str:
 
 
 def _claim(certificate: Certificate) -> tuple[str, str]:
-    """Return the claimed times as a Coq term, and the proof's term."""
+    """Return the claimed times, and how they are covered, as Coq terms."""
     claim, proof, how = certificate.claim, certificate.proof, "Whole"
     if isinstance(proof, Steps):
         how = f"Steps {proof.last}"

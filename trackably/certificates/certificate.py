@@ -14,10 +14,11 @@ from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
 from trackably.systems.trajectories import Quantity
 
+# A time outside of a claim counts as its end if it is nearer to it than this part of the time.
 _TIME_TOLERANCE, TIME_TOLERANCE_OF_PIECES = 1e-12, 2.0**-50
-_PERIODS, _STEPS = 2.0**40, 2.0**52
+_PERIODS, _STEPS = 2.0**40, 2.0**52  # most periods, and most steps, that are counted exactly in float64
 _YEAR = 31_557_600.0  # s
-_NEVER_REACHED = 1e30  # s
+_NEVER_REACHED = 1e30  # s; explanations do not mention an end of accurate evaluation that is later
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class Certificate:
 
     If bounds are tightened for disturbances, `robust` tells how, and the certificate states the consequence: for all
     w(k) ∈ W and starts in x_r ⊕ Z at the claim's times, u = u_r + K (x − x_r) keeps the given bounds at every step
-    after. For the error e = x − x_r obeys e⁺ = (A + B K) e + w, and stays in Z.
+    after. The reason is that the error e = x − x_r obeys e⁺ = (A + B K) e + w, and stays in Z.
     """
 
     reference: Reference
@@ -90,15 +91,12 @@ class Certificate:
     def time_tolerance(self) -> float:
         """The relative tolerance of times at the ends of the claim, because k T_s is rounded.
 
-        Polynomial pieces may jump at an end: their proof extends by this tolerance.
+        Polynomial pieces may jump at an end, so their proof covers this tolerance too.
         """
         return TIME_TOLERANCE_OF_PIECES if self.reference.pieces else _TIME_TOLERANCE
 
     def first_unproved(self, t: Array) -> tuple[int, str] | None:
-        """Return the index of the first of some times [s] that is not proved, and the reason.
-
-        None if all are proved.
-        """
+        """Return the index of the first of the times t [s] that is not proved, and the reason; None if all are."""
         (first, last), until, flat, claimed = self.claim.span, self.last_time, t.ravel(), times_of(self.claim)
         tolerance = self.time_tolerance * np.abs(flat)
         rounding = f"further from zero than {until:g} s, up to which the proof covers the rounding of evaluation"

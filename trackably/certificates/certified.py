@@ -1,8 +1,9 @@
 """Learn with a proof: fit and try to prove; then increase the back-off, or constrain a longer window; repeat.
 
-Long length scales come with large amplitudes and with weights that cancel. The input of a chain of integrators is a
-difference of them, which float64 may not evaluate accurately. If a proof fails for this reason, shorter length scales
-are searched.
+The back-off tightens bounds during learning, by a part of their width, so that a proof has room. Long length scales
+come with large amplitudes and with weights that cancel. The input of a chain of integrators is a difference of such
+signals, which float64 may not evaluate accurately. If a proof fails for this reason, shorter length scales are
+searched.
 """
 
 from collections.abc import Callable
@@ -33,16 +34,25 @@ from trackably.work import done
 _LENGTHSCALE = "lengthscale"
 _LARGEST_BACKOFF = 1e-2
 _MOST_ATTEMPTS = 30
-_HOPELESS = 1.0  # of a width: length scales would have to be halved several times for so large errors to become small
-_SAME_VALUE = 1e-6  # relative to 1 + |J|: the unavoidable cost of a back-off
-_ROOM, _ROUGH_ROOM = 4.0, 8.0  # back-off for each error of evaluation; the proof of a smaller margin takes more boxes
-_NEARLY = 1e-3  # relative to 1 + |J|: more than a smaller back-off can gain
+# With a larger error of evaluation, as a part of a bound's width, the fallback is used at once: length scales would
+# have to be halved several times for such an error to become small.
+_HOPELESS = 1.0
+# The fallback is not tried if J exceeds the least l without bounds by at most this, relative to 1 + |l|: the back-off
+# of any proved reference costs about as much.
+_SAME_VALUE = 1e-6
+# A quantity's back-off is at least its error of evaluation times this factor, the second one for rough functions. With
+# less, the proof takes more boxes.
+_ROOM, _ROUGH_ROOM = 4.0, 8.0
+# The fallback is not tried if J is lower than that of hyperparameters alone by more than this, relative to 1 + |J|: a
+# smaller back-off gains less.
+_NEARLY = 1e-3
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """A fit with bounds tightened by `backoff` (a part of their width), its `objective` l, and
-    whether it was `proved`.
+    """A fit with bounds tightened by `backoff` (a part of their width), with its `objective` J.
+
+    `proved` says whether its proof succeeded.
     """
 
     backoff: float
@@ -54,9 +64,9 @@ class Attempt:
 class Certified:
     """A learned reference with its proof.
 
-    Its signals, and those of the `solution`, are sums of as few kernels as do. Bounds were tightened by up to `backoff`
-    (a part of their width). `space` is the searched box, without the length scales at which float64 cannot evaluate the
-    reference.
+    Its signals, and those of the `solution`, are sums of as few kernels as possible. Bounds were tightened by up to
+    `backoff` (a part of their width). `space` is the box in which hyperparameters were searched, without the length
+    scales at which float64 cannot evaluate the reference.
     """
 
     solution: Solution
@@ -89,8 +99,9 @@ def learn_certified(
     """Return the best reference that provably keeps its bounds, or the reason why there is none. Deterministic.
 
     Without a `goal`, all times are proved. `on_attempt` is called after each fit and its attempted proof. `required`
-    need a learner of functions. If the learner finds nothing that can be proved, its fallback is used, unless there
-    are required values.
+    values need a learner of functions. If the learner finds nothing that can be proved, its fallback is used, unless
+    there are required values.
+
     The fallback is also tried if the proved function costs more, or hardly less, than hyperparameters alone did with a
     smaller back-off. The better of both results is returned, so that J of a function exceeds J of a proved fallback by
     a millionth at most. The search continues from `last`, the solution of a similar problem, for example with other
@@ -103,7 +114,7 @@ def learn_certified(
     fallback = first.fallback
     if fallback is None or (isinstance(found, Certified) and not _may_cost_more(found.solution)):
         return found
-    # From the given space on: length scales that are too long for a function may do for hyperparameters alone.
+    # The given space is searched again: length scales too long for a function may suit hyperparameters alone.
     other = _learn(goal, replace(first, learner=fallback, fits=learning.fits))
     if not isinstance(found, Certified):
         return found if not isinstance(other, Certified) and _missing(found) < _missing(other) else other
@@ -112,7 +123,7 @@ def learn_certified(
 
 
 def _missing(failure: NoSolution | Failure) -> float:
-    """Return the violation of a bound, or the shortfall of its proof, relative to its width; infinite if unknown."""
+    """Return the violation of a bound, or what its proof is short by, relative to its width; infinite if unknown."""
     match failure:
         case NothingFeasible():
             return failure.violation / failure.quantity.bounds.width
@@ -137,7 +148,7 @@ def _may_cost_more(solution: Solution) -> bool:
 
 
 def _learn(goal: Goal, learning: "_Learning") -> Certified | NoSolution | Failure:
-    """Learn towards the goal; if the proof fails before or after all constraints, extend the window and repeat."""
+    """Learn towards the goal; if the proof fails before or after all constrained times, extend them and repeat."""
     outcome = learning.towards(goal)
     while isinstance(outcome, Failure) and learning.attempts < _MOST_ATTEMPTS:
         if (longer := goal.longer(_failure_time(outcome))) is None:
@@ -151,8 +162,9 @@ def _learn(goal: Goal, learning: "_Learning") -> Certified | NoSolution | Failur
 class _Learning:
     """The data of the learning problem, and counts of the attempts and nonlinear programs so far.
 
-    `error` and `alone` are the last error of evaluation that was too large for a proof, and the least J of
-    hyperparameters alone. `rounding` has, by quantity, the least back-off for which errors of evaluation leave room.
+    `error` is the last error of evaluation that was too large for a proof, relative to the width of a bound. `alone` is
+    the least J of hyperparameters alone. `rounding` has, by quantity, the least back-off that leaves room for errors of
+    evaluation.
     """
 
     samples: tuple[Samples, ...]
@@ -171,13 +183,13 @@ class _Learning:
 
     @property
     def fallback(self) -> Learner | None:
-        """What to learn instead; None with given values, as hyperparameters alone cannot meet them."""
+        """The learner to use if this one fails; None with required values, which hyperparameters alone cannot meet."""
         return None if self.required else self.learner.fallback
 
     def towards(self, goal: Goal) -> Certified | NoSolution | Failure:
         """Fit and try to prove, each time with a larger back-off.
 
-        Stop if the proof fails before or after all constraints.
+        Stop if the proof fails before or after all constrained times.
         """
         backoff, learner = self.learner.first_backoff, self.learner
         problem = self._problem(goal, backoff)
@@ -190,7 +202,7 @@ class _Learning:
             error = max(errors.values())
             is_broken = found.missed > backoff and backoff < _LARGEST_BACKOFF
             takes_long = found.is_rough and 3 * backoff < self._enough(found)
-            if (is_broken or takes_long) and error < _LARGEST_BACKOFF:  # no back-off leaves room for larger errors
+            if (is_broken or takes_long) and error < _LARGEST_BACKOFF:  # no back-off leaves room for more
                 backoff = self._larger(backoff, found)
                 found = learner.continued(found, self._problem(goal, backoff))
                 continue
@@ -217,13 +229,13 @@ class _Learning:
                     self.rounding[outcome.quantity] = min(2 * own, _LARGEST_BACKOFF)
                 else:
                     backoff = self._larger(backoff, found)
-            if isinstance(outcome, Counterexample):  # half of the back-off tightens: with so much more it would be kept
+            if isinstance(outcome, Counterexample):  # twice the violation, as half of a back-off tightens
                 backoff = max(backoff, min(backoff + 2 * _missing(outcome), self._enough(found)))
             found = learner.continued(found, self._problem(goal, backoff))
         return _of_given_bounds(found, self.plant) if isinstance(found, NothingFeasible) else found
 
     def _leave_room_for(self, errors: dict[str, float], backoff: float, room: float) -> bool:
-        """Raise the back-offs of single quantities to what these errors take. Return whether one has grown."""
+        """Raise back-offs of single quantities to `room` times their errors. Return whether a bound gets tighter."""
         known = self.rounding
         needed = {name: min(room * error, _LARGEST_BACKOFF) for name, error in errors.items()}
         self.rounding = {name: max(least, known.get(name, 0.0)) for name, least in needed.items()}
@@ -232,9 +244,8 @@ class _Learning:
     def _larger(self, backoff: float, found: Solution) -> float:
         """Return the next back-off.
 
-        Rough functions get the largest one that J allows at once, as their bounds are long active.
-
-        If J would rise by more than the allowed gap, the back-off grows in smaller steps.
+        Rough functions, which touch bounds over long times, get at once the largest one that J allows. If J would rise
+        by more than the allowed gap, the back-off grows in smaller steps.
         """
         enough = self._enough(found)
         if enough > backoff and (found.missed or found.is_rough):
@@ -242,12 +253,12 @@ class _Learning:
         return min((10 if 10 * backoff <= enough else 2) * backoff, _LARGEST_BACKOFF)
 
     def _enough(self, found: Solution) -> float:
-        """Return the back-off that raises J by the allowed gap."""
+        """Return the back-off that raises J by the allowed gap, to first order."""
         rise = found.rise(self.plant.quantities)
         return min(found.allowed_gap / rise, _LARGEST_BACKOFF) if rise else _LARGEST_BACKOFF
 
     def _shortened(self, found: Solution, error: float) -> bool:
-        """Halve the upper limits of the searched length scales below those found.
+        """Lower the upper limits of the searched length scales to half of those found.
 
         Return False if this does not help: errors do not fall, or the fallback is better than what a few halvings find.
         """
@@ -264,8 +275,9 @@ class _Learning:
         return True
 
     def _problem(self, goal: Goal, backoff: float) -> ConstrainedProblem:
-        """Return the problem with one half of the back-off for times between places, and one as
-        the optimiser's tolerance.
+        """Return the problem with bounds that are tightened twice, each time by half of the back-off.
+
+        One half is for times between those at which the bounds are imposed, and one for the optimiser's tolerance.
         """
         halves = [max(backoff, self.rounding.get(q.name, 0.0)) / 2 for q in self.plant.quantities]
         constraints = tuple(
@@ -303,8 +315,8 @@ def _failure_time(outcome: Failure) -> float:
 def _relative_errors(reference: Reference) -> dict[str, float]:
     """Return the largest errors of float64 evaluation by quantity, relative to the width of its bounds.
 
-    They are bounded up to as many periods as the proof claims, or up to a multiple of the latest centre's time if there
-    is no period.
+    They hold up to as many periods as the proof claims, or up to a multiple of the latest centre's time if there is no
+    period.
     """
     latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.kernel_sums)
     window = reference.period or latest

@@ -1,4 +1,4 @@
-"""What is claimed, as users write it, and as the checker knows it."""
+"""Claims (the times at which bounds are to be proved), as users write them, and as the checker knows them."""
 
 import math
 from collections.abc import Mapping
@@ -12,16 +12,16 @@ from trackably.gp.samples import Samples
 from trackably.systems.intervals import ends_within
 
 Written = Claim | Literal["all_times", "all_phases", "recorded"] | tuple[float, float]
-"""How users may write claims about real times: a window as (start, end) [s], or as that of all samples."""
+"""How users may write claims about real times; (start, end) [s] is a window, and "recorded" that of all samples."""
 
-_ROUNDING = 1e-9  # steps
+_ROUNDING = 1e-9  # a time counts as a multiple of the sampling time if it is nearer to it than this part of a step
 
 
 def as_claim(written: object, samples: Mapping[str, Samples] | None = None, step: float = 0.0) -> Claim:
-    """Return what is claimed, a window with two floats. ValueError: it is no claim about real times.
+    """Return the claim that a user has written. ValueError: it is no claim about real times.
 
-    "recorded" is the window from the first of some `samples` to the last, moved outwards to `step`s [s] of a system:
-    a loop takes these.
+    "recorded" is the window from the first of the `samples` to the last. Its ends are moved outwards to multiples of
+    the sampling time `step` [s], as a control loop runs at these.
     """
     match written:
         case "recorded" if samples:
@@ -43,7 +43,7 @@ def as_claim(written: object, samples: Mapping[str, Samples] | None = None, step
 
 
 def kind_of(claim: Claim) -> str:
-    """Return what files call a claim."""
+    """Return the name that files give to a kind of claim."""
     return next(kind for kind, of in KINDS.items() if isinstance(claim, of))
 
 

@@ -1,4 +1,4 @@
-"""Propose boxes that cover a window: the checker tells in which of them bounds are kept, and the others are halved."""
+"""Propose boxes of time that cover a window: the checker says in which of them bounds hold; the others are halved."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,11 +21,17 @@ from trackably.systems.trajectories import Quantities
 from trackably.work import done
 
 _MOST_BOXES, _MOST_BY_CENTRE = 20_000, 8
-_MOST_HALVINGS, _NARROW_ENOUGH = 60, 4  # most halvings of a box; and the number after which most have to be accepted
-_EXACT_FROM, _MOST_EXACT = 12, 16  # halvings after which the checker is asked exactly, and about how many boxes at most
-_WIDTH, _NARROW = 2.0, 0.7  # correlation times: in wider boxes near a centre most proofs fail; below, hardly any
-_CENTRAL = 0.5  # of half a box: kinks so near to its middle divide it
-_BESIDE = 2.0**16  # spacings of float64: half of a box around a kink that lies between two of them
+# Most halvings of a box, and number of halvings after which the search ends if 7 of 8 boxes without kinks are refused.
+_MOST_HALVINGS, _NARROW_ENOUGH = 60, 4
+# Number of halvings after which refused boxes are checked in mpmath, if there are at most so many (the second number).
+_EXACT_FROM, _MOST_EXACT = 12, 16
+# Largest width of the first boxes near centres, in correlation times, for linear quantities and for formulas: in wider
+# boxes most proofs fail, in narrower ones hardly any.
+_WIDTH, _NARROW = 2.0, 0.7
+# A kink is near the middle of a box if its distance from there is less than this part of half the box's width.
+_CENTRAL = 0.5
+# Half the width of the box around a kink whose time is no float64 number, in spacings of float64 at this time.
+_BESIDE = 2.0**16
 _RATIOS = np.array([1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 26.0, 32.0, 64.0, 128.0])
 
 
@@ -42,7 +48,8 @@ class UncoveredBox:
 def cover(draft: Draft, reference: Reference, start: float, end: float) -> dict[str, Boxes] | UncoveredBox:
     """Return boxes from `start` to `end` [s] for each quantity, all accepted by the checker; or a box that it refuses.
 
-    Quantities share boxes, and smaller boxes are parts of larger ones, so that each signal is enclosed once in a box.
+    Quantities share boxes, and smaller boxes are made by dividing larger ones, so that each signal is enclosed once in
+    a box.
     """
     wanted: _Wanted = dict.fromkeys(pairwise(_first_edges(draft, reference, start, end).tolist()), draft.quantities)
     kinks, accepted = _Kinks.of(draft), {q.name: dict[float, Box]() for q in draft.quantities}
@@ -70,7 +77,7 @@ def cover(draft: Draft, reference: Reference, start: float, end: float) -> dict[
                 reason = refused[box][name] or "no enclosure found in this box is narrow enough"
                 return UncoveredBox(name, box.start, box.end, reason)
         else:
-            refused = _left(draft, accepted, exact) if halvings else {}  # at first, all were checked together
+            refused = _left(draft, accepted, exact) if halvings else {}  # in the first round all were checked together
             if not refused:
                 return {name: _join(start, found.values()) for name, found in accepted.items()}
         wanted = {
@@ -85,7 +92,7 @@ _Wanted = dict[tuple[float, float], Sequence[Quantity]]
 """The quantities to be proved from a start to an end [s]."""
 
 _Refused = Mapping[Box, Mapping[str, str]]
-"""Boxes with the names of the quantities that are refused in them, and the reasons."""
+"""Boxes with the names of the quantities that are not shown to keep their bounds in them, and the reasons."""
 
 
 def _hopeless(
@@ -93,7 +100,7 @@ def _hopeless(
 ) -> tuple[str, Box] | None:
     """Return a quantity and a box for which halving does not help, or would give too many boxes.
 
-    None if it may help. Among all boxes that were tried, `smooth` ones hold no kink at which they can be divided.
+    None if it may help. `smooth` is the number of tried boxes without a kink at which they can be divided.
     """
     middles = [box.start + (box.end - box.start) / 2 for box in refused]
     margins = Quantities(reference.quantities, [signal.summed for signal in reference.kernel_sums])
@@ -114,11 +121,12 @@ def _hopeless(
 
 @dataclass(frozen=True)
 class _Kinks:
-    """Where signals have kinks [s], sorted: each is from `lower` to `upper`, its weight |c_i| is in `sizes`.
+    """The times [s] at which signals have kinks, in increasing order, and the weights |c_i| of the kinks as `sizes`.
 
-    A Taylor polynomial goes on beyond a kink, and misses what a weight times a power of the time beyond it is. Boxes
-    that end at kinks miss nothing there: where kinks are, halves of boxes would have to be very narrow. A kink that is
-    no float64 has a narrow box of its own, wide enough for it to be in the middle for certain.
+    Beyond a kink inside a box, a Taylor polynomial has an error that grows with the weight and the time since the kink.
+    So boxes are divided at kinks, because halves would have to be very narrow. If the time of a kink is no float64
+    number, it gets a narrow box of its own, from `lower` to `upper`, wide enough for the kink to be in its middle for
+    certain; otherwise both are the time of the kink.
     """
 
     lower: Array
@@ -140,7 +148,7 @@ class _Kinks:
         return cls(*np.array(sorted(found)).reshape(-1, 3).T)
 
     def are_in(self, box: Box) -> bool:
-        """Whether a box holds a kink at which it can be divided: it is not within what a kink takes."""
+        """Whether a kink is inside a box, so that the box can be divided there; not if the box is that of a kink."""
         before, after = np.searchsorted(self._cuts, box.start, side="right"), np.searchsorted(self._cuts, box.end)
         return bool(before < after)
 
@@ -149,9 +157,9 @@ class _Kinks:
         return np.sort(np.concatenate([self.lower, self.upper]))
 
     def cuts(self, box: Box) -> list[float]:
-        """Return the times at which to divide a box: at the largest kink near its middle.
+        """Return the times [s] at which to divide a box: at the largest kink near its middle, else at the nearest kink.
 
-        In the middle where there is no kink, or where the box lies within what a kink takes.
+        If no kink is inside, or the box is that of a kink, it is divided in the middle.
         """
         start, end = box.start, box.end
         first, last = np.searchsorted(self.upper, start, side="right"), np.searchsorted(self.lower, end)
@@ -165,11 +173,11 @@ class _Kinks:
 
 
 def _left(draft: Draft, accepted: dict[str, dict[float, Box]], exact: set[Box]) -> _Refused:
-    """Take those boxes away that float64 intervals do not accept when all are checked together, unless `exact`.
+    """Remove and return the accepted boxes that float64 intervals refuse when all boxes are checked together.
 
-    Return them. Sums over centres are rounded in an order that depends on the boxes that are enclosed together: a box
-    that was accepted by a hair may be refused in the whole proof. Each would be enclosed exactly there, which takes
-    longer than all the others.
+    Boxes in `exact` stay. Sums over centres are rounded in an order that depends on the boxes that are enclosed
+    together, so that a box that was just accepted may be refused in the whole proof. Each such box would then be
+    enclosed in mpmath, which takes longer than all the others.
     """
     held = dict[Box, list[Quantity]]()
     for q in draft.quantities:
@@ -183,7 +191,10 @@ def _left(draft: Draft, accepted: dict[str, dict[float, Box]], exact: set[Box]) 
 
 
 def _refusals(draft: Draft, held: Mapping[Box, Sequence[Quantity]], exactly: bool) -> dict[Box, dict[str, str]]:
-    """Return the boxes in which quantities are refused, with their names and the reasons."""
+    """Return the boxes in which quantities are not shown to keep their bounds, with their names and the reasons.
+
+    `exactly` as for `Draft.refusals`.
+    """
     refused = dict[Box, dict[str, str]]()
     for box, q, why in draft.refusals({box: list(of) for box, of in held.items()}, exactly):
         refused.setdefault(box, {})[q.name] = why
@@ -228,20 +239,20 @@ def discs(
     ends: Array,
     terms: int = TERMS,
 ) -> tuple[Array, Array]:
-    """Return radii [s] of discs around boxes that make the errors of Taylor polynomials small, and sizes of these.
+    """Return radii [s] of discs around boxes that make the errors of Taylor polynomials small, and these errors' sizes.
 
-    A size is infinite if every disc holds a singularity. Every radius is valid.
+    A size is infinite if every disc holds a singularity. Every radius is valid; some only lead to large errors.
     """
     halves, middles = (ends - starts) / 2, starts + (ends - starts) / 2
     tried, bounds = halves * _RATIOS[:, None], np.zeros((len(_RATIOS), len(starts)))
     with np.errstate(all="ignore"):
         for s, shift in _shifts(subject, arguments):
             signal, kernel = subject.signals[s], reference.kernel_sums[s].kernel
-            on_disc: Any = signal.kernel.largest_on_disc  # of intervals of either arithmetic
+            on_disc: Any = signal.kernel.largest_on_disc  # takes intervals of mpmath, and arrays of intervals
             centres, times = np.sort(signal.centres), middles + float(shift)
             after = np.minimum(np.searchsorted(centres, times), len(centres) - 1)
             nearest = np.minimum(np.abs(times - centres[after]), np.abs(times - centres[np.maximum(after - 1, 0)]))
-            if has_periodic_part(kernel):  # maxima are near everywhere
+            if has_periodic_part(kernel):  # such a kernel has a maximum near every time
                 nearest = np.zeros_like(nearest)
             bounds += on_disc(Floats.exact(nearest), Floats.exact(tried)).high
         sizes = bounds * (halves / tried) ** terms

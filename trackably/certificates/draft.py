@@ -35,7 +35,7 @@ LATEST = 1e60
 
 _PERIODS, _PERIODS_OF_FORMULAS, _COUNTED = 1e3, 1e2, 2.0**49
 _TIMES = 101  # times of a window at which errors of formulas are estimated
-_SLACK = 1.02  # times an error: stated errors then also hold after a small change of the reference
+_SLACK = 1.02  # factor of stated errors, which then also hold after a small change of the reference
 _NOTHING = checked.AllTimes(), checked.Cover(0.0, 0.0, {}, TERMS)  # the claim of a draft
 _FORMULA_ERROR = 2.0
 """Factor from the errors of formulas at single times to the stated errors, which have to hold in whole boxes."""
@@ -51,8 +51,9 @@ def evaluated_until(reference: Reference, window: float) -> float:
 
 
 def _errors_grow(kernel: Kernel, far: float) -> bool:
-    """Whether errors grow with time: they do unless every periodic part is multiplied by a part
-    that decays fast enough.
+    """Whether errors grow with time: they do unless each periodic part is multiplied by one that decays fast enough.
+
+    `far` [s] is an early time with which `LATEST` is compared.
     """
     if not has_periodic_part(kernel):
         return False
@@ -112,7 +113,7 @@ class Draft:
     def of_pieces(cls, reference: Reference, start: float, end: float) -> Self:
         """Return a draft of a reference of polynomial pieces, examined from `start` to `end` [s].
 
-        Its values are claimed as long as whole periods are counted in float64.
+        Its float64 values are claimed up to the time until which whole periods can be counted in float64.
         """
         subject = as_subject(reference)
         until = min([LATEST, *(_COUNTED * signal.period for signal in reference.pieces if signal.beyond == "period")])
@@ -152,7 +153,7 @@ class Draft:
     def refusals(self, held: Mapping[Box, list[Quantity]], exactly: bool) -> Iterator[tuple[Box, Quantity, str]]:
         """Yield each box with a quantity that is not shown to keep its bounds there, and the reason.
 
-        If float64 intervals do not decide, the quantity is enclosed `exactly`, which takes long, or refused.
+        What float64 intervals do not decide is refused, or enclosed in mpmath if `exactly`, which takes long.
         """
         needs = FormulaNeeds.of(self.certificate, list(self.quantities))
         for box, rest, _ in FIRST_PASS.boxes(needs, self.subject, TERMS, held):
@@ -172,7 +173,7 @@ class Draft:
 def _linear_errors(reference: Reference, until: float) -> tuple[list[Quantity], Mapping[str, float]]:
     """Return all quantities with their given bounds, and the errors of the linear ones up to `until` [s].
 
-    Learning and proving ask for the same: whether errors leave room, and by how much they tighten the bounds.
+    Results are cached, as learning and proving ask for the same errors.
     """
     subject = as_subject(reference)
     free = quantities(subject, dict.fromkeys((bound.name for bound in subject.bounds), 0.0))

@@ -45,7 +45,7 @@ def encode_subject(reference: Reference) -> dict[str, Any]:
 def as_subject(reference: Reference) -> Subject:
     """Return the reference as the checker reads it.
 
-    Errors, boxes and fingerprint of one reference are about the same subject, which is read once.
+    It is cached, because errors, boxes and fingerprint of a reference need it.
     """
     return subject_of(encode_subject(reference))
 
@@ -89,9 +89,9 @@ def _trajectories(plant: ConstrainedSystem) -> dict[str, Any]:
 
 
 def _attainable(plant: ConstrainedSystem) -> dict[str, Any]:
-    """Return the bounds on the effect of redundant inputs.
+    """Return the field with the bounds of the effect B u of redundant inputs; no field if no inputs are redundant.
 
-    If they are kept, some input in the input set has that effect.
+    If they are kept, some input in the input set has the same effect.
     """
     if plant.allocation is None:
         return {}
@@ -137,7 +137,7 @@ def _without_none(written: Any) -> Any:
 
 
 def as_written(value: object) -> Any:
-    """Return a dataclass of the library in the form that files have."""
+    """Return a value of the library in the form that it has in files."""
     from trackably.codec import encode_unverified  # noqa: PLC0415  loaded with the first proof
 
     return encode_unverified(value)

@@ -14,12 +14,13 @@ from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
 
+# A window is extended to _LONGER times the distance of the failure; not if the failure is more than _FAR lengths away.
 _LONGER, _FAR = 1.5, 1e3
 
 
 @dataclass(frozen=True)
 class Goal:
-    """Bounds are constrained at `times` and proved by `prove`.
+    """What a certified learner has to reach: bounds are imposed at `times`, and `prove` proves the claim.
 
     If the goal `is_extensible`, the proof covers other times t ≥ 0 too, and `times` is extended if the proof fails
     there.
@@ -30,14 +31,14 @@ class Goal:
     is_extensible: bool = False
 
     def is_beyond(self, failed_at: float) -> bool:
-        """Whether constraints can be extended to this time [s], before or after all of them."""
+        """Whether a time [s] is before or after all constrained times, and these can be extended."""
         start, end = self.times.span
         return self.is_extensible and not start <= failed_at <= end
 
     def longer(self, failed_at: float) -> Self | None:
-        """Return the goal with constraints that reach beyond `failed_at` [s].
+        """Return the goal with constrained times that reach beyond `failed_at` [s].
 
-        None if they do already, cannot be extended, or that is too far away.
+        None if they do already, if they cannot be extended, or if this time is too far away.
         """
         start, end = self.times.span
         if not self.is_beyond(failed_at) or not failed_at - start < _FAR * (end - start):
@@ -57,7 +58,7 @@ def goal_for(claim: Claim, samples: tuple[Samples, ...], prior: JointPrior, plan
 
 
 def _refusal_of_bounds(claim: Claim, prior: JointPrior, plant: ConstrainedSystem) -> str | None:
-    """Return the reason why this claim cannot be proved with bounds that move as these do; None if it can."""
+    """Return why this claim cannot be proved with the plant's bounds, some of which move in time; None if it can."""
     periods = frozenset[float | None]().union(*(quantity.bounds.periods for quantity in plant.quantities))
     if isinstance(claim, AllTimes) and periods - {None}:
         return "all_times needs bounds that rest in the end, but some have a period; all_phases is the claim for these"

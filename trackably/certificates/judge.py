@@ -63,7 +63,7 @@ def _refusal(found: Judged, content: Callable[[], Mapping[str, object]], wanted:
 def judged_file(content: Mapping[str, object]) -> tuple[bytes, Verdict]:
     """Return the bytes of a file with this content, and the checker's verdict.
 
-    BudgetEnded: there is none when the time for the work is over.
+    BudgetEnded: the time for the work is over before there is a verdict.
     """
     data = to_json(content)
     verdict = checker.check(from_json(data), seconds_left())
@@ -73,15 +73,15 @@ def judged_file(content: Mapping[str, object]) -> tuple[bytes, Verdict]:
 
 
 def accepted_file(found: Judged) -> bytes:
-    """Return the very bytes that the checker accepted. KeyError: it was not asked, or it refused them."""
+    """Return exactly the bytes that the checker accepted. KeyError: it was not asked about them, or refused them."""
     data: bytes = vars(found)[_ACCEPTED]
     return data
 
 
 def found_or_raise(outcome: T | NoSolution | Counterexample | Unproved) -> T:
-    """Return the outcome if it is a result.
+    """Return the outcome if it is a result, and not a reason for failure.
 
-    NotTrackableError: it is a reason why there is none, or none that is proved.
+    NotTrackableError: it is the reason why there is no result, or none that is proved.
     """
     if isinstance(outcome, NoSolution | Counterexample | Unproved):
         raise NotTrackableError(outcome)

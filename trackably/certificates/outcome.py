@@ -20,7 +20,7 @@ from trackably.systems.tightening import Tightening
 class Counterexample:
     """Bounds are certainly violated by at least `violation`, at `time` [s], or at exactly k T_s for a `step` k.
 
-    The time is one of those for which the `reference` was to be proved, by the `claim`.
+    The `claim` is that the `reference` keeps its bounds at certain times, of which this is one.
     """
 
     quantity: str
@@ -55,12 +55,14 @@ class Counterexample:
         )
 
     def save_counterexample(self, path: Path | str) -> Path:
-        """Write it for `python -m trackably check FILE`; return the path.
+        """Write the counterexample as a file for `python -m trackably check FILE`; return the path.
 
-        Raises OSError, and ValueError if the checker has not accepted it: it accepts all that are handed out.
+        Raises OSError, and ValueError if the checker has not accepted it. All that the library returns are accepted.
         """
         if ACCEPTED not in vars(self):
-            raise ValueError("save_counterexample: the checker was not asked for this counterexample")
+            raise ValueError(
+                "save_counterexample: the checker has not accepted this counterexample; save one that a proof returned"
+            )
         write_atomically(file := new_file("save_counterexample", path), vars(self)[ACCEPTED])
         return file
 
@@ -75,7 +77,7 @@ _POSITIVE = "; a lower bound above zero of the states in it would keep it positi
 class Unproved:
     """Neither a proof nor a counterexample was found: the margin is too small by `shortfall` (the quantity's unit).
 
-    It is 0 if that is not known. The proof of `quantity` fails in `box` [s]; `reason` is the cause, with a remedy.
+    `shortfall` is 0 if it is not known. The proof of `quantity` fails at some time in `box` [s]; `reason` says why.
     """
 
     quantity: str
@@ -145,8 +147,8 @@ class Impossible(OutOfReach):
 class NoSignal(OutOfReach):
     """No true signal explains the samples of the state `given`: those in `among` contradict each other.
 
-    None of them can be left out. One of two bounds would have to be larger: that of the noise by at least `missing` (0:
-    it does not help), or that of `limited`, "slope" or "second derivative", by `growth`.
+    None of them can be left out. To explain them, the bound of the noise would have to grow by at least `missing` (0 if
+    that does not help), or the bound of `limited`, "slope" or "second derivative", by at least `growth`.
     """
 
     limited: str

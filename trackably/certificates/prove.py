@@ -30,15 +30,16 @@ from trackably.systems.trajectories import Quantity
 Failure = Counterexample | Unproved
 Outcome = Certificate | Failure
 
-_STATED = 0.99  # of a violation: the rest is room for the enclosure by the checker
-_AT_ENDS = "its limit at a jump is outside, and limits at the ends of a claim count too, as k T_s is rounded"
+_STATED = 0.99  # part of a violation that a counterexample states; the rest is room for the checker's enclosure
+_AT_ENDS = "its limit at a jump is outside; at the ends of a claim both sides count, as k T_s is rounded"
 _MOVES = "; a vehicle has a heading only where it moves: a lower bound of its speed above zero keeps it so"
+# Most instants that are checked one by one; and two late times, in lengths of the window, when signals are near rest.
 _LATEST_STEP, _AT_REST, _FAR = 100_000, 1e3, 1e6
 _DOUBLINGS, _BISECTIONS = 100, 8
 
 
 def prove(reference: Reference) -> Outcome:
-    """Prove the bounds for all real t ≥ 0: over one period, or by boxes and a decaying envelope if there is none.
+    """Prove the bounds for all real t ≥ 0: over one period, or without a period by boxes and a decaying envelope.
 
     ValueError: polynomial pieces neither come to rest nor have one period.
     """
@@ -86,9 +87,9 @@ def _prove_pieces_for_ever(reference: Reference) -> Outcome:
 
 
 def _prove_pieces(problem: "_ProofProblem") -> Outcome:
-    """Prove the bounds of polynomial pieces: without boxes, as the checker itself finds out where bounds are kept.
+    """Prove the bounds of polynomial pieces.
 
-    So it is asked first, and only if it refuses, the worst time is sought in float64.
+    Such a proof has no boxes, so the checker is asked first. Only if it refuses, the worst time is sought in float64.
     """
     if not problem.draft.has_sane_sizes:
         return problem.beyond_analysis
@@ -122,7 +123,7 @@ def _refuse_empty(reference: Reference) -> None:
     for i, signal in enumerate(reference.signals):
         if isinstance(signal, KernelSum) and not len(signal.centres):
             raise ValueError(
-                f"reference: signal z{i + 1} has no centres, so that it is the constant {signal.mean:g}: give it one "
+                f"reference: signal z{i + 1} has no centres, so that it is the constant {signal.mean:g}; give it one "
                 "centre, of weight 0, to prove its bounds"
             )
     if reference.pieces and any(quantity.functional is None for quantity in reference.quantities):
@@ -138,7 +139,7 @@ def latest_time(reference: Reference) -> float:
 def _earliest(origin: float, step: float, holds: Callable[[float], bool]) -> float | None:
     """Return the earliest time [s] found by doubling the distance from `origin`, then by bisection.
 
-    None if there is none: the later the start, the smaller the envelope.
+    `holds` must stay true from some time on, as the envelope gets smaller with time. None if it is never true.
     """
     d = bisect_left(range(_DOUBLINGS + 1), True, key=lambda d: holds(origin + step * 2.0**d))
     if d > _DOUBLINGS:
@@ -155,7 +156,7 @@ def _earliest(origin: float, step: float, holds: Callable[[float], bool]) -> flo
 class _ProofProblem:
     """The data of a proof of a `claim` about a reference.
 
-    Float64 evaluation is bounded up to far beyond `window` [s]. Raises ValueError as `_refuse_empty`.
+    Errors of float64 evaluation are bounded up to times far beyond `window` [s]. Raises ValueError as `_refuse_empty`.
     """
 
     reference: Reference
@@ -181,9 +182,9 @@ class _ProofProblem:
 
     @property
     def broken_beside(self) -> Quantity | None:
-        """A quantity of pieces that may violate its bounds just outside a window, where k T_s may be rounded to.
+        """A quantity of polynomial pieces that may violate its bounds just outside a window; None if there is none.
 
-        None if there is none.
+        A sampled time k T_s at an end of the window may be rounded to a time outside of it.
         """
         if not isinstance(self.claim, Window):
             return None
@@ -296,7 +297,7 @@ class _ProofProblem:
         The value is enclosed, which takes long for many kernels, only if float64 does not show that bounds are kept.
         """
         bounds, reserve = quantity.bounds.at(time), self.draft.errors[quantity.name]
-        margin = -math.inf  # of polynomial pieces, whose values are quickly enclosed
+        margin = -math.inf  # so values of pieces are always enclosed, which is quick
         if not self.reference.pieces:
             margin = quantity.margin([of.summed for of in self.reference.kernel_sums], np.array([time])).item()
         if margin > 0 and np.isfinite(reserve):
@@ -308,7 +309,7 @@ class _ProofProblem:
             return Unproved(quantity.name, bounds, (time, time), np.inf, self._advice(str(undefined)))
         beyond = max(float((bounds.lower - value).a), float((value - bounds.upper).a))
         beside = math.nextafter(time, -math.inf), math.nextafter(time, math.inf)
-        if beyond > 0 and step is None and len(quantity.bounds.breakpoints_in(*beside)):  # one side may be kept
+        if beyond > 0 and step is None and len(quantity.bounds.breakpoints_in(*beside)):  # one side may hold
             failures = [self._failure_at(quantity, t) for t in beside if self.claim.span[0] <= t <= self.claim.span[1]]
             return next((found for found in failures if isinstance(found, Counterexample)), failures[0])
         if beyond > 0:
@@ -329,6 +330,6 @@ class _ProofProblem:
         return Unproved(quantity.name, quantity.bounds, (-np.inf, np.inf), np.inf, reason)
 
     def _advice(self, reason: str) -> str:
-        """Return the reason with advice, if the undefined quantity is a heading."""
+        """Return the reason, with advice if the quantity that may be undefined is a heading."""
         form = self.reference.plant.flat_form
         return f"{reason}{_MOVES}" if form is not None and form.angles and "angle" in reason else reason

@@ -19,7 +19,7 @@ from trackably.systems.trajectories import Quantities, Signals, Trajectory
 _POINTS_PER_CORRELATION_TIME, _MOST_POINTS = 12, 50_000
 _FEWEST_POINTS, _FEWEST_OF_FORMULAS = 65, 1025
 _FEW_CENTRES = 100
-_TRIED = 8  # of the worst times
+_TRIED = 8  # number of the worst times at which failures are sought
 _REFINEMENTS, _NARROWER, _AROUND = 2, 0.1, np.array([[-1.0], [0.0], [1.0]])
 
 
@@ -32,9 +32,9 @@ class Sketch:
 
     @property
     def worst_times(self) -> list[float]:
-        """The times [s] of the smallest margins, the worst first: NaN, where a quantity is undefined, is below all.
+        """The times [s] of the smallest margins, the smallest first; NaN, where a quantity is undefined, comes first.
 
-        The worst alone is not enough: at a jump, its exact time may be on the side that keeps the bounds.
+        The first alone is not enough: at a jump, the exact value at this time may be on the side that keeps the bounds.
         """
         order = np.argsort(np.nan_to_num(self.margins, nan=-np.inf, posinf=np.inf, neginf=-np.inf), kind="stable")
         return [float(time) for time in self.times[order[:_TRIED]]]
@@ -48,8 +48,8 @@ class Sketch:
 def sketches(reference: Reference, start: float, end: float) -> list[Sketch]:
     """Return margins at many times and at their local minima. The times are the same for all quantities.
 
-    Times of kernels are a regular grid, and centres near which margins may change between its times; of pieces, their
-    ends and times in between.
+    For sums of kernels, the times are a regular grid, and centres near which margins may change between times of the
+    grid. For pieces, they are the ends of the pieces, and times in between.
     """
     every, times = (_of_pieces if reference.pieces else _of_kernels)(reference, start, end)
     margins = every.margins(times)
@@ -139,7 +139,7 @@ _HALVINGS = 50
 def jump_of(reference: Reference, times: Array) -> Unproved | None:
     """Return a failure if a heading jumps between some increasing `times` [s]; None if no jump is seen.
 
-    It jumps by a whole turn where y changes its sign while x < 0.
+    The heading atan2(y, x) jumps by a whole turn where y changes its sign while x < 0.
     """
     signals = [signal.summed for signal in reference.signals]
     for quantity in reference.quantities:
@@ -158,5 +158,5 @@ def jump_of(reference: Reference, times: Array) -> Unproved | None:
 
 
 def _along(formula: Formula, trajectory: Trajectory, signals: Signals) -> Callable[[Any], Any]:
-    """Return part of a trajectory's formula as a function of times [s], or of one."""
+    """Return a part of a trajectory's formula as a function of a time [s] or an array of times."""
     return lambda t: evaluate_floats(formula, {name: q(signals, t) for name, q in trajectory.arguments})

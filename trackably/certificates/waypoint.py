@@ -1,4 +1,4 @@
-"""Required values of a reference at one time, up to tolerances: rows of the learning problem, and a proof of their own.
+"""Required values of a reference at one time, up to tolerances: how they are learned, and proved.
 
 The proof is that of a claim like any other. In a short window around the time, the reference keeps the bounds of a
 plant with the same system, whose state and input sets are the values with their tolerances.
@@ -23,7 +23,7 @@ from trackably.systems.trajectories import Functional, Trajectory
 WINDOW = 1e-6
 """Half the length of the window in which values are proved, relative to the sampling time."""
 
-_NOTHING = 1e-12  # relative to a tolerance: its rounding error as a decimal number
+_NOTHING = 1e-12  # rounding error of a tolerance that was a decimal number, relative to it
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Waypoint:
     tolerances: dict[str, float]
 
     def required_values(self, plant: ConstrainedSystem) -> tuple[RequiredValue, ...]:
-        """Return the rows of the learning problem.
+        """Return the required values as the learning problem takes them: linear functionals of the signals, and values.
 
         A value next to a bound is moved inside, by half its tolerance at most, because bounds are tightened for the
         proof.
@@ -65,8 +65,8 @@ class Waypoint:
     def plant(self, plant: ConstrainedSystem) -> ConstrainedSystem:
         """Return the plant whose bounds are the values with their tolerances.
 
-        A nonlinear plant keeps its own bounds too, which show that its formulas are defined. ValueError: these exclude
-        the values.
+        A nonlinear plant keeps its own bounds too, which show that its formulas are defined. ValueError: its own bounds
+        exclude the values.
         """
         bounded = self.alone if isinstance(plant.system, LinearSystem) else self.within
         return replace(
@@ -121,7 +121,7 @@ def extent(plant: ConstrainedSystem, name: str) -> Interval | None:
 
 
 def prove_waypoints(reference: Reference, pinned: Iterable[Waypoint]) -> tuple[Certificate, ...] | Failure:
-    """Return a certificate for each time, or the first failure."""
+    """Return a certificate for each of the required values `pinned`, or the first failure."""
     found: list[Certificate] = []
     for at in pinned:
         outcome = at.prove(reference)

@@ -72,7 +72,7 @@ def _say(sentence: str, code: int) -> int:
 
 
 def _positive(given: str) -> float | None:
-    """Return a positive number of seconds; None if it is none."""
+    """Return a text as a number of seconds; None if it is no positive, finite number."""
     try:
         seconds = float(given)
     except ValueError:
@@ -93,7 +93,7 @@ def _content(path: Path) -> object:
 
 def run() -> None:
     """Run the command line, and leave Python with its exit code."""
-    for stream in (sys.stdout, sys.stderr):  # a bare Python may not write UTF-8 by itself, nor every name of a file
+    for stream in (sys.stdout, sys.stderr):  # without this, Python may fail to write UTF-8, or a name of a file
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(encoding="utf-8", errors="backslashreplace")
     try:

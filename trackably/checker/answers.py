@@ -51,7 +51,7 @@ class Failed:
 
     @property
     def bound(self) -> str | None:
-        """The name of the bound that is not shown to be kept, where a single one is the cause."""
+        """The name of the bound that is not shown to hold; None if the cause is not a single bound."""
         return self.reason.bound if isinstance(self.reason, OfBound) else None
 
     @property
@@ -88,9 +88,9 @@ Verdict = Proved | Refuted | Contradicted | Failed | NotACertificate | Undecided
 
 
 def check_certificate(certificate: Certificate, first_pass: FirstPass) -> str | None:
-    """Return the first step of a certificate that fails; `first_pass` decides as much as float64 intervals can.
+    """Return why a certificate is not valid, from the first step that fails; None if all steps hold.
 
-    Raise UnsolvableError if f determines no inputs.
+    `first_pass` decides as much as float64 intervals can. Raise UnsolvableError if f cannot be solved for its inputs.
     """
     subject, robust = certificate.subject, certificate.robust
     reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
@@ -99,21 +99,24 @@ def check_certificate(certificate: Certificate, first_pass: FirstPass) -> str | 
 
 
 def _check_kernels(certificate: Certificate, first_pass: FirstPass) -> str | None:
-    """Return the first step of the base that fails; None where everything is shown."""
+    """Return why the proof for sums of kernels fails, from its first step that fails; None if all steps hold."""
     bounded = quantities(certificate.subject, certificate.errors)
     reason = check_sizes(certificate, bounded) or check_rounding(certificate, bounded)
     return reason or check_boxes(certificate, bounded, first_pass) or check_tail(certificate, bounded, first_pass)
 
 
 def check_counterexample(counterexample: Counterexample) -> str | None:
-    """Return why a counterexample refutes nothing; None if it refutes its claim. Raise UnsolvableError."""
+    """Return why a counterexample refutes nothing; None if it refutes its claim.
+
+    Raise UnsolvableError if f cannot be solved for its inputs.
+    """
     subject = counterexample.subject
     value: Callable[[Subject, Bound, Fraction], Real | Fraction] = value_of_pieces if subject.pieces else _value
     return _misfit(subject) or check_violation(counterexample, partial(value, subject))
 
 
 def _value(subject: Subject, bound: Bound, t: Fraction) -> Real:
-    """Return the value of a bound's row at a time [s], of signals that are sums of kernels."""
+    """Return the value at t [s] of the weighted sum that is bounded, if signals are sums of kernels."""
     every = quantities(subject, {bound.name: 0.0 for bound in subject.bounds})
     return value_at(subject, next(q for q in every if q.name == bound.name), ratio(t))
 

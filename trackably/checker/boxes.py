@@ -1,6 +1,6 @@
-"""Steps 1, 2 and 4 of the proof: boxes of time cover the claim, and in each box quantities keep their bounds.
+"""Steps 1, 2 and 4 of the proof: boxes of time cover the claimed times, and in each box the bounds hold.
 
-If only instants are claimed, each of the first ones is in a narrow box.
+A box is an interval of time. If only instants are claimed, each instant before the tail is in a narrow box of its own.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -23,7 +23,7 @@ from trackably.checker.watch import UndecidedError, progress, tick
 
 
 class Box(NamedTuple):
-    """The times of [start, end] [s], and the `radius` [s] of the discs in Cauchy's estimate."""
+    """The times from `start` to `end` [s], and the `radius` [s] of the complex discs in Cauchy's estimate."""
 
     start: float
     end: float
@@ -32,7 +32,10 @@ class Box(NamedTuple):
 
 @dataclass(frozen=True)
 class Enclosures:
-    """Enclosures over one `box`, mapped to x ∈ [−1, 1], with this many `terms`; each signal is enclosed once."""
+    """Taylor models over one `box`, whose times are mapped to x ∈ [−1, 1]; `terms` is the number of coefficients.
+
+    `known` holds the models of the signals z_s(t + j T) by (s, j), so that each is computed once.
+    """
 
     subject: Subject
     terms: int
@@ -40,7 +43,7 @@ class Enclosures:
     known: dict[Shifted, Model] = field(default_factory=dict)
 
     def arguments(self, q: Quantity) -> dict[str, Model]:
-        """Enclose the arguments of a quantity."""
+        """Return models of the arguments of a quantity, by name."""
         return {name: self._combination(argument) for name, argument in q.arguments.items()}
 
     def _combination(self, argument: LinearCombination) -> Model:
@@ -58,7 +61,7 @@ class Enclosures:
 
 
 def enclose_signal(signal: Signal, shift: Real, box: Box, n: int) -> Model:
-    """Enclose Σ_i c_i κ(t + shift − t_i)."""
+    """Return a model of Σ_i c_i κ(t + shift − t_i) in a box, with n coefficients; `shift` is in s."""
     first, last, radius = exactly(box.start), exactly(box.end), exactly(box.radius)
     middle, h = (first + last) / 2, (last - first) / 2
     found = Model([ZERO] * n, signal.far.size)
@@ -78,12 +81,12 @@ Left = Iterator[tuple[Box, list[Quantity], dict[Shifted, Model]]]
 class FirstPass:
     """A faster check in float64; mpmath decides whatever it leaves undecided.
 
-    `boxes`: each box with the quantities that are left to be proved, and models of signals for formulas; `envelope`:
-    over-estimates of |z − m| and |ż| of a signal after a time; None if nothing is known; `cells_left`: for each row of
-    polynomial pieces, the cells in which it is not certain to stay between two numbers; `of_joints`: limits and jumps
-    of joints that are not certain to be kept; `at_zero`: an interval that contains a linear combination of signals at
-    t = 0; None if nothing is known; `is_sound`: whether the processor's settings make all of this true; `trusted`: a
-    sentence that says which arithmetic is trusted.
+    `boxes` yields each box with the quantities that are left to be proved, and with models of the signals on which
+    formulas depend. `envelope` over-estimates |z − m| and |ż| of a signal after a time. `cells_left` returns, for each
+    row of polynomial pieces, the cells in which it is not certain to stay between two numbers. `of_joints` returns the
+    limits and the jumps of joints that are not certain to be kept. `at_zero` returns an interval that contains a linear
+    combination of signals at t = 0. `envelope` and `at_zero` return None if nothing is known. `is_sound` says whether
+    the processor's settings make all of this true. `trusted` is a sentence: which arithmetic is trusted.
     """
 
     boxes: Callable[[FormulaNeeds, Subject, int, Held], Left]
@@ -111,15 +114,15 @@ NO_FIRST_PASS = FirstPass(
     lambda: True,
     "This was checked in exact arithmetic: rational numbers and intervals of mpmath.",
 )
-"""Everything is left to mpmath."""
+"""The first pass that decides nothing, so that mpmath decides everything."""
 
 
 def check_boxes(
     certificate: Certificate, quantities: list[Quantity], first_pass: FirstPass = NO_FIRST_PASS
 ) -> str | None:
-    """Return the first box in which a quantity is not shown to stay inside its bounds; None if there is none.
+    """Return a sentence about the first box in which a quantity is not shown to stay inside its bounds.
 
-    Quantities that the `first_pass` leaves are enclosed in mpmath. If only instants are claimed, each has a narrow box.
+    None if there is none. Quantities that the `first_pass` leaves undecided are enclosed in mpmath.
     """
     subject, needs = certificate.subject, FormulaNeeds.of(certificate, quantities)
     at_instants = isinstance(certificate.proof, Steps)
@@ -138,10 +141,10 @@ _TERMS, _AT_ONCE = 4, 4096
 
 
 def _boxes(certificate: Certificate, quantities: list[Quantity]) -> Iterator[tuple[Held, int, int, int]]:
-    """Yield boxes with their quantities, the number of terms, the number of the first box, and the
-    total number of boxes.
+    """Yield groups of boxes with their quantities.
 
-    Boxes of instants have the numbers of their steps.
+    With each group come the number of Taylor coefficients, the number of its first box, and the number of all boxes. If
+    only instants are claimed, boxes have the numbers of their steps.
     """
     proof, step = certificate.proof, certificate.subject.system.sampling_time
     if isinstance(proof, Steps):
@@ -172,7 +175,10 @@ def around_instant(k: int, step: float) -> Box:
 
 
 def refusals(needs: FormulaNeeds, enclosures: Enclosures, quantities: list[Quantity]) -> Iterator[tuple[Quantity, str]]:
-    """Yield each quantity that is not shown to stay inside its bounds in a box, and why it may be undefined there."""
+    """Yield each quantity that is not shown to stay inside its bounds in a box, and why it may be undefined there.
+
+    The reason is an empty text if the quantity is defined there.
+    """
     values = FormulaValues(needs, enclosures.terms)
     for q in quantities:
         try:
@@ -183,14 +189,17 @@ def refusals(needs: FormulaNeeds, enclosures: Enclosures, quantities: list[Quant
 
 
 def stays_inside(model: Model, q: Quantity, box: Box) -> bool:
-    """Whether lower ≤ q ≤ upper in a box for all functions of the model."""
+    """Whether lower ≤ q ≤ upper in a box for all functions that the model encloses."""
     negative = Model([-c for c in model.coefficients], model.missed)
     lows, highs = (limit.over(box.start, box.end) for limit in (q.lower, q.upper))
     return all(is_below(model, p) for p in highs) and all(is_below(negative, [-c for c in p]) for p in lows)
 
 
 def is_below(model: Model, bound: list[Real]) -> bool:
-    """Whether all functions of the model are at most the polynomial `bound` on [−1, 1], in whole numbers."""
+    """Whether all functions that the model encloses are at most the polynomial `bound` on [−1, 1].
+
+    It is decided in whole numbers.
+    """
     found = in_fixed_point([model.missed, *bound, *model.coefficients])
     if found is None:
         return False
@@ -198,13 +207,13 @@ def is_below(model: Model, bound: list[Real]) -> bool:
     above, below = rest[: len(bound)], rest[len(bound) :]
     both = zip_longest(above, below, fillvalue=(0, 0))
     doubled = shift([a + b - low - high for (a, b), (low, high) in both], -1)
-    p = [c << k for k, c in enumerate(doubled)]  # with x = 2 y − 1
-    p[0] -= 2 * missed + sum(high - low for low, high in rest)  # |x^k| ≤ 1: middles stand for all
+    p = [c << k for k, c in enumerate(doubled)]  # the polynomial in y ∈ [0, 1], x = 2 y − 1
+    p[0] -= 2 * missed + sum(high - low for low, high in rest)  # as |x^k| ≤ 1, these stand for the intervals' widths
     return is_nowhere_negative(p)
 
 
 def check_cover(certificate: Certificate) -> str | None:
-    """Return a gap of the cover, or a kernel that does not repeat; None if the claim is covered."""
+    """Return why the boxes do not cover the claimed times, or what does not repeat; None if they cover them."""
     proof = certificate.proof
     if isinstance(proof, Steps):
         return None

@@ -13,7 +13,7 @@ FORMAT, VERSION = "trackably certificate", 3
 
 @dataclass(frozen=True)
 class Boxes:
-    """Boxes of time [ends_k, ends_(k+1)], and for each the radius [s] of the discs in Cauchy's estimate."""
+    """Boxes of time from ends_k to ends_(k+1) [s], and for each the radius [s] of the discs in Cauchy's estimate."""
 
     ends: tuple[float, ...]
     radii: tuple[float, ...]
@@ -76,11 +76,11 @@ KINDS: dict[str, type[Claim]] = {
 
 @dataclass(frozen=True)
 class Cover:
-    """The proof of a claim about real times, from `start` to `end` [s]: `boxes` of time for each bound, by its name.
+    """The proof of a claim about real times, with `boxes` of time for each bound, by its name.
 
-    These are the ends of the window, of one period of all kernels, or of the times before the tail, after which the
-    decay of the kernels suffices. `terms` is the number of terms of a Taylor polynomial. Polynomial pieces have no
-    boxes.
+    The boxes lead from `start` to `end` [s]. These are the ends of the window, of one period of all kernels, or of the
+    times before the tail, in which the decay of the kernels keeps the bounds. `terms` is the number of terms of a
+    Taylor polynomial. Polynomial pieces have no boxes.
     """
 
     start: float
@@ -91,7 +91,7 @@ class Cover:
 
 @dataclass(frozen=True)
 class Steps:
-    """The proof of a claim about instants: one by one up to the `last`, and by the decay of the kernels after it."""
+    """The proof of a claim about instants: steps up to `last` one by one, later ones by the decay of the kernels."""
 
     last: int
 
@@ -110,9 +110,9 @@ class Measured:
 
 @dataclass(frozen=True)
 class SignalClass:
-    """All signals within the noise of `samples`, and of `rates` of change, with bounded derivatives.
+    """All signals f that explain `samples` of f and `rates`, samples of f′, up to their noise.
 
-    They have a bounded `slope` L [1/s], or a bounded `second_derivative` M [1/s²], or both.
+    |f′| is at most the `slope` L [1/s], or |f″| at most the `second_derivative` M [1/s²], or both.
     """
 
     samples: Measured
@@ -123,10 +123,10 @@ class SignalClass:
 
 @dataclass(frozen=True)
 class Derived:
-    """Bounds of a signal at a `time` [s] from several measurements, by their multipliers for the
-    `upper` and `lower` bound.
+    """Bounds of all signals of a class at a `time` [s] that follow from several measurements (`truth`).
 
-    Measurements are numbered; rates follow the samples.
+    `upper` and `lower` are pairs of the number of a measurement and its multiplier. Samples are numbered from 0 on, and
+    rates after them.
     """
 
     time: float
@@ -136,11 +136,11 @@ class Derived:
 
 @dataclass(frozen=True)
 class TrueSignal:
-    """The claim that a `state` of the reference is within `errors`[k] of every signal of `of`, in each cell of `ends`.
+    """The claim that a `state` of the reference is within errors[k] of every signal of the class `of`, in each cell k.
 
-    `upper` and `lower` name two measurements for each cell: samples, then rates, then `derived` points. `radii` [s] are
-    those of the discs in Cauchy's estimate, and `terms` is the number of terms of Taylor models. `plant` is δ, if the
-    system is disturbed.
+    Cell k is from ends[k] to ends[k + 1] [s]. `upper` and `lower` give the numbers of two measurements for each cell:
+    samples come first, then rates, then `derived` points. `radii` [s] are those of the discs in Cauchy's estimate, and
+    `terms` is the number of terms of Taylor models. `plant` is δ, within which the state of a disturbed system is.
     """
 
     state: str
@@ -156,7 +156,7 @@ class TrueSignal:
 
     @property
     def error(self) -> float:
-        """ε at all times, the largest error of all cells."""
+        """The largest of the errors of all cells."""
         return max(self.errors)
 
 

@@ -66,8 +66,8 @@ from trackably.checker.watch import progress, tick
 
 FORMAT, VERSION = "trackably contradiction", 1
 
-_MOST_BITS = 2_000_000  # of a power of the common denominator: more would take hours
-_MOST_LINES = 300  # rows that determine the state at the first step
+_MOST_BITS = 2_000_000  # bits of a power of the common denominator; with more, a check would take hours
+_MOST_LINES = 300  # most rows of the first steps whose multipliers are changed so that p_0 becomes zero
 
 
 @dataclass(frozen=True)
@@ -99,9 +99,9 @@ class Gap:
 
 @dataclass(frozen=True)
 class Contradiction:
-    """Bounds and values that contradict each other, at so many `steps` from the time `start` [s] on, and the proof.
+    """Bounds and values that contradict each other at `steps` steps, the first of them at `start` [s], and the proof.
 
-    `missing` is the distance d by which they do.
+    `missing` is d of the theorem: they still contradict each other if they are moved outwards by d.
     """
 
     system: System
@@ -164,7 +164,7 @@ def _misfit_of_multipliers(of: Contradiction, proof: Multipliers) -> str | None:
 
 @dataclass(frozen=True)
 class _Weighted:
-    """lower ≤ row · z_k ≤ upper, moved by d, with its multiplier μ; z is x if `of_state`, otherwise u."""
+    """lower ≤ row · z_k ≤ upper, already moved outwards by d, and its multiplier μ; z is x if `of_state`, else u."""
 
     step: int
     of_state: bool
@@ -225,10 +225,10 @@ def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipli
 
 
 def _price(rows: Sequence[_Weighted], count: int, of_inputs: Sequence[Sequence[int]], m: int) -> Fraction | None:
-    """Return the least value of the `count` input rows of each step, l_ki ≤ r_i · u ≤ h_ki, with multipliers ν that
-    cancel the factors e_k.
+    """Return what the bounds of inputs add to the right side by multipliers ν that cancel the factors e_k of u_k.
 
-    It is Σ_k Σ_i (h_ki if ν_ki > 0, else l_ki) ν_ki, where Σ_i ν_ki r_i = −e_k for all k. None if no ν exists.
+    It is Σ_k Σ_i (h_ki if ν_ki > 0, else l_ki) ν_ki, where Σ_i ν_ki r_i = −e_k for all k. None if no ν exists. `rows`
+    are the rows l_ki ≤ r_i · u_k ≤ h_ki of the input set, `count` for each step; `of_inputs` are e_k, last step first.
     """
     one = [row.row for row in rows[:count]]
     taking = [_taking_away([Fraction(int(i == j)) for i in range(m)], one) for j in range(m)]
@@ -253,9 +253,9 @@ _Columns = Sequence[Sequence[int]]
 def _factors(
     q: int, A: _Columns, B: _Columns, c: Sequence[int], N: int, rows: Sequence[_Weighted]
 ) -> tuple[list[int], list[list[int]], int, int]:
-    """Return p_0, e_k + Bᵀ p_(k+1) for each k from the last on, and Σ_k p_(k+1) c, all multiplied by the last number.
+    """Return p_0, e_k + Bᵀ p_(k+1) for k = N − 1, …, 0, and Σ_k p_(k+1) c, as integers, and their common denominator.
 
-    The columns of A and B, and c, are multiplied by q; there are N steps.
+    `A` and `B` are given by columns. They and `c` are multiplied by q.
     """
     used = [row for row in rows if row.multiplier]
     D = common_denominator(row.multiplier * r for row in used for r in row.row)
@@ -277,7 +277,7 @@ def _factors(
 
 
 def _at_start(row: _Weighted, A: list[list[Fraction]]) -> list[Fraction]:
-    """Return row Aᵏ."""
+    """Return row · Aᵏ, what the row of step k is for the state at the first step."""
     found = list(row.row)
     for _ in range(row.step):
         found = [exact_dot(found, column) for column in zip(*A, strict=True)]
@@ -292,7 +292,7 @@ def _taking_away(vector: Sequence[Fraction], lines: Sequence[Sequence[Fraction]]
 
 
 def _why_no_gap(of: Contradiction, system: NonlinearSystem, gap: Gap) -> str | None:
-    """Return why it is not shown that the step has no admissible value."""
+    """Return why it is not shown that a state or an input has no admissible value at the step; None if it is shown."""
     if gap.step >= of.steps or gap.name not in (*system.states, *system.inputs):
         return "proof: a gap must be that of a state or an input, at one of the steps"
     k = 0

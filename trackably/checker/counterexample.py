@@ -65,11 +65,9 @@ def check_violation(
 
 
 def _necessary(subject: Subject, bound: Bound, t: Fraction) -> tuple[Fraction, Fraction] | None:
-    """Return the interval in which a row has to stay at t [s].
+    """Return the interval in which a row has to stay at t [s]; None if nothing is demanded of the row.
 
-    For inputs of a linear system, it follows from all rows of U.
-
-    If no input is redundant, the interval is that of the row itself.
+    If inputs of a linear system are redundant, it follows from all rows of U. Otherwise it is that of the row itself.
     """
     if bound.of == "state" or not isinstance(subject.system, LinearSystem):
         return ends_at(bound, t)

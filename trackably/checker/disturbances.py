@@ -50,7 +50,7 @@ class Zonotope:
 
     @staticmethod
     def largest(vectors: Sequence[Sequence[int]], row: Sequence[int]) -> int:
-        """Return max row · w over the set that these `vectors`, integer multiples of its own, define."""
+        """Return max row · w over the set that `vectors` define: its own vectors times a common denominator."""
         centre, *generators = (product(vector, row) for vector in vectors)
         return centre + sum(map(abs, generators))
 
@@ -68,7 +68,7 @@ class Hull:
 
     @staticmethod
     def largest(vectors: Sequence[Sequence[int]], row: Sequence[int]) -> int:
-        """Return max row · w over the set that these `vectors`, integer multiples of its own, define."""
+        """Return max row · w over the set that `vectors` define: its own vectors times a common denominator."""
         return max(product(vector, row) for vector in vectors)
 
 
@@ -101,7 +101,7 @@ class Robust:
 
 
 def of_measured_state(W: Zonotope, V: Zonotope, A: Sequence[Sequence[float]]) -> Zonotope:
-    """Return W ⊕ (−A V) ⊕ V."""
+    """Return W ⊕ (−A V) ⊕ V, which disturbs the measured state y = x + v."""
     exact = [[Fraction(a) for a in row] for row in A]
     centre, *generators = (tuple(-exact_dot(row, vector) for row in exact) for vector in V.vectors)
     middle = tuple(w + a + v for w, a, v in zip(W.centre, centre, V.centre, strict=True))
@@ -117,12 +117,13 @@ def product(a: Sequence[int], b: Sequence[int]) -> int:
     return found
 
 
-_MOST_BITS = 2_000_000  # of a power of A_K: more would take hours, and no useful feedback needs more
+_MOST_BITS = 2_000_000  # bits of a power of A + B K; more would take hours, and no useful feedback needs more
 
 
 def check_robust(subject: Subject, robust: Robust | None) -> str | None:
-    """Verify that errors of the disturbed system stay in Z, and that the bounds have slack for Z
-    in X and for K Z in U.
+    """Return why errors may leave Z, or which bound of X leaves too little room for Z, or of U for K Z.
+
+    None if all of this is shown.
     """
     if robust is None:
         return None
@@ -154,7 +155,7 @@ def keeps_near(system: LinearSystem, robust: Robust, i: int, room: Fraction) -> 
 
 
 def support_of(W: Zonotope | Hull | None, row: Sequence[Fraction]) -> Fraction:
-    """Return h_W(row); 0 without a set."""
+    """Return h_W(row) = max {row · w : w ∈ W}; 0 without a set."""
     if W is None:
         return Fraction(0)
     (r, (moved,)), (d, vectors) = in_whole_numbers([row]), in_whole_numbers(W.vectors)
@@ -175,9 +176,9 @@ def _errors_of(system: LinearSystem, robust: Robust) -> "Errors | str":
 
 @dataclass(frozen=True)
 class Errors:
-    """Z by its numbers N = `head`, s = `terms` and α = `contraction`; powers of A_K, disturbances and P as integers.
+    """The set Z of errors, by N = `head`, s = `terms`, α = `contraction`, and all other numbers as integers.
 
-    `closed` is q A_K, `vectors` are d times those of the `disturbance`, and `box` is b p.
+    `closed` is q A_K with A_K = A + B K, `vectors` are d times those of the `disturbance`, and `box` is b p.
     """
 
     head: int
@@ -215,7 +216,7 @@ class Errors:
         return cls(head, terms, contraction, disturbance, q, whole_closed, d, vectors, b, whole_box)
 
     def support(self, row: Sequence[Fraction]) -> tuple[int, int]:
-        """Return h_Z(row) = Σ_{i<N} h_W(row A_Kⁱ) + (1 − α)⁻¹ Σ_{i<s} h_P(row A_Kᴺ⁺ⁱ), a numerator and a denominator.
+        """Return h_Z(row) = Σ_{i<N} h_W(row A_Kⁱ) + (1 − α)⁻¹ Σ_{i<s} h_P(row A_Kᴺ⁺ⁱ), as numerator and denominator.
 
         Both sums are evaluated by Horner's rule in 1/q. Common factors are not cancelled, which would take far longer
         than everything else: the sums have as many digits as the last power.
@@ -271,16 +272,16 @@ def _not_invariant(robust: Robust, errors: Errors) -> str | None:
             power = errors.moved(power)
         reached, allowed = product([abs(x) for x in power], errors.box), Fraction(robust.contraction) * box[i]
         if reached * allowed.denominator > allowed.numerator * errors.q**robust.terms * errors.b:
-            return f"the power of A + B K does not contract P: coordinate {i}"
+            return f"the power of A + B K does not contract P in coordinate {i}"
     return None
 
 
 def _short(
     name: str, left: Polytope, given: Polytope, errors: Errors, V: Zonotope | None, K: list[list[Fraction]] | None
 ) -> str | None:
-    """Return the bounds of the reference that have too little slack inside the given ones.
+    """Return which bound of the reference leaves too little room for errors inside the given one; None if none.
 
-    The columns of `K` are given for inputs, and the noise `V` for states.
+    `left` are the bounds of the reference. `K` is given for inputs, by its columns, and the noise `V` for states.
     """
     if [row.row for row in left.rows] != [row.row for row in given.rows]:
         return f"disturbance: {name} must have the same rows as that of the reference"
@@ -297,7 +298,7 @@ def _short(
 
 
 def in_whole_numbers(rows: Sequence[Sequence[Fraction]]) -> tuple[int, list[list[int]]]:
-    """Return the least d that makes all numbers whole, and d times them."""
+    """Return the least d for which d times each number is whole, and the rows times d."""
     d = common_denominator(value for row in rows for value in row)
     require_room(sum(map(len, rows)), d.bit_length())
     return d, [[value.numerator * (d // value.denominator) for value in row] for row in rows]

@@ -40,7 +40,7 @@ from trackably.checker.subject import FlatForm, NonlinearSystem, indices, shifte
 
 @dataclass(frozen=True)
 class Shapes:
-    """Numbers of formulas, equal for formulas that are equal as written."""
+    """Give numbers to formulas; formulas that are equal as written have the same number."""
 
     known: dict[Formula, int] = field(default_factory=dict)
     numbers: dict[object, int] = field(default_factory=dict)
@@ -50,47 +50,47 @@ class Shapes:
         return [self.number(node) for node in parts(formula)][-1]
 
     def number(self, node: Formula) -> int:
-        """Return the number of a formula, the parts of which have theirs."""
+        """Return the number of a formula whose operands already have numbers."""
         if node not in self.known:
             key = (type(node), *(self.known.get(value, value) for value in vars(node).values()))
             self.known[node] = self.numbers.setdefault(key, len(self.numbers))
         return self.known[node]
 
     def shared(self, formulas: Sequence[Formula]) -> list[Formula]:
-        """Return the formulas with parts that are equal as written replaced by one object."""
+        """Return the same formulas, but parts that are equal as written are one object, which is evaluated once."""
         first: dict[int, Formula] = {}
         return rewritten(formulas, lambda node, done: done.get(first.setdefault(self.number(node), node)))
 
     def without(self, formulas: Sequence[Formula], hidden: Collection[int]) -> list[Formula]:
-        """Return formulas with new names in place of their largest parts with `hidden` numbers, one
-        name for each number.
+        """Return the formulas with a new name in place of each part whose number is in `hidden`.
 
-        A statement that holds for all values of the new names holds for these parts.
+        Parts with the same number get the same name. What holds for all values of the new names holds for the parts.
         """
         return rewritten(formulas, lambda node, _: Name(f"#{n}") if (n := self.number(node)) in hidden else None)
 
 
 def substitute(formulas: Sequence[Formula], by: Mapping[str, Formula]) -> list[Formula]:
-    """Return formulas with formulas substituted for names."""
+    """Return the formulas with each name in `by` replaced by the formula that it has there."""
     return rewritten(formulas, lambda node, _: by.get(node.name) if isinstance(node, Name) else None)
 
 
 @dataclass(frozen=True)
 class Need:
-    """A formula that must be positive; if it `may_be_negative`, it must only not be zero."""
+    """A formula that must be positive, or only different from zero if it `may_be_negative`."""
 
     formula: Formula
     may_be_negative: bool
 
 
 def why_not_flat(system: NonlinearSystem, flat: FlatForm) -> str | None:
-    """Return the state whose successor is not shown to be X one step later; None if all are."""
+    """Return a sentence about a state whose successor by f is not shown to be its formula one step later, or None."""
     for state, formula in zip(system.states, system.f, strict=True):
         for angle in flat.angles:
             turned = turns(formula, angle)
             if turned is None or (turned and state not in flat.angles):
                 return (
-                    f"flat: {state} may change if the angle {angle} is turned by 2π, by more than whole turns of angles"
+                    f"flat: if the angle {angle} turns by 2π, {state} may change by more than whole turns of angles; "
+                    "use this angle in sin and cos only, or in sums of angles"
                 )
     later, reached = one_step_later(flat.states), successor_formulas(system, flat)
     try:
@@ -100,14 +100,17 @@ def why_not_flat(system: NonlinearSystem, flat: FlatForm) -> str | None:
                 continue
             whole = whole or _values(flat, later)
             if not _agree(whole, whole.of(a), whole.of(b), state in flat.angles):
-                return f"flat: f does not lead {state} to its formula one step later, or is not shown to"
+                return f"flat: f is not shown to lead {state} to its formula one step later"
     except (TooLongError, ZeroDivisionError) as error:
         return f"flat: the formulas are not shown to be those of f: {error}"
     return None
 
 
 def _values(flat: FlatForm, later: Sequence[Formula]) -> Values:
-    """Return values with all formulas expanded; roots come first, so that products of them are recognised."""
+    """Return a table in which all formulas of the flat form are known as quotients.
+
+    So their square roots are known before products of roots occur, and these products are recognised.
+    """
     values = Values()
     values.positive = [values.of(p) for p in flat.positive]
     for formula in (*flat.states, *later, *flat.inputs):
@@ -116,7 +119,10 @@ def _values(flat: FlatForm, later: Sequence[Formula]) -> Values:
 
 
 def _equal_whatever_parts_are(flat: FlatForm, later: Sequence[Formula], a: Formula, b: Formula) -> bool:
-    """Return whether a = b for all values of all states and inputs but one, whose formula is expanded."""
+    """Return whether a = b is shown when the formula of one state or input is used, and all others may have any value.
+
+    Each state and input is tried as this one.
+    """
     shapes = Shapes()
     hidden = {shapes.of(x) for x in (*flat.states, *flat.inputs, *later) if not isinstance(x, Name | Number)}
     for shown in {shapes.of(x) for x in (*flat.states, *flat.inputs)} & hidden or {-1}:

@@ -102,7 +102,7 @@ _BOUND = re.compile(rf"[{_LETTER}µ0-9₀-₉²³¹⁻_/·*^°%()\[\].+ …-]{{1
 
 
 class UnreadableError(ValueError):
-    """The data is no certificate; the message names the first part that is missing, unknown or of a wrong type."""
+    """The data is no file that the checker knows; the message names the first missing, unknown or wrong part."""
 
 
 def format_of(data: object) -> str | None:
@@ -141,7 +141,7 @@ def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
     return found
 
 
-# Built once: logs hold a small object in each of their messages.
+# Built once, as each message of a log is a small object that is decoded for itself.
 _DECODER = json.JSONDecoder(parse_constant=_refuse_constant, object_pairs_hook=_unique)
 
 
@@ -157,7 +157,7 @@ def require_short_texts(data: object) -> None:
             elif isinstance(value, dict | list):
                 waiting.append(value)
         if found > TEXTS:
-            raise UnreadableError(f"its texts must have no more than {TEXTS} characters together")
+            raise UnreadableError(f"all its texts together must have no more than {TEXTS} characters")
 
 
 # Objects and lists.
@@ -199,7 +199,7 @@ def many(reader: Reader[T], most: int, empty: bool = False) -> Reader[tuple[T, .
             raise UnreadableError(f"{where} must have no more than {most} entries, got {len(value)}")
         try:
             return tuple([reader(item, where) for item in value])
-        except UnreadableError:  # is said again, with the place of the entry: this takes time
+        except UnreadableError:  # read again, to name the place of the entry, which takes longer
             return tuple(reader(item, f"{where}[{i}]") for i, item in enumerate(value))
 
     return read
@@ -251,7 +251,10 @@ def itself(value: object, where: str) -> object:
 
 
 def file_of(kind: str, version: int, reader: Reader[T], hint: str = "") -> Callable[[Mapping[Any, object]], T]:
-    """Return a reader of the content of a file of this version. It raises UnreadableError if the content is invalid."""
+    """Return a reader of the content of a file of this version. It raises UnreadableError if the content is invalid.
+
+    `hint` is what to do about another version: the end of a sentence.
+    """
 
     def read(data: Mapping[Any, object]) -> T:
         found = data.get("version")
@@ -329,7 +332,7 @@ def an_identifier(value: object, where: str) -> str:
 def a_bound(value: object, where: str) -> str:
     """Read the name of a bound: a weighted sum of names, such as x-0.5y, with a number if there are several."""
     if not isinstance(value, str) or not _BOUND.fullmatch(value):
-        raise UnreadableError(f"{where} must be the name of a bound")
+        raise UnreadableError(f"{where} must be the name of a bound, such as x, x-0.5y or x (2)")
     return value
 
 
@@ -442,7 +445,7 @@ def _set_of(end: Reader[End]) -> Reader[Polytope]:
 
 _moving_set = _set_of(_end)
 a_polytope = _set_of(real_number)
-"""Reads a set of states or of inputs, of which no bound moves."""
+"""Reads a set of states or of inputs whose bounds do not move in time."""
 
 
 class Plant(NamedTuple):
@@ -455,7 +458,7 @@ class Plant(NamedTuple):
 
 a_plant = record(Plant, system=a_system, state_set=a_polytope, input_set=a_polytope)
 a_moving_plant = record(Plant, system=a_system, state_set=_moving_set, input_set=_moving_set)
-"""Read a system with its sets, of which no bound moves, or some may."""
+"""Both read a system with its sets; the bounds of `a_moving_plant` may move in time."""
 
 _numbers_of_centres = many(real_number, CENTRES)
 _signal = record(Signal, kernel=a_kernel, mean=real_number, centres=_numbers_of_centres, weights=_numbers_of_centres)
@@ -498,14 +501,14 @@ _of_linear = {
 def _subject(
     reference: tuple[Any, str], trajectories: Trajectories | None = None, attainable: tuple[Row, ...] | None = None
 ) -> Subject:
-    """Return the subject of a reference as written in the file, of which the fingerprint is made."""
+    """Return the subject of a file. Its fingerprint is made of the `reference` as it is written there."""
     written, where = reference
     found = _reference(written, where)
     plant: Plant = found["plant"]
     signals, pieces = found["signals"]
     is_linear = isinstance(plant.system, LinearSystem)
     if is_linear != (trajectories is not None) or (attainable is not None and not is_linear):
-        raise UnreadableError("there must be trajectories, and may be attainable rows, for linear systems only")
+        raise UnreadableError("linear systems need trajectories, and may have attainable rows; others have neither")
     known = fingerprint(written["signals"], written["plant"]["system"], trajectories)
     return Subject(signals, *plant, trajectories, attainable, known, pieces)
 
@@ -601,7 +604,7 @@ def _covered(
 
 
 def _claims(cover: dict[str, Reader[Any]]) -> dict[str, Reader[Stated]]:
-    """Return the readers of claims about all times of an interval, which have covers of this form."""
+    """Return the readers of claims about all times of an interval, whose proofs have the fields `cover`."""
     return {kind: record(partial(_covered, KINDS[kind]), **ends, **cover) for kind, ends in _ENDS.items()}
 
 
@@ -647,7 +650,7 @@ def _certificate(
 ) -> Certificate:
     subject = _subject(**about)
     if disturbance and not isinstance(subject.system, LinearSystem):
-        raise UnreadableError("there may be a disturbance for linear systems only")
+        raise UnreadableError("disturbance: this field is for linear systems only")
     read = _claim_of_pieces if subject.pieces else _claim
     stated = read(claim, "certificate.claim")
     return Certificate(subject, *stated, **evaluation, robust=disturbance, truth=truth)

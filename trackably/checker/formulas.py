@@ -22,7 +22,7 @@ class Number:
 
 @dataclass(frozen=True, eq=False)
 class Name:
-    """A state, an input, or a state one step later."""
+    """A state, an input, a state one step later, or a shifted signal."""
 
     name: str
 
@@ -141,9 +141,9 @@ def operands(formula: Formula) -> tuple[Formula, ...]:
 def rewritten(
     formulas: Sequence[Formula], change: Callable[[Formula, Mapping[Formula, Formula]], Formula | None]
 ) -> list[Formula]:
-    """Return formulas with `change` of each part, given what was made of the parts before; None leaves a part as it is.
+    """Return the formulas with each part replaced by `change(part, done)`, operands before the parts that use them.
 
-    What a part is made of is changed in any case.
+    `done` has the replacements so far. If `change` returns None, the part stays, but with its operands replaced.
     """
     done: dict[Formula, Formula] = {}
     for formula in formulas:
@@ -153,7 +153,7 @@ def rewritten(
 
 
 def remade(node: Formula, of: Mapping[Formula, Formula]) -> Formula:
-    """Return a node with its operands replaced."""
+    """Return a formula with its operands replaced by those in `of`."""
     return type(node)(*(of.get(value, value) for value in vars(node).values())) if operands(node) else node
 
 

@@ -32,7 +32,7 @@ _UNIT: Polynomial = {(): Fraction(1)}
 
 
 class TooLongError(ArithmeticError):
-    """A polynomial has more than 5000 terms, or there are too many values of functions."""
+    """A polynomial has more than 5000 terms, or there are more than 80 values of functions."""
 
 
 def add(p: Polynomial, q: Polynomial, factor: int = 1) -> Polynomial:
@@ -153,7 +153,7 @@ class Quotient:
 
 
 def _common(monomials: Iterable[Monomial]) -> Monomial:
-    """Return the largest monomial that divides all of these."""
+    """Return the largest monomial that divides all given monomials."""
     first, *others = (dict(m) for m in monomials)
     for m in others:
         tick()
@@ -174,9 +174,9 @@ _ONE, _ZERO = Quotient.number(Fraction(1)), Quotient.number(Fraction(0))
 
 @dataclass(frozen=True)
 class Atom:
-    """The value of a function at some `arguments`, represented by variable `number`.
+    """The value of a function at some `arguments`; the variable with this `number` stands for it in polynomials.
 
-    Its `square`, if a rule gives it.
+    `square` is the quotient that replaces its square; None if no rule gives one.
     """
 
     function: str
@@ -222,7 +222,7 @@ class Values:
         return cosine, sine
 
     def reduce(self, value: Quotient) -> Quotient:
-        """Replace squares of atoms by the rules, the last atom first, because atoms depend on earlier ones."""
+        """Return a quotient with squares of atoms replaced: last atoms first, as atoms depend on earlier ones."""
         for atom in reversed(self.atoms):
             if atom.square is not None:
                 above, below = (_without_squares(p, atom.number, atom.square) for p in (value.above, value.below))
@@ -249,7 +249,7 @@ class Values:
             case Function(name, argument):
                 found = self._atom(name, (self.known[argument],))
             case Angle(y, x):
-                self._length(self.known[x], self.known[y])  # roots are known before products of them are met
+                self._length(self.known[x], self.known[y])  # so that this root is known before products of roots occur
                 found = self._atom("atan2", (self.known[y], self.known[x]))
         return found
 
@@ -304,7 +304,7 @@ class Values:
 
 
 def _rational_root(number: Fraction | None) -> Fraction | None:
-    """Return the positive rational root of a number; None if there is none."""
+    """Return the positive square root of a number if it is rational; None if it is not."""
     if number is None or number <= 0:
         return None
     above, below = isqrt(number.numerator), isqrt(number.denominator)

@@ -48,8 +48,9 @@ _Comparison = Callable[["Real", "Real | float"], bool | None]
 class Many:
     """Many intervals at once, as arrays of float64, with operators as `Real` has them; their comparisons are arrays.
 
-    `direction` takes y and x of vectors (x, y) of single numbers, and returns their angles; `choose` takes a condition,
-    and returns one of two where it is certain, the other elsewhere.
+    `direction(y, x)` returns the angles of vectors (x, y) whose coordinates are exact numbers. `larger` and `dot` are
+    as `max_of` and `dot` below. `choose(condition, one, other)` returns `one` where the condition is certain, and
+    `other` elsewhere.
     """
 
     exp: Any
@@ -77,7 +78,7 @@ class _Intervals(MPIntervalContext):  # type: ignore[misc]
 
 iv = _Intervals()
 iv.prec = 160
-iv._types = (*iv._types, Many)  # operations with arrays are left to these
+iv._types = (*iv._types, Many)  # mpmath leaves operations with these arrays to the arrays
 
 
 def exactly(number: Real | float) -> Real:
@@ -94,7 +95,7 @@ def between(low: Real | float, high: Real | float) -> Real:
 
 ONE, ZERO, SIGN, INFINITE = exactly(1), exactly(0), between(-1, 1), between(0, float("inf"))
 GUARD = SIGN * exactly(2) ** -130  # mpmath rounds its functions outwards; this covers what their last bits might miss
-_HUGE = 1e100  # the reduction of a larger angle takes too many digits of π
+_HUGE = 1e100  # larger angles are not reduced, which takes too many digits of π: their sin and cos are [−1, 1]
 UNIT = exactly(2) ** -53
 """The unit roundoff of float64."""
 
@@ -106,7 +107,7 @@ def pi() -> Real:
 
 
 def _of_many(of: Callable[[Real], Real]) -> Callable[[Real], Real]:
-    """Return a function that leaves arrays of intervals to their own one of the same name."""
+    """Return a function that calls, for arrays of intervals, their method of the same name, and `of` otherwise."""
 
     @wraps(of)
     def of_any(x: Real) -> Real:
@@ -117,7 +118,7 @@ def _of_many(of: Callable[[Real], Real]) -> Callable[[Real], Real]:
 
 @_of_many
 def exp(x: Real) -> Real:
-    """Return e^x, unbounded above e^(10⁶) and from 0 below e^(−10⁶): such numbers decide nothing."""
+    """Return e^x: [0, ∞] if x may exceed 10⁶, and from 0 on if x may be below −10⁶, as such values decide nothing."""
     if x.b > 1e6:
         return INFINITE
     if x.a < -1e6:
@@ -174,7 +175,7 @@ def at_most(x: Real | Fraction | float, y: Real | Fraction | float) -> bool:
 
 
 def either(*conditions: Any) -> Any:
-    """Return whether any of some conditions is certain, for intervals or elementwise for arrays of them."""
+    """Return whether at least one condition is certain, elementwise for arrays of intervals."""
     found: Any = False
     for condition in conditions:
         found = found | (False if condition is None else condition)
@@ -190,7 +191,7 @@ def max_of(x: Real, y: Real) -> Real:
 
 
 def select(condition: Any, one: Real, other: Real) -> Real:
-    """Return `one` if a condition is certain, otherwise `other`, for intervals or elementwise for arrays of them."""
+    """Return `one` if a condition is certain, otherwise `other`, elementwise for arrays of intervals."""
     for many in (one, other):
         if isinstance(many, Many):
             return many.choose(condition, one, other)  # type: ignore[no-any-return]
@@ -203,7 +204,7 @@ def lesser(x: Real, y: Real) -> Real:
 
 
 def total(numbers: Iterable[Real]) -> Real:
-    """Return the sum."""
+    """Return the sum of some intervals."""
     found = ZERO
     for number in numbers:
         tick()
@@ -221,7 +222,7 @@ def dot(xs: Sequence[Real], ys: Sequence[Real]) -> Real:
 
 
 def ratio(number: Fraction) -> Real:
-    """Return the interval of a rational number."""
+    """Return a narrow interval that contains a rational number."""
     return exactly(number.numerator) / exactly(number.denominator)
 
 
@@ -337,9 +338,10 @@ def function(name: str, a: Real) -> Real:
 
 
 def side(y: Real, x: Real) -> int:
-    """Return 0 if x > 0, 1 if y > 0 and −1 if y < 0: the half-plane in which the angle of (x, y) is continuous.
+    """Return a half-plane that holds the vector (x, y): 0 means x > 0, 1 means y > 0, and −1 means y < 0.
 
-    For arrays of vectors it is 0, because the half-plane differs among them. Raise UndefinedError if none is certain.
+    Angles of vectors are continuous in each of these. For arrays of vectors it is 0, because the half-plane differs
+    among them. Raise UndefinedError if no half-plane is certain.
     """
     certain = [x.a > 0, y.a > 0, y.b < 0]
     require(either(*certain), "it takes the angle of a vector that may be zero, or may cross the direction of ±π")

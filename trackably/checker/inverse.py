@@ -37,7 +37,7 @@ class UnsolvableError(ValueError):
 
 
 def inputs_of(f: Sequence[Formula], successors: Sequence[str], inputs: Sequence[str]) -> dict[str, Formula]:
-    """Return u in terms of states and successors. Raise UnsolvableError if there is no such formula."""
+    """Return u as formulas of states and successors, by the names of inputs. Raise UnsolvableError if f has none."""
     split = [_split(formula, set(inputs)) for formula in f]
     rests = [minus(Name(successor), drift) for successor, (drift, _) in zip(successors, split, strict=True)]
     rows = [{name: gain for name, gain in gains.items() if not is_number(gain, 0.0)} for _, gains in split]
@@ -54,7 +54,9 @@ def inputs_of(f: Sequence[Formula], successors: Sequence[str], inputs: Sequence[
     if set(found) != set(inputs):
         raise UnsolvableError("f does not determine every input")
     if any(len(parts(formula)) > _MOST_PARTS for formula in found.values()):
-        raise UnsolvableError(f"the formula of an input has more than {_MOST_PARTS} parts")
+        raise UnsolvableError(
+            f"f, solved for its inputs, is a formula of more than {_MOST_PARTS} parts; write f with fewer operations"
+        )
     return found
 
 
@@ -88,9 +90,11 @@ def _each(parts: _Parts, change: Callable[[Term], Term]) -> _Parts:
 
 
 def _cramer(rows: list[dict[str, Term]], rests: list[Term], inputs: list[str]) -> dict[str, Formula]:
-    """Solve by Cramer's rule the remaining equations, none of which has a single unknown."""
+    """Return the inputs that solve the remaining equations, none of which has a single unknown, by Cramer's rule."""
     if len(inputs) != len(rows) or len(rows) > _MOST_COUPLED:
-        raise UnsolvableError(f"f cannot be solved for {', '.join(inputs)}, or couples more than {_MOST_COUPLED}")
+        raise UnsolvableError(
+            f"f cannot be solved for {', '.join(inputs)}, or more than {_MOST_COUPLED} of its equations are coupled"
+        )
     matrix = [[row.get(name) for name in inputs] for row in rows]
     determinant = _known(_determinant(matrix))
     found: dict[str, Formula] = {}
@@ -115,7 +119,7 @@ def _determinant(matrix: list[list[Term]]) -> Term:
 
 def _known(part: Term) -> Formula:
     if part is None:
-        raise UnsolvableError("f cannot be solved for its inputs, whatever the states are")
+        raise UnsolvableError("f cannot be solved for its inputs in any state, as their effects are linearly dependent")
     return part
 
 

@@ -56,7 +56,7 @@ Limit = tuple[float, float] | None
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint's name, and its limits by order of the derivative: None without a limit."""
+    """A joint's name, and its limits by order of the derivative; None stands for no limit."""
 
     name: str
     limits: tuple[Limit, ...]
@@ -69,7 +69,11 @@ class Joint:
 
 @dataclass(frozen=True)
 class JointTrajectory:
-    """Pieces of all joints between the same breakpoints [s], by joint and piece; allowed `jumps` by order."""
+    """Polynomial pieces of all joints between common `breakpoints` [s]; `coefficients` are by joint, piece and power.
+
+    `jumps` are the largest that derivatives may have at breakpoints, by order. If the trajectory `rests`, all joints
+    stay where the last piece ends.
+    """
 
     joints: tuple[Joint, ...]
     breakpoints: tuple[float, ...]
@@ -141,7 +145,7 @@ class BrokenTrajectory:
 
 
 def value(polynomial: Sequence[Fraction], at: Fraction) -> Fraction:
-    """Return the value of a polynomial."""
+    """Return the value of a polynomial with these coefficients at a point."""
     return exact_sum(c * at**k for k, c in enumerate(polynomial))
 
 
@@ -191,7 +195,7 @@ def check_broken(found: BrokenTrajectory) -> str | None:
             return f"{where}: there is no such joint, or no such order"
         if broken.jump >= 0:
             if broken.jump not in trajectory.inner or broken.order >= trajectory.joints[broken.joint].order:
-                return f"{where}: no jump counts there"
+                return f"{where}: jumps are not limited at this breakpoint, or not in this order"
             size = abs(trajectory.jump(broken.joint, broken.order, broken.jump))
             if not size >= by > Fraction(trajectory.jumps[broken.order]):
                 return f"{where}: nothing is shown to jump by {broken.violation!r} there"
@@ -269,7 +273,7 @@ def _read(
     ):
         raise UnreadableError("joints must have different names, and one limit more than there are jumps")
     if not any(limit for joint in joints for limit in joint.limits):
-        raise UnreadableError("joints must have some limit")
+        raise UnreadableError("joints must have at least one limit")
     found = JointTrajectory(joints, ends, rows, trajectory["beyond"] == "rest", jumps)
     return found if broken is None else BrokenTrajectory(found, broken)
 

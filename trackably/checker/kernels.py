@@ -56,7 +56,7 @@ from trackably.checker.watch import tick
 
 
 class Decay(NamedTuple):
-    """Over-estimates of |κ| and |κ̇| beyond some distance."""
+    """Over-estimates of |κ| and |κ̇| (`size` and `slope`) at all distances beyond some distance."""
 
     size: Real
     slope: Real
@@ -73,7 +73,7 @@ class Sizes(NamedTuple):
 
 
 class Kernel(ABC):
-    """A stationary kernel κ(r), even in r; for a kernel with a kink at 0, formulas are those of the branch r ≥ 0."""
+    """A stationary kernel κ(r), even in r. If it has a kink at 0, its formulas are those of the branch r ≥ 0."""
 
     @abstractmethod
     def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
@@ -89,7 +89,7 @@ class Kernel(ABC):
 
     @cached_property
     def peak(self) -> Decay:
-        """Over-estimates of |κ| and |κ̇|."""
+        """Over-estimates of |κ| and |κ̇| at all distances."""
         return self.beyond(ZERO)
 
     @abstractmethod
@@ -99,7 +99,7 @@ class Kernel(ABC):
     @property
     @abstractmethod
     def numbers(self) -> tuple[float, ...]:
-        """All hyperparameters; positive."""
+        """All hyperparameters, which must be positive."""
 
     @property
     def has_kink(self) -> bool:
@@ -112,9 +112,9 @@ class Kernel(ABC):
         return None
 
     def jump(self, r: Real, h: Real) -> Real:
-        """Over-estimate the distance of κ from its branch at |r|, for distances from |r| − h to |r| + h.
+        """Over-estimate |κ − κ₊| for distances from |r| − h to |r| + h, where κ₊ is the branch that holds at |r|.
 
-        Zero for kernels with one branch for all positive differences.
+        It is zero for kernels with one branch for all positive distances.
         """
         return ZERO
 
@@ -123,7 +123,7 @@ class Kernel(ABC):
         return self.taylor(abs(r), ZERO, 1)[0] + SIGN * self.jump(r, ZERO)
 
     def exponential(self, r: Real, h: Real, n: int) -> tuple[Real, list[Real]] | None:
-        """Return a and coefficients of g with κ(r + h x) = a e^g(x), of which n matter; None for other kernels."""
+        """Return a, and at most n coefficients in x of g, where κ(r + h x) = a e^g(x); None for other kernels."""
         return None
 
     def model(self, r: Real, h: Real, radius: Real, n: int) -> Model:
@@ -174,7 +174,7 @@ class Elementary(Kernel):
     """An upper bound of |r κ|/(θ₂ κ(0)); None if it is unbounded or not used."""
 
     steepest: ClassVar[Real]
-    """|r|/θ₂ where |κ̇| is largest, of a κ that falls with the distance, and whose |κ̇| rises up to there, then falls."""
+    """The |r|/θ₂ at which |κ̇| is largest. κ must fall with |r|, and |κ̇| must rise up to this point and then fall."""
 
     @property
     def roundings(self) -> Real | int:
@@ -187,12 +187,12 @@ class Elementary(Kernel):
 
     @cached_property
     def variance(self) -> Real:
-        """θ₁²."""
+        """θ₁², the variance κ(0), as an interval."""
         return exactly(self.signal_std) ** 2
 
     @cached_property
     def length(self) -> Real:
-        """θ₂."""
+        """The lengthscale θ₂ [s], as an interval."""
         return exactly(self.lengthscale)
 
     def scaled(self, shape: list[Real]) -> list[Real]:
@@ -233,7 +233,7 @@ class SquaredExponential(Elementary):
 
 @dataclass(frozen=True)
 class Matern(Elementary):
-    """P has no negative coefficients, and this `degree`; `square` is (λ θ₂)²."""
+    """κ(r) = θ₁² P(x) e^(−x) with x = λ |r|. P has this `degree`, and no negative coefficient; `square` is (λ θ₂)²."""
 
     degree: ClassVar[int]
     square: ClassVar[int]
@@ -244,7 +244,7 @@ class Matern(Elementary):
 
     @cached_property
     def rate(self) -> Real:
-        """λ."""
+        """λ [1/s], as an interval."""
         return root(self.square) / self.length
 
     @abstractmethod
@@ -322,7 +322,7 @@ class RationalQuadratic(Elementary):
 
     @cached_property
     def alpha(self) -> Real:
-        """α."""
+        """The shape α, as an interval."""
         return exactly(self.shape)
 
     def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
@@ -355,7 +355,7 @@ class Periodic(Elementary):
 
     @cached_property
     def omega(self) -> Real:
-        """ω."""
+        """The angular frequency ω [1/s], as an interval."""
         return 2 * pi() / exactly(self.period)
 
     def exponential(self, r: Real, h: Real, n: int) -> tuple[Real, list[Real]]:
@@ -387,7 +387,10 @@ class Periodic(Elementary):
 
 @dataclass(frozen=True)
 class PiecewisePolynomial(Elementary):
-    """P(y) = Σ_j `p`[j] yʲ. It increases from 0 to 1 on 0 ≤ y ≤ 1, and |P| increases with |y| for y ≤ 0."""
+    """κ(r) = θ₁² P(1 − |r|/θ₂) for |r| ≤ θ₂, and 0 for larger |r|, with P(y) = Σ_j `p`[j] yʲ.
+
+    P increases from 0 to 1 on 0 ≤ y ≤ 1, and |P| increases with |y| for y ≤ 0.
+    """
 
     largest_moment = 0.165  # with s = |r|/θ₂: s φ ≤ 0.165, and s |φ'| ≤ 0.756
     p: ClassVar[tuple[int, ...]]
@@ -406,12 +409,12 @@ class PiecewisePolynomial(Elementary):
         return [*(select(is_over, ZERO, c) for c in self.scaled(found)), *[ZERO] * (n - len(found))]
 
     def largest_on_disc(self, r: Real, radius: Real) -> Real:
-        # no larger than the sum of the sizes of its Taylor terms, of which there are no more
+        # a polynomial is at most the sum of the absolute values of its Taylor terms, and these are all of them
         return total(abs(c) for c in self.taylor(abs(r), radius, len(self.p)))
 
     def jump(self, r: Real, h: Real) -> Real:
         beyond, farthest = abs(r) - h, abs(r) + h
-        nearest = (beyond + abs(beyond)) / 2  # no less than 0
+        nearest = (beyond + abs(beyond)) / 2  # max(beyond, 0)
         from_zero = select(self.length <= nearest.a, ZERO, abs(self.taylor(nearest, ZERO, 1)[0]))
         y = 1 - farthest / self.length
         from_polynomial = self.variance * abs(total(c * y**j for j, c in enumerate(self.p) if c))
@@ -539,7 +542,7 @@ _DOUBLINGS, _HALVINGS = 10, 15
 
 
 class Reach(NamedTuple):
-    """A distance [s], infinite if there is none, and bounds of |κ| and |κ̇| at all larger distances."""
+    """A distance [s], infinite if none was found, and upper bounds of |κ| and |κ̇| at all larger distances."""
 
     distance: float
     decay: Decay
@@ -547,7 +550,10 @@ class Reach(NamedTuple):
 
 @lru_cache
 def reach(kernel: Kernel, span: float, part: float) -> Reach:
-    """Return a small distance beyond which |κ| ≤ `part` · κ(0), among some multiples of the centres' `span` [s]."""
+    """Return a small distance beyond which |κ| ≤ `part` · κ(0).
+
+    Some multiples of `span` [s], the time from the first centre to the last, are tried.
+    """
     most, found = kernel.peak.size * part, Reach(float("inf"), Decay(ZERO, ZERO))
     for k in (*range(-4 * _DOUBLINGS, 0, 4), *range(1, 4 * _HALVINGS)):
         tick()

@@ -38,7 +38,7 @@ class Vertex:
 def of_model_error(
     system: LinearSystem | Vertex, vertices: Sequence[Vertex], state_set: Polytope, input_set: Polytope
 ) -> list[Vector] | str:
-    """Return the generators of D, or a sentence on what does not fit or is unbounded."""
+    """Return the generators of the set D, or a sentence that says what does not fit or is unbounded."""
     n, m = len(system.A), len(system.B[0])
     found: list[Vector] = []
     if any([[len(row) for row in M] for M in (v.A, v.B, [v.c])] != [[n] * n, [m] * n, [n]] for v in vertices):
@@ -72,7 +72,10 @@ def _reach(bounded: Polytope, dimension: int) -> list[Fraction | None]:
 
 
 def _around(apart: list[list[Fraction]], size: Fraction) -> Iterator[Vector]:
-    """Yield generators that contain z Σ μ_i d_i for all |z| ≤ size and all convex combinations μ."""
+    """Yield generators of a zonotope that holds z Σ μ_i d_i for all |z| ≤ `size` and all convex combinations μ.
+
+    `apart` are the vectors d_i.
+    """
     g = max(apart, key=lambda d: max(map(abs, d)))
     p = max(range(len(g)), key=lambda k: abs(g[k]))
     factors = [d[p] / g[p] for d in apart]

@@ -77,12 +77,12 @@ class Model:
 
     @property
     def size(self) -> Real:
-        """Over-estimate of |polynomial|."""
+        """An upper bound of the polynomial's absolute value on [−1, 1]."""
         return total(abs(c) for c in self.coefficients)
 
     @property
     def span(self) -> Real:
-        """An interval that contains all values."""
+        """An interval that contains all values of the functions in the model on [−1, 1]."""
         others = total(abs(c) for c in self.coefficients[1:])
         return around(self.coefficients[0], others + self.missed)
 
@@ -194,7 +194,7 @@ class Models:
         return self.number(many.direction(s, c)) + turned
 
     def _compose(self, name: str, a: Model, exponent: float = 0.0) -> Model:
-        """Return φ of a model, where φ is a function of formulas, or `power`."""
+        """Return φ of a model, where `name` says which function φ is; `exponent` is that of the function "power"."""
         centre, d = a.coefficients[0], Model([ZERO, *a.coefficients[1:]], a.missed)
         reach = require_bounds(d.size + d.missed)
         span = around(centre, reach)
@@ -208,7 +208,7 @@ class Models:
 
 
 def constants(values: Mapping[str, Real], terms: int) -> dict[str, Model]:
-    """Return numbers as models."""
+    """Return the numbers as constant models, by name."""
     return {name: Models(terms).number(value) for name, value in values.items()}
 
 
@@ -223,9 +223,9 @@ def enclose(formula: Formula, values: Mapping[str, Real]) -> Real:
 def differential(part: Formula, value: Real, at: Sequence[Real], by: Sequence[Real]) -> Real:
     """Return Σ_i φ_i `by`[i], with the derivatives φ_i of a part of a formula by its operands, and its `value` φ.
 
-    The operands are `at` these intervals; of names and numbers it is zero. By the mean-value theorem it also contains
-    φ(a′) − φ(a) for operands a′ and a with a′ − a in `by`: beside others, a′ b′ − a b = Δa b′ + a Δb, and a′/b′ − a/b =
-    (Δa − (a/b) Δb)/b′. Raise UndefinedError if the part may be undefined.
+    The operands are in the intervals `at`. For names and numbers the sum is zero. By the mean-value theorem it also
+    contains φ(a′) − φ(a) for operands a′ and a with a′ − a in `by`. For products and quotients this is so because
+    a′ b′ − a b = Δa b′ + a Δb and a′/b′ − a/b = (Δa − (a/b) Δb)/b′. Raise UndefinedError if the part may be undefined.
     """
     found = ZERO
     match part:
@@ -253,7 +253,7 @@ def differential(part: Formula, value: Real, at: Sequence[Real], by: Sequence[Re
 
 
 def _within(found: Model, rest: Model, divisor: Real) -> Model:
-    """Return a polynomial with its remainder bound, `rest` divided by a positive divisor."""
+    """Return the polynomial of `found` as a model, whose remainder is `rest` divided by a positive divisor."""
     return Model(found.coefficients, require_bounds((rest.size + rest.missed) / divisor.a))
 
 

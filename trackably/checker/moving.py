@@ -31,9 +31,10 @@ Cells = list[tuple[Number, Number]]
 
 
 def cells_of(terms: Iterable[tuple[Pieces, Sequence[Number], Number]], start: Number, end: Number) -> Cells[Number]:
-    """Return the cells from start to end in which no z(t + shift) changes its polynomial.
+    """Cut the times from start to end where some z(t + shift) changes its polynomial, and return the cells in between.
 
-    Raise UndecidedError if there are too many.
+    `terms` are triples of a signal z, its breakpoints and its shift; all times are in one unit. Raise UndecidedError if
+    there are more than 500,000 breakpoints.
     """
     found: set[Number] = set()
     for z, ends, shift in terms:
@@ -56,9 +57,10 @@ def cells_of(terms: Iterable[tuple[Pieces, Sequence[Number], Number]], start: Nu
 
 
 def place(z: Pieces, ends: Sequence[Number], t: Number, width: Number) -> tuple[int, Number, Number]:
-    """Return the piece on the times from t to t + width, the time since its breakpoint, and the width.
+    """Return the index i of the piece that holds from t to t + width, the time t − t_i, and the width.
 
-    At rest the width is 0, as the value is that of one end of the piece. Times are in the units of `ends`.
+    Where the signal rests, the time is that of the outer end of the first or last piece, and the width is 0. Times are
+    in the unit of the breakpoints `ends`.
     """
     if z.beyond == "period":
         t = ends[0] + (t - ends[0]) % (ends[-1] - ends[0])
@@ -93,7 +95,7 @@ def polynomials(z: Pieces, start: Fraction, end: Fraction) -> list[list[Fraction
 
 @dataclass(frozen=True)
 class Limit:
-    """An `end` of a bound, tightened for the error of evaluation by adding `by`."""
+    """An `end` of a bound, to which `by` is added: it tightens the bound by the error of evaluation."""
 
     end: End
     by: Real
@@ -119,12 +121,15 @@ class Limit:
 
 
 def limits(bound: Bound, error: float) -> tuple[Limit, Limit]:
-    """Return the ends of a bound, tightened by an error."""
+    """Return the lower and the upper end of a bound, tightened by an error of evaluation."""
     return Limit(bound.low, exactly(error)), Limit(bound.high, ZERO - exactly(error))
 
 
 def hull(bound: Row) -> tuple[Fraction, Fraction]:
-    """Return numbers that the ends never leave: a polynomial in x ∈ [−1, 1] is within Σ_(k > 0) |c_k| of c_0."""
+    """Return a number that the lower end never falls below, and one that the upper end never exceeds.
+
+    A polynomial in x ∈ [−1, 1] is within Σ_(k > 0) |c_k| of c_0.
+    """
     return min(_reach(bound.low, -1)), max(_reach(bound.high, 1))
 
 
@@ -149,7 +154,7 @@ def _values(end: End, t: Fraction) -> list[Fraction]:
 
 
 def room(higher: End, lower: End) -> Fraction | None:
-    """Return the least distance of one end above another; None unless they differ by constants only."""
+    """Return the least value of higher − lower over time; None unless the ends differ by a constant on each piece."""
     pairs = [(higher, lower)]
     if isinstance(higher, Pieces) and isinstance(lower, Pieces):
         one, other = ((z.breakpoints, z.beyond, [c[1:] for c in z.coefficients]) for z in (higher, lower))

@@ -35,9 +35,9 @@ from trackably.checker.watch import progress, require_room, short, tick
 
 @dataclass(frozen=True)
 class Term:
-    """`weight` · z(t + shift), in the units of a `Sum`.
+    """`weight` · z(t + shift), in the units of a `Sum`, in which all numbers are integers.
 
-    The polynomials are functions of the time since a breakpoint.
+    `ends` are the breakpoints of z, and `polynomials` its pieces, as functions of the time since a breakpoint.
     """
 
     signal: Pieces
@@ -49,7 +49,7 @@ class Term:
 
 @dataclass(frozen=True)
 class Sum:
-    """offset + Σ terms, in units in which all numbers are integers: `unit` times the value."""
+    """offset + Σ terms, in units in which all numbers are integers: this is `unit` times the value of the sum."""
 
     offset: int
     terms: tuple[Term, ...]
@@ -69,7 +69,10 @@ class Sum:
 
 
 def whole_sum(subject: Subject, q: Functional, bits: int, bounds: Sequence[Fraction] = ()) -> Sum:
-    """Return a sum of signals, in units in which the `bounds` are integers too; times are in units of 2^−`bits` s."""
+    """Return the functional q of the signals, in units in which all numbers and the `bounds` are integers.
+
+    Times are in units of 2^−`bits` s.
+    """
     step = Fraction(subject.system.sampling_time)
     used = [(z, weights) for z, weights in zip(subject.pieces, q.weights, strict=True) if any(weights)]
     fine = max(bits_of(c for z, _ in used for piece in z.coefficients for c in piece), bits_of(bounds))
@@ -99,7 +102,7 @@ def values_at(subject: Subject, rows: Sequence[Functional], t: Fraction) -> list
 
 
 def bits_of(numbers: Iterable[float | Fraction]) -> int:
-    """Return the least e such that 2^e times each number is an integer; rational numbers are such as float64 has."""
+    """Return the least e such that 2^e times each number is an integer; denominators must be powers of two."""
     return max((number.as_integer_ratio()[1] for number in numbers), default=1).bit_length() - 1
 
 
@@ -124,7 +127,10 @@ _LARGEST, _SMALLEST, _LARGEST_POWER, _HIGHEST = 10**30, Fraction(1, 10**30), 10*
 
 
 def check_sizes(certificate: Certificate) -> str | None:
-    """Verify that no number is so large, or so small, that float64 evaluation could overflow or lose a factor."""
+    """Return why a number may be too large or too small for float64 evaluation; None if none is.
+
+    Evaluation could overflow, or a factor could be lost by underflow.
+    """
     subject = certificate.subject
     positive = [Fraction(subject.system.sampling_time)]
     lengths = {times: z.lengths for times, z in {z.breakpoints: z for z in subject.pieces}.items()}  # each once
@@ -143,7 +149,7 @@ def check_sizes(certificate: Certificate) -> str | None:
 
 
 def check_rounding(certificate: Certificate) -> str | None:
-    """Return the first bound whose quantity may have a larger rounding error than stated."""
+    """Return a sentence about the first bound whose quantity may have a larger rounding error than stated, or None."""
     if reason := _why_uncounted(certificate):
         return reason
     for name, error in evaluation_errors(certificate.subject, *_span(certificate)).items():
@@ -225,7 +231,7 @@ def check_signals(subject: Subject) -> str | None:
 
 
 def check_pieces(certificate: Certificate, first_pass: FirstPass = NO_FIRST_PASS) -> str | None:
-    """Return the first step that fails; None if everything is shown."""
+    """Return why the proof fails, from its first step that fails; None if everything is shown."""
     return (
         _claim_gap(certificate)
         or check_sizes(certificate)
@@ -274,7 +280,7 @@ def value_of_pieces(subject: Subject, bound: Bound, t: Fraction) -> Fraction:
 
 
 def _positive(certificate: Certificate, first_pass: FirstPass) -> str | None:
-    """Return the first bound that is not shown to be kept in each cell."""
+    """Return a sentence about the first bound that is not shown to hold in all cells; None if all are."""
     subject, span = certificate.subject, _span(certificate)
     broken, alike = list[int](), dict[object, list[tuple[int, _Side]]]()
     for i, bound in enumerate(subject.bounds):
@@ -298,15 +304,15 @@ _Side = tuple[Subject, Functional, tuple[Fraction, Fraction]]
 
 
 def _changes(subject: Subject, row: Functional) -> object:
-    """Return what rows have in common that have equal breakpoints, and so equal cells, of the same signals."""
+    """Return a key that is equal for rows of the same signals with equal breakpoints, which have the same cells."""
     used = {(subject.pieces[s].breakpoints, subject.pieces[s].beyond, j) for s, j in shifts_of(row)}
     return len(subject.pieces), id(subject.pieces[-1]), frozenset(used)
 
 
 def keeps(subject: Subject, row: Functional, times: tuple[float, float], ends: tuple[Fraction, Fraction]) -> bool:
-    """Return whether a row is shown to stay between two numbers, of denominators 2^k, from the first to the last time.
+    """Return whether a row is shown to stay between two numbers, its `ends`, from the first to the last time [s].
 
-    Times are in s.
+    Denominators of the ends are powers of two.
     """
     return _is_kept(subject, row, ends, *_cells(subject, row, *map(Fraction, times)))
 
@@ -314,8 +320,9 @@ def keeps(subject: Subject, row: Functional, times: tuple[float, float], ends: t
 def tightened_rows(subject: Subject, bound: Bound, error: Fraction) -> Iterator[_Side]:
     """Yield the row of a bound, and the two numbers between which it has to stay: the ends, tightened by an error.
 
-    Where an end moves, it is yielded by itself: the row less the end, which is one signal more, has to stay between the
-    error and a number larger than whatever is proved of the row by the other end.
+    If an end moves in time, both ends are yielded for themselves. The row minus the moving end, which counts as one
+    more signal, has to stay at least the error away from zero, on its side. The limit on the other side is so far away
+    that it excludes nothing that the other end allows.
     """
     row = weighted_sum(bound.row, functionals(subject, bound.of))
     if not bound.moves:

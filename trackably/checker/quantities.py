@@ -22,7 +22,7 @@ from trackably.checker.subject import (
 )
 from trackably.checker.watch import tick
 
-ITSELF = "(itself)"  # which no state is called
+ITSELF = "(itself)"  # the argument of a quantity that is a linear combination itself; no state has this name
 
 
 @dataclass(frozen=True)
@@ -57,11 +57,12 @@ def terms_of(argument: LinearCombination) -> Iterator[tuple[Shifted, Real]]:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A row of formulas, `parts` with their weights, of `arguments`: linear combinations of the signals, by name.
+    """A weighted sum of formulas, and the bounds between which it has to stay.
 
-    A quantity that is such a combination itself has the only part `ITSELF`. `lower` and `upper` are the bound,
-    tightened by its evaluation error. For a flat form, the last quantity `needs` the conditions under which all
-    formulas are defined; its arguments include theirs.
+    `parts` are pairs of a weight and a formula. `arguments` are linear combinations of the signals, by the names that
+    stand for them in formulas. A quantity that is such a combination itself has the name `ITSELF` as its only part.
+    `lower` and `upper` are the ends of the bound, tightened by the evaluation error. For a flat form, the last quantity
+    also has `needs`, conditions under which all formulas are defined, and its arguments include those of the needs.
     """
 
     name: str
@@ -140,7 +141,7 @@ def functionals(subject: Subject, of: Side) -> tuple[Functional, ...]:
 
 
 def shifted_signal(subject: Subject, i: int, j: int, count: int) -> Functional:
-    """Return z_i(t + j T), one of so many shifts."""
+    """Return z_i(t + j T) as a functional with weights for `count` shifts of each signal."""
     every = range(subject.signal_count)
     return Functional(Fraction(0), tuple(tuple(Fraction((s, k) == (i, j)) for k in range(count)) for s in every))
 

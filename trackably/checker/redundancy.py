@@ -25,7 +25,10 @@ _MOST = 10_000
 
 
 def check_input_set(subject: Subject) -> str | None:
-    """Verify that each circuit's inequality follows from an attainable row, if there are any such rows."""
+    """Return why some u that keeps the attainable rows may have no u + v in U with B v = 0; None if all have one.
+
+    None also if the file has no attainable rows.
+    """
     if subject.attainable is None or not isinstance(subject.system, LinearSystem):
         return None
     return why_not_attainable(subject.system, subject.input_set.rows, subject.attainable)
@@ -48,9 +51,9 @@ def why_not_attainable(system: LinearSystem, rows: tuple[Row, ...], attainable: 
 
 
 def demand_of(system: LinearSystem, rows: tuple[Row, ...], bound: Bound) -> tuple[Fraction, Fraction] | None:
-    """Return low and high such that no u + v with B v = 0 is in U unless low ≤ row · u ≤ high.
+    """Return low and high such that no u + v with B v = 0 is in U unless low ≤ row · u ≤ high, for the `bound`'s row.
 
-    None if the rows of U imply no bound of this row, or are too many to tell.
+    None if the rows of U imply no such bound, or are too many to tell.
     """
     if _why_not_enumerable(system, rows):
         return None
@@ -89,7 +92,7 @@ def _why_not_enumerable(system: LinearSystem, rows: tuple[Row, ...]) -> str | No
 
 
 def demands(idle: list[list[Fraction]], rows: Sequence[Row]) -> Iterator[Demand]:
-    """Yield the conditions on u that follow from the circuits of the rows; `idle` is a basis of the kernel of B."""
+    """Yield the conditions on u that follow from the rows' circuits (`_circuits`); `idle` spans the kernel of B."""
     m = len(rows[0].row) if rows else 0
     moved = [[exact_dot(side.row, v) for v in idle] for side in rows]
     for circuit in _circuits(moved, len(idle)):
@@ -105,7 +108,7 @@ def _idle(system: LinearSystem) -> list[list[Fraction]]:
 
 
 def _circuits(moved: list[list[Fraction]], dimension: int) -> Iterator[list[tuple[int, Fraction]]]:
-    """Yield the circuits, as pairs (row, factor): the linear relations of rows that have minimal support."""
+    """Yield the linear relations of the rows `moved` with minimal support (circuits), as pairs of row and factor."""
     for size in range(1, dimension + 2):
         for support in combinations(range(len(moved)), size):
             relations = null_space([[moved[i][k] for i in support] for k in range(dimension)], size)

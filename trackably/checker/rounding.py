@@ -34,7 +34,7 @@ from trackably.checker.quantities import ITSELF, LinearCombination, Quantity, fu
 from trackably.checker.subject import NonlinearSystem, OfBound, Signal, Subject
 from trackably.checker.watch import tick
 
-_HALVINGS = 12  # of the span of the centres, from which they are sorted by their distance
+_HALVINGS = 12  # the narrowest cells of `largest_sums` are the span of the centres, halved so often
 _UNDERFLOW = exactly(2) ** -1000
 _OVERFLOW = exactly(10) ** 300
 
@@ -56,10 +56,10 @@ TINY = exactly(2) ** -300
 
 
 def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str | None:
-    """Return the first linear combination of signals whose error may exceed the stated one.
+    """Return a sentence about the first linear combination of signals whose error may exceed the stated one, or None.
 
-    It is bounded to first order in u, and enlarged by 1 %. Those of formulas are bounded where the signals are
-    (`FormulaValues`).
+    Errors are bounded to first order in the unit roundoff u, and enlarged by 1 %. Errors of formulas are bounded
+    elsewhere, in each box (`FormulaValues`).
     """
     of_signals = signal_errors(certificate.subject, certificate.until)
     for q in quantities:
@@ -109,11 +109,11 @@ def _signal_error(subject: Subject, until: float, signal: Signal) -> SignalError
     """Over-estimate |z| and |float64 − exact| for |t| ≤ until, and for the shifts T, 2 T, … beyond."""
     latest, ahead = exactly(max(map(abs, signal.centres))), _ahead(subject)
     kernel = signal.kernel.sizes(until + ahead + latest)
-    # Tracked once each, by u times their sizes: k T, j T, k T + j T, and r = k T + j T − t_i. As |k T + j T| is at most
-    # |r| + |t_i|, and |k T| at most j T more, r is off by 3 u (|r| + |t_i| + j T) at most. Beside that there are up to
-    # six roundings of the argument of κ, and n + 2 of the dot product. A time that was moved by whole periods may be
-    # off by u until instead; j T adds u j T, k T + j T adds u (until + j T), and r adds u (until + j T + |t_i|). That
-    # is less than 3 u times `farthest`, and where all kernels repeat, `stretch` is `farthest` times `slope`.
+    # Each of k T, j T, k T + j T and r = k T + j T − t_i is rounded once, by at most u times its size. As |k T + j T|
+    # is at most |r| + |t_i|, and |k T| at most j T more, r is off by 3 u (|r| + |t_i| + j T) at most. There are also up
+    # to six roundings of the argument of κ, and n + 2 of the dot product. A time that was moved by whole periods may
+    # be off by u until instead; j T adds u j T, k T + j T adds u (until + j T), and r adds u (until + j T + |t_i|). All
+    # this is less than 3 u times `farthest`, and where all kernels repeat, `stretch` is `farthest` times `slope`.
     weight, near = total(abs(c) for _, c in signal.pairs), largest_sums(signal)
     of_all = weight * (kernel.roundings + 9 * kernel.stretch)
     of_near = 3 * (latest + ahead) * near.slope + (len(signal.weights) + 3) * near.size
@@ -121,14 +121,14 @@ def _signal_error(subject: Subject, until: float, signal: Signal) -> SignalError
     return largest, UNIT * (of_all + of_near + 3 * largest)
 
 
-@lru_cache(maxsize=8)  # a prover asks more than once about the signals that it hands over
+@lru_cache(maxsize=8)  # a search for proofs asks several times about the same signals
 def largest_sums(signal: Signal) -> Decay:
     """Over-estimate Σ_i |c_i| |κ(t − t_i)| for all times t, and the same sum of κ̇.
 
     Few centres are near t, and kernels at the others are small. Times are cut into cells of equal width. Centres within
-    one width of t lie in three neighbouring cells, whatever t is: these weigh no more than the `heaviest` three. For
-    them, sizes beyond the width are replaced by larger ones; and so on for half the width. Weights are added in
-    float64: n positive numbers have n roundings at most, in any order.
+    one width of t lie in three neighbouring cells, whatever t is, and these weigh no more than the `heaviest` three.
+    For their centres, the bound beyond the width is replaced by a larger one, that beyond half the width; and so on.
+    Weights are added in float64: n positive numbers have n roundings at most, in any order.
     """
     first = Fraction(min(signal.centres))
     width = (Fraction(max(signal.centres)) - first) / 2**_HALVINGS
@@ -137,7 +137,7 @@ def largest_sums(signal: Signal) -> Decay:
         tick()
         cell = int((Fraction(t) - first) // width) if width else 0
         cells[cell] = cells.get(cell, 0.0) + abs(c)
-    widest = dict[float, Fraction]()  # of the widths with the same heaviest cells the largest, which says most
+    widest = dict[float, Fraction]()  # the largest width for each weight, which says most
     for _ in range(_HALVINGS):
         tick()
         heaviest = max(own + cells.get(cell + 1, 0.0) + cells.get(cell + 2, 0.0) for cell, own in cells.items())
@@ -159,7 +159,10 @@ def largest_sums(signal: Signal) -> Decay:
 
 
 def check_sizes(certificate: Certificate, quantities: list[Quantity]) -> str | None:
-    """Verify that no number is so large, or so small, that float64 evaluation could overflow or lose a factor."""
+    """Return why a number may be too large or too small for float64 evaluation; None if none is.
+
+    Evaluation could overflow, or a factor could be lost by underflow.
+    """
     values: list[float] = []
     positive: list[float] = [certificate.subject.system.sampling_time]
     for signal in certificate.subject.signals:
@@ -192,8 +195,10 @@ _OUTER = 6
 
 @dataclass(frozen=True)
 class FormulaNeeds:
-    """Data for rounding errors of formulas: `stated` errors, those of their arguments by name, and a row's count of
-    roundings.
+    """What is needed to bound rounding errors of formulas.
+
+    These are the `stated` errors by bound, the errors of the formulas' arguments by name, and the number of `roundings`
+    of a weighted sum of formulas.
     """
 
     stated: Mapping[str, float]
@@ -202,7 +207,7 @@ class FormulaNeeds:
 
     @classmethod
     def of(cls, certificate: Certificate, quantities: list[Quantity]) -> "FormulaNeeds":
-        """Return the data for these quantities; without arguments if all are linear combinations of signals."""
+        """Return the data for these quantities; no arguments are needed if all are linear combinations of signals."""
         subject = certificate.subject
         arguments = {name: argument for q in quantities for name, argument in q.arguments.items() if name != ITSELF}
         of_signals = signal_errors(subject, certificate.until) if arguments else []
@@ -220,7 +225,7 @@ class FormulaValues:
     tracked: dict[Formula, Tracked] = field(default_factory=dict)
 
     def enclose(self, q: Quantity, arguments: Mapping[str, Model]) -> Model:
-        """Enclose a quantity q. All quantities are evaluated at the same `arguments`, or at none.
+        """Return a model of a quantity q, whose arguments have the models `arguments`. These are the same in all calls.
 
         UndefinedError: a formula in q may be undefined, or the rounding error of q may exceed the stated one.
         """
@@ -239,14 +244,14 @@ class FormulaValues:
         return found
 
     def error(self, q: Quantity, arguments: Mapping[str, Model]) -> Real:
-        """Over-estimate the rounding error of a row of formulas. Raise UndefinedError where one may not be defined."""
+        """Over-estimate the rounding error of a sum of formulas. Raise UndefinedError if a formula may be undefined."""
         parts_of = [(abs(ratio(r)), self.track(part, arguments)) for r, part in q.parts]
         error = total(r * part.error for r, part in parts_of)
         size = total(r * abs(part.computed) for r, part in parts_of)
         return exactly(1.01) * (error + self.needs.roundings * UNIT * size) + TINY
 
     def track(self, formula: Formula, arguments: Mapping[str, Model]) -> Tracked:
-        """Return a formula with its error. Raise UndefinedError if it may be undefined, or overflow."""
+        """Return a formula's model and rounding error. Raise UndefinedError if it may be undefined, or overflow."""
         evaluate(formula, arguments, Models(self.terms), self.known)
         for part in parts(formula):
             if part not in self.tracked:
@@ -254,7 +259,10 @@ class FormulaValues:
         return self.tracked[formula]
 
     def _error(self, part: Formula) -> Real:
-        """Over-estimate the error of a part: that of its operands, and of rounding. Raise UndefinedError."""
+        """Over-estimate the error of a part, from errors of its operands and its own rounding.
+
+        Raise UndefinedError if it may be undefined, or overflow.
+        """
         if isinstance(part, Name):
             return self.needs.of_arguments[part.name]
         if isinstance(part, Number):

@@ -84,7 +84,7 @@ def table_refutation(refuted: RefutedTable) -> str:
 def identity(subject: Subject, first_pass: FirstPass) -> str:
     """Return the reference's identity: its fingerprint, the times of its kernels, and its states at time zero.
 
-    Their six digits are computed in mpmath if the `first_pass` does not determine them.
+    States are printed with six digits, which are computed in mpmath if the `first_pass` does not determine them.
     """
     if subject.pieces:
         return f"The reference has the SHA-256 {subject.fingerprint}, {where_pieces_are(subject)}."
@@ -146,7 +146,7 @@ def dynamics(system: System) -> str:
 
 
 def robust_statement(subject: Subject, robust: Robust | None) -> str:
-    """Return the statement about the disturbed system, as a sentence that follows another; empty without one."""
+    """Return the statement about the disturbed system, which follows another sentence; empty without disturbances."""
     if robust is None:
         return ""
     system = subject.system
@@ -198,7 +198,10 @@ def truth_statement(truth: TrueSignal) -> str:
 
 
 def no_signal(found: ContradictedSamples) -> str:
-    """Return the statement that no signal explains samples, with the contradicting ones and the least contradiction."""
+    """Return the statement that no signal explains the samples.
+
+    It names the samples that contradict each other, and by how much a bound would have to grow.
+    """
     shown = contradiction_of(found)
     assert not isinstance(shown, str), "checked before"
     excess, weight, size, bound = shown
@@ -213,7 +216,7 @@ def no_signal(found: ContradictedSamples) -> str:
 
 
 def _below(number: Fraction) -> float:
-    """Return a float64 that is not larger."""
+    """Return a float64 that is not larger than a number, which is not negative."""
     return as_float(number * (1 - Fraction(1, 2**50)))
 
 
@@ -248,7 +251,7 @@ def _vector(vector: Vector) -> str:
 
 
 def where_pieces_are(subject: Subject) -> str:
-    """Return the number of pieces, their first and last time, and the states at time zero, or when all have begun."""
+    """Return the number of pieces, their first and last time, and the states at a time when all signals have begun."""
     ends = [t for z in subject.pieces for t in z.breakpoints]
     count = sum(len(z.coefficients) for z in subject.pieces)
     begun = max((z.breakpoints[0] for z in subject.pieces if z.beyond == "end"), default=0.0)

@@ -55,14 +55,14 @@ def why_no_signal(pieces: Pieces) -> str | None:
     if len(pieces.breakpoints) != len(pieces.coefficients) + 1:
         return "pieces: there must be one breakpoint more than pieces"
     if any(len(row) != pieces.degree + 1 for row in pieces.coefficients):
-        return "pieces: all pieces must have as many coefficients"
+        return "pieces: all pieces must have the same number of coefficients"
     if not all(before < after for before, after in pairwise(pieces.breakpoints)):
         return "pieces: breakpoints must increase"
     return None
 
 
 _NEGLIGIBLE = 2.0**-130
-"""Bound of |κ| for far kernels, relative to κ(0); the guard of each function of mpmath is as large."""
+"""Kernels are far where |κ| is at most this, relative to κ(0); the guard of each function of mpmath is as large."""
 
 
 @dataclass(frozen=True)
@@ -81,21 +81,22 @@ class Signal:
 
     @cached_property
     def reach(self) -> Reach:
-        """The distance beyond which kernels count as far."""
+        """The distance [s] beyond which kernels count as far, and upper bounds of |κ| and |κ̇| there."""
         span = min(max(self.centres) - min(self.centres), 1e300)
         return reach(self.kernel, span, _NEGLIGIBLE)
 
     @cached_property
     def far(self) -> Decay:
-        """Over-estimates of |Σ_i c_i κ(r_i)| and |Σ_i c_i κ̇(r_i)| for any of its kernels, at
-        distances beyond the reach.
+        """Over-estimates of |Σ_i c_i κ(r_i)| and |Σ_i c_i κ̇(r_i)|, if all distances |r_i| are beyond the reach.
+
+        The sums may be over all kernels or some of them.
         """
         weight, (_, decay) = total(abs(c) for _, c in self.pairs), self.reach
         return Decay(weight * decay.size, weight * decay.slope)
 
 
 def is_far(signal: Signal, distance: Real) -> bool:
-    """Return whether kernels at this distance are certainly far."""
+    """Return whether kernels at this distance [s] are certainly far."""
     return bool(distance.a >= signal.reach.distance)
 
 
@@ -130,7 +131,7 @@ class LinearSystem:
 class FlatForm:
     """States and inputs as formulas of z_s(t + j T), which are called z1[0], z1[1], …, z2[0], …
 
-    States in `angles` are equal up to whole turns. Formulas in `positive` are claimed to be positive.
+    States in `angles` follow f up to whole turns. Formulas in `positive` are claimed to be positive.
     """
 
     states: tuple[Formula, ...]
@@ -145,7 +146,7 @@ class FlatForm:
 
     @property
     def last_shift(self) -> int:
-        """The largest j."""
+        """The largest j of the shifted signals z_s(t + j T) on which states and inputs depend."""
         return max(j for _, j in self.indices)
 
 
@@ -229,14 +230,14 @@ def _constant(end: End) -> float:
 
 @dataclass(frozen=True)
 class Polytope:
-    """All vectors of a `dimension` that satisfy some rows."""
+    """All vectors of a `dimension` that keep the bounds of all `rows`."""
 
     rows: tuple[Row, ...]
     dimension: int
 
 
 def single_bounds(bounded: Polytope) -> Iterator[tuple[int, Fraction, Fraction]]:
-    """Yield each coordinate that a row bounds alone, and between which numbers; rows that move are passed over."""
+    """Yield each coordinate that a row bounds alone, and its two bounds; rows that move in time are left out."""
     for row in bounded.rows:
         tick()
         used = [(j, r) for j, r in enumerate(row.row) if r]
@@ -248,7 +249,7 @@ def single_bounds(bounded: Polytope) -> Iterator[tuple[int, Fraction, Fraction]]
 
 @dataclass(frozen=True)
 class Functional:
-    """offset + Σ_s Σ_j w_sj z_s(t + j T) with `weights[s][j]` = w_sj."""
+    """A weighted sum of shifted signals: offset + Σ_s Σ_j w_sj z_s(t + j T) with `weights[s][j]` = w_sj."""
 
     offset: Fraction
     weights: tuple[tuple[Fraction, ...], ...]

@@ -51,7 +51,7 @@ class RefutedTable:
 
 
 def check_table(table: Table) -> str | None:
-    """Return the first step at which a bound or the dynamics are not shown to hold; None if there is none."""
+    """Return a sentence about the first step at which a bound or the dynamics are not shown to hold; None if none."""
     if reason := _misfit(table):
         return reason
     for k, (part, rows) in enumerate(_rows(table).items()):
@@ -67,7 +67,7 @@ def check_table(table: Table) -> str | None:
                 if at_most(excess, Fraction(0)):
                     continue
                 if part == "dynamics":
-                    return f"table: the system does not lead to within the tolerance of the state after step {step}"
+                    return f"table: f(x, u) is not shown to be within the tolerance of the state after step {step}"
                 return f"table: bound {i} of the {part} is broken at step {step}"
     return None
 
@@ -106,8 +106,8 @@ def check_refuted_table(refuted: RefutedTable) -> str | None:
 def excesses(table: Table, part: Part, row: int) -> Sequence[Fraction | Real]:
     """Return by how much each bound of a part, or each state's tolerance, is exceeded in a row; ≤ 0 where it is kept.
 
-    Exactly, except for the dynamics of nonlinear systems, for which they are intervals. Raise UndefinedError if f may
-    be undefined.
+    The numbers are exact, except for the dynamics of nonlinear systems, for which they are intervals. Raise
+    UndefinedError if f may be undefined.
     """
     if part == "dynamics":
         tolerance: Any = (Fraction if isinstance(table.system, LinearSystem) else exactly)(table.tolerance)

@@ -31,9 +31,10 @@ from trackably.checker.subject import OfBound, Signal, is_far
 def check_tail(
     certificate: Certificate, quantities: list[Quantity], first_pass: FirstPass = NO_FIRST_PASS
 ) -> str | None:
-    """Return the first quantity that is not shown to stay inside its bounds after the boxes or instants.
+    """Return a sentence about the first quantity that may leave its bounds after the boxes or instants; None if none.
 
-    If the envelopes of the `first_pass` do not suffice, they are computed in mpmath.
+    If the envelopes of the `first_pass` do not show this, they are computed in mpmath. An envelope is an upper bound of
+    |z − m| and |ż| at all later times.
     """
     proof, subject = certificate.proof, certificate.subject
     if isinstance(proof, Steps):
@@ -80,7 +81,7 @@ def envelope(signal: Signal, start: Real) -> Decay:
 
 
 def _limits(needs: FormulaNeeds, q: Quantity, envelopes: list[Decay], step: Real) -> tuple[Real, Real]:
-    """Return middle and radius of an interval that contains q: the mean-value form, with slopes over all its values."""
+    """Return middle and radius of an interval that contains q, by the mean-value form with slopes over all values."""
     reaches = {
         name: total(
             _reach([*map(ratio, w)], ratio(exact_sum(w)), e, step)
@@ -129,9 +130,10 @@ def _slopes(q: Quantity, box: Mapping[str, Real], signals: int) -> dict[str | in
 
 
 def slopes_of(formula: Formula, box: Mapping[str, Real], of_names: Mapping[str, Sequence[Real]]) -> Sequence[Real]:
-    """Return the slopes of a formula in some directions, for all values of its names in a box, from those of its names.
+    """Return a formula's derivatives in several directions, as intervals for all values of its names in a `box`.
 
-    Raise UndefinedError if it may be undefined.
+    `of_names` has the derivatives of each name in these directions. Raise UndefinedError if the formula may be
+    undefined.
     """
     values, slopes = dict[Formula, Model](), dict[Formula, Sequence[Real]]()
     evaluate(formula, constants(box, 1), Models(1), values)

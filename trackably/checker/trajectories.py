@@ -24,7 +24,7 @@ from trackably.checker.watch import tick
 
 
 def check_shapes(subject: Subject) -> str | None:
-    """Return which parts do not fit together; None if all do."""
+    """Return which parts of a file's subject do not fit together; None if all do."""
     system = subject.system
     if any(len(signal.centres) != len(signal.weights) for signal in subject.signals):
         return "signals: there must be as many centres as weights"
@@ -49,10 +49,10 @@ def why_no_system(system: System) -> str | None:
     if isinstance(system, LinearSystem):
         if [[len(row) for row in matrix] for matrix in (system.A, system.B, (system.c,))] == [[n] * n, [m] * n, [n]]:
             return None
-        return "shapes: A, B, c and names are not those of one system"
+        return "shapes: A, B and c do not fit the numbers of states and inputs"
     flat = system.flat
     if len(system.f) != n or (flat and (len(flat.states), len(flat.inputs)) != (n, m)):
-        return "shapes: as many formulas as states, and in a flat form also as inputs, are needed"
+        return "shapes: as many formulas as states are needed; a flat form needs one for each state and each input"
     if unknown := {name for formula in system.f for name in names(formula)} - known:
         return f"names: f must hold states and inputs only, but holds {min(unknown)}"
     return "flat: angles must be states" if flat and not {*flat.angles} <= {*system.states} else None
@@ -71,7 +71,7 @@ def why_no_plant(
 
 
 def _weights(subject: Subject) -> int:
-    """Return the number of weights in all bounded linear combinations of shifted signals together, or in those of f."""
+    """Return the number of weights of shifted signals in all bounds, or in all arguments of formulas, together."""
     signals, rows, system = subject.signal_count, len(subject.bounds), subject.system
     if subject.trajectories is not None:
         parts = (subject.trajectories.states[0], subject.trajectories.inputs[0])
@@ -111,12 +111,12 @@ def _misfit_of_formulas(subject: Subject, system: NonlinearSystem) -> str | None
         return _misfit_of_flat_form(subject, system.flat)
     n = len(system.states)
     if not len(subject.signals) == n == len(system.inputs):
-        return "shapes: as many formulas, signals, states and inputs are needed"
+        return "shapes: as many formulas, signals and inputs as states are needed"
     if len({*system.states, *system.inputs, *system.successors}) != 3 * n:
         return "names: states, states⁺ and inputs must all be called differently"
     rows = [side.row for side in subject.input_set.rows]
     free = [name for i, name in enumerate(system.inputs) if not any(row[i] for row in rows)]
-    if free:  # only in bounded quantities are formulas shown to be defined
+    if free:  # formulas are shown to be defined only where they are bounded
         return f"bounds: every input of a nonlinear system must be bounded, but {free[0]} is not"
     return None
 
@@ -129,14 +129,14 @@ def _misfit_of_flat_form(subject: Subject, flat: FlatForm) -> str | None:
     if {s for s, _ in flat.indices} != {*range(len(subject.signals))} or max(s for s, _ in found) >= len(
         subject.signals
     ):
-        return "flat: every signal must be in a formula, and no other ones"
+        return "flat: the formulas must contain each signal of the reference, and no others"
     return None
 
 
 def check_trajectories(subject: Subject) -> str | None:
-    """Verify x(t + T) = A x(t) + B u(t) + c for all signals, or x(t + T) = f(x(t), u(t)) for a flat form.
+    """Return why x(t + T) = A x(t) + B u(t) + c does not hold for all signals; None if it does.
 
-    Any other nonlinear f is solved for u, and needs no verification.
+    For a flat form it is x(t + T) = f(x(t), u(t)). Any other nonlinear f is solved for u, and needs no verification.
     """
     system, trajectories = subject.system, subject.trajectories
     if isinstance(system, NonlinearSystem) and system.flat is not None:
@@ -145,7 +145,7 @@ def check_trajectories(subject: Subject) -> str | None:
         return None
     start, held = ([part.offset for part in parts] for parts in (trajectories.states, trajectories.inputs))
     if system.successor(start, held, system.c) != start:
-        return "trajectories: the system does not stay where its state and input are the offsets"
+        return "trajectories: the system does not stay where its state and input are the offsets: no equilibrium"
     for s in range(subject.signal_count):
         states, inputs = (
             [[Fraction(0)] * len(parts), *map(list, zip(*(part.weights[s] for part in parts), strict=True))]

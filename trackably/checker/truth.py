@@ -52,12 +52,12 @@ from trackably.checker.subject import LinearSystem, Subject
 from trackably.checker.watch import progress, short, tick
 
 CONTRADICTION, VERSION = "trackably contradicted samples", 1
-_DEGREE = 3  # of the compared polynomials: higher terms of a model are small in small cells
+_DEGREE = 3  # degree of the compared polynomials; higher terms of a model, small in small cells, count as missed
 
 
 @dataclass(frozen=True)
 class ContradictedSamples:
-    """A class without any signal, shown by multipliers μ_i of all its samples and ν_j of all its rates."""
+    """A class that holds no signal, and the proof: multipliers μ_i of all its samples and ν_j of all its rates."""
 
     of: SignalClass
     samples: tuple[Fraction, ...]
@@ -79,7 +79,7 @@ read_contradicted = file_of(
 def check_truth(
     subject: Subject, truths: Sequence[TrueSignal], robust: Robust | None, first_pass: FirstPass
 ) -> str | None:
-    """Verify the distances of states from the true signals."""
+    """Return which distance of a state from its true signals is not shown; None if all are."""
     for truth in truths:
         if reason := _misfit(subject, truth, robust):
             return f"truth: {reason}"
@@ -124,7 +124,7 @@ def gaps(subject: Subject, truth: TrueSignal, first_pass: FirstPass) -> Iterator
     None for a side that is invalid.
     """
     state = states_of(subject)[subject.system.states.index(truth.state)]
-    # bounds that nothing keeps: the first pass hands on its models of the signals
+    # no value keeps 1 ≤ q ≤ −1, so that the first pass proves nothing, and hands on its models of the signals
     none = Limit(1.0, ZERO), Limit(-1.0, ZERO)
     q = Quantity(truth.state, [(Fraction(1), Name("z"))], {"z": state}, *none)
     needs = FormulaNeeds({truth.state: inf}, {"z": ZERO}, 0)
@@ -147,7 +147,7 @@ def _over(side: list[Fraction] | None, sign: int, kept: list[Real], missed: Real
 
 
 Place = tuple[Fraction, Fraction, Fraction]
-"""A time, a value, and the largest distance of any signal of the class from the value."""
+"""A time [s], a value, and the largest distance of any signal of the class from the value at this time."""
 
 
 def places(truth: TrueSignal) -> dict[int, Place]:
@@ -164,7 +164,7 @@ def places(truth: TrueSignal) -> dict[int, Place]:
 
 
 def _measured(by: Measured | None, k: int) -> Place | None:
-    """Return a measurement by its number; None if there is no such one."""
+    """Return the measurement with number k; None if there is none."""
     if by is None or not 0 <= k < len(by.times):
         return None
     return Fraction(by.times[k]), Fraction(by.values[k]), Fraction(by.noise)
@@ -174,9 +174,9 @@ _Weighted = list[tuple[Fraction, Place]]
 
 
 def extreme(of: SignalClass, derived: Derived, sign: int) -> Fraction | None:
-    """Return an upper bound of all signals of a class at a time; a lower one for `sign` −1.
+    """Return the upper bound of all signals of a class at a `derived` time; the lower one for `sign` −1.
 
-    None if nothing is shown.
+    None if its multipliers show no bound.
     """
     n, points, rates = len(of.samples.times), _Weighted(), _Weighted()
     for i, m in derived.upper if sign > 0 else derived.lower:
@@ -232,9 +232,7 @@ def check_contradicted(found: ContradictedSamples) -> str | None:
 
 
 def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fraction, str] | str:
-    """Return by how much samples contradict the class of signals, with the sensitivities to its bounds.
-
-    Or why they do not.
+    """Return by how much samples contradict the class of signals, with the sensitivities to its bounds; or why not.
 
     The sensitivities are Σ |μ_i| (to the noise; 0 with multipliers ν) and ∫ |κ| (to the bound of slope or second
     derivative, whose name comes last).

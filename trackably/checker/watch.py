@@ -70,13 +70,13 @@ def tick() -> None:
 
 
 def progress(done: int, of: int) -> None:
-    """Report the progress of the check."""
+    """Report that `done` of `of` boxes or instants are checked."""
     tick()
     _WATCH.get().report(done, of)
 
 
 def short(number: Fraction) -> Fraction:
-    """Return a rational number. Raise UndecidedError if it is too long for further operations."""
+    """Return the number unchanged. Raise UndecidedError if it is too long for further operations."""
     tick()
     if max(number.numerator.bit_length(), number.denominator.bit_length()) > BITS:
         raise UndecidedError(f"not decided with rational numbers of {BITS} bits")
@@ -84,7 +84,7 @@ def short(number: Fraction) -> Fraction:
 
 
 def require_room(count: int, bits: int) -> None:
-    """Raise UndecidedError if so many integers of so many bits are too long together."""
+    """Raise UndecidedError if `count` integers of `bits` bits are too long together."""
     if count * bits > BITS_TOGETHER:
         raise UndecidedError(f"not decided with whole numbers of {BITS_TOGETHER} bits together")
 

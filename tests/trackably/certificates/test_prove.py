@@ -116,6 +116,6 @@ def test_a_constant_has_one_centre(kernel):
     """Without centres one sentence says how to write it; with one, it is proved."""
     empty, one = (KernelSum(kernel, 0.3, np.zeros(count), np.zeros(count)) for count in (0, 1))
     for claimed in (prove, lambda r: prove_on_window(r, 0.0, 1.0)):
-        with pytest.raises(ValueError, match=r"z1 has no centres, so that it is the constant 0\.3: give it one"):
+        with pytest.raises(ValueError, match=r"z1 has no centres, so that it is the constant 0\.3; give it one"):
             claimed(Reference((empty,), PLANT))
         assert isinstance(claimed(Reference((one,), PLANT)), Certificate)

@@ -32,7 +32,7 @@ _AT_ONCE, _COEFFICIENTS = 256, 2_000_000
 def boxes_left(
     needs: FormulaNeeds, subject: Subject, terms: int, held: Mapping[Box, list[Quantity]]
 ) -> Iterator[tuple[Box, list[Quantity], dict[Shifted, Model]]]:
-    """Yield each box with the quantities that are not proved here, and models of the signals if they have formulas."""
+    """Yield each box with the quantities that are not proved here, and with models of the signals in their formulas."""
     unshifted = {s: many_centres(subject, (s, 0)) for s in range(len(subject.signals))}
     every = {q.name: q for h in held.values() for q in h}
     needed = sorted(_needs(every.values()))
@@ -51,7 +51,7 @@ def boxes_left(
             for name, q in every.items():
                 where = np.flatnonzero(inside[name])
                 models = {s: found[s].at(np.searchsorted(used[s], where)) for s in _needs([q]) if len(where)}
-                if models:  # else it is a number
+                if models:  # without signals, a quantity is a constant
                     proved[name][where] = _stays_inside(needs, subject, q, models, [some[b] for b in where])
         for b, box in enumerate(some):
             rest = [q for q in held[box] if not proved[q.name][b]]
@@ -95,9 +95,9 @@ def _stays_inside(
 
 
 def _limits(limit: Limit, boxes: Sequence[Box], n: int) -> Floats:
-    """Return the polynomials of a limit in boxes, or one for all: (k, B).
+    """Return the coefficients of a limit's polynomial in each box, of shape (n, B), or (n, 1) if it is constant.
 
-    NaN in a box with several, or with a longer one.
+    They are NaN in a box in which several polynomials hold, or one with more than n coefficients.
     """
     if not isinstance(limit.end, Pieces):
         boxes = boxes[:1]
@@ -119,8 +119,8 @@ def _combine(q: Quantity, models: Mapping[Shifted, Models]) -> Models:
 
 
 def _evaluate(needs: FormulaNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], n: int) -> Models:
-    """Return models of a formula with n terms. Raise UndefinedError if it may be undefined."""
-    many: Any = models  # stand for numbers
+    """Return models of a formula, with n coefficients each. Raise UndefinedError if it may be undefined."""
+    many: Any = models  # arrays of intervals take the place of single ones
     known = {key: Model([of.coefficients.at(k) for k in range(n)], of.missed) for key, of in many.items()}
     arguments = Enclosures(subject, n, _NO_BOX, known).arguments(q)
     model = FormulaValues(needs, n).enclose(q, arguments)
@@ -131,7 +131,7 @@ def _evaluate(needs: FormulaNeeds, subject: Subject, q: Quantity, models: Mappin
 
 
 def _is_formula(q: Quantity) -> bool:
-    """Return whether a quantity is a formula, or has needs."""
+    """Return whether a quantity is a formula, or has conditions under which formulas are defined."""
     return q.combination is None or bool(q.needs)
 
 
@@ -183,4 +183,4 @@ _TRUSTED = (
     "and arctan2."
 )
 FIRST_PASS = FirstPass(boxes_left, envelope, cells_left, undecided, at_zero, keeps_subnormals, _TRUSTED)
-"""In arrays of float64 intervals."""
+"""The first pass in arrays of float64 intervals."""

@@ -27,7 +27,10 @@ Mask = npt.NDArray[np.bool_]
 
 _MOST_SUMMED = 16
 _OPERATION, _FUNCTION, _TINY = 2.0**-51, 2.0**-48, 2.0**-1000
-"""The last one is far more than the underflow errors of products and functions; sums have none."""
+"""By how much ends are moved outwards: relative to results of + − · /, relative to values of functions, and absolutely.
+
+The last is far more than what products and functions lose by underflow; sums lose nothing.
+"""
 
 _LEAST = np.full((), _TINY)
 """Least radius of an interval, so that no error that underflows is multiplied by a large factor."""
@@ -35,7 +38,7 @@ _LEAST = np.full((), _TINY)
 
 @dataclass(frozen=True, eq=False)
 class Floats(Many):
-    """Real numbers from `low` to `high`; arrays that broadcast. Other operands: numbers, and intervals of mpmath."""
+    """Intervals from `low` to `high`, arrays that broadcast; operands may also be numbers and intervals of mpmath."""
 
     low: Array
     high: Array
@@ -145,7 +148,7 @@ class Floats(Many):
         if other is ONE:
             return self
         y = self.of(other)
-        if y.low is y.high:  # numbers
+        if y.low is y.high:  # exact numbers, not intervals
             return _hull(self.low * y.low, self.high * y.low)
         if self.low is self.high:
             return _hull(self.low * y.low, self.low * y.high)
@@ -234,7 +237,7 @@ def _outwards(low: Array, high: Array, part: float = _OPERATION, tiny: float = _
 def _within(value: Array, off: Array) -> Floats:
     """Return the interval from value − off to value + off, enlarged by rounding errors (`Floats.dot`).
 
-    NaN after overflow.
+    It is NaN after overflow.
     """
     off = off * (1 + 2.0**-45) + (_TINY + 0 * value)
     return Floats(value - off, value + off)
@@ -249,16 +252,16 @@ def _hull(first: Array, *others: Array) -> Floats:
 
 @lru_cache(maxsize=4096)
 def _of_interval(number: Any) -> Floats:
-    """Return the smallest interval with float64 ends that contains one of mpmath.
+    """Return the smallest interval with float64 ends that contains an interval of mpmath.
 
-    Cached, as few different ones occur.
+    Results are cached, because the same few intervals occur again and again.
     """
     low, high = _float(number.a, -np.inf), _float(number.b, np.inf)
     return Floats.exact(low) if low == high else Floats(np.asarray(low), np.asarray(high))
 
 
 def _float(number: Real, towards: float) -> float:
-    """Return a point of mpmath as a float64, rounded towards −∞ or ∞."""
+    """Return a number of mpmath as a float64, rounded `towards` −∞ or ∞."""
     nearest = float(number)
     return nearest if exactly(nearest) == number else float(np.nextafter(nearest, towards))
 
@@ -280,7 +283,7 @@ _MOST_HALVINGS, _MOST_PIECES = 12, 10_000
 
 
 def are_positive(polynomials: Floats) -> Mask:
-    """Return which Σ_k a_k x^k are certainly ≥ 0 on [−1, 1]; coefficients have the shape (n, B)."""
+    """Return which of B polynomials Σ_k a_k x^k are certainly ≥ 0 on [−1, 1]; coefficients have the shape (n, B)."""
     return _are_positive(_bernstein(polynomials))
 
 
@@ -309,13 +312,16 @@ def _are_positive(pieces: Floats) -> Mask:
 
 
 def _bernstein(polynomials: Floats) -> Floats:
-    """Return the Bernstein coefficients in y = (x + 1)/2."""
+    """Return the Bernstein coefficients of polynomials in x ∈ [−1, 1], as polynomials in y = (x + 1)/2."""
     found: Floats = _matrix(_of_powers, len(polynomials.low)) @ polynomials
     return found
 
 
 def _halves(b: Floats) -> Floats:
-    """Return the coefficients of both halves of each polynomial (de Casteljau): of the left one, Σ_j C(i, j) b_j/2ⁱ."""
+    """Return the Bernstein coefficients of each polynomial on both halves of its interval, by de Casteljau's rule.
+
+    On the left half, coefficient i is Σ_j C(i, j) b_j/2ⁱ.
+    """
     matrix, turned = _matrix(_of_left_half, len(b.low)), slice(None, None, -1)
     return join([matrix @ b, (matrix @ b.at(turned)).at(turned)])
 
@@ -350,7 +356,7 @@ def bernstein(n: int) -> Array:
 
 
 def stay_between(near: Floats, least: Array, most: Array) -> Mask:
-    """Return which polynomials with these Bernstein coefficients certainly stay between two numbers."""
+    """Return which polynomials, given by Bernstein coefficients, certainly stay between two numbers each."""
     kept: Mask = np.all((near.low >= least) & (near.high <= most), axis=0)
     left = np.flatnonzero(~kept)
     if len(left):

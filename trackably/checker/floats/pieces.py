@@ -62,9 +62,10 @@ def cells_left(
 
 
 def _are_kept(c: Array, a: Array, b: Array, weights: Array, offsets: Array, least: Array, most: Array) -> Mask:
-    """Return which weighted sums (R, T) of c(a + b y) certainly stay between two numbers in each cell: (R, B).
+    """Return which of R weighted sums of T terms c(a + b y) certainly stay between two numbers in each of B cells.
 
-    The numbers `least` and `most` are those of a sum, (R, 1), or of a sum in a cell, (R, B).
+    Shapes: c (n, T, B), a and b (T, B), weights (R, T), result (R, B). The numbers `least` and `most` are those of a
+    sum, (R, 1), or of a sum in a cell, (R, B).
     """
     n, terms, count = c.shape
     with np.errstate(all="ignore"):  # what is not finite is not proved
@@ -118,7 +119,10 @@ def _time(units: int, unit: int) -> float:
 
 
 def _sums(c: Array, a: Array, b: Array, weights: Array, offsets: Array, more: float) -> Array:
-    """Return the Bernstein coefficients of the weighted sums in each cell: (n, R B)."""
+    """Return the Bernstein coefficients of the weighted sums in each cell, of shape (n, R B).
+
+    `more` is added to the absolute values in each step of Horner's rule, against underflow.
+    """
     found = c[-1:] + more
     for k in reversed(range(len(c) - 1)):
         tick()
@@ -133,14 +137,14 @@ def _sums(c: Array, a: Array, b: Array, weights: Array, offsets: Array, more: fl
 
 
 def undecided(trajectory: JointTrajectory) -> tuple[Open, Open]:
-    """Return the limits and the jumps that float64 cannot show to be kept; among them those of the rest."""
+    """Return the limits and the jumps that float64 does not show to be kept, with all those of the rest at the end."""
     joints, limits, jumps = trajectory.joints, list[tuple[int, int, int]](), list[tuple[int, int, int]]()
     n = max(len(piece) for pieces in trajectory.coefficients for piece in pieces)
     c = np.array([[[*piece, *[0.0] * (n - len(piece))] for piece in pieces] for pieces in trajectory.coefficients])
-    c, no_offset = c.transpose(2, 0, 1), np.zeros((1, 1))  # powers, joints, pieces
+    c, no_offset = c.transpose(2, 0, 1), np.zeros((1, 1))  # axes: powers, joints, pieces
     widths = np.diff(trajectory.breakpoints)
     h = np.broadcast_to(np.where(widths > _SMALL, widths, nan), c.shape[1:])
-    rest = (0, 0), (0, int(trajectory.rests))  # is one more piece, not decided here
+    rest = (0, 0), (0, int(trajectory.rests))  # the rest is one more piece, not decided here
     for r in range(len(trajectory.jumps) + 1):
         tick()
         least, most = np.array([of.limits[r] or (-inf, inf) for of in joints]).repeat(len(widths), axis=0).T

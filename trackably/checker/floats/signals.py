@@ -32,11 +32,10 @@ Indices = npt.NDArray[np.intp]
 
 @dataclass(frozen=True, eq=False)
 class CentresBefore:
-    """The first centres of Σ_i c_i κ(t − t_i), in increasing order [s].
+    """The part of Σ_i c_i κ(t − t_i) whose centres are before a box, for each of B boxes.
 
-    For each box, the number `before` all its times.
-
-    `middles` and signed half widths `along` [s] of the B boxes; with time reversed, these are negative.
+    `centres` [s] are in increasing order; the first before[b] of them are before all times of box b. `middles` [s] and
+    half widths `along` [s] are those of the boxes; with time reversed, half widths are negative.
     """
 
     kernel: Any  # a `Matern`; its formulas are for intervals of mpmath, and for arrays of intervals
@@ -47,12 +46,12 @@ class CentresBefore:
     along: Floats
 
     def enclose(self, radii: Floats, n: int) -> tuple[Floats, Floats]:
-        """Return coefficients, (n, B), and remainder bounds, (B,)."""
+        """Return coefficients of Taylor models in the boxes, of shape (n, B), and remainder bounds, of shape (B,)."""
         last = np.maximum(self.before - 1, 0)
         at, which = np.unique(last, return_inverse=True)
         is_any, half = self.before > 0, abs(self.along)
         time = self.middles - Floats.exact(self.centres[last])
-        x = self.kernel.rate * time.choose(is_any, time, radii)  # of no centre: e^(y − x) must not overflow
+        x = self.kernel.rate * time.choose(is_any, time, radii)  # without centres any x will do if e^(y − x) is finite
         moments = [m.choose(is_any, m.at((slice(None), which)), 0.0) for m in self.moments(at)]
         terms = self.kernel.along([m.at(0) for m in moments], x, self.kernel.rate * self.along, n)
         ratio: Any = half / radii
@@ -70,7 +69,7 @@ class CentresBefore:
         for k in range(self.kernel.degree + 1):
             found.append(sums(part, at - counts + 1, int(counts.max())))
             part = part * v / (k + 1)
-        step = 1  # each moment is that of the centres since so many anchors
+        step = 1  # each moment is that of the centres since the anchor `step` before
         while step < len(at):
             earlier = [m.at((slice(None), slice(-step))) for m in found]
             moved = _move(earlier, self._distances(anchors[step:], anchors[:-step]))
@@ -102,7 +101,7 @@ _NEGLIGIBLE = 2.0**-60
 
 @dataclass(frozen=True, eq=False)
 class Boxes:
-    """The times of [starts, ends] [s] and `radii` [s] of discs in Cauchy's estimate: shape (B,)."""
+    """B boxes, the times from `starts` to `ends` [s], with `radii` [s] of discs in Cauchy's estimate; shapes (B,)."""
 
     starts: Array
     ends: Array
@@ -165,9 +164,9 @@ class ManyCentres:
 
     @cached_property
     def reach(self) -> tuple[float, Floats]:
-        """A distance d [s], and a bound of Σ_i |c_i| |κ| over all distances beyond d.
+        """A distance d [s], and an upper bound of Σ_i |c_i| |κ(r_i)| for all distances |r_i| beyond d.
 
-        Infinite and 0 if there is none.
+        They are infinite and 0 if no such distance is found.
         """
         distance, decay = reach(self.kernel, float(self.centres[-1] - self.centres[0]), _NEGLIGIBLE)
         weight = sums(abs(Floats.exact(self.weights)), np.zeros(1, dtype=np.intp), len(self.weights))
@@ -201,7 +200,7 @@ class ManyCentres:
         return found + self._outside(boxes, first, stop, n)
 
     def _in_blocks(self, boxes: Boxes, first: Indices, stop: Indices, oddness: Floats, n: int) -> tuple[Floats, Floats]:
-        """Return the result of `_block`. If a single box has too many near centres, they are added part by part."""
+        """Return the result of `_block`. If there is one box only, its centres are added part by part."""
         if len(first) > 1:
             return self._block(boxes, (first, stop - first), oddness, n)
         parts = (
@@ -214,7 +213,7 @@ class ManyCentres:
         return coefficients, missed
 
     def _near(self, boxes: Boxes) -> tuple[Indices, Indices]:
-        """Return the index of the first near centre of each box, and of the first one after the near ones."""
+        """Return, for each box, the index of the first near centre, and of the first centre after all near ones."""
         reach, shift = self.reach[0], float(self.exact_shift.low)
         sizes = np.abs(boxes.starts) + np.abs(boxes.ends) + abs(shift)
         # Enlarged by more than the rounding of a few numbers of these sizes, so omitted centres are beyond the reach.
@@ -223,9 +222,10 @@ class ManyCentres:
         return first, np.searchsorted(self.centres, boxes.ends + shift + reaches, side="right")
 
     def _inside(self, boxes: Boxes) -> tuple[Indices, Indices]:
-        """Return the index of the first centre that may be inside each box, and of the first one certainly after it.
+        """Return, for each box, the indices of two centres: the first that is not certainly before the box, and the
+        first after it that is certainly after the box.
 
-        Centres before the first one are certainly before the box.
+        The centres from the one to the other may be inside.
         """
         start, end = (Floats.exact(times) + self.exact_shift for times in (boxes.starts, boxes.ends))
         first = np.searchsorted(self.centres, start.low, side="right")
@@ -235,7 +235,7 @@ class ManyCentres:
         """Return models of all centres before and after the boxes, of a Matérn kernel."""
         middles, radii, after = boxes.middles + self.exact_shift, Floats.exact(boxes.radii), len(self.centres) - stop
         left = CentresBefore(self.kernel, self.centres, self.weights, first, middles, boxes.halves)
-        # with time reversed, those after a box are before it
+        # with time reversed, the centres after a box are before it
         right = CentresBefore(self.kernel, -self.centres[::-1], self.weights[::-1], after, -middles, -boxes.halves)
         return Models(*left.enclose(radii, n)) + Models(*right.enclose(radii, n))
 

@@ -58,7 +58,7 @@ def test_what_is_too_large_is_refused_in_a_sentence(what: str) -> None:
         (hostile.deep(limits.DEPTH), "must not be nested more than 100 deep"),
         (hostile.deep(900), "must not be nested more than 100 deep"),
         (hostile.long(limits.PARTS), "must have no more than 30000 operations, names and numbers"),
-        (hostile.long(3 * limits.PARTS), "texts must have no more than 500000 characters together"),
+        (hostile.long(3 * limits.PARTS), "all its texts together must have no more than 500000 characters"),
     ],
 )
 def test_formulas_are_short(data: dict, reason: str) -> None:

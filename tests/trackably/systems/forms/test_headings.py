@@ -77,7 +77,7 @@ def test_bounds_of_a_heading_around_pi_are_proved_and_checked(turns: int):
     for wrong in (1.0, 2.0 + 4 * turns + 1e-9, -1.0 + 4 * turns):
         verdict = check(changed(data, quarters, wrong))
         assert isinstance(verdict, Failed)
-        assert "flat: f does not lead" in verdict.reason
+        assert "flat: f is not shown to lead" in verdict.reason
 
 
 def test_a_heading_that_jumps_is_refused_with_the_place():
