@@ -17,7 +17,7 @@ LISTED = "[unconstrained, hyperparameters, joint]"
 # The entry, what is replaced, by what, and a pattern of the sentence: field, expectation, and what came.
 WRONG = [
     ("example1", "A: [[0.9]]", "A: [[true]]", r"system: A: expected a matrix.*True"),
-    ("example1", "A: [[0.9]]", "a: 0.9", r"system: has no field a; there are A, B, c, continuous"),
+    ("example1", "A: [[0.9]]", "a: 0.9", r"system: has an unknown field a; the fields are A, B, c, continuous"),
     (
         "example1",
         "B: [[0.5]]",
@@ -39,13 +39,13 @@ WRONG = [
         "tank",
         "{model: tank, sampling_time: 5.0, parameters: {outflow: 0.05}}",
         "{model: kinematic_bicycle, sampling_time: 0.1}",
-        r"parameters: those of kinematic_bicycle are others: missing a required argument: 'wheelbase'",
+        r"parameters: kinematic_bicycle does not take these \(missing a required argument: 'wheelbase'",
     ),
     (
         "mobile-robot",
         "sampling_time: 0.1}",
         "sampling_time: 0.1, parameters: {wheelbase: 0.3}}",
-        r"parameters: those of mobile_robot are others: got an unexpected keyword argument 'wheelbase'",
+        r"parameters: mobile_robot does not take these \(got an unexpected keyword argument 'wheelbase'",
     ),
     ("example1", NOISE, NOISE.replace("0.01", "-0.01"), r"prior\.state\.noise_std: expected a positive .*got -0\.01"),
     ("example1", NOISE, NOISE.replace("0.01", "[0.2, 0.1]"), r"noise_std: .*0 < lower < upper.*got \[0\.2, 0\.1\]"),
@@ -118,10 +118,10 @@ WRONG = [
     ("hand", "noise: 2.0, second", "noise: -2.0, second", r"truth\.position: noise must not be negative, got -2"),
     ("hand", "      position: {noise: 2.0", "      speed: {noise: 2.0", r"truth: expected sampled states .*got speed"),
     ("hand", "400.0}", "400.0, rate: velocity, rate_noise: 1.0}", r"truth\.position\.rate: .*got velocity"),
-    ("hand", "{B: [[0], [1.25]]}", "{A: [[0, 2], [0, 0]]}", r"model_error: sampled: A of continuous time is not known"),
+    ("hand", "{B: [[0], [1.25]]}", "{A: [[0, 2], [0, 0]]}", r"model_error: sampled: all vertices must have the same A"),
     ("hand", "{B: [[0], [1.25]]}", "{B: [[0], [40.0]]}", r"model_error: vertex 2 costs the bounds"),
     ("vehicle", "A: [[0, 0, 1, 0],", "A: [[0, 0, 1],", r"system: A: expected a matrix: a list of rows of numbers, all"),
-    ("vehicle", "upper: [0.2, 2.0, 1.2, 1.2]", "upper: [0.2, 2.0, 1.2]", r"as many lower as upper bounds are needed"),
+    ("vehicle", "upper: [0.2, 2.0, 1.2, 1.2]", "upper: [0.2, 2.0, 1.2]", r"lower and upper need the same shape \(n,\)"),
     (
         "vehicle",
         "ground_truth: docking_x",

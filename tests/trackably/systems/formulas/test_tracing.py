@@ -47,7 +47,7 @@ REFUSED = {
     "math.sqrt": (lambda x, u: [math.sqrt(x[0]) + u[0]], f"{ONE_FORMULA}makes a plain number of a value, as float"),
     "solve": (
         lambda x, u: np.linalg.solve([[1 + x[0] ** 2]], u),
-        r"np.linalg takes plain numbers only: write the inverse out, which of \[\[a, b\], \[c, d\]\] is np.array",
+        r"np.linalg takes plain numbers only; write the inverse as a formula, for \[\[a, b\], \[c, d\]\] np.array",
     ),
     "arcsin": (lambda x, u: [np.arcsin(x[0]) + u[0]], f"{ORDINARY}; it uses np.arcsin"),
     "two exponents": (lambda x, u: [x[0] ** u[0]], "f must have numbers for exponents, or for positive bases"),
