@@ -156,7 +156,7 @@ class Zonotope(checker.Zonotope, _ExactSet):
 
 # Disturbance sets that are the convex hulls of their vertices; bounded half-spaces are converted to them.
 
-_MOST_CANDIDATES = 200_000
+_MOST_CANDIDATES = 200_000  # choices of n rows that may be tried as vertices
 
 
 @dataclass(frozen=True)

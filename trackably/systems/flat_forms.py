@@ -110,6 +110,7 @@ class _Shifts:
 # (`checker.flatness` has the theorem and its proof). If the checker refuses a flat form, values are drawn here and
 # compared in float64, to say where f and the flat form differ.
 
+# Draws for each standard deviation; standard deviations; and the least error, relative to 1 + the largest value drawn.
 _TRIALS, _SPREADS, _CLEARLY = 20, (0.3, 1.0, 3.0), 1e-6
 
 
@@ -163,9 +164,9 @@ def _not_zero(error: Formula, positive: Sequence[Formula]) -> str | None:
 # in as many unknowns, or in their roots, give these unknowns together. If all states and inputs are known in the end,
 # their formulas are a flat form.
 
-_MOST_CHOICES = 2000
+_MOST_CHOICES = 2000  # of states as flat outputs; no search if there are more
 _ROOT = "√"
-_MOST_COUPLED = 3
+_MOST_COUPLED = 3  # equations that are solved together
 
 
 def found_form(f: Sequence[Formula], states: Sequence[str], inputs: Sequence[str]) -> FlatForm | None:

@@ -20,7 +20,7 @@ from trackably.systems.trajectories import Coordinate, Functional
 
 # Names of states and inputs: identifiers, so that no name can be taken for a part of a sentence or of a formula.
 
-LONGEST = 60
+LONGEST = 60  # characters of a name
 
 _LETTER = "A-Za-zÀ-ÖØ-öø-ſḀ-ỿΓΔΘΛΞΠΣΦΨΩα-ξπ-ωϑϕ"
 _WORD = f"[{_LETTER}_][{_LETTER}0-9₀-₉_-]*"

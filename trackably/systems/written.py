@@ -62,7 +62,7 @@ def set_of(written: object) -> Polytope:
     given = fields_of(written, _SET)
     for one, other in (("lower", "upper"), ("upper", "lower"), ("H", "h"), ("h", "H"), ("rows", "lower")):
         if one in given and other not in given:
-            raise ValueError(f"expected {one} together with {other}")
+            raise ValueError(f"expected {one} with {other}")
     if not given or given.keys() >= {"rows", "H"}:
         raise ValueError("expected lower and upper, H and h, or all four; or rows with lower and upper")
     ends = [read_part(given, name, _bounds) for name in ("lower", "upper") if name in given]
@@ -119,6 +119,6 @@ def _bounds(written: object) -> list[Any]:
     known = written if isinstance(written, list) else []
     if not known or not all(v is None or is_number(v) or isinstance(v, Mapping) for v in known):
         raise ValueError(
-            f"expected a list of bounds: numbers, null if free, or mappings if they move in time, got {short(written)}"
+            f"expected a list of numbers (null if free, a mapping if it moves in time), got {short(written)}"
         )
     return known

@@ -31,7 +31,7 @@ WRONG = [
         "example1",
         "{lower: [-0.5], upper: [0.5]}",
         "{lower: [-0.5], upper: [null]}",
-        r"input_set: coordinate 1 has the bounds \[-0\.5, inf\]: give both or none",
+        r"input_set: coordinate 1 has the bounds \[-0\.5, inf\]; give two finite bounds or none",
     ),
     ("example1", "{state: –, input: –}", "{speed: m}", r"units: .*state, input, got speed"),
     ("example1", "claim: all_times", "claim: all_times\n    plane: [state, time]", r"plane: .*states state, got time"),

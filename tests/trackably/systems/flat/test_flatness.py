@@ -96,7 +96,7 @@ TWO, UP = np.diag([0.5, 0.8]), np.array([[0.0, 1.0], [0.0, 0.0]])
         (
             np.eye(2) + 1e-14 * UP,
             [[0.0], [1.0]],
-            rf"{REFUSED}, but nearly is not: \[B, A B, …\] has condition number 2e\+14",
+            rf"{REFUSED}, but is nearly uncontrollable, as \[B, A B, …\] has condition number 2e\+14",
         ),
         (
             np.eye(2),
