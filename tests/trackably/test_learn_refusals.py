@@ -41,7 +41,7 @@ def refusals():
             "noise_std: is missing for velocity, given for position",
         ),
         "not seen": ({"plant": CART, "samples": {"a": SAMPLES}}, "cannot be seen in samples of a: also give one of b"),
-        "mixed": ({"plant": MIXED, "samples": {"x1": SAMPLES, "x2": SAMPLES}}, "x1 shows several flat outputs at once"),
+        "mixed": ({"plant": MIXED, "samples": {"x1": SAMPLES, "x2": SAMPLES}}, "x1 depends on several flat outputs"),
         "no kernel for b": ({**on_cart, "kernel": {"a": KERNEL}}, "kernel: is missing for b, given for a"),
         "no equilibrium": (
             {"mean": 0.5},

@@ -20,7 +20,7 @@ class Scales:
 
     @classmethod
     def of(cls, plant: ConstrainedSystem, Q: Array, R: Array) -> "Scales":
-        """Return the widths of the sets as scales, and the largest cost of an error of one scale.
+        """Return as scales how far each coordinate may move in its set, and the largest cost of an error of one scale.
 
         The scale of an unbounded coordinate follows from the dynamics (`_spread`).
         """
@@ -46,7 +46,7 @@ def weight_in_widths(bounded: Polytope) -> Array:
 
 
 def _gains(plant: ConstrainedSystem) -> Array:
-    """Return (|A| |B|), shape (n, n + m), in the middle of the sets. Entries that are not defined there count as 0."""
+    """Return |[A, B]| entry by entry (n, n + m), linearised in the middle of the sets; undefined entries count as 0."""
     x, u = plant.state_set.at(0.0).centre, plant.input_set.at(0.0).centre
     with np.errstate(all="ignore"):
         A, B = plant.system.slopes(x, u)
@@ -75,7 +75,7 @@ def _spread(widths: Array, gains: Array, otherwise: Array) -> Array:
 
 
 _TIE = 1e-6
-"""Slacks that differ by less than this count as equal."""
+"""Slacks count as equal if they exceed the smallest one, s, by at most this part of 1 + |s|."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +92,7 @@ class Inequalities:
 
     @classmethod
     def of(cls, polytope: Polytope, times: Array | None = None) -> "Inequalities":
-        """Write a polytope lower ≤ rows y ≤ upper as inequalities: at `times` [s] (N,) if its bounds move."""
+        """Write a polytope lower ≤ rows y ≤ upper as inequalities; bounds that move are those at `times` [s] (N,)."""
         widths = np.tile(polytope.widths, 2)
         if times is None or not polytope.moves:
             return cls(*polytope.inequalities, widths)
@@ -101,11 +101,11 @@ class Inequalities:
         return cls(np.vstack([polytope.rows, -polytope.rows]), np.concatenate([upper, -lower]).T, widths)
 
     def slack(self, points: Array) -> Array:
-        """Return the slacks of points (…, n) relative to the widths: shape (…, 2r)."""
+        """Return the slacks of points (…, n) relative to the widths; the result has shape (…, 2r)."""
         return np.asarray((self.bounds - points @ self.rows.T) / self.widths)
 
     def in_widths(self, scales: Array) -> Array:
-        """Return the rows (2r, n) for a point divided by `scales` (n,), relative to the widths."""
+        """Return the rows (2r, n) divided by their widths, for points in units of `scales` (n,)."""
         return np.asarray(self.rows * scales / self.widths[:, None])
 
 
@@ -118,14 +118,14 @@ class PlantInequalities:
 
     @classmethod
     def of(cls, plant: ConstrainedSystem, times: Array | None = None) -> "PlantInequalities":
-        """Return both sets; bounds that move are those at the `times` [s] of N + 1 states and N inputs."""
+        """Return both sets; bounds that move are those at the `times` [s] (N + 1,) of states and inputs."""
         inputs = None if times is None else times[:-1]
         return cls(Inequalities.of(plant.state_set, times), Inequalities.of(plant.input_set, inputs))
 
 
 @dataclass(frozen=True, eq=False)
 class Slack:
-    """Bounds of the errors, relative to the widths w.
+    """Bounds of the errors e of states and v of inputs, relative to the widths w.
 
     They are H e(i) / w ≤ `states`(i − 1) for i = 1 … N, shape (N, 2r), and G v(i) / w ≤ `inputs`(i) for i < N, shape
     (N, 2s). If e(0) is bounded too, `states` begin with its bounds, and have the shape (N + 1, 2r).
@@ -143,7 +143,7 @@ class Slack:
         return cls(inequalities.states.slack(window.states)[first_bounded:], inequalities.inputs.slack(window.inputs))
 
     def widen(self, by: float) -> "Slack":
-        """Move every bound outwards, `by` a part of its width."""
+        """Return the slack after every bound has moved outwards `by` this part of its width."""
         return Slack(self.states + by, self.inputs + by)
 
     def remaining(self, inequalities: PlantInequalities, errors: Array, input_errors: Array) -> "Slack":

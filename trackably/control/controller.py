@@ -39,7 +39,7 @@ class Controller:
 
     plant: ConstrainedSystem
     horizon: int
-    Q: Array = None  # type: ignore[assignment]  # replaced by an array, as is all that is given
+    Q: Array = None  # type: ignore[assignment]  # __post_init__ replaces it by an array
     R: Array = None  # type: ignore[assignment]
 
     if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class Controller:
         )
         if self.plant.moves and not isinstance(self.plant.system, LinearSystem):
             raise ValueError(
-                "controller: bounds that move in time are kept for linear systems only, but f is nonlinear"
+                "controller: bounds that move in time are possible for linear systems only, but f is nonlinear"
             )
         for name, bounded, least, kind in (
             ("Q", self.plant.state_set, -_ZERO, "semidefinite and not zero"),
@@ -118,9 +118,7 @@ def _require_weight(name: str, given: ArrayLike, size: int, least: float, kind: 
 
 
 def shortest_horizon(plant: ConstrainedSystem) -> int:
-    """Return the number of steps that a system needs to return to its reference: the longest
-    chain of its flat outputs.
-    """
+    """Return the number of steps that a system needs to return to its reference: its largest order of a flat output."""
     return max(plant.flatness.orders)
 
 

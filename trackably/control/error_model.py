@@ -41,7 +41,7 @@ class ErrorModel:
         return ErrorModel(self.A * x / x[:, None], self.B * u / x[:, None])
 
     def errors(self, initial_error: Array, input_errors: Array, defects: Array) -> Array:
-        """Predict e(1), …, e(N), shape (N, n), from e(0) (n,) and v (N, m)."""
+        """Predict e(1), …, e(N), shape (N, n), from e(0) (n,), the input errors v (N, m) and the defects d (N, n)."""
         unforced = self.free @ initial_error + self.drift @ defects.ravel()
         return np.asarray((unforced + self.forced @ input_errors.ravel()).reshape(defects.shape))
 

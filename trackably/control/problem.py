@@ -1,4 +1,4 @@
-"""The problem of one step: its optimal plan, or how much the sets would have to be widened for one."""
+"""The problem of one step: its optimal plan, or how much the sets would have to be widened for a plan."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from trackably.systems.reference import Window
 
 @dataclass(frozen=True, eq=False)
 class LocalModel:
-    """The error model near one trajectory, with its defects d (N, n), and its programs, which are scaled."""
+    """The error model near one trajectory, its defects d (N, n), and the scaled programs that use it."""
 
     error_model: ErrorModel
     programs: StepPrograms
@@ -62,11 +62,11 @@ class Formulation:
 
     @cached_property
     def inequalities(self) -> PlantInequalities:
-        """The sets, at step 0 if bounds move."""
+        """The sets as inequalities; bounds that move are those of a horizon that begins at step 0."""
         return PlantInequalities.of(self.plant, self.plant.sampling_time * np.arange(self.horizon + 1.0))
 
     def inequalities_from(self, k: int) -> PlantInequalities:
-        """Return the sets at the steps k, …, k + N, of a linear system if bounds move."""
+        """Return the sets as inequalities; bounds that move (linear systems only) are those at steps k, …, k + N."""
         if not self.plant.moves:
             return self.inequalities
         return PlantInequalities.of(self.plant, self.plant.sampling_time * (k + np.arange(self.horizon + 1.0)))
@@ -80,7 +80,7 @@ class Formulation:
     def feedback(self) -> Array:
         """K (m, n) in u = v(0) + K (x − z(0)), for plans whose start z(0) differs from the measured state.
 
-        Zero here.
+        It is zero here, because plans start from the measured state.
         """
         return np.zeros((len(self.R), len(self.Q)))
 
@@ -110,12 +110,12 @@ TOLERANCE = 1e-7
 """A step counts as feasible if it is feasible with every set widened by this part of its width.
 
 When a reference touches a bound, plans have no slack, and the state differs from the last plan by rounding and by the
-solver's accuracy. Without a tolerance, feasibility would be lost at such a step. A certified reference itself keeps its
-bounds without any tolerance.
+solver's accuracy. Without a tolerance, feasibility would be lost at such a step. A certified reference itself satisfies
+its bounds without any tolerance.
 """
 
 _ULPS = 64 * np.finfo(float).eps
-"""Rounding error of a state, relative to its size."""
+"""A plan may miss the end of the reference by this part of the size of its states, because of rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,13 +191,18 @@ class StepProblem:
         """
         plan = self._solve(self.model.programs.widening, self.slack, 0.0)
         if plan is None or not self.ends_on_reference(plan):
-            raise ArithmeticError("the solver fails, as numbers differ too much in size")
+            raise ArithmeticError(
+                "the solver fails on a program that has a solution; numbers of the plant, Q or R may differ too much "
+                "in size"
+            )
         return plan
 
     @cached_property
     def infeasible(self) -> Infeasible:
-        """The reason why there is no plan: the widening that one would need, and its least
-        distance from the reference without it.
+        """The reason why there is no plan.
+
+        It says by how much the sets would have to be widened for a plan, and how far from the reference a plan ends
+        that satisfies the sets as they are.
         """
         f, closest, widest, tracking = self.formulation, self.closest, self.widest, self.model.programs.tracking
         fallback = closest or self._solve(tracking, self.slack.widen(TOLERANCE - widest.slack), 0.0) or widest
@@ -217,21 +222,22 @@ class StepProblem:
 
     @cached_property
     def closest(self) -> Plan | None:
-        """The cheapest of the plans that keep the sets and end as close as possible to the reference (in scales).
+        """The cheapest of all plans in the sets that end at the least distance from the reference.
 
-        None if no plan is found. The end comes first: without the second minimum, any plan with that end would do,
-        however far it departs from the reference on the way.
+        States are divided by their scales for this distance. None if no plan is found. The first program finds the
+        nearest end, but its plan may be far from the reference before the end. The second program finds the plan of
+        least cost with this end.
         """
         programs = self.model.programs
         nearest = self._solve(programs.terminal_error, self.slack.widen(TOLERANCE), None)
         if nearest is None:
             return None
-        # If only one plan ends there, the first tolerance leaves the second program without an interior.
+        # Twice the tolerance: with the same one, the second program has no interior if only one plan has this end.
         end = nearest.states[-1] - self.window.states[-1]
         return self._solve(programs.tracking, self.slack.widen(2 * TOLERANCE), end) or nearest
 
     def is_feasible(self, plan: Plan) -> bool:
-        """Whether a plan ends on the reference and keeps the sets, up to twice the tolerance."""
+        """Whether a plan ends on the reference, and its states and inputs are in the sets up to twice the tolerance."""
         return self.ends_on_reference(plan) and plan.slack >= -2 * TOLERANCE
 
     def ends_on_reference(self, plan: Plan) -> bool:

@@ -14,8 +14,8 @@ from trackably.arrays import Array
 from trackably.control.error_model import ErrorModel
 
 # An interior-point method without warm start: the result depends on the numbers only, not on earlier steps. The first
-# tolerance is tighter than the solver's default (1e-8), because a cost of 1e-8 is an error of 1e-4. The next tolerance
-# is tried where float64 does not reach it.
+# tolerance is tighter than the solver's default (1e-8), because a cost of 1e-8 is an error of 1e-4. If the solver
+# does not reach a tolerance in float64, the next one is tried.
 _TOLERANCES = (1e-12, 1e-10, 1e-8)
 _MAX_ITERATIONS = 50
 
@@ -43,7 +43,7 @@ class Program:
         Raises ArithmeticError if a number is not finite.
         """
         if not (np.all(np.isfinite(limits)) and np.all(np.isfinite(self._matrices[1].data))):
-            raise ArithmeticError("its quadratic program has numbers that are not finite")
+            raise ArithmeticError("the quadratic program of the step has numbers that are not finite")
         sizes = (clarabel.ZeroConeT, self.equations), (clarabel.NonnegativeConeT, len(limits) - self.equations)
         cones = [cone(size) for cone, size in sizes if size]
         settings = clarabel.DefaultSettings()
@@ -82,7 +82,7 @@ class StartSet(NamedTuple):
     def measured(cls, n: int) -> "StartSet":
         """Return the set of the measured state alone, with n states.
 
-        It is not bounded, as no input can change it any more.
+        Bounds are not imposed on this state, because no input can change it any more.
         """
         return cls(np.zeros(n), np.zeros((0, n)), np.zeros(0), np.zeros((0, 0)), 1)
 
@@ -138,7 +138,7 @@ class StepPrograms:
     def widening(self) -> Program:
         """Minimise the part of their widths by which all sets have to be widened, for a given e(N).
 
-        Negative: they may shrink.
+        If the minimum is negative, all sets may shrink by this part.
         """
         return self._program(0 * self.weights, widens=True)
 
@@ -148,7 +148,7 @@ class StepPrograms:
         return self._program(2 * np.diag(self._is_end.astype(float)), ends=False)
 
     def split(self, x: Array) -> tuple[Array, Array]:
-        """Return e (N + 1, n) and v (N, m), with which all variables x begin."""
+        """Return e (N + 1, n) and v (N, m), the first of the variables x."""
         N, n, m = self.model.B.shape
         e, v, _ = np.split(x, [(N + 1) * n, (N + 1) * n + N * m])
         return e.reshape(N + 1, n), v.reshape(N, m)

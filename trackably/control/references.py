@@ -68,7 +68,7 @@ def check_window(window: Window, shape: tuple[int, int, int]) -> None:
     if (shapes := [np.shape(values) for values in window]) != [(N + 1, n), (N, m)]:
         raise ValueError(
             f"controller: the reference must give states of shape {(N + 1, n)} and inputs of shape {(N, m)}, got "
-            f"{' and '.join(map(str, shapes))}: it may be one of another system"
+            f"{' and '.join(map(str, shapes))}; it may belong to another system"
         )
 
 
@@ -85,7 +85,7 @@ def _difference(one: System, other: System) -> str:
     x, u = (rng.uniform(0.5, 1.5, (_DRAWS, len(names))) for names in (one.states, one.inputs))
     a, b = one.successor(x, u), other.successor(x, u)
     alike = np.isclose(a, b, rtol=_ROUNDING, atol=0.0, equal_nan=True).all(axis=0)
-    return "" if alike.all() else f"from the same state and input, the next {one.states[np.argmin(alike)]} is another"
+    return "" if alike.all() else f"from the same state and input, the next {one.states[np.argmin(alike)]} differs"
 
 
 @dataclass(frozen=True, eq=False)

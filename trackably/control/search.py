@@ -14,7 +14,7 @@ from trackably.control.stepping import Infeasible, Plan, Status
 from trackably.systems.constrained import System
 from trackably.systems.reference import Window
 
-_scipy: Any = scipy  # its annotations do not know all that it takes
+_scipy: Any = scipy  # its type annotations lack arguments that are used here
 
 
 def starts(formulation: Formulation, state: Array, window: Window, initial_guess: Array | None) -> Iterator[Window]:
@@ -60,9 +60,9 @@ def apply_inputs(system: System, state: Array, inputs: Array) -> Window:
 FOLLOWED = 1e-9
 """The system follows a trajectory if the sum of its scaled defects is at most this."""
 
-_ACCURACY = 1e-12
+_ACCURACY = 1e-12  # tolerance of the search
 _UNDEFINED = 1e3
-"""The defect, in scales, of a step that is not defined."""
+"""A step for which f is undefined counts as a defect of this size, in scales."""
 
 
 def missed_by(formulation: Formulation, at: Window) -> float:
@@ -74,10 +74,10 @@ def missed_by(formulation: Formulation, at: Window) -> float:
 def minimise(formulation: Formulation, start: Window, window: Window, weight: float = 1.0) -> Window:
     """Return the trajectory at which a search for the least `weight` · V ends, from `start` to the end of `window`.
 
-    States between the first and the last one are variables beside the inputs. So the start need not be followed by the
-    system, and an unstable system amplifies errors for one step only. The search is SciPy's sequential quadratic
-    programming (Kraft 1988: A software package for sequential quadratic programming). The system follows the result, up
-    to `FOLLOWED`, if a plan is found.
+    V is the cost of a plan; with `weight` 0, any plan will do. The states between the first and the last one are
+    variables, as are the inputs. So the system need not follow the start, and an unstable system amplifies errors for
+    one step only. The search is SciPy's sequential quadratic programming (Kraft 1988: A software package for sequential
+    quadratic programming). The system follows the result, up to `FOLLOWED`, if a plan is found.
     """
     system, scales = formulation.plant.system, formulation.scales
     programs = formulation.programs(ErrorModel.along(system, start))
@@ -122,11 +122,11 @@ MAX_LINEARISATIONS = 12
 """Largest number of full steps; near a solution they converge quadratically."""
 
 _CONVERGED = 1e-12
-"""Largest defect of a plan, relative to its scales. As convergence is quadratic, the last two plans then differ by
-about 1e-6."""
+"""The full steps have converged when no defect of a plan exceeds this, in scales and relative to the size of the plan.
+As convergence is quadratic, the last two plans then differ by about 1e-6."""
 
 _AS_CHEAP = 1e-12
-"""Costs that differ by less than this part of their scale count as equal."""
+"""Costs that differ by less than this part of the scale of the cost count as equal."""
 
 
 def solve_by_linearisation(
@@ -233,8 +233,8 @@ def _explain(problem: StepProblem, closest: Window, missed: float) -> Infeasible
     except (ArithmeticError, np.linalg.LinAlgError):
         pass
     raise ArithmeticError(
-        f"no plan was found; the system misses the best trajectory of the search by {missed:.3g} of the scales of the "
-        "states"
+        f"no plan was found; the best trajectory of the search violates the system's equations by {missed:.3g}, in the "
+        "scales of the states"
     )
 
 

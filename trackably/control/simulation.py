@@ -201,10 +201,10 @@ def shifted_inputs(plan: Plan, reference: TrackedReference) -> Array:
 
 # Search for a plant of a convex hull that violates a bound under the feedback.
 #
-# If one is found, no proof is possible.
+# If such a plant is found, no proof is possible.
 
 _AHEAD = (0, 1, 2, 5, 10, 20, 50)
-"""Numbers of steps ahead at which the next vertex shall push the state to a bound, with nominal steps in between."""
+"""Numbers of steps ahead: a vertex is chosen to push the state to a bound after this many further nominal steps."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
 
 ROUNDING = 1e-12
-"""Rounding error, relative to a width: a plan that violates a bound by no more counts as on the bound."""
+"""A plan that violates a bound by no more than this part of the width counts as on the bound, because of rounding."""
 
 
 class Status(StrEnum):
@@ -74,13 +74,13 @@ class Plan:
 
     @property
     def keeps_sets(self) -> bool:
-        """Whether the plan keeps the sets up to rounding (1e-12 of a width), not only up to the controller's
+        """Whether the plan stays in the sets up to rounding (1e-12 of a width), not only up to the controller's
         tolerance."""
         return self.slack >= -ROUNDING
 
     @property
     def explanation(self) -> str:
-        """A sentence on how the plan was found, its cost, and its slack."""
+        """One sentence: how the plan was found, its cost, and its slack."""
         return (
             f"at step {self.k} feasible ({self.status.words}), V = {self.cost:.4g}, slack {self.slack:.3g} of a width"
         )
@@ -102,7 +102,7 @@ class Infeasible:
 
     Without widening, `terminal_error` (n,) is x(k+N) − x_r(k+N) of the plan that ends closest to the reference (each
     state in the scale of its set). Of the plans with that end, `fallback` (m,) is the first input of the cheapest. If
-    no plan that keeps the sets is found, `terminal_error` is None, and `fallback` is the first input of the cheapest
+    no plan within the sets is found, `terminal_error` is None, and `fallback` is the first input of the cheapest
     plan in the widened sets, pulled into the input set.
     """
 
@@ -117,7 +117,7 @@ class Infeasible:
 
     @property
     def explanation(self) -> str:
-        """A sentence on the widening of the sets that a plan would need, and on the terminal error without it."""
+        """One sentence: how much the sets would have to be widened for a plan, and the terminal error without this."""
         if self.terminal_error is None:
             missed = "no plan that keeps them was found"
         else:
@@ -147,7 +147,7 @@ class Unsolved:
 
     @property
     def explanation(self) -> str:
-        """A sentence on why there is no answer."""
+        """One sentence: why there is no answer."""
         return f"at step {self.k} no answer: {self.reason}"
 
     def __repr__(self) -> str:

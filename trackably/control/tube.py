@@ -25,9 +25,9 @@ from trackably.systems.tightening import InvariantSet, Tightening
 # The invariant set of the error in float64.
 
 _ROUNDING = 1e-10
-"""Tolerance of membership: the generators may be longer by this part, and the point may be off by a tenth of it."""
+"""A point counts as in Z if it is in Z after all parts of Z grow by this part, and the point moves by a tenth of it."""
 
-_TOLERANCES = (1e-11, 1e-10, 1e-9)
+_TOLERANCES = (1e-11, 1e-10, 1e-9)  # of the solver, tried one after the other
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,7 @@ class ErrorSet:
         """
         start = self._in_extents
         rows = np.vstack([start.directions.T, start.sums])
-        middle = start.sums.T @ (1 / start.sums.sum(axis=1))  # as much of each vertex of a hull, and of no generator
+        middle = start.sums.T @ (1 / start.sums.sum(axis=1))  # equal shares of all vertices of a hull
         return rows, middle, np.asarray(np.linalg.pinv(rows), dtype=float)
 
     @cached_property
@@ -99,7 +99,7 @@ class ErrorSet:
         )
 
     def support(self, rows: Array) -> Array:
-        """Return h_Z(row) for rows (…, n): shape (…)."""
+        """Return h_Z(row) for rows (…, n); the result has shape (…)."""
         found = rows @ self.centre + np.abs(rows @ self.generators.T).sum(axis=-1)
         for hull in self.hulls:
             found = found + np.max(rows @ hull.T, axis=-1)
@@ -149,7 +149,7 @@ class ErrorSet:
 
 @dataclass(frozen=True, eq=False)
 class TubeFormulation(Formulation):
-    """The parts that all steps share, for the nominal system with tightened sets whose start is free in x ⊖ Z."""
+    """The parts that all steps share: the nominal system with tightened sets, and its start, which is free in x ⊖ Z."""
 
     tightening: Tightening
 
@@ -182,14 +182,14 @@ class TubeFormulation(Formulation):
 
 
 _PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""Starts of a kept plan in its free directions, as parts of the way from the reference to the measured state."""
+"""Starts to try in free directions of a kept plan: parts of the way from the reference to the measured state."""
 
 
 @dataclass(frozen=True, eq=False)
 class TubeProblem(StepProblem):
     """A `StepProblem` whose plan starts from a nominal state in x ⊖ Z.
 
-    Most steps need no quadratic program, as the reference is the plan inside of the tube.
+    Most steps need no quadratic program, because the reference itself is the plan while the state is in the tube.
     """
 
     formulation: TubeFormulation
@@ -202,8 +202,8 @@ class TubeProblem(StepProblem):
     def answer(self, guess: Array | None) -> Plan | Infeasible:
         """Return the optimal plan, or the reason why there is none.
 
-        If the solver finds no plan, the one that keeps the inputs `guess` (N, m) is returned, or else a plan within
-        tolerances.
+        If the solver finds no plan, the plan with the inputs `guess` (N, m) is returned if it is admissible, or else a
+        plan within tolerances.
         """
         plan = self.without_bounds() or self.with_bounds() or (None if guess is None else self.keep(guess))
         return plan or self.within_tolerance() or self.infeasible
@@ -244,11 +244,11 @@ class TubeProblem(StepProblem):
 class TubeController:
     """min Σ_(i<N) ‖z(i) − x_r(k+i)‖²_Q + ‖v(i) − u_r(k+i)‖²_R with x ∈ z(0) ⊕ Z, z(N) = x_r(k+N) and tightened bounds.
 
-    The nominal z(i+1) = A z(i) + B v(i) + c keeps the sets of `tightening.plant`, z(0) is free in x ⊖ Z, and the input
-    applied is u = v(0) + K (x − z(0)). As long as disturbances are in W (Mayne, Seron, Raković 2005: Robust model
+    The nominal z(i+1) = A z(i) + B v(i) + c stays in the sets of `tightening.plant`, z(0) is free in x ⊖ Z, and the
+    input applied is u = v(0) + K (x − z(0)). As long as disturbances are in W (Mayne, Seron, Raković 2005: Robust model
     predictive control of constrained linear systems with bounded disturbances, Automatica 41):
 
-    - States and inputs keep the given bounds, as x ∈ z(0) ⊕ Z.
+    - States and inputs satisfy the given bounds, as x ∈ z(0) ⊕ Z.
     - Feasibility is never lost on a robust reference: the plan, shifted by a step and continued with the reference's
       own input, is a plan for the next state, because x⁺ − z(1) = (A + B K) (x − z(0)) + w ∈ Z.
     - So V(k+1) ≤ V(k) − ℓ(k), and the nominal state tends to the reference: x is led into x_r ⊕ Z, where V = 0.
@@ -259,7 +259,7 @@ class TubeController:
 
     tightening: Tightening
     horizon: int
-    Q: Array = None  # type: ignore[assignment]  # replaced by an array, as is all that is given
+    Q: Array = None  # type: ignore[assignment]  # __post_init__ replaces it by an array
     R: Array = None  # type: ignore[assignment]
 
     if TYPE_CHECKING:
@@ -279,7 +279,7 @@ class TubeController:
 
     @property
     def plant(self) -> ConstrainedSystem:
-        """The system with its given sets, which states and inputs keep."""
+        """The system with its given sets, in which states and inputs stay."""
         return self.tightening.given
 
     @property

@@ -28,7 +28,7 @@ from trackably.systems.trajectories import Coordinate, Functional
 
 # Signals as C functions: sums of kernels, by the formulas of κ in `trackably.gp.kernels`, operation by operation.
 
-_A_LINE = 4
+_A_LINE = 4  # numbers in a line
 
 
 def number(value: float) -> str:
@@ -45,7 +45,7 @@ def array(name: str, values: Iterable[float]) -> str:
 
 
 def _filled(template: str, **words: object) -> str:
-    """Return a template in C with a value in the place of each word, and an empty line behind it."""
+    """Return a template in C with each word replaced by its value, and an empty line at the end."""
     return re.sub("|".join(words), lambda word: str(words[word[0]]), template) + "\n"
 
 
@@ -75,9 +75,9 @@ static inline double NAME(double r)
 
 
 def kernel_function(kernel: Kernel, name: str) -> str:
-    """Return functions, the last of which is `static inline double name(double r)`.
+    """Return C functions, the last of which is `static inline double name(double r)`, the kernel at a distance r.
 
-    ValueError: the kernel has no formula here.
+    ValueError: no formula in C is known for the kernel.
     """
     match kernel:
         case Sum(left, right) | Product(left, right):
@@ -111,7 +111,7 @@ def kernel_function(kernel: Kernel, name: str) -> str:
 
 
 def horner(coefficients: Sequence[float], x: str) -> str:
-    """Return Σ_k c_k xᵏ by Horner's rule."""
+    """Return Σ_k c_k xᵏ by Horner's rule, as an expression in C."""
     found = number(coefficients[-1])
     for coefficient in reversed(coefficients[:-1]):
         found = f"({found} * {x} + {number(coefficient)})"
@@ -223,7 +223,7 @@ def counts(coordinates: Iterable[Coordinate], signals: int) -> list[int]:
 
 
 def plain_sum(functional: Functional) -> str:
-    """Return offset + Σ_c Σ_j w_cj z_c[j], with z_c[j] = signal c at t + j T_s, without zero weights."""
+    """Return offset + Σ_c Σ_j w_cj z_c[j] as an expression, without zero weights; z_c[j] is signal c at t + j T_s."""
     found = number(float(functional.offset))
     for c, weights in functional.rounded:
         terms = " + ".join(f"{number(w)} * z{c}[{j}]" for j, w in enumerate(weights.tolist()) if w)
@@ -340,7 +340,7 @@ _BEYOND = {
 """,
     "end": "",
 }
-"""Lines that move t into the pieces, by what is beyond them."""
+"""C lines that move a time t outside of the pieces into them, for each value of `PolynomialPieces.beyond`."""
 
 _PIECE = """\
     int low = 0, high = COUNT;
@@ -446,7 +446,7 @@ def _story(proved: Proved, name: str) -> str:
         *_at_ends(certificate),
         "The input u, held for one sampling time, takes x(t) to x(t + T_s).",
         "",
-        "By how much values with bounds differ from exact ones at most, which keep the bounds with as much to spare:",
+        "Largest errors of values with bounds; the exact values satisfy these bounds with at least as much to spare:",
         *(f"  {quantity}: {error:.3g}" for quantity, error in certificate.evaluation_error.items()),
         "",
         *(
@@ -541,8 +541,8 @@ def _guarded_functions(proved: Proved, name: str) -> str:
     elif reference.period:
         at_t, at_step = "NAME_phase((NAME_dd){t, 0.0})", "NAME_phase(NAME_two_product((double)k, SECONDS))"
     tolerance = certificate.time_tolerance
-    # Of times other than steps the tolerance is not zero for polynomial pieces, whose proof includes it. Between
-    # instants nothing is proved.
+    # At times other than steps, only polynomial pieces have a tolerance, because their proof includes it. If only
+    # instants are proved, NAME_at is left out.
     of_times = [(_AT, at_t, tolerance if reference.pieces else 0.0)]
     found = ""
     for template, time, of in [*of_times[isinstance(certificate.claim, Instants) :], (_STEP, at_step, tolerance)]:

@@ -17,7 +17,7 @@ Parameters = Mapping[str, str | Sequence[str]]
 
 TimeVarying = Callable[[ArrayLike], Any]
 
-_OF_STEP = 1e-6  # tolerance of a controller's clock, in sampling times
+_OF_STEP = 1e-6  # a clock that is this near to a step, in sampling times, is at the step
 
 
 def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None, start: float) -> TimeVarying:
@@ -82,8 +82,8 @@ def _columns(proved: Proved, declared: Sequence[str], parameters: Parameters | N
         if not found:
             expected = ", ".join(f"{name}_ref" for name in place)
             raise ValueError(
-                f"to_do_mpc: the model declares none of {expected} by set_variable('_tvp', …); or say which hold what: "
-                "parameters={'x_ref': ['position', 'velocity']}"
+                f"to_do_mpc: the model declares none of {expected} by set_variable('_tvp', …); declare one, or say "
+                "what each parameter holds, as in parameters={'x_ref': ['position', 'velocity']}"
             )
         parameters = found
     columns = {}

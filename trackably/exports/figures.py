@@ -27,11 +27,11 @@ from trackably.systems.reference import Reference
 P = ParamSpec("P")
 # Start from matplotlib's defaults, so that a user's own matplotlibrc has no effect.
 SHEETS: Final = ["default", str(Path(__file__).with_name("trackably.mplstyle"))]
-# Ticks depend on the size of the axes, and the size on the tick labels: a second layout starts from the first one.
+# Ticks depend on the size of the axes, and this size on the tick labels, so the layout is computed twice.
 _LAYOUTS: Final = 2
 COLUMN: Final = 3.5
 PAGE: Final = 7.0
-"""Widths [in]."""
+"""Widths of figures [in]: of a column (`COLUMN`) and of a page."""
 INK, GREY, PALE, FAINT = "#000000", "#666666", "#b8b8b8", "#e3e3e3"
 BLUE, GREEN, ORANGE, PURPLE, NAVY = "#0072b2", "#009e73", "#d55e00", "#cc79a7", "#002d4a"
 SAMPLE: Final[dict[str, Any]] = {"linestyle": "none", "marker": "x", "color": INK, "zorder": 5, "label": "samples"}
@@ -86,7 +86,7 @@ def tracking(
     times: Array,
     units: Units = UNKNOWN_UNITS,
 ) -> Figure:
-    """Draw each state and input at `times` [s] with its `observed` data and its own bounds.
+    """Draw each state and input of `references`, by label, at `times` [s], with its `observed` data and its own bounds.
 
     Values far outside the bounds are cut off, and angles do not jump by whole turns. Bounds of sums of several states
     or inputs are not drawn.

@@ -26,8 +26,9 @@ if TYPE_CHECKING:
 
 
 class Proved(Protocol):
-    """A `reference`, the `certificate` that it keeps its bounds, and the samples that it was
-    learned from, by name of the state.
+    """A `reference`, the `certificate` that proves its bounds, and the samples that it was learned from (`sampled`).
+
+    Samples are given by the name of the state.
     """
 
     @property
@@ -88,9 +89,9 @@ class Reached:
 def ends(proved: Proved) -> tuple[float, float]:
     """Return the first and the last time [s] worth showing, within the claim.
 
-    If all times are proved, the first one is as long before the kernels or pieces as these last, and the last one is
-    when the reference has settled, but at most so long after them as from the first time to the last kernel or piece:
-    kernels with heavy tails are near their bounds for hours, and hardly move.
+    If all times are proved, the first one lies before the kernels or pieces by their whole length, but not before 0.
+    The last one is when the reference has settled, but at most twice as far from the first one as the last kernel or
+    piece (or 200 steps if that is more), because kernels with heavy tails settle for hours and hardly move.
     """
     claim, proof = proved.certificate.claim, proved.certificate.proof
     if isinstance(proof, Cover) and not isinstance(claim, AllTimes):
@@ -103,7 +104,7 @@ def ends(proved: Proved) -> tuple[float, float]:
 
 
 def shown_times(proved: Proved, count: int, start: float | None = None, end: float | None = None) -> Array:
-    """Return `count` times [s] between the ends; sampled instants if only these are proved."""
+    """Return `count` times from `start` to `end` [s], by default `ends`; sampling instants if only these are proved."""
     first, last = (given if given is not None else left for given, left in zip((start, end), ends(proved), strict=True))
     if not first < last:
         raise ValueError(f"plot: needs start < end, got {first:g} s and {last:g} s")
@@ -131,13 +132,13 @@ def places(proved: Proved) -> dict[str, int]:
 
 
 def values_at(proved: Proved, steps: Array) -> Array:
-    """Return states, then inputs, at consecutive steps k: shape (*k.shape, n + m). Angles do not jump."""
+    """Return states, then inputs, at consecutive steps k; shape (*k.shape, n + m). Angles do not jump."""
     states = proved.reference.plant.unwrap(proved.reference.state(steps))
     return np.concatenate([states, proved.reference.input(steps)], axis=-1)
 
 
 def chosen_steps(proved: Proved, first: int | None, count: int | None) -> Array:
-    """Return `count` steps from `first` on, by default those worth showing.
+    """Return `count` steps from `first` on, by default those between the `ends` worth showing.
 
     ValueError: a step is not proved.
     """

@@ -123,8 +123,8 @@ def write(
     """Write a message with all points to an .mcap or .yaml file for the function `what`; return the path.
 
     In an MCAP file it has the time `stamp` [ns] on `topic`, and what is proved stands in the metadata; it is
-    uncompressed, so that the bytes are reproducible. In YAML, for `ros2 topic pub`, there is one point a line, and what
-    is proved stands in comments. ValueError: the name of the file has another ending. Raises OSError.
+    uncompressed, so that the bytes are reproducible. In YAML, for `ros2 topic pub`, there is one point per line, and
+    what is proved stands in comments. ValueError: the name of the file has another ending. Raises OSError.
     """
     file, stamp = new_file(what, path), whole(f"{what}: stamp", stamp, least=0)
     match file.suffix:

@@ -6,8 +6,8 @@ The effect of u is attainable if some v satisfies lower ≤ R (u + Z v) ≤ uppe
     Σ_(λ_i > 0) λ_i lower_i + Σ_(λ_i < 0) λ_i upper_i  ≤  λᵀ R u  ≤  Σ_(λ_i > 0) λ_i upper_i + Σ_(λ_i < 0) λ_i lower_i
 
 for every circuit λ of the rows of R Z: a λ ≠ 0 with λᵀ R Z = 0 of minimal support. Up to a factor there are finitely
-many. (Necessity is obvious. Sufficiency is Farkas' lemma, as every λ with λᵀ R Z = 0 is a sum of circuits that agree
-with it in sign.)
+many circuits. (Necessity is obvious. Sufficiency is Farkas' lemma, as every λ with λᵀ R Z = 0 is a sum of circuits that
+agree with it in sign.)
 """
 
 import math
@@ -27,14 +27,15 @@ from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.rationals import Rationals, exact, float_above, float_below, inverse, null_space, rank, to_floats
 
-_MAX_LAWS = 10_000
-_AT_ONCE = 2**22  # numbers in memory
+_MAX_LAWS = 10_000  # an input set with more candidates than this is refused
+_AT_ONCE = 2**22  # about the largest number of entries of candidates that are computed at once
 ROUNDING = 2.0**-48
-"""Tolerance by which a candidate may violate a bound, relative to the sum of its absolute terms."""
+"""A candidate counts as admissible if it violates no bound by more than this, relative to the sum of the absolute
+values of the terms of the row."""
 
 
 class AllocationLaws(NamedTuple):
-    """Affine candidates for the smallest input, `gains`[c] u + `shifts`[c]: shapes (c, m, m) and (c, m)."""
+    """Candidates for the smallest input, affine in u: `gains`[c] u + `shifts`[c] for each c, of shapes (m, m), (m,)."""
 
     gains: Array
     shifts: Array
@@ -42,14 +43,17 @@ class AllocationLaws(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Allocation:
-    """Redundant inputs of an `input_set` {u : lower ≤ R u ≤ upper}; the columns Z of `kernel` span the kernel of B."""
+    """The choice among redundant inputs in an `input_set` {u : lower ≤ R u ≤ upper}.
+
+    The columns Z of `kernel` span the null space of B, so that u and u + Z v have the same effect.
+    """
 
     input_set: Polytope
     kernel: Rationals
 
     @classmethod
     def of(cls, system: LinearSystem, input_set: Polytope) -> "Allocation | None":
-        """Return the allocation; None without redundant inputs or bounds. ValueError: too many rows to combine."""
+        """Return the allocation; None without redundant inputs or bounds. ValueError: there are too many candidates."""
         kernel = null_space(exact(system.B))
         free = kernel.shape[1]
         if not free or not len(input_set.rows):
@@ -57,13 +61,14 @@ class Allocation:
         sizes = range(1, free + 2)
         if sum(math.comb(len(input_set.rows), size) * 2**size for size in sizes) > _MAX_LAWS:
             raise ValueError(
-                f"system: {free} redundant inputs are too many for an input set of {len(input_set.rows)} rows"
+                f"system: {free} redundant inputs are too many for an input set of {len(input_set.rows)} rows; "
+                "give fewer inputs or rows"
             )
         return cls(input_set, kernel)
 
     @property
     def attainable(self) -> list[tuple[tuple[Fraction, ...], Interval]]:
-        """Rows of u with bounds that are kept if and only if some admissible input has the same effect as u."""
+        """Rows and their bounds, which u satisfies if and only if some input in the set has the same effect as u."""
         U = self.input_set
         sides = zip(U.rows.tolist(), U.lower.tolist(), U.upper.tolist(), strict=True)
         rows = [Row(tuple(map(Fraction, row)), low, high) for row, low, high in sides]
@@ -79,20 +84,21 @@ class Allocation:
         return [(row, Interval(float_above(low), float_below(high))) for row, (low, high) in found.items() if any(row)]
 
     def smallest(self, u: Array) -> Array:
-        """Return the smallest admissible input (Euclidean) with the effect of u (…, m), where u is orthogonal to Z.
+        """Return the input of smallest Euclidean norm in the input set that has the effect of u (…, m).
 
-        If none is admissible, return the candidate of `laws` that violates the set least.
+        u must be orthogonal to the columns of Z. If no input in the set has this effect, return the candidate of `laws`
+        that violates the set least, relative to the widths of its rows.
         """
         chosen = self._choice(u)
         gains, shifts = self.laws
         return np.asarray(np.einsum("...ij,...j->...i", gains[chosen], u) + shifts[chosen])
 
     def slopes(self, u: Array) -> Array:
-        """Return ∂/∂u of the smallest admissible input at u (…, m): shape (…, m, m)."""
+        """Return the derivative of `smallest` with respect to u, at u (…, m); the result has shape (…, m, m)."""
         return np.asarray(self.laws[0][self._choice(u)])
 
     def _choice(self, u: Array) -> Array:
-        """Return the index of the law that gives the smallest admissible input for u (…, m): shape (…,)."""
+        """Return the index of the law that gives the smallest admissible input for u (…, m); shape (…)."""
         flat = u.reshape(-1, u.shape[-1])
         blocks = np.array_split(flat, 1 + flat.size * len(self.laws[1]) // _AT_ONCE)
         return np.concatenate([self._choice_of(block) for block in blocks]).reshape(u.shape[:-1])
@@ -116,11 +122,12 @@ class Allocation:
     def laws(self) -> AllocationLaws:
         """Candidates for the smallest admissible input, as affine functions of u; the first of them is u itself.
 
-        Each is the smallest input at which the bounds b_S of some rows S are active: u + Z v with
+        Each other candidate is the smallest input with the effect of u for which some rows S of R are at one of their
+        bounds, b_S. It is u + Z v with
 
             v = G⁻¹ P_Sᵀ (P_S G⁻¹ P_Sᵀ)⁻¹ (b_S − R_S u),     G = Zᵀ Z,   P = R Z,
 
-        where the rows P_S are independent. All of it is exact, and rounded once.
+        where the rows P_S are independent. Gains and shifts are computed exactly, and rounded once.
         """
         Z, R, m = self.kernel, exact(self.input_set.rows), self.input_set.dimension
         metric = inverse(Z.T @ Z)

@@ -26,7 +26,7 @@ Side = Literal["state", "input"]
 
 
 class LinearConstraint(NamedTuple):
-    """The `bounds` of Σ_i `row`[i] x_i, or of Σ_i `row`[i] u_i: `side` says which."""
+    """The `bounds` of Σ_i `row`[i] x_i if `side` is "state", and of Σ_i `row`[i] u_i if it is "input"."""
 
     name: str
     side: Side
@@ -39,7 +39,7 @@ class ConstrainedSystem:
     """A system with its `state_set` X and its `input_set` U.
 
     ValueError: the sets do not fit the system, a linear system is not controllable or has too many redundant inputs, or
-    an input of a nonlinear system is not bounded. TypeError: a system or a set is something else.
+    an input of a nonlinear system is not bounded. TypeError: the system or a set is of another type.
     """
 
     system: System
@@ -49,7 +49,7 @@ class ConstrainedSystem:
     def __post_init__(self) -> None:
         instance("plant: system", self.system, LinearSystem | NonlinearSystem, "a LinearSystem or a NonlinearSystem")
         for name in ("state_set", "input_set"):
-            instance(f"plant: {name}", getattr(self, name), Polytope, "a Polytope, as of Polytope.box(lower, upper)")
+            instance(f"plant: {name}", getattr(self, name), Polytope, "a Polytope, such as Polytope.box(lower, upper)")
         n, m = len(self.system.states), len(self.system.inputs)
         for name, bounds, dimension in (("state_set", self.state_set, n), ("input_set", self.input_set, m)):
             if bounds.dimension != dimension:
@@ -60,8 +60,8 @@ class ConstrainedSystem:
             and (free := _free(self.system.inputs, self.input_set))
         ):
             raise ValueError(
-                f"system: every input of a nonlinear system must be bounded, as nothing else proves that an input "
-                f"exists, but {', '.join(free)} is free; a bound that is never reached will do"
+                f"system: every input of a nonlinear system must be bounded, because the proof of its bounds shows "
+                f"that the input exists, but {', '.join(free)} is free; give bounds, however wide"
             )
         if isinstance(self.system, NonlinearSystem) and self.system.angles:
             object.__setattr__(self, "system", self.system.heading_in(_bounds_of_states(self)))
@@ -89,7 +89,7 @@ class ConstrainedSystem:
 
     @property
     def coordinates(self) -> dict[Side, tuple[Coordinate, ...]]:
-        """States and inputs as functions of the flat outputs, by the side of their bounds."""
+        """States and inputs as functions of the flat outputs, under the keys "state" and "input"."""
         return {"state": self.flatness.states, "input": self.flatness.inputs}
 
     @property
@@ -116,7 +116,9 @@ class ConstrainedSystem:
     def linear(self) -> LinearSystem:
         """The system, if it is linear. ValueError: it is not."""
         if not isinstance(self.system, LinearSystem):
-            raise ValueError(f"system: must be linear here, got one with {', '.join(map(text, self.system.f))}")
+            raise ValueError(
+                f"system: must be linear here, got a nonlinear system with f = {', '.join(map(text, self.system.f))}"
+            )
         return self.system
 
     @property
@@ -138,8 +140,8 @@ class ConstrainedSystem:
     def constraints(self) -> tuple[LinearConstraint, ...]:
         """What a reference must satisfy at each step so that an input in U exists which leads to its next state.
 
-        These are the given constraints; for redundant inputs, the rows of U are combined such that they hold for every
-        input of the same effect, or for none.
+        Without redundant inputs, these are the given constraints. With redundant inputs, combinations take the place of
+        the rows of U. An input satisfies them if and only if some input in U has the same effect.
         """
         if self.allocation is None:
             return self.given_constraints
@@ -169,7 +171,7 @@ def _rows(side: Side, bounded: Polytope) -> list[LinearConstraint]:
 
 
 def _bounds_of_states(plant: ConstrainedSystem) -> dict[str, Interval]:
-    """Return, by name, the bounds of each state that a row of the state set bounds alone."""
+    """Return, by name, the bounds of each state that has a row of its own in the state set, with weight 1."""
     found = {}
     for row, bounds in plant.state_set.intervals:
         if np.count_nonzero(row) == 1 and row.sum() == 1.0:

@@ -1,4 +1,4 @@
-"""Disturbance sets, zonotopes and convex hulls, in exact rational numbers; and measurement noise."""
+"""Disturbance sets (zonotopes and convex hulls) in exact rational numbers; measurement noise; and wrong models."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def _vectors(what: str, given: ArrayLike | Sequence[Sequence[Fraction]]) -> tupl
 
 
 class _ExactSet(ABC):
-    """A set that is defined by exact vectors, as the checker has it."""
+    """A set W of disturbances w, defined by vectors of rational numbers. The checker has the same sets."""
 
     @property
     @abstractmethod
@@ -66,7 +66,7 @@ class _ExactSet(ABC):
         return np.array(self.vectors, dtype=float)
 
 
-# Disturbance sets that are zonotopes; boxes are some of them.
+# Disturbance sets that are zonotopes, such as boxes.
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Zonotope(checker.Zonotope, _ExactSet):
     centre: Vector
     generators: tuple[Vector, ...] = field(default=())
 
-    if TYPE_CHECKING:  # rationals are made of what is given
+    if TYPE_CHECKING:  # __post_init__ converts what is given to rationals
 
         def __init__(
             self,
@@ -108,7 +108,7 @@ class Zonotope(checker.Zonotope, _ExactSet):
             np.atleast_1d(numbers(f"disturbance: {name}", of)) for name, of in (("lower", lower), ("upper", upper))
         )
         if low.shape != high.shape or low.ndim != 1:
-            raise ValueError(f"disturbance: as many lower as upper bounds are needed, got {low.shape} and {high.shape}")
+            raise ValueError(f"disturbance: lower and upper need the same shape (n,), got {low.shape} and {high.shape}")
         for i in np.flatnonzero(~((low <= high) & np.isfinite(low) & np.isfinite(high))).tolist():
             raise ValueError(
                 f"disturbance: needs finite bounds, lower ≤ upper, got [{low[i]:g}, {high[i]:g}] for state {i + 1}"
@@ -117,7 +117,7 @@ class Zonotope(checker.Zonotope, _ExactSet):
         return cls((exact(low) + halves).tolist(), np.diag(halves)[halves != 0].tolist())
 
     def support(self, rows: Array) -> Array:
-        """Return h_W(row) = max {row · w : w ∈ W} in float64 for rows (…, n): shape (…)."""
+        """Return h_W(row) = max {row · w : w ∈ W} in float64 for rows (…, n); the result has shape (…)."""
         spread = np.abs(np.asarray(rows) @ self.generator_matrix.T).sum(axis=-1)
         return np.asarray(np.asarray(rows) @ self.matrix[0] + spread)
 
@@ -156,7 +156,7 @@ class Zonotope(checker.Zonotope, _ExactSet):
 
 # Disturbance sets that are the convex hulls of their vertices; bounded half-spaces are converted to them.
 
-_MOST_CANDIDATES = 200_000
+_MOST_CANDIDATES = 200_000  # choices of n rows that may be tried as vertices
 
 
 @dataclass(frozen=True)
@@ -169,7 +169,7 @@ class ConvexHull(checker.Hull, _ExactSet):
 
     vertices: tuple[Vector, ...]
 
-    if TYPE_CHECKING:  # rationals are made of what is given
+    if TYPE_CHECKING:  # __post_init__ converts what is given to rationals
 
         def __init__(self, vertices: ArrayLike | Sequence[Sequence[Fraction]]) -> None: ...
 
@@ -178,20 +178,20 @@ class ConvexHull(checker.Hull, _ExactSet):
 
     @classmethod
     def halfspaces(cls, H: ArrayLike, h: ArrayLike) -> Self:
-        """Return the bounded set {w : H w ≤ h} with H (r, n) and h (r,), by its exact vertices.
+        """Return the bounded set {w : H w ≤ h} with H (r, n) and h (r,), as the convex hull of its exact vertices.
 
         ValueError: the set is unbounded, empty or without an interior (use `Zonotope` for flat sets), shapes do not
-        fit, or n of r rows can be chosen in too many ways.
+        fit, or there are too many choices of n rows among r.
         """
-        Polytope.halfspaces(H, h)  # says what is wrong
+        Polytope.halfspaces(H, h)  # raises the errors of H and h
         rows, sides = numbers("disturbance: H", H), numbers("disturbance: h", h)
         found = dict.fromkeys(_vertices(rows, sides))
         if not found:
-            raise ValueError("disturbance: H w ≤ h must be bounded: no vertex was found")
+            raise ValueError("disturbance: the set H w ≤ h must be bounded, but no vertex was found")
         return cls(list(found))
 
     def support(self, rows: Array) -> Array:
-        """Return h_W(row) = max {row · w : w ∈ W} in float64 for rows (…, n): shape (…)."""
+        """Return h_W(row) = max {row · w : w ∈ W} in float64 for rows (…, n); the result has shape (…)."""
         return np.asarray(np.max(np.asarray(rows) @ self.matrix.T, axis=-1))
 
     def farthest(self, row: Array) -> Array:
@@ -214,13 +214,14 @@ class ConvexHull(checker.Hull, _ExactSet):
 
 
 def _vertices(H: Array, h: Array) -> Iterator[Vector]:
-    """Yield every point at which n independent rows are active and all other rows hold, in rational numbers."""
+    """Yield the vertices of {w : H w ≤ h} in rational numbers: the points of the set with n independent active rows."""
     r, n = H.shape
     rows = exact(np.column_stack([H, h]))
     for count, chosen in enumerate(combinations(range(r), n)):
         if count >= _MOST_CANDIDATES:
             raise ValueError(
-                f"disturbance: {r} rows in {n} dimensions have too many vertices; give these, or fewer rows"
+                f"disturbance: {r} rows of H in {n} dimensions are too many to compute the vertices; give fewer rows, "
+                "or the vertices, as ConvexHull(vertices)"
             )
         solved, pivots = row_echelon(rows[list(chosen)])
         if pivots == list(range(n)) and np.all(rows[:, :n] @ solved[:, n] <= rows[:, n]):
@@ -233,31 +234,31 @@ DisturbanceSet = Zonotope | ConvexHull
 
 
 def require_disturbance(given: object, states: int, what: str = "disturbance") -> DisturbanceSet:
-    """Return `given` if it is a disturbance set of a system with this number of `states`; errors say `what` it is.
+    """Return `given` if it is a disturbance set of a system with this number of `states`; errors begin with `what`.
 
     TypeError: it is no set. ValueError: it has another dimension, or it does not contain 0. It has to contain 0, so
     that the undisturbed system is a special case of the disturbed one.
     """
-    instance(what, given, DisturbanceSet, "a Zonotope, as of Zonotope.box(lower, upper), or a ConvexHull")
+    instance(what, given, DisturbanceSet, "a Zonotope, such as Zonotope.box(lower, upper), or a ConvexHull")
     assert isinstance(given, DisturbanceSet), "instance has refused anything else"
     if given.dimension != states:
         raise ValueError(f"{what}: must have an entry for each of {states} states, got {given.dimension}")
     if not _holds_zero(given):
         raise ValueError(
-            f"{what}: must hold 0, got {given}: add its middle to c of the system, and subtract it from the set"
+            f"{what}: must contain 0, got {given}; add its centre to c of the system, and subtract it from the set"
         )
     return given
 
 
 def require_zonotope(what: str, given: object) -> Zonotope:
-    """Return `given` if it is a zonotope. TypeError: it is something else."""
-    instance(what, given, Zonotope, "a Zonotope, as of Zonotope.box(lower, upper)")
+    """Return `given` if it is a zonotope. TypeError, which begins with `what`: it is something else."""
+    instance(what, given, Zonotope, "a Zonotope, such as Zonotope.box(lower, upper)")
     assert isinstance(given, Zonotope), "instance has refused anything else"
     return given
 
 
 def _holds_zero(given: DisturbanceSet) -> bool:
-    """Whether 0 is in a set, up to rounding, by a linear program scaled with the set."""
+    """Whether 0 is in a set, up to the tolerance of a linear program whose equations are scaled to size one."""
     if isinstance(given, Zonotope):
         matrix, aim, bounds = given.generator_matrix.T, -given.matrix[0], (-1.0, 1.0)
         if not matrix.size:
@@ -290,16 +291,16 @@ def of_measured_state(W: Zonotope, V: Zonotope, A: Array) -> Zonotope:
 #
 # The plant is x⁺ = A x + B u + c + w with (A, B, c) anywhere in the convex hull of given vertices, possibly another
 # point at each step. The reference obeys the nominal matrices for which it is learned. As long as states and inputs
-# keep their sets, which the proof ensures, the effect of the difference lies in a zonotope D, and W ⊕ D takes the place
-# of W. `trackably.checker.model_error` has the theorem and its proof.
+# stay in their sets, which the proof ensures, the effect of the difference lies in a zonotope D, and W ⊕ D takes the
+# place of W. `trackably.checker.model_error` has the theorem and its proof.
 
 
-_MOST_ENTRIES = 6  # uncertain entries; all combinations of their ends are vertices
+_MOST_ENTRIES = 6  # largest number of uncertain entries: k entries give 2^k vertices
 
 
 @dataclass(frozen=True, eq=False)
 class Vertex:
-    """x⁺ = A x + B u + c with A (n, n), B (n, m) and c (n,)."""
+    """A vertex of a hull of systems: x⁺ = A x + B u + c with A (n, n), B (n, m) and c (n,)."""
 
     A: Array
     B: Array
@@ -322,16 +323,16 @@ class ModelError:
 
         TypeError: these are no vertices. ValueError: shapes do not fit.
         """
-        # The checks of a system are those of a vertex.
+        # A LinearSystem checks A, B and c of a vertex; its sampling time has no effect here.
         systems = [LinearSystem(A, B, *c, sampling_time=1.0) for A, B, *c in _matrices(vertices)]
         for i, system in enumerate(systems):
             if system.B.shape != systems[0].B.shape:
-                raise ValueError(f"model_error: vertex {i + 1} must have the shapes of the first one")
+                raise ValueError(f"model_error: vertex {i + 1} must have matrices of the same shapes as vertex 1")
         return cls(tuple(Vertex(system.A, system.B, system.c) for system in systems))
 
     @classmethod
     def intervals(cls, system: LinearSystem, entries: Mapping[tuple[str, str], tuple[float, float]]) -> Self:
-        """Return all systems with some entries in intervals, for example {("velocity", "force"): (0.018, 0.022)}.
+        """Return the hull of all systems with entries in intervals, such as {("velocity", "force"): (0.018, 0.022)}.
 
         The first name is the state of the row; the second one the state or the input of the column, or "1" for c. The
         other entries are those of `system`. TypeError: an argument is of another type. ValueError: an unknown name, no
@@ -368,24 +369,27 @@ class ModelError:
         vertices: Sequence[tuple[ArrayLike, ArrayLike] | tuple[ArrayLike, ArrayLike, ArrayLike]],
         sampling_time: float,
     ) -> Self:
-        """Return the hull of ẋ = A x + B u + c, sampled with the input held, of (A, B) or (A, B, c) with the same A.
+        """Return the hull of systems ẋ = A x + B u + c, sampled with the input held over each `sampling_time` [s].
 
-        Then the discrete matrices are linear in B and c, so that the hull of the sampled vertices contains all sampled
-        systems. This covers an uncertain gain, or the mass of a double integrator, which enters as 1/m. ValueError: A
-        differs. Sampling is nonlinear in A, so that sampled vertices do not enclose the systems between them; then
-        enclose the discrete matrices by `of` or `intervals`.
+        The `vertices` are (A, B) or (A, B, c) of continuous time, all with the same A. Then the discrete matrices are
+        linear in B and c, so that the hull of the sampled vertices contains all sampled systems. This covers an
+        uncertain gain, or the mass of a double integrator, which enters as 1/m.
+
+        ValueError: the vertices differ in A. Sampling is nonlinear in A, so that the hull of sampled vertices does not
+        contain the sampled systems between them; enclose the discrete matrices by `of` or `intervals` instead.
         """
         known = _matrices(vertices)
         if any(not np.array_equal(numbers("model_error: A", A), known[0][0]) for A, *_ in known):
             raise ValueError(
-                "model_error: sampled: A of continuous time is not known exactly, and exp(A T) is curved: the hull of "
-                "sampled end points does not hold what lies between them; enclose the discrete matrices instead"
+                "model_error: sampled: all vertices must have the same A, because exp(A T) is nonlinear in A and the "
+                "hull of sampled vertices does not contain the systems between them; give vertices or intervals of the "
+                "discrete matrices instead, by ModelError.of or ModelError.intervals"
             )
         systems = [LinearSystem.discretised(A, B, sampling_time, c[0] if c else None) for A, B, *c in known]
         return cls.of([(system.A, system.B, system.c) for system in systems])
 
     def generators(self, system: LinearSystem, state_set: Polytope, input_set: Polytope) -> list[Sequence[Fraction]]:
-        """Return the generators of D, exactly.
+        """Return the generators of the zonotope D that contains the effect of the model's error, exactly.
 
         ValueError: shapes do not fit, or an unbounded state has an uncertain coefficient.
         """
@@ -405,7 +409,7 @@ class ModelError:
 
 
 def _matrices(vertices: object) -> Sequence[Any]:
-    """Return (A, B) or (A, B, c) of each vertex. TypeError: there is none, or one is something else."""
+    """Return (A, B) or (A, B, c) of each vertex. TypeError: there is no vertex, or one is something else."""
     if not isinstance(vertices, list | tuple) or not vertices:
         raise TypeError(f"model_error: expected a list of vertices, (A, B) or (A, B, c), got {short(vertices)}")
     for i, given in enumerate(vertices):

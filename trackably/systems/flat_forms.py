@@ -29,23 +29,24 @@ from trackably.systems.formulas import ONE, evaluate_floats, size_and_depth
 from trackably.systems.intervals import Interval
 from trackably.systems.tracing import Symbol, formulas_of
 
-MOST_SHIFTS = 12
+MOST_SHIFTS = 12  # largest j of a variable z{c}[j]
 MOST_PARTS = 30_000
-"""Largest number of operations, names and numbers in a written formula; a shared part counts each time it is used."""
+"""Largest number of operations, names and numbers in a formula that is found here, when it is written out: a shared
+part counts each time it is used."""
 
 
 @dataclass(frozen=True, eq=False)
 class FlatForm(subject.FlatForm):
     """x(k) = X(z(k), z(k + 1), …) and u(k) = U(z(k), z(k + 1), …), where z_c(k + j) is the variable z{c}[{j}].
 
-    States named in `angles` are equal up to whole turns: X may jump by 2π because it takes the angle of a vector.
-    Formulas in `positive` are assumed positive, so that √(p²) = p for each of them; the proof of a reference verifies
-    this.
+    States named in `angles` matter up to whole turns only. Their formulas may jump by 2π, as the angle of a vector
+    does. Formulas in `positive` are assumed positive, so that √(p²) = p for each of them; the proof of a reference
+    verifies this.
     """
 
     def __post_init__(self) -> None:
         every = {name: self._indices(name) for formula in self._formulas for name in names(formula)}
-        shared = iter(Shapes().shared(self._formulas))  # one object for parts that are written alike
+        shared = iter(Shapes().shared(self._formulas))  # equal parts become one object
         for name in ("states", "inputs", "positive"):
             object.__setattr__(self, name, tuple(next(shared) for _ in getattr(self, name)))
         if missing := {*range(1 + max((c for c, _ in every.values()), default=0))} - {c for c, _ in self.indices}:
@@ -82,14 +83,14 @@ class FlatForm(subject.FlatForm):
             j = MOST_SHIFTS + 1
         if j > MOST_SHIFTS:
             raise ValueError(
-                f"flat form: formulas must be of flat outputs, z1[0] to z99[{MOST_SHIFTS}], but hold {name}"
+                f"flat form: formulas may use only flat outputs z1[0] to z99[{MOST_SHIFTS}], but one uses {name}"
             )
         return c, j
 
 
 @dataclass(frozen=True)
 class _Shifts:
-    """z as the argument of a function of shifted flat outputs."""
+    """The argument z of a function of flat outputs: z[j] has the symbols of all flat outputs at step k + j."""
 
     outputs: int
 
@@ -99,21 +100,22 @@ class _Shifts:
         return np.array([Symbol(Name(shifted_name(c, j))) for c in range(self.outputs)], dtype=object)
 
     def __iter__(self) -> Any:
-        raise ValueError("z has no end: take z[0], z[1], …")
+        raise ValueError("z has no end and cannot be iterated; use z[0], z[1], …")
 
 
 # Verify a flat form, f(X(z), U(z)) = X(z one step later), as an identity.
 #
 # The checker judges: it compares both sides by normal forms, so that the identity holds wherever all parts are defined.
 # For a state that is an angle, both sides have the same sine and cosine, and f turns with its angles by whole turns
-# (`checker.flatness` has the theorem and its proof). What it refuses is looked at in float64 here, to say where f and
-# the flat form differ.
+# (`checker.flatness` has the theorem and its proof). If the checker refuses a flat form, values are drawn here and
+# compared in float64, to say where f and the flat form differ.
 
+# Draws for each standard deviation; standard deviations; and the least error, relative to 1 + the largest value drawn.
 _TRIALS, _SPREADS, _CLEARLY = 20, (0.3, 1.0, 3.0), 1e-6
 
 
 def why_not_flat(f: Sequence[Formula], form: FlatForm, states: Sequence[str], inputs: Sequence[str]) -> str | None:
-    """Return why this is no flat form of f, or cannot be shown to be one; None if it is one."""
+    """Return why `form` is no flat form of f, or is not shown to be one; None if it is shown to be one."""
     if (len(form.states), len(form.inputs)) != (len(states), len(inputs)):
         return (
             f"has formulas of {len(form.states)} states and {len(form.inputs)} inputs, but the system has "
@@ -130,8 +132,8 @@ def why_not_flat(f: Sequence[Formula], form: FlatForm, states: Sequence[str], in
         if state in form.angles:  # zero for whole turns
             off = Function("sin", Operation("*", Number(0.5), off))
         if found := _not_zero(off, form.positive):
-            return f"is not one of f: one step later {state} is off{found}"
-    return f"is not shown to be one of f: {why.removeprefix('flat: ')}"
+            return f"does not satisfy f, as {state} differs one step later{found}"
+    return f"is not proved to satisfy f, as {why.removeprefix('flat: ')}"
 
 
 def _not_zero(error: Formula, positive: Sequence[Formula]) -> str | None:
@@ -154,20 +156,21 @@ def _not_zero(error: Formula, positive: Sequence[Formula]) -> str | None:
     return None
 
 
-# Find flat forms: of chains, of blocks that hang together in a triangle, and of products of such.
+# Find flat forms of systems whose equations can be solved one after the other, in small blocks.
 #
-# As many states as there are inputs are taken for flat outputs. While an equation x_i⁺ = f_i of a known x_i holds one
-# unknown, f_i = a + b v, or a + b √v, it gives v: (x_i⁺ − a)/b, or the square of it, which is then claimed to be the
-# square of something positive. Where none does, two or three equations that are affine in as many unknowns, or in roots
-# of them, give these together. If in the end all states and inputs are known, these are a flat form.
+# As many states as there are inputs are taken for flat outputs. If x_i is known and its equation x_i⁺ = f_i contains
+# one unknown v, with f_i = a + b v or f_i = a + b √v, then v is (x_i⁺ − a)/b, or the square of this, which is then
+# assumed to be the square of something positive. If there is no such equation, two or three equations that are affine
+# in as many unknowns, or in their roots, give these unknowns together. If all states and inputs are known in the end,
+# their formulas are a flat form.
 
-_MOST_CHOICES = 2000
+_MOST_CHOICES = 2000  # of states as flat outputs; no search if there are more
 _ROOT = "√"
-_MOST_COUPLED = 3
+_MOST_COUPLED = 3  # equations that are solved together
 
 
 def found_form(f: Sequence[Formula], states: Sequence[str], inputs: Sequence[str]) -> FlatForm | None:
-    """Return a flat form whose flat outputs are some of the states, the first that is found; None if there is none."""
+    """Return the first flat form found whose flat outputs are some of the states; None if none is found."""
     if not inputs or comb(len(states), len(inputs)) > _MOST_CHOICES:
         return None
     choices = combinations(range(len(states)), len(inputs))
@@ -198,9 +201,9 @@ def _form_of_choice(
 def _solve_block(
     waiting: Mapping[str, Formula], unknown: set[str], known: Mapping[str, Formula]
 ) -> tuple[tuple[str, ...], dict[str, Formula], list[Formula]] | None:
-    """Return the states of a smallest set of equations that determine as many unknowns, and the formulas of these.
+    """Find a smallest set of equations that determine as many unknowns; None if there is no such set.
 
-    Last come the formulas whose squares are unknowns. None if there is no such set.
+    Return the states of these equations, the formulas of the unknowns, and the formulas whose squares are unknowns.
     """
     ready = [state for state in waiting if state in known and not _is_far_ahead(known[state])]
     for count in range(1, _MOST_COUPLED + 1):
@@ -244,8 +247,8 @@ def _name_roots(formulas: Sequence[Formula], name: str) -> list[Formula]:
 
 # Headings of flat forms without jumps: atan2 jumps by 2π where a vector crosses the direction of ±π.
 #
-# A heading matters up to whole turns, so that formulas that differ by whole turns serve as well. None of this has to be
-# believed: the flat form that comes out is verified as every other one is.
+# A heading matters up to whole turns only, so that formulas that differ by whole turns are equally good. No proof
+# relies on this code, because the resulting flat form is verified like any other.
 
 _NOTHING, _QUARTER_TURN = Number(0.0), pi / 2
 _PARTS = 16  # tan(φ/2) is a multiple of 1/16, so that a heading jumps at most 1/16 rad from the intended direction
@@ -265,12 +268,12 @@ def without_jumps(form: FlatForm) -> FlatForm:
 
 
 def with_heading_in(form: FlatForm, state: int, bounds: Interval) -> FlatForm:
-    """Return the form with a heading that jumps about opposite to the middle of its `bounds` [rad].
+    """Return the form with the heading of index `state` changed so that it jumps opposite to the middle of its bounds.
 
-    So no heading jumps inside bounds that are up to 6.1 rad wide. The heading of v = (x, y) becomes n π/2 plus the
-    angle of v turned back by n π/2, where π/2 is atan2(1, 0), exactly. If the nearest quarter turn is too far from the
-    middle, an angle with rational cosine and sine is added. The form is returned unchanged if the state is not the
-    angle of a vector, or if its bounds are wider than a turn or more than 16 quarter turns from zero.
+    So the heading does not jump inside `bounds` [rad] that are up to 6.1 rad wide. The heading of v = (x, y) becomes n
+    π/2 plus the angle of v turned back by n π/2, where π/2 is atan2(1, 0), exactly. If the nearest quarter turn is too
+    far from the middle, an angle with rational cosine and sine is added. The form is returned unchanged if the state is
+    not the angle of a vector, or if its bounds are wider than a turn or more than 16 quarter turns from zero.
     """
     heading = form.states[state]
     if not isinstance(heading, Angle):
@@ -313,7 +316,7 @@ def _negative(formula: Formula) -> Formula:
 
 
 def _without_jump(node: Formula, done: Mapping[Formula, Formula]) -> Formula | None:
-    """Return what a difference, a sine or a cosine of headings becomes; None for any other formula."""
+    """Return the formula that replaces a difference, a sine or a cosine of headings; None for any other formula."""
     match node, [done[operand] for operand in operands(node)]:
         case Operation("-", Angle(), Angle()), [Angle(y, x), Angle(y0, x0)]:
             across = Operation("-", Operation("*", x0, y), Operation("*", y0, x))

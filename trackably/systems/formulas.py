@@ -103,7 +103,7 @@ _FUNCTION_SLOPES: dict[str, Callable[[Formula, Formula, Formula], Term]] = {
 
 
 def _power_slope(node: Formula, base: Formula, exponent: float) -> Term:
-    """Return p base^(p − 1), or p base^p / base if p is not an integer, because p − 1 may not be a float64."""
+    """Return d(base^p)/d(base) = p base^(p − 1), as p base^p / base if p is no integer: p − 1 may not be a float64."""
     if not exponent.is_integer():
         return Operation("/", Operation("*", Number(exponent), node), base)
     lower = {0.0: None, 1.0: ONE, 2.0: base}.get(exponent, Power(base, exponent - 1))

@@ -12,12 +12,15 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.systems.pieces import PolynomialPieces
 
-_ROUNDING = 1e-12  # of the width
+_ROUNDING = 1e-12  # a value this near to a bound, relative to the width, differs from it by rounding only
 
 
 def rounded_text(value: float, towards: Literal["up", "down"], digits: int = 3) -> str:
-    """Format a number, rounded up or down where so many digits do not tell it: what is said then says no more."""
-    nearest = f"{value + 0.0:.{digits}g}"  # zero has no sign for people
+    """Format a number with at most `digits` digits; if these do not give its exact value, it is rounded `towards`.
+
+    The direction is that in which the text claims less than the number does.
+    """
+    nearest = f"{value + 0.0:.{digits}g}"  # −0 is shown as 0
     if float(nearest) == value or not math.isfinite(value):
         return nearest
     context = Context(digits, ROUND_CEILING if towards == "up" else ROUND_FLOOR)
@@ -25,13 +28,13 @@ def rounded_text(value: float, towards: Literal["up", "down"], digits: int = 3) 
 
 
 def ends_shown(lower: float, upper: float) -> tuple[str, str]:
-    """Format two bounds, rounded outwards, with digits that show a thousandth of their distance; with 6 at least."""
+    """Format two bounds, rounded outwards, with enough digits to show a thousandth of their distance, at least 6."""
     digits = _digits(lower, upper)
     return rounded_text(lower, "down", digits), rounded_text(upper, "up", digits)
 
 
 def ends_within(lower: float, upper: float) -> tuple[str, str]:
-    """Format the ends of what is proved, or covered: as `ends_shown`, but rounded inwards."""
+    """Format the ends of a range for which something is proved, as `ends_shown` does, but rounded inwards."""
     digits = _digits(lower, upper)
     return rounded_text(lower, "up", digits), rounded_text(upper, "down", digits)
 
@@ -59,7 +62,7 @@ class Interval:
         return self.upper - self.lower
 
     def ends(self, t: Array) -> tuple[Array, Array]:
-        """Return the bounds at t [s]: numbers, or the shape of t where they move."""
+        """Return the lower and the upper bound at t [s], each a number, or an array of the shape of t if it moves."""
         return np.asarray(self.lower), np.asarray(self.upper)
 
     def at(self, t: float) -> Interval:
@@ -69,12 +72,12 @@ class Interval:
 
     @property
     def rest(self) -> Interval:
-        """What is left in the end for something that rests."""
+        """The final bounds, after all ends have come to rest; the `hull` if an end is periodic."""
         return self
 
     @property
     def hull(self) -> Interval:
-        """The smallest constant interval that holds the bounds at all times, nearly."""
+        """The smallest constant interval that contains this one at all times of a grid."""
         return self
 
     @property
@@ -89,24 +92,24 @@ class Interval:
 
     @property
     def breakpoints(self) -> Array:
-        """The times [s] at which a bound may jump or bend, of one period if it has one."""
+        """The times [s] at which a bound may jump or bend; of a periodic bound, those of one period."""
         return np.unique(np.concatenate([np.empty(0), *(end.breakpoints for end in self.moving)]))
 
     def breakpoints_in(self, start: float, end: float) -> Array:
-        """Return the times [s] between these at which a bound may jump or bend."""
+        """Return the times between `start` and `end` [s] at which a bound may jump or bend."""
         found = [np.empty(0)]
         for z in self.moving:
             times = z.breakpoints
             if z.beyond == "period":
                 turns = np.arange(np.floor((start - times[-1]) / z.period), np.ceil((end - times[0]) / z.period) + 1)
-                later = (times[:-1] + turns[turns != 0][:, None] * z.period).ravel()  # rounded: exact ones are beside
+                later = (times[:-1] + turns[turns != 0][:, None] * z.period).ravel()  # rounded, so neighbours follow
                 times = np.concatenate([times, np.nextafter(later, -np.inf), later, np.nextafter(later, np.inf)])
             found.append(times)
         times = np.unique(np.concatenate(found))
         return times[(start < times) & (times < end)]
 
     def margin(self, values: Array, t: Array | None = None) -> Array:
-        """Return the distance of each value to the nearer bound, negative outside; at times t [s] if bounds move."""
+        """Return the distance of each value to the nearer bound, negative outside, at times t [s] if bounds move."""
         lower, upper = (self.lower, self.upper) if t is None else self.ends(t)
         return np.minimum(values - lower, upper - values)
 
@@ -115,7 +118,7 @@ class Interval:
         return self.lower < value < self.upper
 
     def snapped(self, value: float) -> float:
-        """Return the bound from which rounding alone tells a value; the value itself where it lies elsewhere."""
+        """Return the nearer bound if the value differs from it by rounding only; otherwise the value itself."""
         nearer = min((self.lower, self.upper), key=lambda end: abs(value - end))
         return nearer if abs(value - nearer) <= _ROUNDING * self.width else value
 
@@ -128,13 +131,13 @@ class Interval:
 
     @property
     def exactly(self) -> str:
-        """As text that tells both bounds exactly: what breaks this interval may not break a wider one."""
+        """Both bounds as text, exactly: a value outside of this interval may lie inside one with rounded ends."""
         ends = (f"{end:g}" if float(f"{end:g}") == end else repr(end) for end in (self.lower + 0.0, self.upper + 0.0))
         return f"[{', '.join(ends)}]"
 
     def shown(self, value: float) -> str:
-        """Format a value beside the bounds, with the digits that tell it from a bound that it does not equal."""
-        value += 0.0  # zero has no sign for people
+        """Format a value with as many digits as distinguish it from both bounds, if it differs from them."""
+        value += 0.0  # −0 is shown as 0
         for digits in range(_digits(self.lower, self.upper), 17):
             text = f"{value:.{digits}g}"
             if float(text) == value or float(text) not in {self.lower, self.upper}:
@@ -148,7 +151,7 @@ class Interval:
 # Bounds that move in time.
 
 End = float | PolynomialPieces
-"""A number; or piecewise polynomials of time, where the end of an interval moves."""
+"""An end of an interval: a number, or piecewise polynomials of time if the end moves."""
 
 _BETWEEN = np.linspace(0.0, 1.0, 65)[:-1, None]
 
@@ -161,10 +164,10 @@ def shift_end(end: End, by: float) -> End:
 
 
 class Corridor(Interval):
-    """[low(t), high(t)], of which at least one end moves; the tighter one of both sides counts at a breakpoint.
+    """[low(t), high(t)], where at least one end moves. At a breakpoint, the tighter of the values on both sides counts.
 
-    `lower` and `upper` raise ValueError: nothing takes an end that moves for a constant. ValueError: an end is only
-    known between its breakpoints, or the ends meet.
+    `lower` and `upper` raise ValueError, so that no code takes an end that moves for a constant. ValueError: an end is
+    only known between its breakpoints, an end is infinite, or the ends meet.
     """
 
     low: End
@@ -174,19 +177,21 @@ class Corridor(Interval):
         object.__setattr__(self, "low", low)
         object.__setattr__(self, "high", high)
         if any(end.beyond == "end" for end in self.moving):
-            raise ValueError('set: a bound that moves must be at rest beyond its pieces, or have a period, got "end"')
+            raise ValueError(
+                'set: a bound that moves must be known at all times, with beyond "rest" or "period", got "end"'
+            )
         if not all(isinstance(end, PolynomialPieces) or math.isfinite(end) for end in (low, high)):
-            raise ValueError(f"set: where one bound moves the other must be finite, got {low!r} and {high!r}")
+            raise ValueError(f"set: if one bound moves in time, the other must be finite, got {low!r} and {high!r}")
         low_ends, high_ends = self.ends(self._times)
         if not np.all(low_ends < high_ends):
             where = self._times.flat[int(np.argmin(high_ends - low_ends))]
             raise ValueError(f"set: must have an interior at all times, but {self} has none at t = {where:.6g} s")
 
-    if not TYPE_CHECKING:  # else it would stand for any name
+    if not TYPE_CHECKING:  # type checkers would accept any name
 
         def __getattr__(self, name):
             if name in {"lower", "upper"}:
-                raise ValueError(f"bounds: constant ones are needed here, but {self} moves in time")
+                raise ValueError(f"bounds: must be constant here, got {self}")
             raise AttributeError(name)
 
     def __eq__(self, other: object) -> bool:
@@ -201,7 +206,7 @@ class Corridor(Interval):
 
     @property
     def _times(self) -> Array:
-        """Times [s] that show where the ends are near to each other."""
+        """A grid of times [s] at which the ends are compared: 64 from each breakpoint to the next, and the last one."""
         first = self.breakpoints
         return np.append(first[:-1] + _BETWEEN * np.diff(first), first)
 
@@ -226,7 +231,7 @@ class Corridor(Interval):
 
     @property
     def width(self) -> float:
-        """The smallest distance of the ends at any time."""
+        """The smallest distance of the ends at any time of the grid."""
         lower, upper = self.ends(self._times)
         return float(np.min(upper - lower))
 

@@ -16,7 +16,7 @@ from trackably.systems.flat_forms import FlatForm
 from trackably.systems.nonlinear import NonlinearSystem
 
 GRAVITY = 9.81
-"""[m/s²]"""
+"""Acceleration of gravity [m/s²]."""
 
 
 def mobile_robot(sampling_time: float) -> NonlinearSystem:
@@ -110,8 +110,9 @@ def _step(sampling_time: float) -> float:
 
 
 def _vehicle(h: float, second: str, rate: Callable[..., Any], solved: Callable[..., Any]) -> NonlinearSystem:
-    """Return a vehicle that moves in the direction of its heading: θ̇ = `rate`(v, u₂), and u₂ =
-    `solved`(h v, θ⁺ − θ).
+    """Return a vehicle that moves in the direction of its heading, with speed v and a second input u₂ named `second`.
+
+    It has θ̇ = `rate`(v, u₂), and so u₂ = `solved`(h v, θ⁺ − θ).
     """
 
     def f(state: Any, inputs: Any) -> list[Any]:
@@ -131,7 +132,7 @@ def _vehicle(h: float, second: str, rate: Callable[..., Any], solved: Callable[.
 MODELS: Mapping[str, Callable[..., NonlinearSystem]] = MappingProxyType(
     {model.__name__: model for model in (tank, mobile_robot, kinematic_bicycle, two_tanks, pendulum)}
 )
-"""The systems above by name, for files: functions of a sampling time [s], and of parameters of their own."""
+"""The systems above by the names that files use: functions of the sampling time [s] and of their own parameters."""
 
 
 def model_of(name: str, sampling_time: float, parameters: Mapping[str, float]) -> NonlinearSystem:
@@ -141,5 +142,5 @@ def model_of(name: str, sampling_time: float, parameters: Mapping[str, float]) -
     try:
         signature(MODELS[name]).bind(sampling_time, **parameters)
     except TypeError as error:
-        raise ValueError(f"parameters: those of {name} are others: {error}") from error
+        raise ValueError(f"parameters: {name} does not take these ({error})") from error
     return MODELS[name](sampling_time, **parameters)

@@ -20,7 +20,7 @@ from trackably.systems.trajectories import Coordinate, Functional
 
 # Names of states and inputs: identifiers, so that no name can be taken for a part of a sentence or of a formula.
 
-LONGEST = 60
+LONGEST = 60  # characters of a name
 
 _LETTER = "A-Za-zÀ-ÖØ-öø-ſḀ-ỿΓΔΘΛΞΠΣΦΨΩα-ξπ-ωϑϕ"
 _WORD = f"[{_LETTER}_][{_LETTER}0-9₀-₉_-]*"
@@ -42,7 +42,7 @@ def require_names(names: Iterable[object]) -> None:
             )
 
 
-# Flat outputs in discrete time: signals that determine every trajectory of a controllable system, and are free.
+# Flat outputs in discrete time: signals that can be chosen freely and determine every trajectory of a system.
 #
 # z_c(k) = q_c x(k), where q_c annihilates B, A B, …, A^(κ_c − 2) B. Then z_c(k + j) = q_c Aʲ x(k) for j < κ_c, so that
 # these numbers are coordinates of the state, and z(k + κ) determines the input. Solving for both (with c = 0 here),
@@ -52,7 +52,7 @@ def require_names(names: Iterable[object]) -> None:
 # for arbitrary signals z. All numbers are exact rationals, computed from the float64 entries of A, B and c, so that the
 # system follows x(k) with u(k) exactly: M_c(j−1) = A M_cj + B N_cj.
 
-_WORST_CONDITION = 1e13
+_WORST_CONDITION = 1e13  # columns with a larger condition number count as nearly dependent
 _REFUSED = "system: must be controllable, so that its states can follow a reference"
 
 
@@ -92,7 +92,7 @@ def flatness(A: Rationals, B: Rationals, offset: Rationals, sampling_time: float
     by_outputs = inverse(np.vstack(Q))
     x_offset = -(by_outputs @ np.array(d, dtype=object))
     gains = np.split(by_outputs, np.cumsum(orders)[:-1], axis=1)  # the weight of z_c(k + j) is [c][row, j]
-    scales = [next((gain for gain in of.sum(axis=1) if gain), Fraction(1)) for of in gains]  # from rest
+    scales = [next((gain for gain in of.sum(axis=1) if gain), Fraction(1)) for of in gains]  # effects on states at rest
     x_weights, none = [of / scale for of, scale in zip(gains, scales, strict=True)], exact(np.zeros((len(A), 1)))
     inputs = _pseudo_inverse(independent, B)  # of x(k + 1) − A x(k) − c
     u_weights = [inputs @ (np.hstack([none, of]) - A @ np.hstack([of, none])) for of in x_weights]
@@ -112,7 +112,7 @@ def _functionals(by_output: list[Rationals], offset: Rationals, sampling_time: f
 
 
 def _chains(A: Rationals, B: Rationals, states: Sequence[str]) -> list[int]:
-    """Return κ_c, the number of columns B_c, A B_c, … among the first independent columns of [B, A B, …]."""
+    """Return κ_c for each c: the number of columns B_c, A B_c, … among the first independent ones of [B, A B, …]."""
     n, m = B.shape
     every = B
     while len(pivots := row_echelon(every)[1]) < n and every.shape[1] < n * m:
@@ -121,11 +121,13 @@ def _chains(A: Rationals, B: Rationals, states: Sequence[str]) -> list[int]:
     if len(pivots) < n:
         row = null_space(taken.T)[:, 0]  # it maps every reachable column to zero
         raise ValueError(
-            f"{_REFUSED}: its inputs reach {len(pivots)} of {n} dimensions, and none of them ever changes "
+            f"{_REFUSED}, but its inputs reach {len(pivots)} of {n} dimensions, and none of them ever changes "
             f"{weighted_sum_text(row / max(row, key=abs), states)}"
         )
     if not (condition := _condition(taken)) < _WORST_CONDITION:
-        raise ValueError(f"{_REFUSED}, but nearly is not: [B, A B, …] has condition number {condition:.1g}")
+        raise ValueError(
+            f"{_REFUSED}, but is nearly uncontrollable, as [B, A B, …] has condition number {condition:.1g}"
+        )
     return [sum(pivot % m == c for pivot in pivots) for c in range(m)]
 
 
@@ -154,7 +156,7 @@ def _independent_columns(B: Rationals) -> list[int]:
 
 
 def _pseudo_inverse(independent: Rationals, B: Rationals) -> Rationals:
-    """Return the matrix from B u to the smallest such u, where B has these `independent` columns B_r.
+    """Return the matrix that maps B u to the smallest input with this effect. B_r are the `independent` columns of B.
 
     With F = (B_rᵀ B_r)⁻¹ B_rᵀ B, so that B = B_r F, it is Fᵀ (F Fᵀ)⁻¹ (B_rᵀ B_r)⁻¹ B_rᵀ (Penrose).
     """
@@ -186,7 +188,7 @@ class LinearSystem:
 
     A: Array
     B: Array
-    c: Array = None  # type: ignore[assignment]  # replaced by an array, as is all that is given
+    c: Array = None  # type: ignore[assignment]  # __post_init__ replaces it by an array
     states: tuple[str, ...] = ()
     inputs: tuple[str, ...] = ()
     sampling_time: float = field(kw_only=True, default=None)  # type: ignore[assignment]
@@ -273,8 +275,8 @@ class LinearSystem:
     def of_state_space(cls, given: Any, sampling_time: float | None = None) -> Self:
         """Return the system of python-control's `StateSpace`, or of any object with its attributes A, B and dt.
 
-        A system in continuous time (dt = 0) is sampled, with its input held over each `sampling_time` [s]. Names are
-        its labels, if these are identifiers. ValueError: it has no sampling time, or another one.
+        A system in continuous time (dt = 0) is sampled, with its input held over each `sampling_time` [s]. Its
+        labels become names, if they are identifiers. ValueError: there is no sampling time, or dt is another one.
         """
         labels = {side: tuple(getattr(given, f"{side[:-1]}_labels", ())) for side in ("states", "inputs")}
         labels = {side: found if all(map(str.isidentifier, found)) else () for side, found in labels.items()}
@@ -282,11 +284,13 @@ class LinearSystem:
         if dt == 0 and sampling_time is not None:
             return cls.discretised(given.A, given.B, sampling_time, **labels)
         if dt is None or dt is True or dt == 0 or (sampling_time is not None and sampling_time != dt):
-            raise ValueError(f"system: must have a sampling time, and one only, got dt = {dt} and {sampling_time}")
+            raise ValueError(
+                f"system: must have exactly one sampling time, got dt = {dt} and sampling_time = {sampling_time}"
+            )
         return cls(given.A, given.B, **labels, sampling_time=dt)
 
     def successor(self, x: Array, u: Array) -> Array:
-        """Return A x + B u + c for x of shape (…, n) and u of shape (…, m): shape (…, n)."""
+        """Return A x + B u + c for x of shape (…, n) and u of shape (…, m); the result has shape (…, n)."""
         return np.asarray(np.asarray(x) @ self.A.T + np.asarray(u) @ self.B.T + self.c)
 
     def slopes(self, x: Array, u: Array) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""Nonlinear systems: with as many inputs as states, which are then flat outputs, or with a flat form."""
+"""Nonlinear systems: with a flat form, or with as many inputs as states, so that the states are flat outputs."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -32,8 +32,8 @@ class NonlinearSystem:
     `states` and `inputs` are different names, and the variables of the formulas. The `flat` form gives both as formulas
     of flat outputs; for chains it is found automatically (`flat_forms.found_form`). Without a flat form, the states are
     the flat outputs: there are as many inputs as states, and f(x, u) = f0(x) + G(x) u is solved for them. ValueError:
-    the flat form is not one of f; without one, f is not affine in the inputs, or G is singular for all states; a
-    formula is too long; a name is invalid (`require_names`); or the sampling time is not positive.
+    the flat form does not satisfy f; without a flat form, f is not affine in the inputs, or G is singular for all
+    states; a formula is too long; a name is invalid (`require_names`); or the sampling time is not positive.
     """
 
     f: tuple[Formula, ...]
@@ -75,7 +75,7 @@ class NonlinearSystem:
         return form
 
     def heading_in(self, bounds: Mapping[str, Interval]) -> Self:
-        """Return the system with headings, by name, that do not jump inside their `bounds` [rad], if possible."""
+        """Return the system with headings that do not jump inside their `bounds` [rad] (by name), if possible."""
         if self.flat is None:
             return self
         form = self.flat
@@ -99,8 +99,8 @@ class NonlinearSystem:
             size, depth = size_and_depth(formula)
             if size > MAX_SIZE or depth > DEPTH:
                 raise ValueError(
-                    f"system: the formula of {state} is too long: {size} operations, names and numbers when written "
-                    f"out, nested {depth} deep; {MAX_SIZE} and {DEPTH} are allowed"
+                    f"system: the formula of {state} is too long, with {size} operations, names and numbers when "
+                    f"written out, nested {depth} deep; at most {MAX_SIZE} and {DEPTH} are allowed"
                 )
             if unknown := names_in(formula) - {*self.states, *self.inputs}:
                 raise ValueError(
@@ -144,7 +144,7 @@ class NonlinearSystem:
             raise ValueError(f"system: f must be solvable for its inputs, x⁺ = f0(x) + G(x) u, but {error}") from None
 
     def successor(self, x: Array, u: Array) -> Array:
-        """Return f(x, u) for x (…, n) and u (…, m): shape (…, n), NaN or infinite where f is undefined."""
+        """Return f(x, u) for x (…, n) and u (…, m), with shape (…, n); NaN or infinite where f is undefined."""
         values, shape = self._values(x, u)
         return _stack([evaluate_floats(formula, values) for formula in self.f], shape)
 

@@ -78,7 +78,7 @@ def two_product(a: Array, b: Array) -> tuple[Array, Array]:
 
 
 def moved_back(time: Sequence[Array], period: float) -> Array:
-    """Return times [s] moved by whole periods to around 0; each is one float64, or a sum of two from `two_product`.
+    """Return times [s] moved by whole periods to around 0. `time` is one float64, or a sum of two from `two_product`.
 
     With u = 2⁻⁵³ and p = fl(n `period`), where n is the nearest whole number of periods: `high` − p is exact by
     Sterbenz's lemma, as p is 0, or at least half and at most twice `high`. The low parts of both are less than u times
@@ -97,14 +97,14 @@ def _halves(a: Array) -> tuple[Array, Array]:
     return high, a - high
 
 
-# Sums of a few float64 without any rounding, elementwise in arrays: times are compared and subtracted by them.
+# Sums of a few float64 without any rounding, elementwise in arrays, to compare and subtract times.
 
 
 @dataclass(frozen=True, eq=False)
 class ExactSum:
     """The exact sum of `parts`, ordered by size: an expansion in the sense of Shewchuk (1997).
 
-    The binary digits of any two parts are separated by at least one empty place, if each term is added to a sum that
+    The binary digits of any two parts are separated by at least one zero digit, if each term is added to a sum that
     began with one float64. So all smaller parts together are less than half of the largest one.
     """
 
@@ -173,7 +173,7 @@ class PolynomialPieces:
     coefficients: Array
     beyond: Beyond = "rest"
 
-    if TYPE_CHECKING:  # arrays are made of what is given
+    if TYPE_CHECKING:  # __post_init__ converts what is given to arrays
 
         def __init__(self, breakpoints: ArrayLike, coefficients: ArrayLike, beyond: Beyond = "rest") -> None: ...
 
@@ -219,15 +219,17 @@ class PolynomialPieces:
 
     @classmethod
     def from_mapping(cls, written: Mapping[Any, Any]) -> Self:
-        """Return what a file writes: {0.0: 0.05, 2.5: 0.08} for steps, or {steps: …} or {lines: …}, and their `period`.
+        """Return the pieces that a file describes: {0.0: 0.05, 2.5: 0.08}, {steps: …} or {lines: …}, and a `period`.
 
-        Keys may be texts, as in JSON. ValueError: it is no such mapping.
+        The first form means steps. Keys may be texts, as in JSON. ValueError: it is no such mapping.
         """
         makers = {"steps": cls.steps, "lines": cls.lines}
         (kind, *others) = [name for name in makers if name in written] or ["steps"]
         given = written.get(kind, written)
         if others or not isinstance(given, Mapping) or (given is not written and written.keys() - {kind, "period"}):
-            raise ValueError(f"expected times [s] with values, or steps or lines of them with a period, got {written}")
+            raise ValueError(
+                f"expected values by their times [s], or steps or lines with such values and a period, got {written}"
+            )
         period = written.get("period") if given is not written else None
         try:
             values = {float(t): float(value) for t, value in given.items()}
@@ -250,7 +252,7 @@ class PolynomialPieces:
         return self.precise([np.asarray(t, dtype=float)]).high
 
     def summed(self, t: ArrayLike) -> Array:
-        """Return z at t [s]: the name that sums of kernels have for it."""
+        """Return z at t [s], under the name that sums of kernels have for this."""
         return self(t)
 
     def precise(self, time: Sequence[Array]) -> DoubleDouble:
@@ -276,7 +278,7 @@ class PolynomialPieces:
             t = self._in_first_period(t)
         last = len(self.coefficients) - 1
         piece = np.clip(np.searchsorted(ends, t.rounded, side="right") - 1, 0, last)
-        while True:  # rounded times are next to a breakpoint at most
+        while True:  # if rounding has led to another piece, move to the one next to it
             early, late = (t + -ends[piece]).rounded < 0, (t + -ends[piece + 1]).rounded >= 0
             moved = np.clip(piece - early + late, 0, last)
             if np.array_equal(moved, piece):
@@ -293,7 +295,7 @@ class PolynomialPieces:
 
 
 def is_spline(given: object) -> TypeGuard[PPoly | BPoly | BSpline]:
-    """Return whether this is a spline of SciPy, whose splines are not loaded where nobody has made one."""
+    """Return whether `given` is a spline of SciPy. If scipy.interpolate is not loaded, it is none; do not load it."""
     made = sys.modules.get("scipy.interpolate")
     return made is not None and isinstance(given, made.PPoly | made.BPoly | made.BSpline)
 
@@ -301,8 +303,9 @@ def is_spline(given: object) -> TypeGuard[PPoly | BPoly | BSpline]:
 def pieces_of_spline(given: PPoly | BPoly | BSpline) -> tuple[Array, Array]:
     """Return breakpoints t_i [s] and coefficients of (t − t_i)^k, shape (degree + 1, K, …), of a spline of SciPy.
 
-    Of a B-spline they are those between the knots where all B-splines are known: others lie outside of what it
-    interpolates. ValueError: breakpoints decrease, are no numbers, or are all the same.
+    A B-spline of degree k is taken from its knot k to its last knot but k, where all its basis functions are known; its
+    other pieces lie outside of what it interpolates. ValueError: breakpoints decrease, are no numbers, or are all the
+    same.
     """
     if isinstance(given, scipy.interpolate.BSpline):
         inside = given.t[given.k : len(given.t) - given.k]
@@ -331,4 +334,4 @@ def _rising(values: Mapping[float, float], period: float | None) -> tuple[dict[f
 # What a reference is made of: signals that can be evaluated here, and enclosed by a proof.
 
 Signal = KernelSum | PolynomialPieces
-"""A sum of kernels, as samples are learned, or polynomial pieces, as splines and planners give them."""
+"""A sum of kernels, which is learned from samples, or polynomial pieces, which come from splines and planners."""

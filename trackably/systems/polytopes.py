@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from scipy.interpolate import BSpline, PPoly
 
 Ends: TypeAlias = "ArrayLike | Sequence[Any] | PolynomialPieces | PPoly | BSpline | Mapping[Any, Any]"
-"""Ends of several intervals, or one alone."""
+"""The lower or the upper ends of several intervals, or of one; each is a number, or moves in time."""
 
-_OUTWARDS = 1e-6  # relative: solvers find the minimum up to less than this
+_OUTWARDS = 1e-6  # a minimum is lowered by this part of 1 + |minimum|, which exceeds the error of the solver
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class Polytope:
     """{x : lower ≤ R x ≤ upper} with `rows` R (r, n) and finite `lower` < `upper` (r,), in `dimension` n.
 
     The dimension may be left out if there are rows; a set without rows is unbounded. A bound may move in time: then it
-    is a `PolynomialPieces` instead of a number, as of `PolynomialPieces.steps`, a spline of SciPy, or a table
+    is a `PolynomialPieces` instead of a number, as from `PolynomialPieces.steps`, a spline of SciPy, or a table
     {time [s]: value}, and `lower` and `upper` of the set raise ValueError. ValueError: shapes do not fit, a bound is
     not finite, or the set has no interior.
     """
@@ -39,7 +39,7 @@ class Polytope:
     upper: Array
     dimension: int = 0
 
-    if TYPE_CHECKING:  # arrays are made of what is given
+    if TYPE_CHECKING:  # __post_init__ converts what is given to arrays
 
         def __init__(
             self,
@@ -56,13 +56,15 @@ class Polytope:
             object.__setattr__(self, "rows", np.empty((0, self.dimension)))
         rows = numbers("set: rows", self.rows)
         if rows.ndim != 2 or not rows.shape[1] == self.dimension > 0:
-            raise ValueError(f"set: rows must be a matrix with a column for each coordinate, got {rows.shape}")
+            raise ValueError(f"set: rows must be a matrix with a column for each coordinate, got shape {rows.shape}")
         rows.flags.writeable = False
         object.__setattr__(self, "rows", rows)
         lower, upper = (_ends(f"set: {name}", getattr(self, name)) for name in ("lower", "upper"))
         r, shapes = len(rows), [np.shape(of) for of in (lower, upper)]
         if shapes != [(r,), (r,)]:
-            raise ValueError(f"set: {r} rows need as many bounds, got {shapes[0]} and {shapes[1]}")
+            raise ValueError(
+                f"set: {r} rows need as many lower and upper bounds, got shapes {shapes[0]} and {shapes[1]}"
+            )
         for i, (row, low, high) in enumerate(zip(rows, lower, upper, strict=True)):
             is_bounded = _any_moves([low, high]) or -np.inf < low <= high < np.inf
             if not (np.all(np.isfinite(row)) and np.any(row) and is_bounded):
@@ -73,7 +75,7 @@ class Polytope:
             for name in ("lower", "upper"):
                 object.__delattr__(self, name)
             for t in np.unique(np.concatenate([of.breakpoints for _, of in self.intervals])).tolist():
-                self.at(t)  # which has an interior
+                self.at(t)  # raises ValueError if it has no interior
             return
         for name, of in (("lower", lower), ("upper", upper)):
             object.__setattr__(self, name, np.array(of, dtype=float))
@@ -87,7 +89,7 @@ class Polytope:
         found: list[tuple[Array, Interval]] = vars(self)["_intervals"]
         return found
 
-    if not TYPE_CHECKING:  # else it would stand for any name
+    if not TYPE_CHECKING:  # type checkers would accept any name
 
         def __getattr__(self, name):
             if name in {"lower", "upper"}:
@@ -100,14 +102,14 @@ class Polytope:
         return any(isinstance(bounds, Corridor) for _, bounds in self.intervals)
 
     def at(self, t: float) -> Polytope:
-        """Return the set at a time [s]; at a breakpoint, what both sides have in common."""
+        """Return the set at a time [s]; at a breakpoint, the intersection of the sets before and after it."""
         if not self.moves:
             return self
         return self._with([bounds.at(t) for _, bounds in self.intervals])
 
     @property
     def hull(self) -> Polytope:
-        """The smallest set with constant bounds that holds this one at all times, nearly."""
+        """The set with the smallest constant bounds that contain those of this one at all times of a grid."""
         return self._with([bounds.hull for _, bounds in self.intervals]) if self.moves else self
 
     def _with(self, ends: Sequence[Interval]) -> Polytope:
@@ -123,7 +125,7 @@ class Polytope:
         """
         low, high = (_ends(f"set: {name}", of) for name, of in (("lower", lower), ("upper", upper)))
         if np.shape(low) != np.shape(high) or np.ndim(low) != 1:
-            raise ValueError(f"set: as many lower as upper bounds are needed, got {np.shape(low)} and {np.shape(high)}")
+            raise ValueError(f"set: lower and upper need the same shape (n,), got {np.shape(low)} and {np.shape(high)}")
         both = list(zip(low, high, strict=True))
         for i, (a, b) in enumerate(both):
             if _any_moves([a, b]):
@@ -133,8 +135,8 @@ class Polytope:
                 raise ValueError(f"set: must have an interior, got [{ends}] for coordinate {i + 1}")
             if np.isinf(a) != np.isinf(b):
                 raise ValueError(
-                    f"set: coordinate {i + 1} has the bounds [{a:g}, {b:g}]: give both or none; where one side does "
-                    "not matter, a bound that is never reached will do"
+                    f"set: coordinate {i + 1} has the bounds [{a:g}, {b:g}]; give two finite bounds or none; if one "
+                    "side does not matter, give a bound that is never reached"
                 )
         bounded = [i for i, ends in enumerate(both) if ends != (-np.inf, np.inf)]
         return cls(np.eye(len(low))[bounded], [low[i] for i in bounded], [high[i] for i in bounded], len(low))
@@ -152,8 +154,8 @@ class Polytope:
             raise ValueError(f"set: H must be a matrix with a row for each entry of h, got {H.shape} and {h.shape}")
         if bad := np.flatnonzero(~np.isfinite(np.column_stack([H, h])).all(axis=1)).tolist():
             raise ValueError(
-                f"set: row {bad[0]} of H x ≤ h must be finite, got {H[bad[0]].tolist()} and {h[bad[0]]:g}: leave out "
-                "what bounds nothing"
+                f"set: row {bad[0]} of H x ≤ h must be finite, got {H[bad[0]].tolist()} and {h[bad[0]]:g}; leave out "
+                "rows that bound nothing"
             )
         rows: list[Array] = []
         bounds: list[tuple[float, float]] = []
@@ -171,18 +173,18 @@ class Polytope:
 
     @property
     def depth(self) -> float:
-        """The largest margin of any point, relative to the width of each row; ≤ 0 if the set has no interior."""
+        """The largest relative margin of a point: its smallest margin / width of a row; ≤ 0 if there is no interior."""
         return self._deepest[0] if np.all(self.lower < self.upper) else -np.inf
 
     @property
     def centre(self) -> Array:
-        """A point (n,) with the largest margin, relative to the width of each row; zero where nothing bounds it."""
+        """A point (n,) with the largest relative margin (`depth`); coordinates that nothing bounds are zero."""
         return self._deepest[1]
 
     @cached_property
     def _deepest(self) -> tuple[float, Array]:
         matrix, off, units, centre = self._centred
-        if np.all(np.count_nonzero(self.rows, axis=0) <= 1):  # no two share a coordinate: each is met in its middle
+        if np.all(np.count_nonzero(self.rows, axis=0) <= 1):  # rows share no coordinate: the middle of all exists
             return 0.5, units * centre
         found = deepest(np.vstack([matrix, -matrix]), np.full(2 * len(matrix), 2.0), np.append(1 + off, 1 - off))
         return found[0], units * (centre + found[1])
@@ -219,9 +221,9 @@ class Polytope:
 
     @property
     def _centred(self) -> tuple[Array, Array, Array, Array]:
-        """M (r, n), o (r,), units s and a centre z (n,) with R x within its bounds where |M y - o| ≤ 1, x = s (y + z).
+        """M (r, n), o (r,), s (n,), z (n,): x = s (y + z) satisfies the bounds if and only if |M y − o| ≤ 1.
 
-        Solvers treat numbers above 1e15 as infinite and below 1e-9 as zero.
+        Linear programs are solved in y, because solvers treat numbers above 1e15 as infinite and below 1e-9 as zero.
         """
         half = np.maximum(self.upper / 2 - self.lower / 2, np.finfo(float).smallest_subnormal)
         sizes = np.abs(self.rows)
@@ -234,7 +236,7 @@ class Polytope:
         return matrix, middle - matrix @ centre, units, centre
 
     def margin(self, points: Array) -> Array:
-        """Return the smallest distance of R x to a bound at points (…, n), in units of R x: (…,), negative outside."""
+        """Return the smallest distance of R x to a bound at points (…, n), in units of R x; negative outside."""
         values = np.asarray(points) @ self.rows.T
         return np.asarray(np.min(np.minimum(values - self.lower, self.upper - values), axis=-1, initial=np.inf))
 
@@ -259,7 +261,7 @@ def _any_moves(*ends: object) -> bool:
 
 
 def _ends(what: str, given: Any) -> list[Any]:
-    """Return the ends of intervals as users give them: numbers, or among them splines of SciPy, or tables.
+    """Return the ends of intervals as numbers or pieces; users may also give splines of SciPy, or tables.
 
     A spline rests before its first breakpoint and after its last one, or repeats if it extrapolates periodically.
     """
@@ -280,7 +282,10 @@ def _end(given: Any) -> End:
 
 
 def deepest(rows: Array, shares: Array, limits: Array) -> tuple[float, Array]:
-    """Return the largest t ≤ 1 for which some x has rows x + t shares ≤ limits, and such an x (n,); −∞ for none."""
+    """Return the largest t ≤ 1 for which some x (n,) satisfies rows x + t shares ≤ limits, and this x.
+
+    If there is no such t, return −∞ and zeros.
+    """
     n = rows.shape[1]
     program = scipy.optimize.linprog(
         np.append(np.zeros(n), -1.0),
@@ -304,8 +309,8 @@ def _lower_bound(row: Array, H: Array, h: Array) -> float:
         raise ValueError("set: must have an interior, but H x ≤ h has no solution")
     if (least := _least(row, H, h)) == -np.inf:
         raise ValueError(
-            f"set: must be bounded, but {_formula(row)} has no lower bound on it; where it does not matter, a bound "
-            "that is never reached will do"
+            f"set: must be bounded, but {_formula(row)} has no lower bound on it; where it does not matter, give a "
+            "bound that is never reached"
         )
     return least - _OUTWARDS * (1 + abs(least))
 
@@ -314,7 +319,7 @@ def _formula(row: Array) -> str:
     return " + ".join(f"{weight:g} x{i + 1}" for i, weight in enumerate(row.tolist()) if weight)
 
 
-# Scales that a set gives its coordinates: divided by them, a problem has the same numbers in whatever units.
+# Scales that a set gives its coordinates: divided by them, a problem has the same numbers in all units.
 
 
 def extents(bounded: Polytope) -> Array:
@@ -331,6 +336,6 @@ def unit_scales(bounded: Polytope) -> Array:
 
 
 def squares_in_widths(bounded: Polytope) -> Array:
-    """Return Σ (row / width)² as a matrix (n, n): a cost of errors as parts of widths; zero where no row bounds."""
+    """Return the matrix (n, n) of Σ (row · e / width)², a cost of errors e relative to the widths of all rows."""
     rows = bounded.rows / bounded.widths[:, None]
     return np.asarray(rows.T @ rows)

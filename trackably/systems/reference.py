@@ -21,7 +21,7 @@ from trackably.systems.trajectories import Coordinate, Functional, Quantity, wei
 def precise_values(
     coordinates: Sequence[Coordinate], signals: Sequence[PolynomialPieces], time: Sequence[Array]
 ) -> Array:
-    """Return states or inputs at times that are sums of a few float64 [s]: shape (*time.shape, coordinates).
+    """Return states or inputs at times that are sums of a few float64 [s]; shape (*time.shape, coordinates).
 
     Coordinates are functionals of polynomial pieces, or formulas of functionals, which are evaluated in float64. A
     functional is evaluated in twice the precision, and rounded to float64 once, at the end. So it is within u |q| +
@@ -91,7 +91,7 @@ class Reference:
 
     @cached_property
     def period(self) -> float | None:
-        """The period [s] that all kernels have, the exact value of this float64; None if there is none."""
+        """The common period [s] of all kernels, exactly this float64; None if there is none."""
         return common_period([signal.kernel for signal in self.signals if isinstance(signal, KernelSum)])
 
     @property
@@ -107,11 +107,11 @@ class Reference:
         return found[name]
 
     def state(self, k: Array | int) -> Array:
-        """Return x_r(k) at steps k (any shape, fractions allowed): shape (*k.shape, n)."""
+        """Return x_r(k) at steps k (any shape, fractions allowed), with shape (*k.shape, n)."""
         return self._values("state", self._exact_instants(k))
 
     def input(self, k: Array | int) -> Array:
-        """Return u_r(k), which leads from x_r(k) to x_r(k + 1): shape (*k.shape, m)."""
+        """Return u_r(k), which leads from x_r(k) to x_r(k + 1); the result has shape (*k.shape, m)."""
         return self._smallest(self._values("input", self._exact_instants(k)))
 
     def window(self, k: int, horizon: int) -> Window:
@@ -123,18 +123,21 @@ class Reference:
         return Window(self.plant.unwrap(self.state(steps)), self.input(steps[:-1]))
 
     def state_at(self, t: Array) -> Array:
-        """Return x_r at t [s]: shape (*t.shape, n)."""
+        """Return x_r at t [s]; the result has shape (*t.shape, n)."""
         return self._values("state", [np.asarray(t, dtype=float)])
 
     def input_at(self, t: Array) -> Array:
-        """Return u_r at t [s], which leads from x_r(t) to x_r(t + T_s): shape (*t.shape, m).
+        """Return u_r at t [s], which leads from x_r(t) to x_r(t + T_s); shape (*t.shape, m).
 
         Of redundant inputs it is the smallest in U.
         """
         return self._smallest(self._values("input", [np.asarray(t, dtype=float)]))
 
     def inputs_near(self, t: float) -> tuple[Coordinate, ...]:
-        """Return u_r near t [s] up to constants; for redundant inputs, the linear law that is active there."""
+        """Return u_r as functions of time that are exact near t [s], up to constants.
+
+        If inputs are redundant, they follow from the law of the allocation that is active at t.
+        """
         inputs, allocation = self.plant.flatness.inputs, self.plant.allocation
         if allocation is None:
             return inputs
@@ -160,5 +163,5 @@ class Reference:
         return np.stack([q(signals, t) for q in self.plant.coordinates[side]], axis=-1)
 
     def _smallest(self, u: Array) -> Array:
-        """Return inputs with the same effect: if inputs are redundant, the smallest in U."""
+        """Return the smallest inputs in U with the effect of u if inputs are redundant; otherwise u itself."""
         return self.plant.allocation.smallest(u) if self.plant.allocation else u

@@ -1,4 +1,7 @@
-"""Relate samples of states to the flat outputs that are learned: which state is sampled, and with which stencil."""
+"""Relate samples of states to the flat outputs that are learned: which state is sampled, and with which stencil.
+
+A stencil has the weights of a state as a weighted sum of one flat output at shifted times.
+"""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -14,14 +17,14 @@ from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.trajectories import Functional
 
 RATE_OF = "rate of "
-"""Prefix of a state or flat output for its change in one step divided by the sampling time, in unit/s."""
+"""Prefix of a name: "rate of x" is the change of x in one step, divided by the sampling time, in its unit per s."""
 
-_ROUNDING = 1e-12  # relative to the weights
+_ROUNDING = 1e-12  # a sum of weights that is smaller than this part of the largest weight counts as zero
 _DIGITS = 9  # digits of weights in messages
 
 
 def stencils_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> dict[str, Stencil]:
-    """Return, in the order of the flat outputs, the one sampled name for each and its stencil.
+    """Return the sampled name of each flat output with its stencil, in the order of the flat outputs.
 
     Names are those of states, of flat outputs (z1, z2, …), or of their rates (`RATE_OF`). ValueError: as
     `kinds_by_name`, and if samples of two names depend on the same flat output.
@@ -36,9 +39,9 @@ def stencils_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> dict[str
 
 
 def kinds_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> tuple[dict[str, Stencil], ...]:
-    """Return, for each flat output, the names whose samples depend on it with their stencils.
+    """Return, for each flat output, the names whose samples depend on it, with their stencils.
 
-    The first shows its level.
+    The first of them shows the level of the flat output, and not only its changes.
 
     ValueError: a name is unknown, a state is no weighted sum of one flat output and its shifts, or the level of a flat
     output is not sampled.
@@ -84,10 +87,10 @@ def sampled_signals(
 def relative_to_first(
     samples: Mapping[str, Samples], kinds: Iterable[Iterable[str]], noise_std: Mapping[str, float]
 ) -> dict[str, Samples]:
-    """Return samples whose noise is relative to σ_n of the first name for the same flat output.
+    """Return samples with their noise relative to σ_n of the first name for the same flat output.
 
-    `kinds` are the names that depend on each flat output, and `noise_std` is σ_n by name, for flat outputs with
-    several.
+    `kinds` has the names that depend on each flat output, and `noise_std` has σ_n by name. Only flat outputs with
+    several names need it.
     """
     found = dict(samples)
     for first, *others in kinds:
@@ -98,7 +101,7 @@ def relative_to_first(
 
 
 def _join(kinds: Mapping[str, tuple[Samples, Stencil]]) -> Samples:
-    """Return the samples of all kinds, sorted by time."""
+    """Join the samples of one flat output, which are given by name with their stencils; sort them by time."""
     parts = [samples for samples, _ in kinds.values()]
     stencils = tuple(stencil for _, stencil in kinds.values())
     if len(parts) == 1:
@@ -133,7 +136,7 @@ def prior_for(
 
 
 def default_sample(plant: ConstrainedSystem) -> str:
-    """Return the name for samples given without one: the first state that determines the only flat output.
+    """Return the name of samples that are given without a name: the first state that determines the flat output.
 
     ValueError: the plant has several flat outputs.
     """
@@ -155,13 +158,13 @@ def _signal_of(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil]:
         seen = coordinate.stencil
         if seen is None:
             why = (
-                "shows several flat outputs at once, each of which is learned by itself from samples that show no other"
+                "depends on several flat outputs, but each flat output is learned from samples of its own"
                 if isinstance(coordinate, Functional)
-                else "is no weighted sum of shifts of one flat output"
+                else "is no weighted sum of one flat output at shifted times"
             )
             raise ValueError(
-                f"samples: {name} {why}; give samples of {', '.join(flat)}, or of states that show one each"
-                + _where(plant)
+                f"samples: {name} {why}; give samples of {', '.join(flat)}, or of states that depend on "
+                "one of them only" + _where(plant)
             )
         return seen
     if name in flat:
@@ -171,7 +174,7 @@ def _signal_of(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil]:
         return signal, _rate(stencil, plant.sampling_time)
     raise ValueError(
         f"samples: {name} is neither a state ({', '.join(states)}) nor a flat output ({', '.join(flat)}), nor the rate "
-        f"of one, as {RATE_OF}{states[0]}"
+        f"of one, such as {RATE_OF}{states[0]}"
     )
 
 

@@ -1,4 +1,4 @@
-"""Tightened bounds: a reference that keeps them leaves slack for the error of the disturbed system."""
+"""Tightened bounds: a reference that satisfies them leaves slack for the error of the disturbed system."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -32,7 +32,7 @@ from trackably.systems.rationals import exact, float_below
 LONGEST = 4000
 """Largest number of steps; an error that needs more to decay counts as one that does not decay."""
 
-_DECAYED = 1e-7
+_DECAYED = 1e-7  # a row has decayed when its size is at most this part of its largest size
 
 
 class NoInvariantSetError(ValueError):
@@ -45,10 +45,11 @@ def closed_loop(system: LinearSystem, feedback: Array) -> Array:
 
 
 def errors_reach(A_K: Array, disturbance: DisturbanceSet, rows: Array, scales: Array) -> Array:
-    """Return Σ_{i≥0} h_W((A_Kⁱ)ᵀ row) for rows (r, n), in float64: shape (r,). It is zero for W = {0}.
+    """Return Σ_{i≥0} h_W((A_Kⁱ)ᵀ row) for rows (r, n), in float64, shape (r,). It is zero for W = {0}.
 
-    The sum ends when a row, in units of the states' `scales` (n,), has fallen below 1e-7 of its largest size. Raises
-    NoInvariantSetError if this takes too many steps, or never happens.
+    This is the largest row · e of an error e that disturbances in W can cause. The sum ends when a row, in units of the
+    states' `scales` (n,), has fallen below 1e-7 of its largest size. Raises NoInvariantSetError if this takes too many
+    steps, or never happens.
     """
     total, largest, powers = np.zeros(len(rows)), np.zeros(len(rows)), rows
     if not len(rows):
@@ -85,18 +86,18 @@ def spectral_radius(A_K: Array) -> float:
 
 INPUT_WEIGHTS = (1e-4, 1e-2, 1.0, 1e2)
 RATES = (1.0, 0.95, 0.9, 0.8)
-_SPARED = 0.05
-_FREE = 1e-6
-_BITS = 20
+_SPARED = 0.05  # slack, in widths, that may be given up for an error that decays faster
+_FREE = 1e-6  # weight of the identity, which makes a weight definite where no row bounds
+_BITS = 20  # binary digits of an entry of K
 _NOTHING = 1e-10  # relative to the largest entry, in units of the sets: smaller entries are rounding errors
 
 
 def best_feedback(plant: ConstrainedSystem, disturbance: DisturbanceSet) -> Array:
     """Return the K (m, n) with the fastest decay of errors, among the regulators that leave nearly the most slack.
 
-    Slack is the part of the distance between two bounds that Z leaves, for the row for which it is least. The
-    regulators have several weights of the input and several rates of decay; errors are weighted in units of the sets.
-    Nearly the most is the largest slack less 0.05: so little slack can buy an error that decays in tens of steps
+    Slack is the part of a width that the errors leave, in the row for which it is least. The regulators have several
+    weights of the input and several rates of decay; errors are weighted relative to the widths of the sets. Nearly the
+    most means at most 0.05 less than the largest slack: with so little less slack, errors may decay in tens of steps
     instead of hundreds. Raises NoInvariantSetError if no regulator makes the error decay.
     """
     found, widths = list[tuple[float, Array]](), bound_widths(plant)
@@ -114,11 +115,12 @@ def best_feedback(plant: ConstrainedSystem, disturbance: DisturbanceSet) -> Arra
 
 
 def regulator(plant: ConstrainedSystem, input_weight: float, rate: float) -> Array:
-    """Return K of min Σ_k rate⁻²ᵏ (‖x(k)‖²_Q + `input_weight` ‖u(k)‖²_R), with Q and R in units of the sets.
+    """Return K of min Σ_k rate⁻²ᵏ (‖x(k)‖²_Q + `input_weight` ‖u(k)‖²_R) for weights Q and R of the sets.
 
-    All eigenvalues of A + B K are smaller than `rate` ≤ 1. K has few binary digits, so that it is exact in short
-    rational numbers. Entries that are only rounding errors are set to zero, so that decoupled states stay decoupled.
-    Raises NumPy's LinAlgError if K is not found.
+    They weight errors relative to widths (`set_weight`). All eigenvalues of A + B K have absolute values below `rate`,
+    which is at most 1. K has few binary digits, so that it is exact in short rational numbers. Entries that are only
+    rounding errors are set to zero, so that decoupled states stay decoupled. Raises NumPy's LinAlgError if K is not
+    found.
     """
     Q, R = set_weight(plant.state_set), input_weight * set_weight(plant.input_set)
     A, B = plant.linear.A / rate, plant.linear.B / rate
@@ -132,8 +134,9 @@ def regulator(plant: ConstrainedSystem, input_weight: float, rate: float) -> Arr
 
 
 def widths_taken(plant: ConstrainedSystem, disturbance: DisturbanceSet, K: Array) -> Array:
-    """Return the part of the width of each pair of bounds that the errors take, in its unit
-    (r,), states first, in float64.
+    """Return how much of the distance between each pair of bounds the errors take (r,), states first, in float64.
+
+    It has the unit of the bounds, and is no fraction.
     """
     rows = error_rows(plant, K)
     both = np.vstack([rows, -rows])
@@ -152,18 +155,16 @@ def bound_widths(plant: ConstrainedSystem) -> Array:
 
 
 def set_weight(bounded: Polytope) -> Array:
-    """Return Σ (row / width)² as a matrix (n, n), plus a small multiple of the identity, scaled,
-    to make it definite.
-    """
+    """Return the matrix (n, n) of Σ (row · e / width)², made definite by a small multiple of the scaled identity."""
     weight = squares_in_widths(bounded) + _FREE * np.diag(1 / unit_scales(bounded) ** 2)
     return np.asarray((weight + weight.T) / 2)
 
 
 # A robustly invariant set of the error: how far a disturbed system under feedback may be from its reference.
 
-_CONTRACTION, _ROUNDING = 0.5, 1e-9
-_TAIL_OF_HEAD, _TAIL_OF_WIDTH = 1e-2, 1e-5
-_LEAST_EXTENT = 1e-3
+_CONTRACTION, _ROUNDING = 0.5, 1e-9  # largest α, before it is enlarged by the second number to cover rounding
+_TAIL_OF_HEAD, _TAIL_OF_WIDTH = 1e-2, 1e-5  # the last part of Z is small below this part of the first, or of a width
+_LEAST_EXTENT = 1e-3  # least p_i, relative to the largest one, in scales
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,11 +261,11 @@ class Tightening:
 
     Each bound is tightened by `margin` times the width between both. If there is an `invariant` set Z, it is also
     tightened by the largest effect of an error in Z: h_Z(row) for states, and h_Z(Kᵀ row) for inputs. If a reference
-    keeps the bounds of `plant`, then for every disturbance sequence in W and every start in x_r(0) ⊕ Z, the states and
-    the inputs u = u_r + K (x − x_r) of the disturbed system keep the given bounds. W is the `disturbance`. If the state
-    is measured with `noise` V, y takes the place of x: Z is that of the disturbances of y, and bounds of states are
-    also tightened by h_V(−row). With a `model_error`, all of this holds for every plant of its hull. `is_regulator`
-    holds if the feedback was chosen here. ValueError: nothing is left of a set.
+    satisfies the bounds of `plant`, then for every disturbance sequence in W and every start in x_r(0) ⊕ Z, the states
+    and the inputs u = u_r + K (x − x_r) of the disturbed system satisfy the given bounds. W is the `disturbance`. If
+    the state is measured with `noise` V, y takes the place of x: Z is that of the disturbances of y, and bounds of
+    states are also tightened by h_V(−row). With a `model_error`, all of this holds for every plant of its hull.
+    `is_regulator` says that K was chosen by `best_feedback`. ValueError: nothing is left of a set.
     """
 
     given: ConstrainedSystem
@@ -302,7 +303,7 @@ class Tightening:
 
     @cached_property
     def largest_fraction(self) -> float:
-        """The largest f for which f W would leave both sets non-empty, with the same feedback; at most a million."""
+        """The largest f for which the disturbance set f W, with the same K, leaves both sets non-empty; at most 1e6."""
         states = len(self.given.state_set.rows)
         parts = np.array([[float(low), float(high)] for low, high in self.taken]).reshape(-1, 2)
         sides = ((self.given.state_set, parts[:states]), (self.given.input_set, parts[states:]))
@@ -340,13 +341,15 @@ class Tightening:
         taken, worst = max(short, key=lambda found: found[0] / found[1].bounds.width)
         missing = taken - left * worst.bounds.width
         would = (
-            f"with {self._feedback} {fraction:.3g} of this disturbance set would do"
+            f"with {self._feedback} at most {fraction:.3g} of this disturbance set is possible"
             if fraction > 0
-            else "no disturbance set would do"
+            else "no disturbance set is possible"
         )
-        kept = f" beside the margin of {self.margin:g} of the width on either side" if self.margin else ""
+        kept = f" in addition to the margin of {self.margin:g} of the width on either side" if self.margin else ""
         if missing < 0:
-            return f"disturbance: no point keeps all of the bounds together once the errors' part is taken; {would}"
+            return (
+                f"disturbance: no point satisfies all bounds at once after they are tightened for the errors; {would}"
+            )
         return (
             f"disturbance: the errors take {taken:.4g} of the {worst.bounds.width:.4g} between the bounds "
             f"{worst.bounds} of {worst.name}{kept}, which are too close by {missing:.4g} at least; {would}"
@@ -370,7 +373,7 @@ class Tightening:
         by_vertex, whole = [cost(ModelError((each,))) for each in error.vertices], cost(error)
         of_errors = of_measured_state(require_zonotope("disturbance", W), V, given.linear.A) if V else W
         beside = widths_taken(given, of_errors, Z.feedback) + 0.0  # no −0 is printed
-        if V:  # a state is off by the noise from what is measured of it
+        if V:  # a state differs from its measurement by the noise
             rows = given.state_set.rows
             beside[: len(rows)] += V.support(rows) + V.support(-rows)
         left = np.where(whole > 0, (width - beside) / np.where(whole > 0, whole, 1.0), np.inf)
@@ -429,7 +432,7 @@ def tightening(
         require_disturbance(V, n, "measurement_noise")
         of_errors = of_measured_state(require_zonotope("disturbance, with measurement_noise", W), V, system.A)
     if model_error is not None:
-        instance("model_error", model_error, ModelError, "a ModelError, as of ModelError.intervals(system, entries)")
+        instance("model_error", model_error, ModelError, "a ModelError, such as ModelError.intervals(system, entries)")
         beside = require_zonotope("disturbance, with model_error", of_errors)
         of_errors = model_error.added_to(beside, system, plant.state_set, plant.input_set)
     K = best_feedback(plant, of_errors) if feedback is None else array("feedback: K", feedback, *system.B.T.shape)
@@ -438,10 +441,10 @@ def tightening(
 
 
 def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:
-    """Return the largest f ≤ 1e6 for which the rows, tightened by f `by` (r, 2) and a margin, leave a point.
+    """Return the largest f ≤ 1e6 for which a point satisfies all rows, tightened by f `by` (r, 2) and by a margin.
 
     It is found by a linear program, scaled with half widths about the middles; ≤ 0 if the margin alone leaves no point.
-    If a bound moves, it is that of each row alone, at its least width.
+    If a bound moves, each row is considered alone, at its least width.
     """
     if not len(bounded.rows):
         return _LARGEST_FRACTION

@@ -30,7 +30,7 @@ SUPPORTED = (
 )
 
 
-REFUSALS: ContextVar[list[str]] = ContextVar("REFUSALS", default=[])  # noqa: B039  of whoever traces nothing
+REFUSALS: ContextVar[list[str]] = ContextVar("REFUSALS", default=[])  # noqa: B039  used while nothing is traced
 """Reasons why the traced function has no formula; stored, because the function may catch exceptions."""
 
 
@@ -91,11 +91,11 @@ class Symbol(NDArrayOperatorsMixin):
             return lambda *others: getattr(np, name)(self, *others)
         raise AttributeError(f"a symbol has no {name}")
 
-    __hash__ = _refusal("it looks a value up")
+    __hash__ = _refusal("it uses a value as a key of a dictionary or set")
     __bool__ = _refusal("it branches on a value")
     __round__ = __trunc__ = __floor__ = __ceil__ = _refusal("it rounds a value, which has jumps")
     __float__ = __int__ = __index__ = __complex__ = _refusal(
-        "it makes a plain number of a value, as float() and Python's math do (np.sin is for math.sin, and so on)"
+        "it converts a value to a plain number, as float() and Python's math do (use np.sin instead of math.sin)"
     )
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *given: object, **options: object) -> Any:
@@ -139,7 +139,7 @@ def _power(a: Formula, b: Formula) -> Formula:
 
 
 def _by(compute: Callable[..., Any]) -> Callable[..., Formula]:
-    """Return a function of formulas that computes with symbols of them."""
+    """Return a function of formulas that calls `compute` with their symbols, and returns the formula of the result."""
     return lambda *formulas: compute(*map(Symbol, formulas)).formula
 
 
@@ -187,9 +187,9 @@ T = TypeVar("T")
 
 _Sequence = (list, tuple, np.ndarray)
 _SIZES, _DRAWS = np.logspace(-4, 6, 11), 6  # draws of each size; half are positive, for roots and logarithms
-_ROUNDING = 1e3  # times the rounding error of the formula's operations: f may add in another order
+_ROUNDING = 1e3  # f may differ by this many times the bound on rounding errors, as it may add in another order
 _LINALG = (
-    "np.linalg takes plain numbers only: write the inverse out, which of [[a, b], [c, d]] is "
+    "np.linalg takes plain numbers only; write the inverse as a formula, for [[a, b], [c, d]] "
     "np.array([[d, -b], [-c, a]]) / (a * d - b * c)"
 )
 
@@ -242,10 +242,11 @@ def _values_of(f: Dynamics, x: Array, u: Array) -> tuple[Array, str]:
 
 
 def _agree(formula: Formula, values: dict[str, float], seen: float, rounded: float) -> bool:
-    """Return whether the number `seen` may be the formula's value, given that value in float64, `rounded`.
+    """Return whether `seen` may be the value of the formula, where `rounded` is this value in float64.
 
-    The checker's analysis bounds the rounding errors. If one of the values is undefined, intermediate numbers may be
-    too large: then the values count as equal.
+    The checker's analysis bounds the rounding errors. Values count as equal if `rounded` is not finite or no bound is
+    found, because intermediate numbers may be too large; but not if `rounded` is NaN, `seen` is finite and no bound is
+    found.
     """
     if seen == rounded:
         return True

@@ -39,7 +39,7 @@ class Functional:
     sampling_time: float
 
     def __call__(self, signals: Signals, t: Array) -> Array:
-        """Return q at t [s]: the shape of t."""
+        """Return q at t [s]; an array of the same shape as t."""
         t = np.asarray(t, dtype=float)
         if not self.rounded:
             return np.full(t.shape, float(self.offset))
@@ -59,7 +59,7 @@ class Functional:
         return [(c, np.array([float(w) for w in weights])) for c, weights in enumerate(self.weights) if any(weights)]
 
     def instants(self, t: Array, count: int) -> Array:
-        """Return the times t + j T_s [s] for j < count: shape (count, *t.shape)."""
+        """Return the times t + j T_s [s] for j < count; shape (count, *t.shape)."""
         return np.asarray(t + (self.sampling_time * np.arange(count)).reshape(-1, *(1,) * t.ndim))
 
     def at_rest(self, levels: Sequence[float]) -> float:
@@ -100,7 +100,7 @@ _ITSELF = "q"
 class Trajectory:
     """q(t) = formula(q_1(t), …, q_k(t)), with the functionals q_i by name in `arguments`.
 
-    For a linear system, q is itself a functional: the formula is then its only argument.
+    For a linear system, q is itself a functional; the formula is then the name of its only argument.
     """
 
     formula: Formula
@@ -140,7 +140,7 @@ class Trajectory:
         return self.arguments[0][1].sampling_time
 
     def __call__(self, signals: Signals, t: Array) -> Array:
-        """Return q at t [s]: the shape of t; NaN or infinite where it is undefined."""
+        """Return q at t [s]; an array of the same shape as t, NaN or infinite where q is undefined."""
         return self.value({name: functional(signals, t) for name, functional in self.arguments})
 
     def at_rest(self, levels: Sequence[float]) -> float:
@@ -160,7 +160,7 @@ class Trajectory:
         return type(self)(Operation("/", Operation("-", there, self.formula), Number(float(T))), arguments)
 
     def rates_at_rest(self, levels: Sequence[float]) -> Array:
-        """Return the derivatives of q by the levels of the signals, if signal c is constant at `levels[c]`."""
+        """Return the derivatives of q with respect to the levels, if every signal c is constant at `levels[c]`."""
         slopes = self.slopes({name: np.asarray(q.at_rest(levels)) for name, q in self.arguments})
         gains = ((slopes[name], [float(sum(w)) for w in q.weights]) for name, q in self.arguments)
         return np.asarray(sum(slope * np.array(gain) for slope, gain in gains))
@@ -209,9 +209,9 @@ Coordinate = Functional | Trajectory
 
 
 def weighted_sum(row: Sequence[Fraction], coordinates: Sequence[Coordinate]) -> Trajectory:
-    """Return Σ_i row_i q_i; for functionals, it is exactly a functional.
+    """Return Σ_i row_i q_i; if all q_i are functionals, it is exactly a functional.
 
-    Functionals beside formulas must be single shifted signals, as in a flat form.
+    If some q_i are formulas, the functionals must be single shifted signals, as in a flat form.
     """
     every = list(zip(row, coordinates, strict=True))
     used = [(r, q) for r, q in every if r] or every
@@ -263,11 +263,11 @@ class Quantity:
         return self.trajectory.functional
 
     def __call__(self, signals: Signals, t: Array) -> Array:
-        """Return the value at t [s]: the shape of t; NaN or infinite where it is undefined."""
+        """Return the value at t [s]; an array of the same shape as t, NaN or infinite where it is undefined."""
         return self.trajectory(signals, t)
 
     def margin(self, signals: Signals, t: Array) -> Array:
-        """Return the distance to the nearer bound at t [s]: negative outside, −∞ where the value is undefined."""
+        """Return the distance to the nearer bound at t [s]; negative outside, −∞ where the value is undefined."""
         margin = self.bounds.margin(self(signals, t), t)
         return np.asarray(np.where(np.isnan(margin), -np.inf, margin))
 
@@ -296,7 +296,7 @@ class Quantities:
         return len(self.quantities)
 
     def values(self, t: Array) -> Array:
-        """Return all quantities at t [s]: shape (Q, *t.shape)."""
+        """Return all quantities at t [s]; the result has shape (Q, *t.shape)."""
         if not self.is_linear:
             return np.stack([quantity(self.signals, t) for quantity in self.quantities])
         found = np.repeat(self._offsets, t.size).reshape(len(self), t.size)
@@ -305,7 +305,7 @@ class Quantities:
         return found.reshape(len(self), *t.shape)
 
     def values_of(self, which: Indices, t: Array) -> Array:
-        """Return quantity `which[i]` at t[..., i] [s], for indices (m,) and times (..., m): the shape of t."""
+        """Return quantity `which[i]` at t[..., i] [s], for indices (m,) and times (..., m); shape of t."""
         if not self.is_linear:
             found = np.empty(t.shape)
             for q in np.unique(which).tolist():
@@ -318,12 +318,12 @@ class Quantities:
         return found
 
     def margins(self, t: Array) -> Array:
-        """Return the margins of all quantities at t [s], as `Quantity.margin` does: shape (Q, *t.shape)."""
+        """Return the margins of all quantities at t [s], as `Quantity.margin` does; shape (Q, *t.shape)."""
         every = np.arange(len(self)).reshape(-1, *(1,) * t.ndim)
         return self._margins(every, self.values(t), np.broadcast_to(t, (len(self), *t.shape)))
 
     def margins_of(self, which: Indices, t: Array) -> Array:
-        """Return the margin of quantity `which[i]` at t[..., i] [s]: the shape of t."""
+        """Return the margin of quantity `which[i]` at t[..., i] [s]; an array of the same shape as t."""
         return self._margins(which, self.values_of(which, t), t)
 
     def _margins(self, which: Indices, values: Array, t: Array) -> Array:
@@ -332,7 +332,7 @@ class Quantities:
         return np.where(np.isnan(margins), -np.inf, margins)
 
     def ends_of(self, which: Indices, t: Array) -> tuple[Array, Array]:
-        """Return the bounds of quantity `which[i]`, at t[..., i] [s] if they move: shapes that broadcast with t."""
+        """Return the bounds of quantity `which[i]`, at t[..., i] [s] if they move; shapes broadcast with t."""
         lower, upper = (of[which] for of in self._constant_ends)
         for q in self._moving:
             here = np.broadcast_to(which == q, t.shape)
@@ -345,13 +345,13 @@ class Quantities:
         return [q for q, quantity in enumerate(self.quantities) if quantity.bounds.moving]
 
     def breakpoints_in(self, start: float, end: float) -> Array:
-        """Return the times [s] between these at which some bound may jump or have a kink."""
+        """Return the times between `start` and `end` [s] at which some bound may jump or have a kink."""
         found = (quantity.bounds.breakpoints_in(start, end) for quantity in self.quantities)
         return np.unique(np.concatenate([np.empty(0), *found]))
 
     @cached
     def _constant_ends(self) -> tuple[Array, Array]:
-        """The lower and the upper bounds, NaN if they move: shape (Q,)."""
+        """The lower and the upper bounds, NaN if they move; each has shape (Q,)."""
         none = np.full(2, np.nan)
         ends = [none if q in self._moving else of.bounds.ends(none[0]) for q, of in enumerate(self.quantities)]
         lower, upper = np.array(ends, dtype=float).reshape(-1, 2).T

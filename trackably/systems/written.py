@@ -82,18 +82,18 @@ def set_of(written: object) -> Polytope:
 
 
 def fields_of(written: object, known: Iterable[str], required: Iterable[str] = ()) -> Mapping[str, Any]:
-    """Return a mapping as it is. ValueError: it is none, has a field that is not `known`, or lacks a `required` one."""
+    """Return `written`. ValueError: it is no mapping, has a field that is not `known`, or lacks a `required` one."""
     if not isinstance(written, Mapping):
         raise ValueError(f"expected a mapping of {', '.join(known)}, got {short(written)}")
     if unknown := [str(name) for name in written if name not in known]:
-        raise ValueError(f"has no field {unknown[0]}; there are {', '.join(known)}")
+        raise ValueError(f"has an unknown field {unknown[0]}; the fields are {', '.join(known)}")
     if missing := [name for name in required if name not in written]:
         raise ValueError(f"lacks {missing[0]}")
     return written
 
 
 def read_part(written: Mapping[str, Any], name: str, read: Callable[[Any], T]) -> T:
-    """Return what the field `name` describes. ValueError, which begins with its name: it describes nothing."""
+    """Return what `read` makes of the field `name`. ValueError, which begins with the name: `read` refuses it."""
     try:
         return read(written[name])
     except (TypeError, ValueError) as error:
@@ -101,7 +101,7 @@ def read_part(written: Mapping[str, Any], name: str, read: Callable[[Any], T]) -
 
 
 def matrix(written: object) -> tuple[tuple[float, ...], ...]:
-    """Return rows of numbers of one length. ValueError: it is something else."""
+    """Return the rows of a matrix, as tuples of numbers. ValueError: `written` is no such matrix."""
     rows = written if isinstance(written, list) and all(isinstance(row, list) for row in written) else None
     if rows is None or len({len(row) for row in rows}) != 1 or not all(is_number(v) for row in rows for v in row):
         raise ValueError(f"expected a matrix: a list of rows of numbers, all of one length, got {short(written)}")
@@ -109,7 +109,7 @@ def matrix(written: object) -> tuple[tuple[float, ...], ...]:
 
 
 def vector(written: object) -> tuple[float, ...]:
-    """Return numbers, one at least. ValueError: it is something else."""
+    """Return the numbers of a list, one at least. ValueError: `written` is no such list."""
     if not (isinstance(written, list) and written and all(map(is_number, written))):
         raise ValueError(f"expected a list of numbers, got {short(written)}")
     return tuple(float(v) for v in written)
@@ -119,7 +119,6 @@ def _bounds(written: object) -> list[Any]:
     known = written if isinstance(written, list) else []
     if not known or not all(v is None or is_number(v) or isinstance(v, Mapping) for v in known):
         raise ValueError(
-            "expected a list of numbers, with null for what is free and mappings for what moves in time, got "
-            f"{short(written)}"
+            f"expected a list of numbers (null if free, a mapping if it moves in time), got {short(written)}"
         )
     return known

@@ -25,7 +25,7 @@ WRONG = {
     "rows alone": ({"rows": [[1, 1]]}, "expected rows with lower"),
     "one end": ({"lower": [-1, -2]}, "expected lower with upper"),
     "a boolean": ({"lower": [True, -2], "upper": [1, 2]}, "lower: expected a list of numbers"),
-    "another name": ({"low": [-1, -2]}, "has no field low"),
+    "another name": ({"low": [-1, -2]}, "has an unknown field low"),
     "no set": (5, "expected a mapping of lower, upper, H, h, rows, got 5"),
 }
 

@@ -106,7 +106,10 @@ REFUSED = {
     "a function": (lambda x, u: [x[0] + np.sin(u[0] + x[0])], rf'{AFFINE}sin\(\("p" \+ "a"\)\)'),
     "no input": (lambda x, u: [x[0]], "must be solvable for its inputs, .* f cannot be solved"),
     "an effect that cancels": (lambda x, u: [x[0] + u[0] - u[0]], r"but that would divide by \(1.0 - 1.0\)"),
-    "a long formula": (lambda x, u: [sum(x[0] ** i for i in range(2, 300)) + u[0]], "is too long: .* 1000 and 100 are"),
+    "a long formula": (
+        lambda x, u: [sum(x[0] ** i for i in range(2, 300)) + u[0]],
+        "is too long.* 1000 and 100 are",
+    ),
 }
 
 

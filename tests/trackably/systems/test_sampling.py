@@ -14,8 +14,8 @@ from trackably.systems.sampling import kinds_by_name, stencils_by_name
 T_S = 0.1
 BOTH = "(learn_reference takes both)"
 NEITHER = (
-    "is neither a state (position, velocity, acceleration) nor a flat output (z1), nor the rate of one, as rate of "
-    "position"
+    "is neither a state (position, velocity, acceleration) nor a flat output (z1), nor the rate of one, such as "
+    "rate of position"
 )
 NO_LEVEL = "says how its flat output moves, but not where it is"
 AXIS = unbounded(
@@ -75,14 +75,14 @@ def test_a_stencil_measures_what_its_name_says(which: str):
         (
             ROBOT,
             ["x", "y", "rate of heading"],
-            "heading is no weighted sum of shifts of one flat output; give samples "
-            "of z1, z2, or of states that show one each",
+            "heading is no weighted sum of one flat output at shifted times; give samples "
+            "of z1, z2, or of states that depend on one of them only",
         ),
         (
             MIXED,
             ["x1"],
-            "x1 shows several flat outputs at once, each of which is learned by itself from samples that show no "
-            "other; give samples of z1, z2, or of states that show one each",
+            "x1 depends on several flat outputs, but each flat output is learned from samples of its own; "
+            "give samples of z1, z2, or of states that depend on one of them only",
         ),
         (AXIS, ["position", "z1"], "z1 and position show the same flat output; give one of them"),
     ],

@@ -43,9 +43,9 @@ def test_halfspaces_have_the_support_of_their_linear_program(seed):
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        (Zonotope.box([0.1], [0.2]), "must hold 0"),
-        (Zonotope([0.0, 1.0], [[1.0, 0.0]]), "must hold 0"),
-        (ConvexHull([[1.0, 0.0], [0.0, 1.0]]), "must hold 0"),
+        (Zonotope.box([0.1], [0.2]), "must contain 0"),
+        (Zonotope([0.0, 1.0], [[1.0, 0.0]]), "must contain 0"),
+        (ConvexHull([[1.0, 0.0], [0.0, 1.0]]), "must contain 0"),
         (Zonotope.box([-1.0] * 3, [1.0] * 3), "an entry for each of"),
     ],
 )

@@ -86,17 +86,17 @@ TWO, UP = np.diag([0.5, 0.8]), np.array([[0.0, 1.0], [0.0, 0.0]])
 @pytest.mark.parametrize(
     ("A", "B", "message"),
     [
-        (TWO, [[1.0], [0.0]], f"{REFUSED}: its inputs reach 1 of 2 dimensions, and none of them ever changes x2"),
-        (TWO, [[0.0], [0.0]], f"{REFUSED}: its inputs reach 0 of 2 dimensions, and none of them ever changes x1"),
+        (TWO, [[1.0], [0.0]], f"{REFUSED}, but its inputs reach 1 of 2 dimensions, and none of them ever changes x2"),
+        (TWO, [[0.0], [0.0]], f"{REFUSED}, but its inputs reach 0 of 2 dimensions, and none of them ever changes x1"),
         (
             np.eye(2),
             [[1.0, 3.0], [2.0, 6.0]],
-            f"{REFUSED}: its inputs reach 1 of 2 dimensions, and none of them ever changes x1-0.5x2",
+            f"{REFUSED}, but its inputs reach 1 of 2 dimensions, and none of them ever changes x1-0.5x2",
         ),
         (
             np.eye(2) + 1e-14 * UP,
             [[0.0], [1.0]],
-            rf"{REFUSED}, but nearly is not: \[B, A B, …\] has condition number 2e\+14",
+            rf"{REFUSED}, but is nearly uncontrollable, as \[B, A B, …\] has condition number 2e\+14",
         ),
         (
             np.eye(2),

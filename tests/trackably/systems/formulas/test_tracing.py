@@ -42,12 +42,12 @@ ORDINARY = (
 REFUSED = {
     "a comparison": (lambda x, u: [x[0] if x[0] > 1 else u[0]], f"{ONE_FORMULA}compares a value"),
     "a truth value": (lambda x, u: [x[0] if x[0] else u[0]], f"{ONE_FORMULA}branches on a value"),
-    "a look-up": (lambda x, u: [{1.0: u[0]}[x[0]]], f"{ONE_FORMULA}looks a value up"),
+    "a look-up": (lambda x, u: [{1.0: u[0]}[x[0]]], f"{ONE_FORMULA}uses a value as a key"),
     "rounding": (lambda x, u: [round(x[0]) + u[0]], f"{ONE_FORMULA}rounds a value"),
-    "math.sqrt": (lambda x, u: [math.sqrt(x[0]) + u[0]], f"{ONE_FORMULA}makes a plain number of a value, as float"),
+    "math.sqrt": (lambda x, u: [math.sqrt(x[0]) + u[0]], f"{ONE_FORMULA}converts a value to a plain number, as f"),
     "solve": (
         lambda x, u: np.linalg.solve([[1 + x[0] ** 2]], u),
-        r"np.linalg takes plain numbers only: write the inverse out, which of \[\[a, b\], \[c, d\]\] is np.array",
+        r"np.linalg takes plain numbers only; write the inverse as a formula, for \[\[a, b\], \[c, d\]\] np.array",
     ),
     "arcsin": (lambda x, u: [np.arcsin(x[0]) + u[0]], f"{ORDINARY}; it uses np.arcsin"),
     "two exponents": (lambda x, u: [x[0] ** u[0]], "f must have numbers for exponents, or for positive bases"),
