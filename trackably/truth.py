@@ -591,7 +591,7 @@ class Accuracy:
     `error` is the proved bound ε. `plant` is the proved bound for the disturbed plant at sampling instants, None if it
     is not disturbed. `radius` is a lower bound of the worst-case error of any estimate: half the distance of two
     signals that both explain the samples (radius of information). `least` is the smallest ε that a linear program finds
-    for a reference that the plant can follow at sampling instants, with the same sides.
+    for a reference that the plant can follow at sampling instants, with the same U and D.
     """
 
     error: float

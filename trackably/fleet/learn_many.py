@@ -115,7 +115,7 @@ _UNREAD = "0" * 64  # the digest of a recording that could not be read
 
 @dataclass(frozen=True)
 class Answer:
-    """A recording's row, and the contents of its files by name; `is_kept` if both already existed."""
+    """A recording's row, and the contents of its files by name. If `is_kept`, both already exist on the disk."""
 
     row: Row
     files: Mapping[str, bytes]

@@ -175,12 +175,12 @@ def certify(
 
     Notes
     -----
-    A flat output z1 is taken as it is. A curve of a state is shown by the flat output that is nearest to it: that state
-    is off its curve by `CertifiedReference.off`, which is of second order in the sampling time T, and zero where a
-    system has as many inputs as states. States without a curve, such as a velocity, follow from the flat output. They
-    are off the curve's derivatives by second order too, but by first order where those jump: if a motion begins at rest
-    with an acceleration a, its velocity is a T/8 at that time, and not zero. The states and inputs of the reference
-    obey the system exactly, and its certificate is about them.
+    A flat output z1 is taken as it is. For a curve of a state, a flat output is computed with which the state is near
+    the curve: it differs from it by `CertifiedReference.off`, which is of second order in the sampling time T, and zero
+    if a system has as many inputs as states. States without a curve, such as a velocity, follow from the flat output.
+    They are off the curve's derivatives by second order too, but by first order where those jump: if a motion begins at
+    rest with an acceleration a, its velocity is a T/8 at that time, and not zero. The states and inputs of the
+    reference obey the system exactly, and its certificate is about them.
 
     Returns
     -------

@@ -164,7 +164,7 @@ class Columns:
 def read_columns(path: Path) -> Columns:
     """Read a CSV file with a header, with commas, semicolons or tabs between cells.
 
-    InputError says what is wrong in it.
+    InputError: it cannot be read, or has no such form.
     """
     table = csv_table(path, _LAYOUT)
     filled = [i for i, row in enumerate(zip(*table.columns.values(), strict=True)) if any(row)]
@@ -173,5 +173,5 @@ def read_columns(path: Path) -> Columns:
     heads = [head.partition("[")[0].strip() for head in table.columns]
     if twice := [head for i, head in enumerate(heads) if head in heads[:i]]:
         raise InputError(f"{path}: expected a header of different names, but {twice[0]!r} is there twice")
-    table = replace(table.part(filled), advice="")  # there is no layout to change
+    table = replace(table.part(filled), advice="")  # users of the command cannot change the layout
     return Columns(dict(zip(heads, map(table.numbers, table.columns), strict=True)), table.places)

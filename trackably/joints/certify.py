@@ -296,7 +296,7 @@ def extremes(p: Polynomial, width: float) -> Array:
 
 
 def _first_broken(given: JointTrajectory, joints: Joints, tolerance: float) -> Iterator[BrokenLimit]:
-    """Yield the first violation of each joint."""
+    """Yield the first violation of each joint that violates a limit."""
     subject: Subject = read_joints(_content(FORMAT, given, joints, tolerance))
     limits, jumps = undecided(subject)
     parts = [*((j, i, r, _outside) for j, r, i in limits), *((j, i, r, _jump) for j, r, i in jumps)]

@@ -24,7 +24,7 @@ _SHORTEST, _LONGEST, _STOPS = 0.01, 20.0, 40
 
 @dataclass(frozen=True, eq=False)
 class GateAnswer:
-    """The motion `running` from now on, proved for all times and at rest after its end, and the `reason` for it.
+    """The motion `running` from now on, which is proved for all times and ends at rest, and the `reason` for it.
 
     `kind` says what runs. "stitched": the chunk, from the time at which the running motion reaches it. "repaired": the
     motion nearest to the chunk that can be reached from the running one. "stopped": a stop. "kept": the motion that ran
